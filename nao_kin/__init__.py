@@ -1,0 +1,1 @@
+"""nao_kin: the kinematics of the NAO humanoid."""

@@ -1,0 +1,57 @@
+"""Array arguments: converted once, checked once, and refused with the library's own errors."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin.errors import BadArgument, NotFinite, WrongShape
+
+Floats = NDArray[np.float64]
+
+
+def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
+    """`value` as a finite float64 array of shape (..., *tail); not copied when it is one already.
+
+    Raises:
+        BadArgument: not numbers.
+        WrongShape: the trailing axes are not `tail`.
+        NotFinite: NaN or infinity, with the index of the first.
+    """
+    array = as_numbers(value, what)
+    if array.shape[array.ndim - len(tail) :] != tail or array.ndim < len(tail):
+        raise WrongShape(what, f"(..., {', '.join(map(str, tail))})" if tail else "(...)", array.shape)
+    # One dot product sees every NaN and infinity; only when it does (or overflows) is the exact search worth its time.
+    flat = array.reshape(-1)
+    if not math.isfinite(flat.dot(flat)):
+        refuse_non_finite(array, what)
+    return array
+
+
+def as_numbers(value: ArrayLike, what: str) -> Floats:
+    """`value` as a float64 array of any shape; ragged, textual and complex input refused."""
+    if isinstance(value, np.ndarray) and value.dtype == np.float64:
+        return value
+    try:
+        array: NDArray[Any] = np.asarray(value)
+        if array.dtype.kind not in "fiub":
+            raise TypeError
+        return array.astype(np.float64)
+    except (TypeError, ValueError):
+        raise BadArgument(f"{what} must be real numbers, got {_abbreviated(value)}") from None
+
+
+def refuse_non_finite(array: Floats, what: str) -> None:
+    """Raise `NotFinite` for the first NaN or infinity of `array`, if it has one."""
+    finite = np.isfinite(array)
+    if not finite.all():
+        index = tuple(int(i) for i in np.argwhere(~finite)[0])
+        raise NotFinite(what, index, float(array[index]))
+
+
+def _abbreviated(value: object, longest: int = 60) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= longest else text[: longest - 1] + "…"

@@ -1,0 +1,184 @@
+"""What can go wrong, one class per kind.
+
+Every error of the library derives from `NaoKinError`, prints as one line that names what was wrong, what was expected
+and the nearest valid names, and carries the values as attributes so that a program can act on them.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+
+class NaoKinError(Exception):
+    """Base of all errors raised by nao_kin."""
+
+
+def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str, ...]:
+    """The valid names that look most like `name`, best first; letter case counts for nothing."""
+    by_lower: dict[str, list[str]] = {}
+    for candidate in valid:
+        by_lower.setdefault(candidate.lower(), []).append(candidate)
+    close = difflib.get_close_matches(name.lower(), list(by_lower), n=count, cutoff=0.5)
+    return tuple(candidate for lower in close for candidate in by_lower[lower])[:count]
+
+
+class UnknownName(NaoKinError):
+    """A joint, frame, posture, version, sequence … that does not exist.
+
+    Attributes:
+        kind: what the name should have named ("joint", "frame", …).
+        name: the name given.
+        valid: all valid names.
+        nearest: the valid names most like it.
+    """
+
+    def __init__(self, kind: str, name: object, valid: Sequence[str], hint: str = "") -> None:
+        self.kind, self.name, self.valid = kind, str(name), tuple(valid)
+        self.nearest = nearest_names(self.name, valid)
+        if self.nearest:
+            advice = f"nearest: {', '.join(self.nearest)}"
+        elif len(valid) <= 12:
+            advice = f"valid: {', '.join(valid)}" if valid else "there are none"
+        else:
+            advice = f"{len(valid)} valid names, from {valid[0]} to {valid[-1]}"
+        super().__init__(f"unknown {kind} {self.name!r} ({advice}){'; ' + hint if hint else ''}")
+
+
+class BadArgument(NaoKinError):
+    """An argument whose value makes no sense; the message says which and why."""
+
+
+class WrongShape(NaoKinError):
+    """An array of the wrong shape, or arrays whose batch shapes do not fit together.
+
+    Attributes:
+        what: which argument.
+        expected: the expected shape in words.
+        got: the shape given.
+    """
+
+    def __init__(self, what: str, expected: str, got: tuple[int, ...] | str) -> None:
+        self.what, self.expected, self.got = what, expected, got
+        super().__init__(f"{what} must have shape {expected}, got {got}")
+
+
+class NotFinite(NaoKinError):
+    """NaN or infinity in the input.
+
+    Attributes:
+        what: which argument.
+        index: where the first such value stands.
+        value: the value.
+    """
+
+    def __init__(self, what: str, index: tuple[int, ...], value: float, name: str = "") -> None:
+        self.what, self.index, self.value = what, index, value
+        where = f" at index {list(index)}" if index else ""
+        super().__init__(f"{what} must be finite, got {value}{where}{f' ({name})' if name else ''}")
+
+
+class NotARotation(NaoKinError):
+    """A matrix that is not orthogonal with determinant +1.
+
+    Attributes:
+        index: which matrix of the batch.
+        determinant_defect: det R − 1.
+        orthogonality_defect: largest absolute entry of RᵀR − 1.
+    """
+
+    def __init__(self, index: tuple[int, ...], determinant_defect: float, orthogonality_defect: float) -> None:
+        self.index = index
+        self.determinant_defect = determinant_defect
+        self.orthogonality_defect = orthogonality_defect
+        where = f" at index {list(index)}" if index else ""
+        super().__init__(
+            f"not a rotation matrix{where}: det R − 1 = {determinant_defect:.3g}, "
+            f"max |RᵀR − 1| = {orthogonality_defect:.3g}"
+        )
+
+
+class ZeroNorm(NaoKinError):
+    """An axis, direction or quaternion of length zero, which names no rotation or line.
+
+    Attributes:
+        what: which argument.
+        index: which entry of the batch.
+    """
+
+    def __init__(self, what: str, index: tuple[int, ...] = ()) -> None:
+        self.what, self.index = what, index
+        where = f" at index {list(index)}" if index else ""
+        super().__init__(f"{what} must not be zero{where}")
+
+
+class DegeneratePoints(NaoKinError):
+    """Points that do not determine what was asked of them (coincident, collinear, too few)."""
+
+
+class OutsideLimits(NaoKinError):
+    """A configuration outside the joint limits.
+
+    Attributes:
+        violations: the `LimitViolation` rows, worst joint of each configuration first.
+    """
+
+    def __init__(self, violations: Sequence[Any]) -> None:
+        self.violations = tuple(violations)
+        shown = "; ".join(str(violation) for violation in self.violations[:3])
+        more = f"; and {len(self.violations) - 3} more" if len(self.violations) > 3 else ""
+        super().__init__(f"outside the joint limits: {shown}{more}")
+
+
+class CouplingViolated(NaoKinError):
+    """Two joints that one motor drives were given values that no motor position produces.
+
+    Attributes:
+        primary: name of the driving joint.
+        mimic: name of the joint that follows it.
+        primary_value: value given for the driving joint.
+        mimic_value: value given for the joint that follows.
+        expected: value the driving joint asks of it.
+    """
+
+    def __init__(self, primary: str, mimic: str, primary_value: float, mimic_value: float, expected: float) -> None:
+        self.primary, self.mimic = primary, mimic
+        self.primary_value, self.mimic_value, self.expected = primary_value, mimic_value, expected
+        super().__init__(
+            f"{primary} = {primary_value:.9g} drives {mimic}, which must then be {expected:.9g}, "
+            f"but {mimic} = {mimic_value:.9g} was given"
+        )
+
+
+class BadModel(NaoKinError):
+    """A URDF from which no honest model can be made; the message names the file and the reason."""
+
+
+class BadInputFile(NaoKinError):
+    """A file of configurations that cannot be read.
+
+    Attributes:
+        path: the file, "-" for standard input.
+        line: 1-based line, 0 when no line is to blame.
+        column: 1-based column, 0 when no column is to blame.
+    """
+
+    def __init__(self, path: str, reason: str, line: int = 0, column: int = 0) -> None:
+        self.path, self.line, self.column, self.reason = path, line, column, reason
+        name = "standard input" if path == "-" else path
+        where = f", line {line}" if line else ""
+        where += f", column {column}" if column else ""
+        super().__init__(f"{name}{where}: {reason}")
+
+
+class MissingExtra(NaoKinError):
+    """An optional package is needed and not installed.
+
+    Attributes:
+        extra: the name to install, as in `pip install nao-kin[extra]`.
+    """
+
+    def __init__(self, purpose: str, extra: str) -> None:
+        self.extra = extra
+        super().__init__(f"{purpose} needs an optional package: pip install 'nao-kin[{extra}]'")
