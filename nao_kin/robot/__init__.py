@@ -1,0 +1,7 @@
+"""Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
+
+from nao_kin.robot.library import load_robot, robot_names
+from nao_kin.robot.limits import LimitViolation
+from nao_kin.robot.model import WORLD, RobotModel
+
+__all__ = ["WORLD", "LimitViolation", "RobotModel", "load_robot", "robot_names"]

@@ -1,0 +1,76 @@
+"""What a URDF says once it has been read: a tree of joints, each tied to at most one other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from xml.etree import ElementTree as ET
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: value = multiplier · value of the driving joint + offset.
+
+    Attributes:
+        joint: the driving joint.
+        multiplier: ratio of the two values.
+        offset: value when the driving joint is at zero.
+    """
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """A joint as read.
+
+    Attributes:
+        name: its name.
+        kind: "revolute", "prismatic" or "fixed"; a `continuous` joint is a revolute one without limits.
+        parent: the link that carries it.
+        child: the link it moves.
+        xyz: position in the parent link's frame [m], as written.
+        rpy: orientation in the parent link's frame [rad], as written.
+        axis: unit vector of the axis.
+        lower: smallest value [rad or m].
+        upper: largest value [rad or m].
+        velocity: largest speed.
+        effort: largest torque or force.
+        mimic: the coupling to another joint, None for a joint of its own.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    xyz: str
+    rpy: str
+    axis: tuple[float, float, float]
+    lower: float = -math.inf
+    upper: float = math.inf
+    velocity: float = math.inf
+    effort: float = math.inf
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True)
+class UrdfTree:
+    """A URDF as read and mended.
+
+    Attributes:
+        name: name of the robot.
+        root: the link that no joint moves.
+        links: link names in order of the file.
+        inertials: the inertial element of each link that has one.
+        joints: all joints, every driving joint before those that follow it, as a depth-first walk meets them.
+        notes: what was changed, one line each.
+    """
+
+    name: str
+    root: str
+    links: tuple[str, ...]
+    inertials: dict[str, ET.Element] = field(repr=False)
+    joints: tuple[UrdfJoint, ...]
+    notes: tuple[str, ...]
