@@ -2,12 +2,23 @@
 
 Conventions: metres, radians, kilograms; rotations are active, R_ab maps coordinates in b to coordinates in a;
 quaternions are scalar first; every array function takes leading batch axes.
+
+The names below are loaded when they are first used, so that the mathematics works without Pinocchio and the command
+line can tell what is wrong with an installation in which Pinocchio does not load.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from nao_kin import errors
 from nao_kin.errors import NaoKinError
-from nao_kin.nao import NaoModel, load_nao
-from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
+
+if TYPE_CHECKING:
+    from nao_kin import lines, rank_one, rotations
+    from nao_kin.nao import NaoModel, load_nao
+    from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
 
 __version__ = "0.1.0"
 
@@ -17,7 +28,34 @@ __all__ = [
     "NaoModel",
     "RobotModel",
     "errors",
+    "lines",
     "load_nao",
     "load_robot",
+    "rank_one",
     "robot_names",
+    "rotations",
 ]
+
+_HOME = {
+    "NaoModel": "nao_kin.nao",
+    "load_nao": "nao_kin.nao",
+    "LimitViolation": "nao_kin.robot",
+    "RobotModel": "nao_kin.robot",
+    "load_robot": "nao_kin.robot",
+    "robot_names": "nao_kin.robot",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(importlib.import_module(_HOME[name]), name)
+    elif name in __all__:
+        value = importlib.import_module(f"nao_kin.{name}")
+    else:
+        raise AttributeError(f"module 'nao_kin' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -12,6 +12,9 @@ from nao_kin.errors import BadArgument, NotFinite, WrongShape
 
 Floats = NDArray[np.float64]
 
+# Below this size, setting up the error state of a dot product costs more than the exact search.
+_SMALL = 2000
+
 
 def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
     """`value` as a finite float64 array of shape (..., *tail); not copied when it is one already.
@@ -24,11 +27,19 @@ def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
     array = as_numbers(value, what)
     if array.shape[array.ndim - len(tail) :] != tail or array.ndim < len(tail):
         raise WrongShape(what, f"(..., {', '.join(map(str, tail))})" if tail else "(...)", array.shape)
-    # One dot product sees every NaN and infinity; only when it does (or overflows) is the exact search worth its time.
-    flat = array.reshape(-1)
-    if not math.isfinite(flat.dot(flat)):
+    if not all_finite(array):
         refuse_non_finite(array, what)
     return array
+
+
+def all_finite(array: Floats) -> bool:
+    """Whether no entry is NaN or infinite; for large arrays at the cost of one dot product."""
+    if array.size > _SMALL:
+        flat = array.reshape(-1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            if math.isfinite(flat.dot(flat)):
+                return True
+    return bool(np.isfinite(array).all())
 
 
 def as_numbers(value: ArrayLike, what: str) -> Floats:

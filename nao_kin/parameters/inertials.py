@@ -87,3 +87,9 @@ INERTIALS: tuple[InertialRow, ...] = (
     InertialRow("RWristYaw", 0.14314, (0.03241, -0.00268, -0.00272), (5.48391e-05, -4.21084e-06, -1.25566e-06, 0.000120895, -7.74367e-07, 0.00011473), ("v3.2",), "U32"),
 )
 # fmt: on
+
+# What the official files up to V5 give to links that have no mass of their own (phalanges, hand, force sensors); a mass
+# matrix needs it to be regular. The V6 file has none.
+PLACEHOLDER = InertialRow(
+    "", 2e-06, (0.0, 0.0, 0.0), (1.1e-09, 0.0, 0.0, 1.1e-09, 0.0, 1.1e-09), ("v3.2", "v3.3", "v4", "v5"), "U5"
+)

@@ -111,7 +111,7 @@ class NaoParameters:
 
     @property
     def mass(self) -> float:
-        """Mass of the whole robot [kg]."""
+        """Mass of all bodies [kg]; the placeholders of massless links, 0.05 g in all, not counted."""
         return math.fsum(row.mass_kg for row in self.inertials.values())
 
 

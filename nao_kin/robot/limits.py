@@ -44,11 +44,16 @@ class LimitViolation:
         """How far outside."""
         return max(self.lower - self.value, self.value - self.upper)
 
-    def __str__(self) -> str:
+    def without_index(self) -> str:
+        """Joint, value and range in words; which configuration it was is left out."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         text = f"{self.joint} = {self.value:.6g} not in [{self.lower:.6g}, {self.upper:.6g}]{unit}"
         if self.of is not None:
             text += f" at {self.of} = {self.of_value:.6g}"
+        return text
+
+    def __str__(self) -> str:
+        text = self.without_index()
         return text if not self.index else f"{text} (configuration {', '.join(map(str, self.index))})"
 
 
@@ -77,7 +82,7 @@ class JointLimits:
         found = []
         outside = (values < self.lower - TOLERANCE) | (values > self.upper + TOLERANCE)
         if joints is not None:
-            outside &= np.array([name in joints for name in self.names])
+            outside &= np.array([name in joints for name in self.names], dtype=np.bool_)
         for place in np.argwhere(outside).tolist():
             at, column = tuple(place[:-1]), place[-1]
             value, bounds = float(values[tuple(place)]), (float(self.lower[column]), float(self.upper[column]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -96,10 +96,9 @@ class RobotModel:
         self._frames = {name: (frame_id, selection_of([frame_id])[0]) for name, frame_id in ids.items()}
         self._link_selection = selection_of([ids[name] for name in self.link_names])
         # With a fixed base, Pinocchio's centre of mass leaves out what is bolted to the world.
-        moving_mass = sum(inertia.mass for inertia in list(model.inertias)[1:])
         self._fixed_mass = float(model.inertias[0].mass)
         self._fixed_moment = self._fixed_mass * np.array(model.inertias[0].lever)
-        self.mass = float(moving_mass) + self._fixed_mass
+        self.mass = math.fsum(inertia.mass for inertia in model.inertias)
         self._local = threading.local()
 
     @classmethod
@@ -339,7 +338,7 @@ class RobotModel:
             and q.shape == self._one
             and q.dtype == np.float64
             and self.base == "fixed"
-            and math.isfinite(q.dot(q))
+            and np.isfinite(q).all()
         ):
             return q
         try:
@@ -381,7 +380,11 @@ class RobotModel:
             raise UnknownName("frame", name, self.frame_names) from None
 
     def _selection(self, frames: Sequence[str] | None) -> Selection:
-        return self._link_selection if frames is None else selection_of([self._frame(name)[0] for name in frames])
+        if frames is None:
+            return self._link_selection
+        if not isinstance(frames, Iterable):
+            raise UnknownName("frame", frames, self.frame_names)
+        return selection_of([self._frame(name)[0] for name in frames])
 
     def _relative_fk(self, q: Floats, frame: str | Sequence[str] | None, reference: str) -> Floats:
         """T_reference_frame = T_root_reference⁻¹ T_root_frame, from one pass over the configurations."""

@@ -7,6 +7,7 @@ refused. Geometry plays no part here: links keep their inertia and lose their sh
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import replace
@@ -100,9 +101,8 @@ class _Reader:
         renamed: dict[str, str] = {}
         for name in links:
             if name in joints:
-                fresh = f"{name}_link"
-                while fresh in links or fresh in joints:
-                    fresh += "_"
+                endings = itertools.chain(("_link", "_frame"), (f"_frame_{n}" for n in itertools.count(2)))
+                fresh = next(name + end for end in endings if name + end not in links and name + end not in joints)
                 renamed[name] = fresh
                 self.notes.append(f"link {name!r} renamed {fresh!r}: a joint has the same name")
         return renamed

@@ -1,0 +1,48 @@
+# Two commands need only Python, make and the package registries:
+#   make demo    sets everything up and runs the main job
+#   make test    sets everything up and checks everything
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: demo test lint types unit docs generate check-generated bench clean
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[robots,dev]"
+	touch $@
+
+demo: $(STAMP)
+	$(BIN)/nao-kin info
+	$(BIN)/nao-kin fk --posture StandInit --deg
+	$(BIN)/python scripts/forward_kinematics.py
+
+test: lint types check-generated docs unit
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(STAMP)
+	$(BIN)/mypy
+
+unit: $(STAMP)
+	@command -v check_urdf >/dev/null || echo "check_urdf is absent (Debian: liburdfdom-tools); its tests are skipped"
+	$(BIN)/pytest -n auto
+
+docs: $(STAMP)
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
+
+generate: $(STAMP)
+	$(BIN)/python scripts/generate_urdf.py
+
+check-generated: $(STAMP)
+	$(BIN)/python scripts/generate_urdf.py --check
+
+bench: $(STAMP)
+	$(BIN)/python benchmarks/bench_fk.py
+
+clean:
+	rm -rf $(VENV) docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

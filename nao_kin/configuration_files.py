@@ -1,0 +1,190 @@
+"""Configurations from CSV and JSON files.
+
+A file names every joint once, in any order: the robot's own joints, or beside them joints that follow another one, as
+NAOqi's 26 Body names do. CSV has the names in its header and one configuration a line, separated by commas, semicolons
+or tabs. JSON holds one object name → value, or a list of such objects.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nao_kin._arrays import Floats
+from nao_kin.errors import BadInputFile, CouplingViolated, OutsideLimits, nearest_names
+from nao_kin.robot import RobotModel
+from nao_kin.robot.model import LimitPolicy
+
+
+def read_configurations(
+    robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "raise", degrees: bool = False
+) -> tuple[Floats, bool]:
+    """The configurations in a file.
+
+    Args:
+        robot: whose joints the file names.
+        path: a CSV or JSON file, or "-" for standard input.
+        limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
+        degrees: turning joints are given in degrees.
+
+    Returns:
+        q, shape (n, nq), and whether the file holds a list: False for one JSON object.
+
+    Raises:
+        BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
+            missing or named twice, a value that is no finite number, two joints of one motor that disagree, a joint
+            outside its limits.
+    """
+    name = str(path)
+    text = _read(name)
+    if not text.strip():
+        raise BadInputFile(name, "empty; expected joint names and values")
+    many = True
+    if Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{"):
+        names, rows, lines, many = _from_json(name, text, robot)
+    else:
+        names, rows, lines = _from_csv(name, text, robot)
+    values = np.array(rows, dtype=np.float64).reshape(len(rows), len(names))
+    if degrees:
+        values = np.where([_turns(robot, joint) for joint in names], np.radians(values), values)
+    try:
+        return robot.configuration(dict(zip(names, values.T, strict=True)), limits=limits), many
+    except CouplingViolated as error:
+        column = values[:, names.index(error.mimic)]
+        row = int(np.argmax(column == error.mimic_value))
+        raise BadInputFile(name, str(error), line=lines[row]) from None
+    except OutsideLimits as error:
+        first = error.violations[0]
+        more = f" (and {len(error.violations) - 1} more)" if len(error.violations) > 1 else ""
+        reason = f"outside the joint limits: {first.without_index()}{more}"
+        raise BadInputFile(name, reason, line=lines[first.index[0]]) from None
+
+
+def _turns(robot: RobotModel, joint: str) -> bool:
+    driver = robot.mimics[joint].joint if joint in robot.mimics else joint
+    return robot.joint_units[robot.joint_names.index(driver)] == "rad"
+
+
+def _read(name: str) -> str:
+    try:
+        if name == "-":
+            return sys.stdin.buffer.read().decode("utf-8-sig")
+        return Path(name).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise BadInputFile(name, f"not UTF-8 text (byte {error.start})") from None
+
+
+def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]], list[int]]:
+    header_line = text.lstrip("\r\n").split("\n", 1)[0]
+    delimiter = max(",;\t", key=header_line.count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    rows, lines, names = [], [], list[str]()
+    try:
+        for fields in reader:
+            if not any(field.strip() for field in fields):
+                continue
+            if not names:
+                names = [field.strip() for field in fields]
+                _check_names(name, names, robot, reader.line_num)
+                continue
+            if len(fields) != len(names):
+                reason = f"{len(fields)} values, the header names {len(names)} joints"
+                raise BadInputFile(name, reason, line=reader.line_num)
+            rows.append(_numbers(name, fields, names, reader.line_num))
+            lines.append(reader.line_num)
+    except csv.Error as error:
+        raise BadInputFile(name, f"malformed CSV: {error}", line=reader.line_num) from None
+    if not rows:
+        raise BadInputFile(name, "a header and no configurations")
+    return names, rows, lines
+
+
+def _numbers(name: str, fields: Sequence[str], names: Sequence[str], line: int) -> list[float]:
+    try:
+        values = [float(field) for field in fields]
+        if np.isfinite(values).all():
+            return values
+    except ValueError:
+        pass
+    for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=1):
+        try:
+            good = bool(np.isfinite(float(field)))
+        except ValueError:
+            good = False
+        if not good:
+            raise BadInputFile(name, f"{joint} is {field.strip()!r}, expected a finite number", line, column)
+    raise AssertionError("unreachable: some field was bad")  # pragma: no cover
+
+
+def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]], list[int], bool]:
+    try:
+        document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_constant)
+    except json.JSONDecodeError as error:
+        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
+    objects = document if isinstance(document, list) else [document]
+    if not objects:
+        raise BadInputFile(name, "a list of no configurations")
+    names: list[str] = []
+    rows = []
+    for index, entry in enumerate(objects):
+        where = f"configuration {index}: " if isinstance(document, list) else ""
+        if not isinstance(entry, dict):
+            raise BadInputFile(name, f"{where}expected an object of joint values, got {_kind(entry)}")
+        if not names:
+            names = list(entry)
+            _check_names(name, names, robot, 0, where)
+        elif entry.keys() != set(names):
+            odd = sorted(entry.keys() ^ set(names))
+            raise BadInputFile(name, f"{where}names other joints than configuration 0: {', '.join(odd[:3])}")
+        for joint, value in entry.items():
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+                raise BadInputFile(name, f"{where}{joint} is {_kind(value)}, expected a finite number")
+        rows.append([float(entry[joint]) for joint in names])
+    return names, rows, [0] * len(rows), isinstance(document, list)
+
+
+def _object(name: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    seen = dict[str, Any]()
+    for key, value in pairs:
+        if key in seen:
+            raise BadInputFile(name, f"joint {key!r} is given twice in one object")
+        seen[key] = value
+    return seen
+
+
+def _constant(text: str) -> float:
+    """JSON knows no NaN and no infinity; Python's reader does, and the check of the values refuses them by name."""
+    return float(text.replace("Infinity", "inf"))
+
+
+def _kind(value: Any) -> str:
+    text = json.dumps(value) if not isinstance(value, (dict, list)) else f"a {type(value).__name__}"
+    return text if len(text) < 40 else f"{text[:39]}…"
+
+
+def _check_names(name: str, names: Sequence[str], robot: RobotModel, line: int, where: str = "") -> None:
+    known = {*robot.joint_names, *robot.mimics}
+    for column, joint in enumerate(names, start=1):
+        if joint not in known:
+            near = ", ".join(nearest_names(joint, [*robot.joint_names, *robot.mimics]))
+            advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
+            raise BadInputFile(name, f"{where}unknown joint {joint!r} ({advice})", line, column if line else 0)
+        if joint in names[: column - 1]:
+            raise BadInputFile(name, f"{where}joint {joint!r} is given twice", line, column if line else 0)
+    missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]
+    if missing:
+        shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
+        raise BadInputFile(name, f"{where}missing joints: {shown}", line)
+
+
+def _determined(robot: RobotModel, names: Iterable[str]) -> set[str]:
+    return {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in names}

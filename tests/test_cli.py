@@ -1,0 +1,290 @@
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+
+COMMANDS = ("info", "joints", "fk", "doctor")
+
+
+def _json(capsys: pytest.CaptureFixture, *arguments: str) -> dict:
+    assert run(arguments) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return json.loads(out)
+
+
+def _refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nao-kin: ")
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+    return err
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture, command: str) -> None:
+    assert run([command, "--help"]) == 0
+    out = capsys.readouterr().out
+    assert f"Example: nao-kin {command}" in " ".join(out.split())
+    assert "--json" in out
+
+
+def test_the_program_tells_its_version_and_its_commands(capsys: pytest.CaptureFixture) -> None:
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == nk.__version__
+    assert run(["--help"]) == 0
+    assert all(command in capsys.readouterr().out for command in ("fk",))
+
+
+def test_fk_gives_the_poses_of_the_library(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    document = _json(
+        capsys, "fk", "--posture", "StandInit", "--frame", "LArm", "--frame", "CameraTop", "--json", "--as", "matrix"
+    )
+    q = nao.posture("StandInit")
+    assert document["robot"] == "nao_v6"
+    assert np.array_equal(document["poses"]["LArm"], nao.fk(q, "LArm"))
+    assert np.array_equal(document["poses"]["CameraTop"], nao.fk(q, "CameraTop"))
+
+
+def test_fk_by_default_answers_where_hands_feet_and_cameras_are(capsys: pytest.CaptureFixture) -> None:
+    poses = _json(capsys, "fk", "--json")["poses"]
+    assert list(poses) == ["Head", "LArm", "RArm", "LLeg", "RLeg", "CameraTop", "CameraBottom"]
+    assert poses["LArm"]["x"] == pytest.approx(0.2187)
+
+
+def test_joints_are_set_on_top_of_a_posture(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    arguments = (
+        "fk",
+        "--posture",
+        "Sit",
+        "--joint",
+        "RHipYawPitch=-0.3",
+        "--joint",
+        "HeadYaw=0.2",
+        "--json",
+        "--as",
+        "matrix",
+    )
+    poses = _json(capsys, *arguments)["poses"]
+    q = nao.configuration({**nao.angles(nao.posture("Sit")), "LHipYawPitch": -0.3, "HeadYaw": 0.2})
+    assert np.array_equal(poses["LLeg"], nao.fk(q, "LLeg"))
+    assert np.array_equal(poses["CameraTop"], nao.fk(q, "CameraTop"))
+
+
+def test_degrees_go_in_and_come_out(capsys: pytest.CaptureFixture) -> None:
+    arguments = ("--joint", "HeadYaw=20", "--joint", "LHand=0.5", "--frame", "Head", "--json")
+    pose = _json(capsys, "fk", "--deg", *arguments)["poses"]["Head"]
+    assert pose["yaw_deg"] == pytest.approx(20.0)
+    assert "yaw" not in pose
+
+
+@pytest.mark.parametrize(
+    ("style", "names"),
+    [
+        ("position6d", ["x", "y", "z", "wx", "wy", "wz"]),
+        ("rpy", ["x", "y", "z", "roll", "pitch", "yaw"]),
+        ("quaternion", ["x", "y", "z", "r0", "r1", "r2", "r3"]),
+    ],
+)
+def test_every_style_of_a_pose_describes_the_same_pose(
+    capsys: pytest.CaptureFixture, nao: nk.NaoModel, style: str, names: list[str]
+) -> None:
+    pose = _json(capsys, "fk", "--posture", "Crouch", "--frame", "RLeg", "--as", style, "--json")["poses"]["RLeg"]
+    assert list(pose) == names
+    T = nao.fk(nao.posture("Crouch"), "RLeg")
+    numbers = list(pose.values())
+    assert np.array_equal(numbers[:3], T[:3, 3])
+    if style == "quaternion":
+        R = nk.rotations.matrix_from_quat(numbers[3:])
+    else:
+        R = nk.rotations.matrix_from_rpy(numbers[3:])
+    assert np.allclose(R, T[:3, :3], atol=1e-15)
+
+
+def test_a_reference_frame_can_be_named(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    arguments = ("fk", "--posture", "Stand", "--frame", "Head", "--reference", "LLeg", "--as", "matrix", "--json")
+    document = _json(capsys, *arguments)
+    assert document["reference"] == "LLeg"
+    assert np.array_equal(document["poses"]["Head"], nao.fk(nao.posture("Stand"), "Head", reference="LLeg"))
+
+
+@pytest.fixture
+def trajectory(nao: nk.NaoModel, tmp_path: Path) -> Path:
+    path = tmp_path / "walk.csv"
+    q = nao.random(0, 5)
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(nao.joint_names)
+        writer.writerows(q.tolist())
+    return path
+
+
+def test_a_file_gives_one_result_per_row(capsys: pytest.CaptureFixture, nao: nk.NaoModel, trajectory: Path) -> None:
+    document = _json(capsys, "fk", str(trajectory), "--frame", "LArm", "--as", "matrix", "--json")
+    got = [configuration["LArm"] for configuration in document["configurations"]]
+    assert np.array_equal(got, nao.fk(nao.random(0, 5), "LArm"))
+
+
+def test_csv_output_reads_back(capsys: pytest.CaptureFixture, nao: nk.NaoModel, trajectory: Path) -> None:
+    assert run(["fk", str(trajectory), "--frame", "LArm", "--frame", "RLeg", "--as", "matrix", "--csv"]) == 0
+    rows = list(csv.reader(io.StringIO(capsys.readouterr().out)))
+    assert rows[0][:4] == ["row", "frame", "t11", "t12"]
+    assert [row[:2] for row in rows[1:5]] == [["0", "LArm"], ["0", "RLeg"], ["1", "LArm"], ["1", "RLeg"]]
+    numbers = np.array([row[2:] for row in rows[1:]], dtype=float).reshape(5, 2, 4, 4)
+    assert np.array_equal(numbers, nao.fk(nao.random(0, 5), ["LArm", "RLeg"]))
+
+
+def test_long_files_are_worked_through_in_pieces(
+    capsys: pytest.CaptureFixture, nao: nk.NaoModel, trajectory: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nao_kin.cli.fk._CHUNK", 2)
+    test_csv_output_reads_back(capsys, nao, trajectory)
+
+
+def test_the_table_shows_units_and_no_negative_zero(capsys: pytest.CaptureFixture) -> None:
+    assert run(["fk", "--frame", "RArm", "--deg"]) == 0
+    out = capsys.readouterr().out
+    assert "x [m]" in out
+    assert "yaw [°]" in out
+    assert "-0.00000" not in out
+    assert run(["fk", "--frame", "RArm", "--as", "matrix"]) == 0
+    assert "origin [m]" in capsys.readouterr().out
+
+
+def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    wrong = ("fk", "--joint", "HeadYaw=3", "--frame", "Head", "--json")
+    assert "HeadYaw = 3 not in [-2.08567, 2.08567] rad" in _refused(capsys, *wrong)
+    assert _json(capsys, *wrong, "--clamp")["poses"]["Head"]["yaw"] == pytest.approx(nao.upper[0])
+    assert _json(capsys, *wrong, "--ignore-limits")["poses"]["Head"]["yaw"] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("fk", "--joint", "HeadYew=1"), "unknown joint 'HeadYew' (nearest: HeadYaw"),
+        (("fk", "--frame", "LHnd"), "unknown frame 'LHnd' (nearest: LHand"),
+        (("fk", "--reference", "LHnd"), "unknown frame 'LHnd'"),
+        (("fk", "--posture", "standup"), "unknown posture 'standup' (nearest: Stand"),
+        (("fk", "--version", "v7"), "unknown NAO version 'v7' (nearest: v6"),
+        (("info", "--robot", "rome"), "unknown robot 'rome' (nearest: romeo"),
+        (("fk", "--joint", "HeadYaw"), "expected NAME=VALUE with a number"),
+        (("fk", "--joint", "HeadYaw=a"), "expected NAME=VALUE with a number"),
+        (("fk", "--joint", "HeadYaw=nan"), "HeadYaw must be finite, got nan"),
+        (("fk", "--joint", "HeadYaw=1", "--joint", "HeadYaw=2"), "--joint names HeadYaw twice"),
+        (("fk", "--joint", "LHipYawPitch=0.1", "--joint", "RHipYawPitch=0.2"), "drives RHipYawPitch"),
+        (("fk", "--csv", "--json"), "two formats"),
+        (("fk", "--clamp", "--ignore-limits"), "contradict"),
+        (("fk", "x.csv", "--posture", "Stand"), "leave out --posture and --joint"),
+        (("fk", "none.csv"), "none.csv: cannot be read: No such file"),
+        (("info", "--urdf", "none.urdf"), "none.urdf: No such file"),
+        (("info", "--urdf", "a", "--robot", "b"), "give one"),
+        (("fk", "--robot", "panda", "--posture", "Stand"), "has no predefined postures"),
+        (("fk", "--as", "euler"), "'euler' is not one of"),
+        (("fk", "--bogus"), "No such option"),
+        (("bogus",), "No such command 'bogus'"),
+        (("fk", "a.csv", "b.csv"), "nexpected extra argument"),
+    ],
+)
+def test_bad_input_is_one_line_on_standard_error(
+    capsys: pytest.CaptureFixture, arguments: tuple[str, ...], message: str
+) -> None:
+    assert message in _refused(capsys, *arguments)
+
+
+def test_a_bad_row_prints_nothing_of_the_good_ones(capsys: pytest.CaptureFixture, trajectory: Path) -> None:
+    trajectory.write_text(trajectory.read_text().rstrip() + ",1\n")
+    for output in ("--json", "--csv"):
+        assert "line 6: 26 values" in _refused(capsys, "fk", str(trajectory), output)
+
+
+def test_info_tells_of_nao_and_of_others(capsys: pytest.CaptureFixture) -> None:
+    nao = _json(capsys, "info", "--version", "v5", "--json")
+    assert (nao["degrees_of_freedom"], nao["version"], len(nao["postures"])) == (25, "v5", 8)
+    romeo = _json(capsys, "info", "--robot", "romeo", "--json")
+    assert romeo["degrees_of_freedom"] == 33
+    assert len(romeo["load_notes"]) > 0
+    assert run(["info"]) == 0
+    assert "StandInit" in capsys.readouterr().out
+
+
+def test_joints_lists_limits_in_the_asked_unit(capsys: pytest.CaptureFixture) -> None:
+    rows = _json(capsys, "joints", "--deg", "--json")["joints"]
+    assert [row["joint"] for row in rows] == list(nk.load_nao().joint_names)
+    assert rows[0]["upper"] == pytest.approx(119.5)
+    hand = next(row for row in rows if row["joint"] == "LHand")
+    assert (hand["lower"], hand["upper"], hand["unit"]) == (0.0, 1.0, "1")
+    assert next(row for row in rows if row["joint"] == "LHipYawPitch")["followed_by"] == ["RHipYawPitch"]
+    assert run(["joints"]) == 0
+    assert "LHandFinger11, LHandFinger12 and 6 more" in capsys.readouterr().out
+
+
+def test_names_from_a_file_are_no_markup(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    path = tmp_path / "odd.urdf"
+    path.write_text('<robot name="r"><link name="[red]base[/red]"/></robot>')
+    assert run(["fk", "--urdf", str(path)]) == 0
+    assert "[red]base[/red]" in capsys.readouterr().out
+
+
+# --- as a program -----------------------------------------------------------------------------------------------------
+
+
+def _program(*arguments: str, **options) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "nao_kin", *arguments], capture_output=True, text=True, **options)
+
+
+def test_the_program_runs_from_any_folder_and_reads_standard_input(nao: nk.NaoModel, tmp_path: Path) -> None:
+    text = json.dumps(nao.angles(nao.posture("Stand")))
+    done = _program("fk", "-", "--frame", "LArm", "--json", input=text, cwd=tmp_path)
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["poses"]["LArm"]["x"] == nao.position(nao.posture("Stand"), "LArm")[0]
+
+
+def test_errors_leave_with_code_2_and_one_line(tmp_path: Path) -> None:
+    done = _program("fk", "--joint", "HeadYaw=9", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+
+
+def test_a_reader_that_stops_early_is_no_error(trajectory: Path) -> None:
+    code = f"{sys.executable} -m nao_kin fk {trajectory} --csv | head -n 1"
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", code], capture_output=True, text=True)
+    assert done.stderr == ""
+    assert done.stdout.startswith("row,frame")
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGINT"), reason="needs signals")
+def test_an_interrupt_ends_without_a_traceback() -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-m", "nao_kin", "fk", "-"], stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        child.stdin.write("HeadYaw")
+        child.stdin.flush()
+        import time
+
+        time.sleep(2.0)  # until it waits for the rest of its input
+        os.kill(child.pid, signal.SIGINT)
+        _, err = child.communicate(timeout=20)
+    finally:
+        child.kill()
+    assert child.returncode == 130
+    assert "Traceback" not in err
+
+
+def test_numbers_in_json_are_exact(capsys: pytest.CaptureFixture) -> None:
+    pose = _json(capsys, "fk", "--joint", "HeadYaw=0.3", "--frame", "Head", "--json")["poses"]["Head"]
+    assert math.isclose(pose["yaw"], 0.3, rel_tol=1e-15)
