@@ -182,3 +182,17 @@ class MissingExtra(NaoKinError):
     def __init__(self, purpose: str, extra: str) -> None:
         self.extra = extra
         super().__init__(f"{purpose} needs an optional package: pip install 'nao-kin[{extra}]'")
+
+
+class SingularMatrix(NaoKinError):
+    """A matrix that has no inverse.
+
+    Attributes:
+        what: which matrix.
+        index: which one of the batch.
+    """
+
+    def __init__(self, what: str, reason: str, index: tuple[int, ...] = ()) -> None:
+        self.what, self.index = what, index
+        where = f" at index {list(index)}" if index else ""
+        super().__init__(f"{what} has no inverse{where}: {reason}")

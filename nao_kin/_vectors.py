@@ -1,0 +1,77 @@
+"""Vectors along the last axis: unit vectors at every scale, cross-product matrices, batch shapes that fit together."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._arrays import Floats, as_floats
+from nao_kin.errors import BadArgument, WrongShape, ZeroNorm
+
+_LARGEST = 1e150
+
+
+def as_vectors(value: ArrayLike, what: str, size: int = 3) -> Floats:
+    """`value` as finite vectors of shape (..., size) whose squares do not overflow.
+
+    Raises:
+        BadArgument: a component beyond ±1e150; or not numbers.
+        WrongShape, NotFinite: as in `as_floats`.
+    """
+    with np.errstate(over="ignore"):
+        vectors = as_floats(value, (size,), what)
+    if vectors.size and np.abs(vectors).max() > _LARGEST:
+        raise BadArgument(f"{what} must not exceed {_LARGEST:.0e} in magnitude, got {np.abs(vectors).max():.3g}")
+    return vectors
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """The scalar products a·b, shape (...)."""
+    return np.asarray(np.einsum("...i,...i->...", a, b), dtype=np.float64)
+
+
+def norm(v: Floats) -> Floats:
+    """‖v‖, shape (...); components under 1e-160 count as zero."""
+    return np.asarray(np.sqrt(dot(v, v)), dtype=np.float64)
+
+
+def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
+    """v/‖v‖ and ‖v‖, right down to the smallest floats.
+
+    Raises:
+        ZeroNorm: some vector is exactly zero; carries its index.
+    """
+    _, exponent = np.frexp(np.abs(v).max(axis=-1))
+    # A power of two takes the vector near length 1 without rounding it, so that no square underflows.
+    scaled = np.ldexp(v, -exponent[..., None])
+    length = norm(scaled)
+    if not length.all():
+        raise ZeroNorm(what, first_index(length == 0.0))
+    return scaled / length[..., None], np.ldexp(length, exponent)
+
+
+def cross_matrix(v: Floats) -> Floats:
+    """The matrices V of shape (..., 3, 3) with V w = v × w for every w."""
+    V = np.zeros((*v.shape, 3))
+    V[..., 2, 1], V[..., 0, 2], V[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    V[..., 1, 2], V[..., 2, 0], V[..., 0, 1] = -v[..., 0], -v[..., 1], -v[..., 2]
+    return V
+
+
+def common_batch(what: str, *batch_shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """The batch shape that all of `batch_shapes` broadcast to.
+
+    Raises:
+        WrongShape: there is none.
+    """
+    try:
+        return np.broadcast_shapes(*batch_shapes)
+    except ValueError:
+        raise WrongShape(
+            f"batch axes of {what}", "that broadcast together", " and ".join(map(str, batch_shapes))
+        ) from None
+
+
+def first_index(mask: NDArray[np.bool_]) -> tuple[int, ...]:
+    """Where the first true entry of `mask` stands."""
+    return tuple(int(i) for i in np.argwhere(mask)[0])

@@ -1,0 +1,120 @@
+"""The joint axes of a robot as lines of space, and the Jacobian they make: a second source beside Pinocchio's."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._arrays import Floats
+from nao_kin.errors import UnknownName
+from nao_kin.lines import PluckerLine, geometric_jacobian
+from nao_kin.robot import RobotModel
+from nao_kin.urdf_reader import read_urdf
+
+_EXPRESSIONS = ("frame", "root", "mixed")
+
+
+class JointAxes:
+    """All moving joints of a robot as lines: where their axes lie, and what they make of a motion.
+
+    Positions come from the robot's forward kinematics, directions and couplings from its URDF.
+
+    Attributes:
+        robot: the robot.
+        names: its m moving joints, those that follow another one included.
+        sliding: which of them are prismatic, shape (m,).
+
+    Raises:
+        BadModel: the robot's URDF can no longer be read.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        tree = read_urdf(robot.urdf_path)
+        moving = [joint for joint in tree.joints if joint.kind != "fixed"]
+        self.robot = robot
+        self.names = tuple(joint.name for joint in moving)
+        self.sliding: NDArray[np.bool_] = np.array([joint.kind == "prismatic" for joint in moving], dtype=np.bool_)
+        self._directions = np.array([joint.axis for joint in moving], dtype=np.float64).reshape(-1, 3)
+        self._above = {joint.child: joint for joint in tree.joints}
+        self._links_of_joints = {joint.name: joint.child for joint in moving}
+
+    def lines(self, q: ArrayLike) -> PluckerLine:
+        """The axes in the frame of the root, moments about its origin; batch shape (..., m), in the order of `names`.
+
+        The line of a prismatic joint passes through the joint's own origin: only its direction matters.
+
+        Args:
+            q: configurations, shape (..., nq).
+
+        Raises:
+            WrongShape, NotFinite: q is no configuration.
+        """
+        poses = self.robot.fk(q, self.names)
+        directions = np.einsum("...mij,mj->...mi", poses[..., :3, :3], self._directions)
+        return PluckerLine.from_point_direction(poses[..., :3, 3], directions)
+
+    def coupling(self, frame: str) -> Floats:
+        """∂(value of a joint)/∂(coordinate), shape (m, n), with zero rows for joints that do not carry the frame.
+
+        Columns are in the order of the robot's `joint_names`: a joint that follows another one has its multiplier in
+        that one's column.
+
+        Args:
+            frame: a frame name.
+
+        Raises:
+            UnknownName: no such frame.
+        """
+        carrying = self._carrying(frame)
+        C = np.zeros((len(self.names), len(self.robot.joint_names)))
+        for row, name in enumerate(self.names):
+            if name in carrying:
+                tie = self.robot.mimics.get(name)
+                C[row, self.robot.joint_names.index(tie.joint if tie else name)] = tie.multiplier if tie else 1.0
+        return C
+
+    def jacobian(self, q: ArrayLike, frame: str, expressed_in: Literal["frame", "root", "mixed"] = "mixed") -> Floats:
+        """What `RobotModel.jacobian` returns for the joints, made of nothing but the axes' Plücker coordinates.
+
+        Args:
+            q: configurations, shape (..., nq).
+            frame: a frame name.
+            expressed_in: as in `RobotModel.jacobian`.
+
+        Returns:
+            Shape (..., 6, n), columns in the order of `joint_names`; those of a floating base are left out.
+
+        Raises:
+            UnknownName: no such frame or expression.
+            WrongShape, NotFinite: q is no configuration.
+        """
+        if expressed_in not in _EXPRESSIONS:
+            raise UnknownName("expression", expressed_in, _EXPRESSIONS)
+        coupling = self.coupling(frame)
+        axes, pose = self.lines(q), self.robot.fk(q, frame)
+        at = pose[..., :3, 3] if expressed_in == "mixed" else np.zeros(3)
+        if expressed_in == "frame":
+            axes = axes.transformed(_inverse(pose)[..., None, :, :])
+        return geometric_jacobian(axes, at=at, coupling=coupling, sliding=self.sliding)
+
+    def _carrying(self, frame: str) -> set[str]:
+        """The joints between the root and the frame."""
+        if frame not in self.robot.frame_names:
+            raise UnknownName("frame", frame, self.robot.frame_names)
+        link = frame if frame in self._above else self._links_of_joints.get(frame, frame)
+        carrying = set()
+        while link in self._above:
+            carrying.add(self._above[link].name)
+            link = self._above[link].parent
+        return carrying
+
+
+def _inverse(T: Floats) -> Floats:
+    inverse = np.zeros_like(T)
+    R_transposed = np.swapaxes(T[..., :3, :3], -1, -2)
+    inverse[..., :3, :3] = R_transposed
+    inverse[..., :3, 3] = -np.einsum("...ij,...j->...i", R_transposed, T[..., :3, 3])
+    inverse[..., 3, 3] = 1.0
+    return inverse

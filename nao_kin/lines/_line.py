@@ -1,0 +1,208 @@
+"""The line itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_vectors, common_batch, dot, first_index, norm, unit
+from nao_kin.errors import BadArgument, DegeneratePoints
+from nao_kin.lines._transfer import as_rigid_motion
+
+_CENTRE = (0.0, 0.0, 0.0)
+# Half a dozen roundings of the larger coordinate: a shorter difference of two points has no correct digit.
+_COINCIDENT = 4.0 * float(np.finfo(np.float64).eps)
+# [m]; from a screw axis of this pitch on, six numbers are no longer a line that rounding has touched.
+_LARGEST_PITCH = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class PluckerLine:
+    """A directed line, or a batch of them, in Plücker coordinates (direction; moment) about an origin.
+
+    With e the unit direction, p any point of the line and o the origin: moment n = (p − o) × e, and e·n = 0.
+    Immutable: the arrays are read-only copies of what was given. `lines[i]` picks from the batch axes.
+
+    Attributes:
+        direction: unit vectors e, shape (..., 3). Given with any length, direction and moment are divided by it.
+        moment: n about `origin`, shape (..., 3) [m].
+        origin: o, shape (..., 3) [m], in the same frame as everything else.
+
+    Raises:
+        ZeroNorm: a direction is zero.
+        BadArgument: direction·moment is not zero, so that the six numbers are a screw with a pitch and not a line.
+        WrongShape, NotFinite: in any of the three.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
+    """
+
+    direction: Floats
+    moment: Floats
+    origin: Floats = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        direction, moment = as_vectors(self.direction, "direction"), as_vectors(self.moment, "moment")
+        e, length = unit(direction, "direction")
+        common_batch("direction and moment", e.shape[:-1], moment.shape[:-1])
+        n = moment / length[..., None]
+        pitch = dot(e, n)
+        crooked = np.abs(pitch) > _LARGEST_PITCH * np.maximum(1.0, norm(n))
+        if crooked.any():
+            index = first_index(crooked)
+            raise BadArgument(
+                f"direction·moment must be zero for a line, got a screw of pitch {pitch[index]:.3g}"
+                + (f" at index {list(index)}" if index else "")
+            )
+        self._freeze(e, n - pitch[..., None] * e, as_vectors(self.origin, "origin"))
+
+    @classmethod
+    def through(cls, p: ArrayLike, q: ArrayLike, *, origin: ArrayLike = _CENTRE) -> PluckerLine:
+        """The line through the points p and q, directed from p to q: e = (q − p)/‖q − p‖.
+
+        Args:
+            p: points, shape (..., 3) [m].
+            q: points, shape (..., 3) [m], other than p.
+            origin: point about which the moment is taken, shape (..., 3) [m].
+
+        Raises:
+            DegeneratePoints: p and q coincide, or differ by no more than the rounding of their coordinates.
+            WrongShape, NotFinite: in any argument.
+        """
+        p, q = as_vectors(p, "p"), as_vectors(q, "q")
+        o = as_vectors(origin, "origin")
+        common_batch("p, q and origin", p.shape[:-1], q.shape[:-1], o.shape[:-1])
+        difference = q - p
+        largest = np.maximum(np.abs(p).max(axis=-1), np.abs(q).max(axis=-1))
+        coincident = np.abs(difference).max(axis=-1) <= _COINCIDENT * largest
+        if coincident.any():
+            index = first_index(coincident)
+            raise DegeneratePoints(
+                "p and q coincide" + (f" at index {list(index)}" if index else "") + ": no line is distinguished"
+            )
+        e, _ = unit(difference, "q − p")
+        p_near, q_near = p - o, q - o
+        # The nearer point gives the moment the smaller rounding error.
+        arm = np.where((norm(p_near) <= norm(q_near))[..., None], p_near, q_near)
+        return cls._of(e, np.cross(arm, e), o)
+
+    @classmethod
+    def from_point_direction(
+        cls, point: ArrayLike, direction: ArrayLike, *, origin: ArrayLike = _CENTRE
+    ) -> PluckerLine:
+        """The line through a point along a direction of any length.
+
+        Args:
+            point: shape (..., 3) [m].
+            direction: shape (..., 3), not zero.
+            origin: point about which the moment is taken, shape (..., 3) [m].
+
+        Raises:
+            ZeroNorm: a direction is zero.
+            WrongShape, NotFinite: in any argument.
+        """
+        p, d = as_vectors(point, "point"), as_vectors(direction, "direction")
+        o = as_vectors(origin, "origin")
+        common_batch("point, direction and origin", p.shape[:-1], d.shape[:-1], o.shape[:-1])
+        e, _ = unit(d, "direction")
+        return cls._of(e, np.cross(p - o, e), o)
+
+    @classmethod
+    def from_coordinates(cls, coordinates: ArrayLike, *, origin: ArrayLike = _CENTRE) -> PluckerLine:
+        """The line whose Plücker coordinates (direction; moment) about `origin` are given, up to a positive factor.
+
+        Args:
+            coordinates: shape (..., 6).
+            origin: point about which the moment was taken, shape (..., 3) [m].
+
+        Raises:
+            ZeroNorm: the direction is zero.
+            BadArgument: direction·moment is not zero.
+            WrongShape, NotFinite: in any argument.
+        """
+        k = as_vectors(coordinates, "coordinates", 6)
+        return cls(k[..., :3], k[..., 3:], as_vectors(origin, "origin"))
+
+    @property
+    def coordinates(self) -> Floats:
+        """Plücker coordinates (direction; moment), shape (..., 6)."""
+        return np.concatenate([self.direction, self.moment], axis=-1)
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the batch axes: () for one line."""
+        return self.direction.shape[:-1]
+
+    @property
+    def point(self) -> Floats:
+        """The point of the line closest to its origin, o + e × n, shape (..., 3) [m]."""
+        return self.origin + np.cross(self.direction, self.moment)
+
+    def closest_point(self, to: ArrayLike) -> Floats:
+        """The point of the line closest to the point `to`, shape (..., 3) [m]."""
+        return self.transfer_to(to).point
+
+    def distance_to(self, point: ArrayLike) -> Floats:
+        """Distance of a point from the line, the length of the moment about that point, shape (...) [m]."""
+        return norm(self.transfer_to(point).moment)
+
+    def transfer_to(self, origin: ArrayLike) -> PluckerLine:
+        """The same line seen from another origin: n' = n + (o − o') × e, what `transfer_matrix(o, o')` does.
+
+        Args:
+            origin: o', shape (..., 3) [m].
+
+        Raises:
+            WrongShape, NotFinite: in `origin`.
+        """
+        o = as_vectors(origin, "origin")
+        common_batch("line and origin", self.batch_shape, o.shape[:-1])
+        return self._of(self.direction, self.moment + np.cross(self.origin - o, self.direction), o)
+
+    def transformed(self, T_ab: ArrayLike) -> PluckerLine:
+        """A line given in frame b, in the coordinates of frame a; or a line of a, carried along by the motion T_ab.
+
+        e' = R e and p' = R p + t for every point p; the moment is taken about the same numbers `origin` as before. For
+        origin zero this is what `motion_matrix(T_ab)` does.
+
+        Args:
+            T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
+
+        Raises:
+            NotARotation: the rotation part of some pose is none.
+            BadArgument: the last row of some pose is not (0, 0, 0, 1).
+            WrongShape, NotFinite: in `T_ab`.
+        """
+        R, t = as_rigid_motion(T_ab, "T_ab")
+        common_batch("line and T_ab", self.batch_shape, t.shape[:-1])
+        # A pose rounded to float32 is accepted; the direction stays a unit vector even so.
+        e, _ = unit(np.einsum("...ij,...j->...i", R, self.direction), "direction")
+        n = np.einsum("...ij,...j->...i", R, self.moment)
+        moved_origin = np.einsum("...ij,...j->...i", R, self.origin) + t
+        return self._of(e, n + np.cross(moved_origin - self.origin, e), self.origin)
+
+    def __getitem__(self, index: Any) -> PluckerLine:
+        """The lines that `index`, any NumPy index over the batch axes, picks; IndexError outside them."""
+        picked = np.arange(self.direction.size // 3).reshape(self.batch_shape)[index]
+        return self._of(*(v.reshape(-1, 3)[picked] for v in (self.direction, self.moment, self.origin)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Pickling alone would give the copy writable arrays.
+        return PluckerLine._of, (self.direction, self.moment, self.origin)
+
+    @classmethod
+    def _of(cls, direction: Floats, moment: Floats, origin: Floats) -> PluckerLine:
+        # Past the checks: rounding may leave direction·moment large beside the moment of a line through its origin.
+        line = object.__new__(cls)
+        line._freeze(direction, moment, origin)
+        return line
+
+    def _freeze(self, direction: Floats, moment: Floats, origin: Floats) -> None:
+        batch = common_batch("direction, moment and origin", direction.shape[:-1], moment.shape[:-1], origin.shape[:-1])
+        for name, value in (("direction", direction), ("moment", moment), ("origin", origin)):
+            own = np.array(np.broadcast_to(value, (*batch, 3)))
+            own.setflags(write=False)
+            object.__setattr__(self, name, own)

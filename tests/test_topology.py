@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import BadModel, MissingExtra
+from nao_kin.topology import Coupling, topology
+
+VERSIONS = ["v3.2", "v3.3", "v4", "v5", "v6"]
+
+
+def joint(name: str, parent: str, child: str, mimic: str = "") -> str:
+    return (
+        f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/><axis xyz="0 0 1"/>'
+        f'<limit lower="-1" upper="1" effort="1" velocity="1"/>{mimic}</joint>'
+    )
+
+
+def robot_from(tmp_path: Path, *joints: str, links: str) -> nk.RobotModel:
+    path = tmp_path / "robot.urdf"
+    bodies = "".join(f'<link name="{name}"/>' for name in links.split())
+    path.write_text(f'<robot name="r">{bodies}{"".join(joints)}</robot>', encoding="utf-8")
+    return nk.RobotModel.from_urdf(path)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_the_nao_is_one_tree_of_five_serial_chains_with_one_coupling(version, base) -> None:
+    nao = nk.load_nao(version, base=base)
+    structure = topology(nao)
+    assert structure.degrees_of_freedom == 25
+    assert structure.closed_loops == 0
+    assert set(structure.chains) == set(nao.chains.values())
+    assert sum(len(chain) for chain in structure.chains) == 26
+    assert structure.couplings_between_limbs == (Coupling("RHipYawPitch", "LHipYawPitch", between_limbs=True),)
+
+
+def test_every_joint_is_a_degree_of_freedom_or_follows_one() -> None:
+    structure = topology(nk.load_nao())
+    assert structure.moving_joints - len(structure.couplings) == structure.degrees_of_freedom
+    followers = {tie.joint for tie in structure.couplings if not tie.between_limbs}
+    assert {tie.driver for tie in structure.couplings if not tie.between_limbs} == {"LHand", "RHand"}
+    assert all("Finger" in name or "Thumb" in name for name in followers)
+
+
+def test_chains_end_where_the_tree_branches(tmp_path) -> None:
+    robot = robot_from(
+        tmp_path,
+        joint("waist", "base", "chest"),
+        joint("neck", "chest", "head"),
+        joint("arm", "chest", "upper"),
+        joint("elbow", "upper", "lower"),
+        links="base chest head upper lower",
+    )
+    assert set(topology(robot).chains) == {("waist",), ("neck",), ("arm", "elbow")}
+    assert topology(robot).couplings == ()
+
+
+def test_a_follower_between_two_joints_of_its_limb_does_not_break_the_chain(tmp_path) -> None:
+    robot = robot_from(
+        tmp_path,
+        joint("a", "base", "one"),
+        joint("b", "one", "two", mimic='<mimic joint="a"/>'),
+        joint("c", "two", "three"),
+        joint("other", "base", "side", mimic='<mimic joint="a" multiplier="2"/>'),
+        links="base one two three side",
+    )
+    structure = topology(robot)
+    assert set(structure.chains) == {("a", "c"), ("other",)}
+    assert set(structure.couplings) == {Coupling("b", "a", between_limbs=False), Coupling("other", "a", True)}
+    assert structure.degrees_of_freedom == 2
+
+
+def test_romeo_has_six_chains() -> None:
+    try:
+        romeo = nk.load_robot("romeo")
+    except MissingExtra:
+        pytest.skip("example-robot-data is not installed")
+    structure = topology(romeo)
+    assert sorted(len(chain) for chain in structure.chains) == [1, 4, 6, 6, 8, 8]
+    assert structure.closed_loops == 0
+
+
+def test_a_joint_that_closes_a_loop_in_the_file_is_counted(tmp_path) -> None:
+    robot = robot_from(tmp_path, joint("a", "base", "one"), joint("b", "base", "two"), links="base one two")
+    assert topology(robot).closed_loops == 0
+    text = robot.urdf_path.read_text(encoding="utf-8")
+    robot.urdf_path.write_text(text.replace("</robot>", joint("c", "one", "two") + "</robot>"), encoding="utf-8")
+    assert topology(robot).closed_loops == 1
+
+
+def test_a_urdf_that_is_gone_is_refused_by_name(tmp_path) -> None:
+    robot = robot_from(tmp_path, joint("a", "base", "one"), links="base one")
+    robot.urdf_path.unlink()
+    with pytest.raises(BadModel, match=r"robot\.urdf"):
+        topology(robot)
