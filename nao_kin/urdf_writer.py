@@ -19,11 +19,12 @@ from nao_kin.parameters import (
     FINGER_RATIO,
     FINGERS,
     OPTICAL_RPY,
+    PLACEHOLDER,
     VISUAL_SHAPES,
     Joint,
     NaoParameters,
 )
-from nao_kin.parameters.rows import ShapeRow, Vector
+from nao_kin.parameters.rows import InertialRow, ShapeRow, Vector, Version
 
 ROOT_LINK = "base_link"
 TRUNK = "torso"
@@ -56,13 +57,16 @@ def urdf_text(parameters: NaoParameters) -> str:
         robot.append(_body(parameters, joint.name, joint.link))
         _add_joint(robot, joint, link_of[joint.parent])
         if joint.name in ("LHand", "RHand"):
-            _add_fingers(robot, joint, link_of[joint.parent])
+            _add_fingers(robot, joint, link_of[joint.parent], parameters.version)
     for alias, link in _BODY_ALIASES.items():
         _add_fixed(robot, alias, link)
     for frame in parameters.frames:
         _add_fixed(robot, frame.name, link_of[frame.parent], frame.xyz, frame.rpy)
         if frame.ros_name is not None:
-            _add_fixed(robot, frame.ros_name, frame.name)
+            link = ET.Element("link", name=frame.ros_name)
+            if "/FSR/" in frame.name:
+                _add_placeholder(link, parameters.version)
+            _add_fixed(robot, frame.ros_name, frame.name, link=link)
         if frame.name in CAMERAS:
             _add_fixed(robot, f"{frame.name}_optical_frame", frame.name, rpy=OPTICAL_RPY)
     ET.indent(robot)
@@ -72,13 +76,10 @@ def urdf_text(parameters: NaoParameters) -> str:
 def _body(parameters: NaoParameters, key: str, name: str) -> ET.Element:
     """A link with the inertia, the looks and the collision shapes of what joint `key` moves."""
     link = ET.Element("link", name=name)
-    row = parameters.inertials.get(key)
-    if row is not None:
-        inertial = ET.SubElement(link, "inertial")
-        _add_origin(inertial, row.com_m)
-        ET.SubElement(inertial, "mass", value=_number(row.mass_kg))
-        labels = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        ET.SubElement(inertial, "inertia", {k: _number(v) for k, v in zip(labels, row.inertia, strict=True)})
+    if key in parameters.inertials:
+        _add_inertial(link, parameters.inertials[key])
+    else:
+        _add_placeholder(link, parameters.version)
     for shape in VISUAL_SHAPES:
         if shape.parent == key:
             visual = _add_shape(link, "visual", shape)
@@ -90,6 +91,19 @@ def _body(parameters: NaoParameters, key: str, name: str) -> ET.Element:
     return link
 
 
+def _add_inertial(link: ET.Element, row: InertialRow) -> None:
+    inertial = ET.SubElement(link, "inertial")
+    _add_origin(inertial, row.com_m)
+    ET.SubElement(inertial, "mass", value=_number(row.mass_kg))
+    labels = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    ET.SubElement(inertial, "inertia", {k: _number(v) for k, v in zip(labels, row.inertia, strict=True)})
+
+
+def _add_placeholder(link: ET.Element, version: Version) -> None:
+    if version in PLACEHOLDER.versions:
+        _add_inertial(link, PLACEHOLDER)
+
+
 def _add_joint(robot: ET.Element, joint: Joint, parent_link: str) -> None:
     element = ET.SubElement(robot, "joint", name=joint.name, type="revolute")
     _add_ends(element, parent_link, joint.link, joint.xyz, _ZERO)
@@ -99,7 +113,7 @@ def _add_joint(robot: ET.Element, joint: Joint, parent_link: str) -> None:
         ET.SubElement(element, "mimic", joint=joint.mimic, multiplier="1", offset="0")
 
 
-def _add_fingers(robot: ET.Element, hand: Joint, wrist_link: str) -> None:
+def _add_fingers(robot: ET.Element, hand: Joint, wrist_link: str, version: Version) -> None:
     """The phalanges of one hand, each turning with the opening.
 
     Their joints are named after the hand ("LHandFinger11"), so that they sort after it: a parser that takes siblings in
@@ -109,7 +123,7 @@ def _add_fingers(robot: ET.Element, hand: Joint, wrist_link: str) -> None:
     for finger in FINGERS:
         parent = wrist_link if finger.parent == "WristYaw" else f"{side}{finger.parent}_link"
         link = f"{side}{finger.name}_link"
-        ET.SubElement(robot, "link", name=link)
+        _add_placeholder(ET.SubElement(robot, "link", name=link), version)
         element = ET.SubElement(robot, "joint", name=f"{hand.name}{finger.name}", type="revolute")
         _add_ends(element, parent, link, finger.xyz_m, finger.rpy)
         ET.SubElement(element, "axis", xyz="0 0 1")

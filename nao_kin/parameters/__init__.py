@@ -1,7 +1,7 @@
 """The NAO's numbers: typed rows with unit, version and source, and all of them together for one version."""
 
 from nao_kin.parameters.frames import CAMERAS, FRAMES, OPTICAL_RPY
-from nao_kin.parameters.inertials import INERTIALS
+from nao_kin.parameters.inertials import INERTIALS, PLACEHOLDER
 from nao_kin.parameters.joints import FINGER_RATIO, FINGERS, JOINTS
 from nao_kin.parameters.limits import ACTUATORS, COUPLED_LIMITS, LIMITS
 from nao_kin.parameters.nao import CoupledLimit, Frame, Joint, NaoParameters, nao_parameters, version_named
@@ -26,6 +26,7 @@ __all__ = [
     "LIMITS",
     "OFFSETS",
     "OPTICAL_RPY",
+    "PLACEHOLDER",
     "POSTURES",
     "SOURCES",
     "VERSIONS",
