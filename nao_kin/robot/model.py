@@ -161,7 +161,7 @@ class RobotModel:
             n: how many, or a batch shape; None for one configuration of shape (nq,).
 
         Returns:
-            Configurations, shape (*n, nq).
+            Configurations, shape (n…, nq).
         """
         generator = rng if isinstance(rng, np.random.Generator) else np.random.default_rng(rng)
         shape = () if n is None else (n,) if isinstance(n, int) else tuple(n)

@@ -1,0 +1,76 @@
+"""What the README and the documentation show is run as it stands."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import nao_kin as nk
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def _blocks(page: Path, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if _blocks(page, "python")], ids=lambda page: page.name)
+def test_python_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(nk.load_nao().urdf_path, tmp_path / "robot.urdf")
+    monkeypatch.chdir(tmp_path)
+    exec(compile("\n".join(_blocks(page, "python")), str(page), "exec"), {"__name__": "example"})
+
+
+def _commands() -> list[tuple[str, str]]:
+    found = []
+    for page in PAGES:
+        lines = [
+            line.removeprefix("$ ")
+            for kind in ("sh", "console")
+            for block in _blocks(page, kind)
+            for line in block.split("\n")
+        ]
+        found += [
+            (page.name, line.split("  #")[0].strip()) for line in lines if "nao-kin " in line and "pip" not in line
+        ]
+    return found
+
+
+@pytest.mark.parametrize(("page", "command"), _commands(), ids=lambda value: value)
+def test_commands_run(page: str, command: str, tmp_path: Path, nao: nk.NaoModel) -> None:
+    import json
+
+    shutil.copy(nao.urdf_path, tmp_path / "nao.urdf")
+    names = ",".join(nao.joint_names)
+    rows = "\n".join(",".join(map(str, row)) for row in nao.random(0, 3))
+    (tmp_path / "walk.csv").write_text(f"{names}\n{rows}\n")
+    (tmp_path / "walk.json").write_text(json.dumps([nao.angles(row) for row in nao.random(0, 3)]))
+    program = f"{shlex.quote(sys.executable)} -m nao_kin"
+    done = subprocess.run(
+        ["bash", "-c", re.sub(r"\bnao-kin\b", program, command)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_readme_is_short_and_has_its_five_examples() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 120
+    assert len(_blocks(ROOT / "README.md", "python")) == 5
+
+
+def test_no_page_leads_outside_the_project() -> None:
+    for page in PAGES:
+        for target in re.findall(r"\]\((?!https?://|#)([^)]+)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / target.split("#")[0]).exists(), f"{page.name}: {target}"
