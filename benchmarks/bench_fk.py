@@ -57,11 +57,13 @@ def measure(rounds: int) -> dict[str, dict[str, float]]:
 
     def raw_one() -> np.ndarray:
         pin.framesForwardKinematics(model, data, q)
-        return data.oMf[foot].homogeneous
+        homogeneous: np.ndarray = data.oMf[foot].homogeneous
+        return homogeneous
 
     def raw_all() -> np.ndarray:
         pin.framesForwardKinematics(model, data, q)
-        return placements[links]
+        rows: np.ndarray = placements[links]
+        return rows
 
     assert np.array_equal(raw_one(), nao.fk(q, "LFoot"))
     assert np.array_equal(raw_all(), nao.fk(q)[:, :3])

@@ -21,7 +21,7 @@ _POSTURES = {row.name: row.body for row in POSTURES}
 
 
 class NaoModel(RobotModel):
-    """A NAO with its 25 degrees of freedom.
+    """A NAO H25 with its 25 degrees of freedom.
 
     Beside what every `RobotModel` has:
 
@@ -32,10 +32,24 @@ class NaoModel(RobotModel):
         posture_names: NAOqi's predefined postures.
     """
 
-    version: Version
     chains: Mapping[str, tuple[str, ...]] = MappingProxyType(CHAINS)
     body_order: tuple[str, ...] = BODY_ORDER
     posture_names: tuple[str, ...] = tuple(_POSTURES)
+
+    def __init__(self, version: str = "v6", *, base: Base = "fixed") -> None:
+        self.version: Version = version_named(version)
+        parameters = nao_parameters(self.version)
+        path = nao_urdf_path(self.version)
+        mimics = {joint.name: Mimic(joint.mimic) for joint in parameters.joints if joint.mimic is not None}
+        hands = [joint.name for joint in parameters.joints if joint.unit == "1"]
+        mimics |= {f"{hand}{finger.name}": Mimic(hand, FINGER_RATIO) for hand in hands for finger in FINGERS}
+        super().__init__(
+            ModelSource(f"nao_{self.version}", path.read_text(encoding="utf-8"), base),
+            path,
+            mimics=mimics,
+            units=dict.fromkeys(hands, "1"),
+            coupled_limits=parameters.coupled_limits,
+        )
 
     def posture(self, name: str) -> Floats:
         """One of NAOqi's predefined postures, shape (nq,).
@@ -85,19 +99,6 @@ def load_nao(version: str = "v6", *, base: Base = "fixed") -> NaoModel:
 
     Raises:
         UnknownName: no such version.
+        BadArgument: no such base.
     """
-    known = version_named(version)
-    parameters = nao_parameters(known)
-    path = nao_urdf_path(known)
-    mimics = {joint.name: Mimic(joint.mimic) for joint in parameters.joints if joint.mimic is not None}
-    hands = [joint.name for joint in parameters.joints if joint.unit == "1"]
-    mimics |= {f"{hand}{finger.name}": Mimic(hand, FINGER_RATIO) for hand in hands for finger in FINGERS}
-    nao = NaoModel(
-        ModelSource(f"nao_{known}", path.read_text(encoding="utf-8"), base),
-        path,
-        mimics=mimics,
-        units=dict.fromkeys(hands, "1"),
-        coupled_limits=parameters.coupled_limits,
-    )
-    nao.version = known
-    return nao
+    return NaoModel(version, base=base)

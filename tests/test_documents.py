@@ -74,3 +74,7 @@ def test_no_page_leads_outside_the_project() -> None:
     for page in PAGES:
         for target in re.findall(r"\]\((?!https?://|#)([^)]+)\)", page.read_text(encoding="utf-8")):
             assert (page.parent / target.split("#")[0]).exists(), f"{page.name}: {target}"
+
+
+def test_the_citation_names_this_version() -> None:
+    assert f"\nversion: {nk.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")

@@ -71,6 +71,7 @@ def test_random_configurations_are_inside_all_limits_and_reproducible(each_nao: 
     assert np.array_equal(q, each_nao.random(np.random.default_rng(7), 2000))
     assert each_nao.random(7).shape == (25,)
     assert each_nao.random(7, (2, 3)).shape == (2, 3, 25)
+    assert each_nao.random(7, np.int64(2)).shape == (2, 25)
     assert np.all(np.ptp(q, axis=0) > 0.8 * (each_nao.upper - each_nao.lower))
 
 
@@ -366,6 +367,22 @@ def test_nan_and_infinity_are_told_with_the_joint(nao: nk.NaoModel, bad: float) 
 def test_what_is_no_number_is_refused(nao: nk.NaoModel, q) -> None:
     with pytest.raises(BadArgument, match="q must be real numbers, got "):
         nao.fk(q)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda n: n.random("seed"),
+        lambda n: n.random(-1),
+        lambda n: n.random(0, 2.5),
+        lambda n: n.random(0, -1),
+        lambda n: n.random(0, "ab"),
+        lambda n: n.configuration([0.1, 0.2]),
+    ],
+)
+def test_arguments_of_the_wrong_kind_are_refused(nao: nk.NaoModel, call) -> None:
+    with pytest.raises(BadArgument):
+        call(nao)
 
 
 def test_huge_finite_values_are_not_taken_for_infinity(nao: nk.NaoModel) -> None:

@@ -118,7 +118,7 @@ def _one(model: RobotModel, posture: str | None, settings: list[str], deg: bool,
     start = model.angles(model.posture(posture))
     for name in values:
         start.pop(model.mimics[name].joint if name in model.mimics else name, None)
-    return model.configuration(start | values, limits=limits)
+    return model.configuration({**start, **values}, limits=limits)
 
 
 def _default_frames(model: RobotModel) -> list[str]:
@@ -149,7 +149,7 @@ def _print_json(
     deg: bool,
     many: bool,
 ) -> None:
-    configurations = []
+    configurations: list[dict[str, object]] = []
     for _, poses in chunks:
         numbers = pose_numbers(poses, style, degrees=deg)
         configurations.extend(

@@ -38,16 +38,16 @@ class Coordinates:
         named = {name for name in given if name in self.column}
         for name in named:
             joints[..., self.column[name]] = given[name]
-        for name in given.keys() - named:
-            tie = self.mimics[name]
+        for name, value in given.items():
+            tie = self.mimics.get(name)
+            if tie is None:
+                continue
             driver = joints[..., self.column[tie.joint]]
-            if tie.joint in named:
-                _check_coupling(tie, name, driver, given[name])
-            elif tie.multiplier != 0.0:
-                driver[...] = (given[name] - tie.offset) / tie.multiplier
+            if tie.joint not in named and tie.multiplier != 0.0:
+                driver[...] = (value - tie.offset) / tie.multiplier
                 named.add(tie.joint)
             else:
-                _check_coupling(tie, name, driver, given[name])
+                _check_coupling(tie, name, driver, value)
         return joints, named
 
     def by_name(self, joints: Floats) -> dict[str, Floats | float]:
@@ -68,6 +68,8 @@ class Coordinates:
         return values
 
     def _arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+        if not isinstance(angles, Mapping):
+            raise BadArgument(f"joint values must be a mapping name → value, got {type(angles).__name__}")
         given = {}
         for name, value in angles.items():
             if name not in self.column and name not in self.mimics:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import threading
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -162,9 +163,17 @@ class RobotModel:
 
         Returns:
             Configurations, shape (n…, nq).
+
+        Raises:
+            BadArgument: no generator and no seed, or no batch shape.
         """
-        generator = rng if isinstance(rng, np.random.Generator) else np.random.default_rng(rng)
-        shape = () if n is None else (n,) if isinstance(n, int) else tuple(n)
+        try:
+            generator = np.random.default_rng(rng)
+            shape = () if n is None else tuple(map(operator.index, n if isinstance(n, Iterable) else (n,)))
+        except (TypeError, ValueError) as error:
+            raise BadArgument(f"random needs a generator or a seed, and a number or a shape: {error}") from None
+        if any(length < 0 for length in shape):
+            raise BadArgument(f"n must not be negative, got {n}")
         q = self._neutral(shape)
         q[..., self._q_offset :] = self._limits.random(generator, shape)
         return q
