@@ -10,21 +10,28 @@ import nao_kin as nk
 
 def test_every_frame_agrees_on_a_thousand_configurations(each_nao: nk.NaoModel) -> None:
     oracle = yourdfpy.URDF.load(str(each_nao.urdf_path), load_meshes=False, load_collision_meshes=False)
-    parents = {joint.child: joint for joint in oracle.robot.joints}
     for q in each_nao.random(0, 1000):
         angles = each_nao.angles(q)
         oracle.update_cfg(np.array([angles[name] for name in oracle.actuated_joint_names]))
-        # Poses composed along yourdfpy's own tree, each joint's transform once.
-        poses = {oracle.base_link: np.eye(4)}
-        for link in each_nao.link_names:
-            _compose(link, poses, parents, oracle)
+        poses = _poses(oracle)
         expected = np.stack([poses[link] for link in each_nao.link_names])
         assert np.abs(each_nao.fk(q) - expected).max() < 1e-12
 
 
-def _compose(link: str, poses: dict, parents: dict, oracle: yourdfpy.URDF) -> np.ndarray:
-    if link not in poses:
-        joint = parents[link]
-        step, _ = oracle.scene.graph.transforms.edge_data[(joint.parent, link)]["matrix"], None
-        poses[link] = _compose(joint.parent, poses, parents, oracle) @ step
-    return poses[link]
+def test_the_short_cut_gives_what_yourdfpy_gives(nao: nk.NaoModel) -> None:
+    oracle = yourdfpy.URDF.load(str(nao.urdf_path), load_meshes=False, load_collision_meshes=False)
+    oracle.update_cfg(np.full(oracle.num_actuated_joints, 0.3))
+    for link, pose in _poses(oracle).items():
+        assert np.allclose(pose, oracle.get_transform(link), atol=1e-14)
+
+
+def _poses(oracle: yourdfpy.URDF) -> dict[str, np.ndarray]:
+    """Poses of all links, each joint's transform taken from the scene once: its own look-up walks to the root."""
+    steps = oracle.scene.graph.transforms.edge_data
+    poses = {oracle.base_link: np.eye(4)}
+    waiting = {joint.child: joint.parent for joint in oracle.robot.joints}
+    while waiting:
+        for child in [child for child, parent in waiting.items() if parent in poses]:
+            parent = waiting.pop(child)
+            poses[child] = poses[parent] @ steps[(parent, child)]["matrix"]
+    return poses
