@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
 import nao_kin
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+from parameter_tables import write_tables  # noqa: E402 - found beside this file
 
 project = "nao_kin"
 author = "The nao_kin developers"
@@ -28,13 +38,12 @@ html_title = f"nao_kin {release}"
 html_show_sourcelink = False
 
 
-def setup(app: object) -> None:
+def _escape_bars(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Absolute values in docstrings are written |x|, which reStructuredText would take for a substitution."""
+    lines[:] = [line.replace("|", r"\|") for line in lines]
+
+
+def setup(app: Sphinx) -> None:
     """Write the tables of parameters before the pages are read."""
-    import sys
-    from pathlib import Path
-
-    here = Path(__file__).resolve().parent
-    sys.path.insert(0, str(here))
-    from parameter_tables import write_tables
-
-    write_tables(here / "_generated" / "parameters.md")
+    app.connect("autodoc-process-docstring", _escape_bars)
+    write_tables(HERE / "_generated" / "parameters.md")

@@ -196,3 +196,21 @@ class SingularMatrix(NaoKinError):
         self.what, self.index = what, index
         where = f" at index {list(index)}" if index else ""
         super().__init__(f"{what} has no inverse{where}: {reason}")
+
+
+class DisagreeingJoints(CouplingViolated):
+    """Joints of one motor whose values in a typed configuration belong to different motor positions.
+
+    Attributes:
+        nearest: value of the driving joint that, with what follows from it, is nearest to the two values given.
+        violations: the `CouplingViolation` rows; the attributes above are those of the first.
+    """
+
+    def __init__(self, violations: Sequence[Any]) -> None:
+        self.violations = tuple(violations)
+        first = self.violations[0]
+        super().__init__(first.primary, first.mimic, first.primary_value, first.mimic_value, first.expected)
+        self.nearest = float(first.nearest)
+        more = f"; and {len(self.violations) - 1} more" if len(self.violations) > 1 else ""
+        where = f" (configuration {', '.join(map(str, first.index))})" if first.index else ""
+        self.args = (f"{self.args[0]}; nearest consistent: {first.primary} = {self.nearest:.9g}{where}{more}",)

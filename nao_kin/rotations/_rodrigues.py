@@ -1,0 +1,52 @@
+"""The kernels that build rotation matrices, R = 1 + A [v×] + B [v×]², each from other parameters."""
+
+from __future__ import annotations
+
+from nao_kin.rotations._kernels import LARGEST_SQUARE, Functions, Number, OutOfScale
+
+
+def rodrigues(x: Number, y: Number, z: Number, A: Number, B: Number) -> tuple[Number, ...]:
+    """The nine entries of 1 + A [v×] + B [v×]² for v = (x, y, z)."""
+    ax, ay, az = A * x, A * y, A * z
+    bx, by, bz = B * x, B * y, B * z
+    xx, yy, zz = bx * x, by * y, bz * z
+    xy, xz, yz = bx * y, bx * z, by * z
+    return 1.0 - (yy + zz), xy - az, xz + ay, xy + az, 1.0 - (xx + zz), yz - ax, xz - ay, yz + ax, 1.0 - (xx + yy)
+
+
+def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
+    """Rotation vector of any length: A = sin φ/φ, B = (1 − cos φ)/φ² with φ = ‖v‖."""
+    square = x * x + y * y + z * z
+    if not f.within(square, LARGEST_SQUARE):
+        raise OutOfScale
+    # Below 1e-100 both quotients have long become constant; the floor keeps 0/0 away.
+    square = f.larger(square, 1e-200)
+    half = 0.5 * f.sqrt(square)
+    # One tangent of the half angle gives sine and cosine: 2t/(1 + t²) and (1 − t²)/(1 + t²), at half their price.
+    quotient = f.tan(half) / half
+    A = quotient / (1.0 + 0.25 * square * quotient * quotient)
+    return rodrigues(x, y, z, A, 0.5 * A * quotient)
+
+
+def from_natural(f: Functions, x: Number, y: Number, z: Number, angle: Number) -> tuple[Number, ...]:
+    """Axis of any length and angle: A = sin φ, B = 1 − cos φ for the unit axis."""
+    square = f.square(x, y, z)
+    t = f.tan(0.5 * angle)
+    divisor = 1.0 + t * t
+    return rodrigues(x, y, z, 2.0 * t / (divisor * f.sqrt(square)), 2.0 * (t * t / divisor) / square)
+
+
+def from_quaternion(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> tuple[Number, ...]:
+    """Quaternion of any length: A = 2 r0, B = 2 for the vector part of the unit quaternion."""
+    B = 2.0 / f.square(r0, r1, r2, r3)
+    return rodrigues(r1, r2, r3, B * r0, B)
+
+
+def from_linear(f: Functions, x: Number, y: Number, z: Number, q0: Number) -> tuple[Number, ...]:
+    """Linear invariants e sin φ, cos φ, brought to unit length: A = 1, B = (1 − cos φ)/sin² φ = 1/(1 + cos φ)."""
+    square = x * x + y * y + z * z
+    scale = 1.0 / f.sqrt(square + q0 * q0)
+    # 1/(1 + q0) needs no axis at φ = 0; (1 − q0)/‖q‖² needs no digits of 1 + q0 near φ = π.
+    obtuse = q0 < 0.0
+    B = f.where(obtuse, 1.0 - scale * q0, 1.0) / f.where(obtuse, scale * scale * square, 1.0 + scale * q0)
+    return rodrigues(scale * x, scale * y, scale * z, 1.0, B)

@@ -1,0 +1,168 @@
+"""What is a rotation matrix, and how far from one a matrix is."""
+
+from __future__ import annotations
+
+import numbers
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._vectors import first_index
+from nao_kin.errors import BadArgument, NotARotation, WrongShape
+from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
+
+TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
+
+
+@dataclass(frozen=True, eq=False)
+class RotationDefects:
+    """How far matrices are from being rotations.
+
+    Attributes:
+        determinant: det R − 1, shape (...).
+        orthogonality: largest absolute entry of RᵀR − 1, shape (...).
+    """
+
+    determinant: Floats
+    orthogonality: Floats
+
+
+def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
+    """Whether matrices are rotations: |det R − 1| ≤ tolerance and |RᵀR − 1| ≤ tolerance in every entry.
+
+    Args:
+        R: matrices, shape (..., 3, 3); one with NaN or infinity is no rotation.
+        tolerance: largest defect allowed.
+
+    Returns:
+        Booleans, shape (...).
+
+    Raises:
+        BadArgument, WrongShape: not numbers, or not of shape (..., 3, 3); a tolerance that is no number ≥ 0.
+    """
+    matrices = _as_matrices(R)
+    _check_tolerance(tolerance)
+    defects = _defects(matrices)
+    fine = (np.abs(defects.determinant) <= tolerance) & (defects.orthogonality <= tolerance)
+    return np.asarray(fine)
+
+
+def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefects:
+    """The defects of matrices that must be rotations; refuses the first that is none.
+
+    Every function of this package that takes rotation matrices checks them so, with the default tolerance.
+
+    Args:
+        R: matrices, shape (..., 3, 3).
+        tolerance: largest defect allowed; the default lets rotations rounded to float32 pass.
+
+    Returns:
+        det R − 1 and max |RᵀR − 1| of each matrix.
+
+    Raises:
+        NotARotation: a defect above the tolerance; carries the index of the matrix and both defects.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+    """
+    matrices = _as_matrices(R)
+    _check_tolerance(tolerance)
+    refuse_non_finite(matrices, "rotation matrix")
+    defects = _defects(matrices)
+    bad = ~((np.abs(defects.determinant) <= tolerance) & (defects.orthogonality <= tolerance))
+    if bad.any():
+        index = first_index(bad)
+        raise NotARotation(index, float(defects.determinant[index]), float(defects.orthogonality[index]))
+    return defects
+
+
+def nearest_rotation(M: ArrayLike) -> Floats:
+    """The rotation nearest to a matrix in the Frobenius norm.
+
+    With M = U Σ Vᵀ it is R = U diag(1, 1, det U det V) Vᵀ, whose determinant is +1 also where det M < 0.
+
+    Args:
+        M: matrices, shape (..., 3, 3), for instance rotations with measurement or rounding errors.
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3).
+
+    Raises:
+        BadArgument: a matrix that has no single nearest rotation, for σ₂ + det(U) det(V) σ₃ = 0 (rank below two, or a
+            reflection whose two smaller singular values are equal).
+        WrongShape, NotFinite: not of shape (..., 3, 3), NaN or infinity.
+
+    Source: Umeyama, IEEE PAMI 13(4), 1991, lemma.
+    """
+    matrices = _as_matrices(M)
+    refuse_non_finite(matrices, "matrix")
+    # A common scale changes no direction, and keeps the products inside the SVD from overflowing.
+    scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
+    U, sigma, Vt = np.linalg.svd(matrices / np.where(scale > 0.0, scale, 1.0))
+    sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0.0, -1.0, 1.0)
+    ambiguous = ~(sigma[..., 1] + sign * sigma[..., 2] > 1e-12 * sigma[..., 0])
+    if ambiguous.any():
+        index = first_index(np.asarray(ambiguous))
+        where = f" at index {list(index)}" if index else ""
+        values = ", ".join(f"{float(s) * float(scale[index].item()):.3g}" for s in sigma[index])
+        raise BadArgument(f"the matrix{where} has no single nearest rotation: singular values {values}")
+    U[..., :, 2] *= sign[..., np.newaxis]
+    return np.asarray(U @ Vt)
+
+
+def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
+    """The kernel from nine entries to det R − 1 and the six different entries of RᵀR − 1."""
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = m
+    return (
+        m00 * (m11 * m22 - m12 * m21) + m01 * (m12 * m20 - m10 * m22) + m02 * (m10 * m21 - m11 * m20) - 1.0,
+        m00 * m00 + m10 * m10 + m20 * m20 - 1.0,
+        m01 * m01 + m11 * m11 + m21 * m21 - 1.0,
+        m02 * m02 + m12 * m12 + m22 * m22 - 1.0,
+        m00 * m01 + m10 * m11 + m20 * m21,
+        m00 * m02 + m10 * m12 + m20 * m22,
+        m01 * m02 + m11 * m12 + m21 * m22,
+    )
+
+
+def as_rotations(R: ArrayLike) -> Floats:
+    """`R` as an array of rotation matrices, shape (..., 3, 3), checked; not copied when it is one already."""
+    matrices = _as_matrices(R)
+    if not is_rotation(matrices).all():
+        check_rotation(matrices)
+    return matrices
+
+
+def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
+    """`kernel` on the nine entries of each rotation, checked on the way; results as of `evaluate`."""
+    matrices = _as_matrices(R)
+
+    def guard(f: Functions, *entries: Number) -> None:
+        if not all(f.within(defect, TOLERANCE) for defect in defects_of(f, *entries)):
+            check_rotation(matrices)
+
+    return evaluate(kernel, [matrices.reshape(*matrices.shape[:-2], 9)], *tails, guard=guard)
+
+
+def _as_matrices(R: ArrayLike) -> Floats:
+    matrices = as_numbers(R, "rotation matrix")
+    if matrices.shape[-2:] != (3, 3):
+        raise WrongShape("rotation matrix", "(..., 3, 3)", matrices.shape)
+    return matrices
+
+
+def _check_tolerance(tolerance: object) -> None:
+    if not isinstance(tolerance, numbers.Real) or not float(tolerance) >= 0.0:
+        raise BadArgument(f"tolerance must be a number ≥ 0, got {tolerance!r}")
+
+
+def _defects(matrices: Floats) -> RotationDefects:
+    determinant, orthogonality = evaluate(_largest_defects, [matrices.reshape(*matrices.shape[:-2], 9)], (), ())
+    return RotationDefects(determinant, orthogonality)
+
+
+def _largest_defects(f: Functions, *m: Number) -> tuple[Number, ...]:
+    determinant, *entries = defects_of(f, *m)
+    largest = abs(entries[0])
+    for entry in entries[1:]:
+        largest = f.larger(largest, abs(entry))
+    return determinant, largest

@@ -1,0 +1,206 @@
+"""Natural, linear and quadratic invariants of a rotation, each in both directions."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats, as_floats
+from nao_kin._vectors import common_batch, first_index
+from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin.rotations._rodrigues import from_linear, from_natural
+from nao_kin.rotations.checks import TOLERANCE, evaluate_rotations
+from nao_kin.rotations.quaternions import matrix_from_quat, quaternion_of
+
+# Where cos φ rounds to −1: of the axis in sin φ e, eight digits and more are gone.
+_SINE_NEAR_PI = 2.0**-26
+
+
+def natural_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
+    """Axis e and angle φ of a rotation, R = 1 + sin φ [e×] + (1 − cos φ) [e×]².
+
+    Found through the quadratic invariants, φ = 2 atan2(‖r‖, r0) and e = r/‖r‖, which lose nothing at φ = 0 or φ = π,
+    where an arccos loses half the digits and vect R the axis. For matrices exact to rounding the angle is accurate to
+    a few 1e-16 in absolute terms and, near 0, also relative to itself; the axis to a few 1e-16 at every angle but 0.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+
+    Returns:
+        The axis and the angle. Axis: unit vectors, shape (..., 3); zero where the angle is zero, for then no axis is
+        distinguished. At φ = π, where e and −e give the same rotation, the first component that is not zero is
+        positive. Angle: shape (...), in [0, π] [rad].
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2 and 2.3.6.
+    """
+    axis, angle = evaluate_rotations(_natural, R, (3,), ())
+    return axis, angle
+
+
+def matrix_from_natural(axis: ArrayLike, angle: ArrayLike) -> Floats:
+    """Rotation matrix of an axis and an angle, R = 1 + sin φ [e×] + (1 − cos φ) [e×]² with e = axis/‖axis‖.
+
+    Args:
+        axis: vectors of any length, shape (..., 3); a zero vector only where the angle is zero.
+        angle: shape (...) [rad]; broadcasts with the axis.
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3).
+
+    Raises:
+        ZeroNorm: a zero axis with an angle that is not zero; carries its index.
+        WrongShape: wrong or mismatched shapes.
+        BadArgument, NotFinite: not numbers, NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
+    """
+    axes, angles = _vector_and_number(axis, angle, "axis", "angle")
+    try:
+        return evaluate(from_natural, [axes, angles[..., np.newaxis]], (3, 3))[0]
+    except OutOfScale:
+        none = (axes == 0.0).all(axis=-1)
+        homeless = np.asarray(none & (angles != 0.0))
+        if homeless.any():
+            raise ZeroNorm("rotation axis", first_index(homeless)) from None
+        sized = rescaled(np.where(np.asarray(none)[..., np.newaxis], 1.0, axes), "rotation axis")
+        return evaluate(from_natural, [sized, angles[..., np.newaxis]], (3, 3))[0]
+
+
+def linear_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
+    """Linear invariants of a rotation, q = vect R = sin φ e and q0 = (tr R − 1)/2 = cos φ.
+
+    vect R = ½ (r32 − r23, r13 − r31, r21 − r12).
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+
+    Returns:
+        q: shape (..., 3).
+        q0: shape (...).
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
+    """
+    q, q0 = evaluate_rotations(_linear, R, (3,), ())
+    return q, q0
+
+
+def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
+    """Rotation matrix of its linear invariants, R = q0 1 + [q×] + q qᵀ/(1 + q0).
+
+    At φ = 0 nothing is lost. Towards φ = π, q = sin φ e vanishes and takes the axis with it: rounding of q turns the
+    axis by about 1e-16/‖q‖. Where cos φ has rounded to −1 (‖q‖ < 2⁻²⁶) the rotation is refused instead of guessed; the
+    natural and the quadratic invariants have no such place.
+
+    Args:
+        q: sin φ e, shape (..., 3).
+        q0: cos φ, shape (...); broadcasts with q.
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3).
+
+    Raises:
+        BadArgument: ‖q‖² + q0² differs from 1 by more than 1e-6, or the axis is lost; the message has the index.
+        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
+    """
+    vectors, scalars = _vector_and_number(q, q0, "q", "q0")
+    # Clipped, for the squares of wild values would overflow; no valid component is beyond 1.
+    sine = np.sqrt(np.square(np.clip(vectors, -2.0, 2.0)).sum(axis=-1))
+    defect = np.abs(np.square(sine) + np.square(np.clip(scalars, -2.0, 2.0)) - 1.0)
+    if not (defect <= TOLERANCE).all():
+        index = first_index(defect > TOLERANCE)
+        raise BadArgument(
+            f"linear invariants{_at(index)} must satisfy ‖q‖² + q0² = 1, "
+            f"got q = {vectors[index].tolist()}, q0 = {scalars[index]:.6g}"
+        )
+    lost = (scalars < 0.0) & (sine < _SINE_NEAR_PI)
+    if lost.any():
+        index = first_index(lost)
+        raise BadArgument(
+            f"linear invariants{_at(index)} belong to a rotation by π, whose axis they do not hold "
+            f"(‖q‖ = {sine[index]:.3g}): use natural or quadratic invariants"
+        )
+    return evaluate(from_linear, [vectors, scalars[..., np.newaxis]], (3, 3))[0]
+
+
+def euler_rodrigues(R: ArrayLike) -> tuple[Floats, Floats]:
+    """Quadratic invariants of a rotation, the Euler–Rodrigues parameters r = sin(φ/2) e and r0 = cos(φ/2).
+
+    They are the unit quaternion (r0, r1, r2, r3) of `quat_from_matrix`, with its canonical sign and accuracy.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+
+    Returns:
+        r: shape (..., 3).
+        r0: shape (...), not negative.
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+    """
+    r0, r = evaluate_rotations(quaternion_of, R, (), (3,))
+    return r, r0
+
+
+def matrix_from_euler_rodrigues(r: ArrayLike, r0: ArrayLike) -> Floats:
+    """Rotation matrix of the quadratic invariants, R = (r0² − r·r) 1 + 2 r rᵀ + 2 r0 [r×].
+
+    Args:
+        r: sin(φ/2) e, shape (..., 3).
+        r0: cos(φ/2), shape (...); broadcasts with r. (r, r0) is normalised first.
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3).
+
+    Raises:
+        ZeroNorm: (r, r0) = 0; carries its index.
+        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+    """
+    vectors, scalars = _vector_and_number(r, r0, "r", "r0")
+    return matrix_from_quat(np.concatenate([scalars[..., np.newaxis], vectors], axis=-1))
+
+
+def _vector_and_number(
+    vector: ArrayLike, number: ArrayLike, vector_name: str, number_name: str
+) -> tuple[Floats, Floats]:
+    vectors, numbers = as_floats(vector, (3,), vector_name), as_floats(number, (), number_name)
+    batch = common_batch(f"{vector_name} and {number_name}", vectors.shape[:-1], numbers.shape)
+    return np.broadcast_to(vectors, (*batch, 3)), np.broadcast_to(numbers, batch)
+
+
+def _at(index: tuple[int, ...]) -> str:
+    return f" at index {list(index)}" if index else ""
+
+
+def _linear(f: Functions, *m: Number) -> tuple[Number, ...]:
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = m
+    return 0.5 * (m21 - m12), 0.5 * (m02 - m20), 0.5 * (m10 - m01), 0.5 * (m00 + m11 + m22 - 1.0)
+
+
+def _natural(f: Functions, *m: Number) -> tuple[Number, ...]:
+    r0, r1, r2, r3 = quaternion_of(f, *m)
+    norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
+    unit: Number = 1.0
+    tiny = norm < 1e-140
+    if f.some(tiny):
+        # The squares of the smallest angles underflow, unless taken in a larger unit.
+        unit = f.where(tiny, 2.0**700, 1.0)
+        r1, r2, r3 = r1 * unit, r2 * unit, r3 * unit
+        norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
+    divisor = f.where(norm > 0.0, norm, 1.0)
+    return r1 / divisor, r2 / divisor, r3 / divisor, 2.0 * f.atan2(norm / unit, r0)

@@ -1,0 +1,95 @@
+"""The rotation of a body from points on it, seen before and after."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats, as_numbers
+from nao_kin._vectors import as_vectors, common_batch, first_index, unit
+from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
+from nao_kin.rotations.checks import nearest_rotation
+
+Method = Literal["least_squares", "triads"]
+
+# Points this thin, as a part of their length, have lost half of the digits of the turn about their line.
+_THINNEST = 1e-8
+
+
+def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method = "least_squares") -> Floats:
+    """The rotation R that takes points of a body before a motion to the same points after it, whatever the shift.
+
+    least_squares: the R that minimises Σ ‖(p'ᵢ − p̄') − R (pᵢ − p̄)‖², the rotation nearest to Σ (p'ᵢ − p̄')(pᵢ − p̄)ᵀ;
+    for n ≥ 3 points.
+    triads: R = [e1' e2' e3'] [e1 e2 e3]ᵀ from exactly three points a, b, c, with e1 along b − c, e2 along the part of
+    a − (b + c)/2 normal to e1, and e3 = e1 × e2; it maps the line of b and c exactly, and the plane of the three.
+    For points of a rigid body without errors both give the same R.
+
+    Args:
+        before: points before the motion, shape (..., n, 3) [m].
+        after: the same points after it, shape (..., n, 3) [m]; batch axes broadcast.
+        method: "least_squares" or "triads".
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3), determinant +1 also where the points lie in a plane.
+
+    Raises:
+        DegeneratePoints: fewer than three points, points on one line (thinner than 1e-8 of their length), or after
+            points that are as near to a mirror image as to a rotated one, so that no single rotation fits best.
+        WrongShape: not of shape (..., n, 3), different n, mismatched batch shapes, n ≠ 3 for triads.
+        UnknownName: no such method.
+        BadArgument, NotFinite: not numbers, beyond ±1e150, NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
+    """
+    if method not in ("least_squares", "triads"):
+        raise UnknownName("method", method, ("least_squares", "triads"))
+    P, Q = _as_points(before, "points before"), _as_points(after, "points after")
+    count = P.shape[-2]
+    if Q.shape[-2] != count:
+        raise WrongShape("points after", f"(..., {count}, 3), as many as before", Q.shape)
+    if method == "triads" and count != 3:
+        raise WrongShape("points for two triads", "(..., 3, 3)", P.shape)
+    common_batch("points before and after", P.shape[:-2], Q.shape[:-2])
+    P, Q = _centred(P, "points before"), _centred(Q, "points after")
+    if method == "triads":
+        return np.asarray(_triad(Q) @ np.swapaxes(_triad(P), -1, -2))
+    try:
+        return nearest_rotation(np.swapaxes(Q, -1, -2) @ P)
+    except BadArgument as error:
+        raise DegeneratePoints(f"no single rotation fits the points best: {error}") from None
+
+
+def _as_points(value: ArrayLike, what: str) -> Floats:
+    points = as_numbers(value, what)
+    if points.ndim < 2 or points.shape[-1] != 3:
+        raise WrongShape(what, "(..., n, 3)", points.shape)
+    if points.shape[-2] < 3:
+        raise DegeneratePoints(f"{what}: a rotation needs at least three, got {points.shape[-2]}")
+    return as_vectors(points, what)
+
+
+def _centred(points: Floats, what: str) -> Floats:
+    """Points about their centroid, at a scale of about 1; collinear ones refused."""
+    arms: Floats = points - points.mean(axis=-2, keepdims=True)
+    scale = np.abs(arms).max(axis=(-2, -1), keepdims=True, initial=0.0)
+    # The directions of coincident points are rounding errors, which their coordinates give away.
+    rounding = 1e-15 * np.abs(points).max(axis=(-2, -1), keepdims=True, initial=0.0)
+    arms /= np.where(scale > 0.0, scale, 1.0)
+    sigma = np.linalg.svd(arms, compute_uv=False)
+    thin = (sigma[..., 1] <= _THINNEST * sigma[..., 0]) | (scale <= rounding)[..., 0, 0]
+    if thin.any():
+        index = first_index(thin)
+        where = f" at index {list(index)}" if index else ""
+        raise DegeneratePoints(f"{what}{where} lie on one line: a turn about it would not be seen")
+    return arms
+
+
+def _triad(points: Floats) -> Floats:
+    """The axes e1, e2, e3 as columns."""
+    a, b, c = points[..., 0, :], points[..., 1, :], points[..., 2, :]
+    e1, _ = unit(b - c, "b − c")
+    e3, _ = unit(np.cross(e1, a - 0.5 * (b + c)), "normal of the points")
+    return np.stack([e1, np.cross(e3, e1), e3], axis=-1)

@@ -1,0 +1,229 @@
+"""Unit quaternions, scalar first: (r0, r1, r2, r3) = (cos φ/2, e sin φ/2), the Euler–Rodrigues parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats, as_floats
+from nao_kin._vectors import as_vectors, common_batch, first_index, unit
+from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin.rotations._rodrigues import from_quaternion
+from nao_kin.rotations.checks import evaluate_rotations
+
+_LARGEST_PART = 1e15
+
+
+def quat_from_matrix(R: ArrayLike) -> Floats:
+    """Unit quaternion of a rotation, in canonical sign.
+
+    4 r rᵀ is linear in R; its row with the largest diagonal entry, normalised, is r. No component is ever divided by a
+    small one, so each is accurate to a few 1e-16, and for small angles the vector part also relative to its own size.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+
+    Returns:
+        Quaternions (r0, r1, r2, r3), shape (..., 4), with r0 > 0, or r0 = 0 and the first other component that is not
+        zero positive.
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+    """
+    return evaluate_rotations(quaternion_of, R, (4,))[0]
+
+
+def matrix_from_quat(q: ArrayLike) -> Floats:
+    """Rotation matrix of a quaternion, R = (r0² − r·r) 1 + 2 r rᵀ + 2 r0 [r×] with (r0, r) = q/‖q‖.
+
+    Args:
+        q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3).
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+    """
+    quats = as_floats(q, (4,), "quaternion")
+    try:
+        return evaluate(from_quaternion, [quats], (3, 3))[0]
+    except OutOfScale:
+        return evaluate(from_quaternion, [rescaled(quats, "quaternion")], (3, 3))[0]
+
+
+def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
+    """Hamilton's product p q = (p0 q0 − p·q, p0 q + q0 p + p × q): first the rotation q, then p.
+
+    Args:
+        p: quaternions, shape (..., 4), of any length.
+        q: quaternions, shape (..., 4); broadcasts with p.
+
+    Returns:
+        Quaternions, shape (..., 4); ‖p q‖ = ‖p‖ ‖q‖.
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: not numbers, beyond ±1e150, wrong or mismatched shapes, NaN.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+    """
+    P, Q = as_vectors(p, "quaternion p", 4), as_vectors(q, "quaternion q", 4)
+    batch = common_batch("quaternions p and q", P.shape[:-1], Q.shape[:-1])
+    return evaluate(_product, [np.broadcast_to(side, (*batch, 4)) for side in (P, Q)], (4,))[0]
+
+
+def quat_conjugate(q: ArrayLike) -> Floats:
+    """The conjugate (r0, −r1, −r2, −r3); for a unit quaternion the inverse rotation.
+
+    Args:
+        q: quaternions, shape (..., 4).
+
+    Returns:
+        Quaternions, shape (..., 4).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+    """
+    return as_floats(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
+
+
+def quat_canonical(q: ArrayLike) -> Floats:
+    """Of q and −q, which are the same rotation, the one whose first component that is not zero is positive.
+
+    Args:
+        q: quaternions, shape (..., 4); their length stays.
+
+    Returns:
+        Quaternions, shape (..., 4).
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+    """
+    quats = as_floats(q, (4,), "quaternion")
+    nonzero = quats != 0.0
+    if not nonzero.any(axis=-1).all():
+        raise ZeroNorm("quaternion", first_index(~nonzero.any(axis=-1)))
+    first = np.take_along_axis(quats, nonzero.argmax(axis=-1)[..., np.newaxis], axis=-1)
+    return np.where(first < 0.0, -quats, quats) + 0.0
+
+
+def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
+    """The rotation a part t of the way from p to q along the shorter arc, at constant angular velocity.
+
+    (sin((1 − t) θ) p + sin(t θ) q)/sin θ, with θ = 2 atan2(‖q − p‖, ‖q + p‖) the angle between the unit quaternions,
+    q replaced by −q where p·q < 0. Where p·q = 0 (half a turn apart) both arcs are equally long; q is taken as given.
+
+    Args:
+        p: quaternions at t = 0, shape (..., 4), of any length but zero.
+        q: quaternions at t = 1, shape (..., 4); broadcasts with p.
+        t: shape (...), broadcasts with p and q; outside [0, 1] the motion goes on beyond its ends.
+
+    Returns:
+        Unit quaternions, shape (..., 4); continuous in t, so not of canonical sign.
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        BadArgument, WrongShape, NotFinite: not numbers, t beyond ±1e15, wrong or mismatched shapes, NaN or infinity.
+
+    Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
+    """
+    P, Q, parts = as_floats(p, (4,), "quaternion p"), as_floats(q, (4,), "quaternion q"), as_floats(t, (), "t")
+    if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
+        raise BadArgument(f"t must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
+    batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
+    ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
+    inputs = [*(np.broadcast_to(end, (*batch, 4)) for end in ends), np.broadcast_to(parts, batch)[..., np.newaxis]]
+    return evaluate(_slerp, inputs, (4,))[0]
+
+
+def quat_to_xyzw(q: ArrayLike) -> Floats:
+    """(r0, r1, r2, r3) → (r1, r2, r3, r0): the order of Pinocchio's and Eigen's `coeffs()`, scipy and ROS.
+
+    Args:
+        q: quaternions, scalar first, shape (..., 4).
+
+    Returns:
+        Quaternions, scalar last, shape (..., 4).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+    """
+    return as_floats(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
+
+
+def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
+    """(x, y, z, w) → (w, x, y, z): from the order of Pinocchio's and Eigen's `coeffs()`, scipy and ROS.
+
+    Args:
+        xyzw: quaternions, scalar last, shape (..., 4).
+
+    Returns:
+        Quaternions, scalar first, shape (..., 4).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+    """
+    return as_floats(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
+
+
+def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
+    """The kernel from nine entries to the unit quaternion in canonical sign."""
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = m
+    # The symmetric matrix 4 r rᵀ.
+    plus, minus = 1.0 + m00, 1.0 - m00
+    sum_, difference = m11 + m22, m11 - m22
+    d0, d1, d2, d3 = plus + sum_, plus - sum_, minus + difference, minus - difference
+    d01, d02, d03 = m21 - m12, m02 - m20, m10 - m01
+    d12, d13, d23 = m10 + m01, m02 + m20, m21 + m12
+    upper = d0 >= d1
+    a0, a1 = f.where(upper, d0, d01), f.where(upper, d01, d1)
+    a2, a3 = f.where(upper, d02, d12), f.where(upper, d03, d13)
+    lower = d2 >= d3
+    b0, b1 = f.where(lower, d02, d03), f.where(lower, d12, d13)
+    b2, b3 = f.where(lower, d2, d23), f.where(lower, d23, d3)
+    first_pair = f.larger(d0, d1) >= f.larger(d2, d3)
+    r0, r1 = f.where(first_pair, a0, b0), f.where(first_pair, a1, b1)
+    r2, r3 = f.where(first_pair, a2, b2), f.where(first_pair, a3, b3)
+    scale = _canonical_sign(f, r0, r1, r2, r3) / f.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
+    # Adding 0.0 turns −0.0 into 0.0.
+    return r0 * scale + 0.0, r1 * scale + 0.0, r2 * scale + 0.0, r3 * scale + 0.0
+
+
+def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> Number:
+    first, zero = r0, r0 == 0.0
+    if f.some(zero):
+        first = f.where(zero, f.where(r1 != 0.0, r1, f.where(r2 != 0.0, r2, r3)), r0)
+    return f.where(first < 0.0, -1.0, 1.0)
+
+
+def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
+    p0, p1, p2, p3, q0, q1, q2, q3 = components
+    return (
+        p0 * q0 - (p1 * q1 + p2 * q2 + p3 * q3),
+        p0 * q1 + q0 * p1 + (p2 * q3 - p3 * q2),
+        p0 * q2 + q0 * p2 + (p3 * q1 - p1 * q3),
+        p0 * q3 + q0 * p3 + (p1 * q2 - p2 * q1),
+    )
+
+
+def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
+    p, q, t = components[:4], components[4:8], components[8]
+    cosine = sum(a * b for a, b in zip(p, q, strict=True))
+    sign = f.where(cosine < 0.0, -1.0, 1.0)
+    q = tuple(sign * b for b in q)
+    apart = sum((b - a) * (b - a) for a, b in zip(p, q, strict=True))
+    along = sum((b + a) * (b + a) for a, b in zip(p, q, strict=True))
+    theta = 2.0 * f.atan2(f.sqrt(apart), f.sqrt(along))
+    same = theta == 0.0
+    sine = f.where(same, 1.0, f.sin(theta))
+    from_p = f.where(same, 1.0 - t, f.sin((1.0 - t) * theta) / sine)
+    from_q = f.where(same, t, f.sin(t * theta) / sine)
+    return tuple(from_p * a + from_q * b for a, b in zip(p, q, strict=True))

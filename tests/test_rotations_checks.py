@@ -1,0 +1,170 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from rotation_strata import PROPERTY, angles, integer_rotations, matrices, random_rotations, worst
+from scipy.linalg import polar
+from scipy.spatial.transform import Rotation
+
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, WrongShape
+from nao_kin.rotations import check_rotation, is_rotation, log, nearest_rotation, rot_x, rot_y, rot_z
+
+X = np.eye(3)
+NO_ROTATIONS = {
+    "zero": np.zeros((3, 3)),
+    "scaled": 1.001 * np.eye(3),
+    "stretched and squeezed, determinant 1": np.diag([2.0, 0.5, 1.0]),
+    "sheared, determinant 1": np.array([[1.0, 0.01, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+    **{f"column {i} sheared along {j}": np.eye(3) + 1e-5 * np.outer(X[i], X[j]) for i in range(3) for j in range(3)},
+    "reflection": np.diag([1.0, 1.0, -1.0]),
+    "inversion": -np.eye(3),
+    "two columns swapped": np.eye(3)[:, [1, 0, 2]],
+    "huge": 1e300 * np.eye(3),
+}
+
+
+@pytest.mark.parametrize(("turn", "axis"), [(rot_x, "x"), (rot_y, "y"), (rot_z, "z")])
+@PROPERTY
+@given(angle=angles)
+def test_elementary_turns_agree_with_scipy(turn, axis, angle):
+    assert worst(turn(angle), Rotation.from_euler(axis, angle).as_matrix()) < 5e-16
+
+
+def test_elementary_turns_are_active():
+    assert worst(rot_x(math.pi / 2) @ [0, 1, 0], [0, 0, 1]) < 1e-16
+    assert worst(rot_y(math.pi / 2) @ [0, 0, 1], [1, 0, 0]) < 1e-16
+    assert worst(rot_z(math.pi / 2) @ [1, 0, 0], [0, 1, 0]) < 1e-16
+
+
+def test_a_turn_by_zero_has_no_minus_signs_on_its_zeros():
+    for turn in (rot_x, rot_y, rot_z):
+        assert not np.signbit(turn(0.0)).any()
+        assert not np.signbit(turn([0.0, 0.0])).any()
+
+
+@PROPERTY
+@given(R=matrices)
+def test_rotations_pass_and_their_defects_are_reported(R):
+    assert is_rotation(R)
+    defects = check_rotation(R)
+    assert abs(defects.determinant - (np.linalg.det(R) - 1.0)) < 2e-15
+    assert abs(defects.orthogonality - np.abs(R.T @ R - np.eye(3)).max()) < 1e-15
+
+
+@pytest.mark.parametrize("name", NO_ROTATIONS)
+def test_what_is_no_rotation_is_refused_with_its_defects(name):
+    M = NO_ROTATIONS[name]
+    assert not is_rotation(M)
+    with pytest.raises(NotARotation) as caught:
+        check_rotation(M)
+    assert caught.value.index == ()
+    if name != "huge":
+        assert caught.value.determinant_defect == pytest.approx(np.linalg.det(M) - 1.0, abs=1e-12)
+        assert caught.value.orthogonality_defect == pytest.approx(np.abs(M.T @ M - np.eye(3)).max(), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", NO_ROTATIONS)
+def test_one_bad_matrix_of_many_is_found_at_its_index(name):
+    R = random_rotations(20000).reshape(4, 5000, 3, 3)
+    R[2, 4321] = NO_ROTATIONS[name]
+    R[3, 0] = NO_ROTATIONS[name]
+    expected = np.ones((4, 5000), dtype=bool)
+    expected[2, 4321] = expected[3, 0] = False
+    assert (is_rotation(R) == expected).all()
+    for call in (check_rotation, log):
+        with pytest.raises(NotARotation, match=r"at index \[2, 4321\]"):
+            call(R)
+
+
+def test_the_paper_matrix_is_shown_to_be_a_rotation():
+    h = 1 / math.sqrt(2)
+    defects = check_rotation([[h, 0, h], [-1 / 2, h, 1 / 2], [-1 / 2, -h, 1 / 2]])
+    assert abs(float(defects.determinant)) < 1e-15
+    assert float(defects.orthogonality) < 1e-15
+
+
+def test_rotations_rounded_to_single_precision_pass_and_to_five_digits_do_not():
+    R = random_rotations(2000)
+    assert is_rotation(R.astype(np.float32)).all()
+    assert worst(log(R.astype(np.float32)), log(R)) < 1e-3
+    assert not is_rotation(np.round(R, 5)).all()
+
+
+def test_the_tolerance_decides():
+    R = np.eye(3) + 1e-4 * np.array([[0, 1, 0], [0, 0, 0], [0, 0, 0]])
+    assert not is_rotation(R)
+    assert is_rotation(R, tolerance=1.1e-4)
+    assert not is_rotation(R, tolerance=0.9e-4)
+    assert is_rotation(R, tolerance=np.float32(1.1e-4))
+    check_rotation(R, tolerance=1.1e-4)
+    with pytest.raises(NotARotation):
+        check_rotation(R, tolerance=0.9e-4)
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, math.nan, "tight", None])
+def test_a_tolerance_that_is_no_number_from_zero_on_is_refused(tolerance):
+    for call in (is_rotation, check_rotation):
+        with pytest.raises(BadArgument, match="tolerance"):
+            call(np.eye(3), tolerance)
+
+
+def test_a_matrix_with_nan_is_no_rotation():
+    M = np.stack([np.eye(3), np.eye(3), np.eye(3)])
+    M[1, 0, 2] = math.nan
+    M[2, 0, 2] = math.inf
+    assert is_rotation(M).tolist() == [True, False, False]
+    with pytest.raises(NotFinite, match=r"at index \[1, 0, 2\]"):
+        check_rotation(M)
+
+
+@pytest.mark.parametrize("shape", [(3,), (9,), (2, 3), (3, 4), (4, 4), (5, 3, 2), ()])
+def test_other_shapes_are_refused(shape):
+    for call in (is_rotation, check_rotation, nearest_rotation):
+        with pytest.raises(WrongShape):
+            call(np.zeros(shape))
+
+
+def test_a_rotation_is_its_own_nearest():
+    R = np.concatenate([random_rotations(200), integer_rotations()])
+    assert worst(nearest_rotation(R), R) < 3e-15
+
+
+def test_nearest_rotation_is_the_orthogonal_polar_factor():
+    M = random_rotations(100) + 0.1 * np.random.default_rng(7).normal(size=(100, 3, 3))
+    for m, R in zip(M, nearest_rotation(M), strict=True):
+        assert worst(R, polar(m)[0]) < 5e-15
+
+
+def test_no_rotation_is_nearer_than_the_nearest_one():
+    rng = np.random.default_rng(8)
+    candidates = random_rotations(5000, seed=9)
+    for M in rng.normal(size=(50, 3, 3)):
+        R = nearest_rotation(M)
+        assert check_rotation(R).orthogonality < 2e-15
+        distance = np.linalg.norm(M - R)
+        assert distance <= np.linalg.norm(M - candidates, axis=(1, 2)).min()
+        nearby = R @ np.array([rot_x(1e-4), rot_y(-1e-4), rot_z(1e-4), rot_x(-1e-4)])
+        assert distance < np.linalg.norm(M - nearby, axis=(1, 2)).min()
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-160, 1e160, 1e300])
+def test_the_scale_of_a_matrix_does_not_change_its_nearest_rotation(scale):
+    R = random_rotations(5)
+    assert worst(nearest_rotation(scale * R), R) < 3e-15
+
+
+@pytest.mark.parametrize(
+    "M", [np.zeros((3, 3)), np.diag([1.0, 0.0, 0.0]), -np.eye(3), np.diag([3.0, 1.0, -1.0]), np.full((3, 3), 1.7e308)]
+)
+def test_a_matrix_without_a_single_nearest_rotation_is_refused(M):
+    with pytest.raises(BadArgument, match="no single nearest rotation: singular values"):
+        nearest_rotation(M)
+    with pytest.raises(BadArgument, match=r"at index \[1\]"):
+        nearest_rotation([np.eye(3), M])
+
+
+def test_a_matrix_of_rank_two_still_has_one():
+    assert worst(nearest_rotation(np.diag([2.0, 1.0, 0.0])), np.eye(3)) < 1e-15

@@ -1,0 +1,146 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rotation_strata import DISTANCES, PROPERTY, angles, axes, integer_rotations, matrices, random_rotations, worst
+from scipy.spatial.transform import Rotation
+
+from nao_kin.errors import BadArgument, NotARotation, WrongShape, ZeroNorm
+from nao_kin.rotations import (
+    davenport_angles,
+    euler_from_matrix,
+    matrix_from_davenport,
+    matrix_from_euler,
+    matrix_from_natural,
+)
+
+X, Y, Z = np.eye(3)
+HIPS = {
+    "left": (np.array([0.0, 1.0, -1.0]) / math.sqrt(2.0), X, Y),
+    "right": (np.array([0.0, 1.0, 1.0]) / math.sqrt(2.0), X, Y),
+}
+ROUND_TRIP = 4e-15
+
+
+@st.composite
+def perpendicular_axes(draw):
+    """Three unit axes with a1 ⟂ a2 ⟂ a3: any a2, and two directions normal to it."""
+    a2 = draw(axes)
+    side = np.cross(a2, np.eye(3)[np.abs(a2).argmin()])
+    side /= np.linalg.norm(side)
+    up = np.cross(a2, side)
+    a1, a3 = (math.cos(t) * side + math.sin(t) * up for t in (draw(angles), draw(angles)))
+    return a1, a2, a3
+
+
+@PROPERTY
+@given(R=matrices, axes_=perpendicular_axes())
+def test_both_triples_about_any_perpendicular_axes_give_the_matrix_back(R, axes_):
+    found = davenport_angles(R, *axes_)
+    assert worst(matrix_from_davenport(found.angles, *axes_), R) <= ROUND_TRIP
+    assert worst(matrix_from_davenport(found.other, *axes_), R) <= ROUND_TRIP
+    assert np.abs([found.angles, found.other]).max() <= math.pi
+
+
+@pytest.mark.parametrize("at_lock", ["first", "third"])
+@pytest.mark.parametrize("side", HIPS)
+def test_the_hip_comes_back_at_every_distance_from_lock(side, at_lock):
+    axes_ = HIPS[side]
+    rng = np.random.default_rng(0)
+    lock = -math.pi / 4 if side == "left" else math.pi / 4
+    triples = np.array(
+        [
+            (a, pole + sign * distance, c)
+            for pole in (lock, lock + math.pi)
+            for distance in DISTANCES
+            for sign in (-1, 1)
+            for a, c in [*rng.uniform(-math.pi, math.pi, (5, 2)), (0.0, 0.0)]
+        ]
+    )
+    R = matrix_from_davenport(triples, *axes_)
+    found = davenport_angles(R, *axes_, at_lock=at_lock)
+    assert worst(matrix_from_davenport(found.angles, *axes_), R) <= ROUND_TRIP
+    assert worst(matrix_from_davenport(found.other, *axes_), R) <= ROUND_TRIP
+    assert found.locked.any()
+    assert not found.locked.all()
+    assert (found.angles[found.locked][:, 0 if at_lock == "first" else 2] == 0.0).all()
+
+
+@pytest.mark.parametrize("side", HIPS)
+def test_the_principal_triple_of_the_hip_is_the_one_within_its_joints_reach(side):
+    rng = np.random.default_rng(1)
+    triples = rng.uniform([-1.1, -0.37, -1.5], [0.7, 0.37, 0.4], (200, 3))
+    found = davenport_angles(matrix_from_davenport(triples, *HIPS[side]), *HIPS[side])
+    assert worst(found.angles, triples) < 1e-14
+    assert worst(found.other, triples) > 1.0
+
+
+@pytest.mark.parametrize("side", HIPS)
+def test_scipy_composes_the_same_matrix(side):
+    triples = np.random.default_rng(2).uniform(-3.0, 3.0, (50, 3))
+    expected = Rotation.from_davenport(np.array(HIPS[side]), "intrinsic", triples).as_matrix()
+    assert worst(matrix_from_davenport(triples, *HIPS[side]), expected) < 2e-15
+
+
+@pytest.mark.parametrize("sequence", [a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c])
+def test_coordinate_axes_give_the_moving_euler_angles(sequence):
+    axes_ = [np.eye(3)["xyz".index(name)] for name in sequence]
+    R = np.concatenate([random_rotations(200, seed=3), integer_rotations()])
+    ours, euler = davenport_angles(R, *axes_), euler_from_matrix(R, sequence, axes="moving")
+    assert worst(np.exp(1j * ours.angles), np.exp(1j * euler.angles)) < 1e-13
+    assert worst(np.exp(1j * ours.other), np.exp(1j * euler.other)) < 1e-13
+    assert (ours.locked == euler.locked).all()
+    triples = np.random.default_rng(4).uniform(-3, 3, (20, 3))
+    expected = matrix_from_euler(triples, sequence, axes="moving")
+    assert worst(matrix_from_davenport(triples, *axes_), expected) < 1e-15
+
+
+def test_the_length_of_the_axes_does_not_matter():
+    R = random_rotations(10)
+    scaled = davenport_angles(R, 7.0 * X, 1e-200 * Y, 1e100 * Z)
+    assert worst(scaled.angles, davenport_angles(R, X, Y, Z).angles) == 0.0
+
+
+def test_opposite_outer_axes_are_allowed():
+    R = random_rotations(50)
+    found = davenport_angles(R, X, Y, -X)
+    assert worst(matrix_from_davenport(found.angles, X, Y, -X), R) <= ROUND_TRIP
+    assert worst(matrix_from_davenport(found.other, X, Y, -X), R) <= ROUND_TRIP
+
+
+@pytest.mark.parametrize(
+    ("axes_", "message"),
+    [
+        ((X, X, Z), "axes a1 and a2 must be perpendicular.*reach every rotation; the angle between them is 0°"),
+        ((X, Y, Y), "axes a2 and a3 must be perpendicular.*is 0°"),
+        (([1.0, 1.0, 0.0], Y, Z), "axes a1 and a2.*is 45°"),
+        ((X, Y, [0.0, 1e-6, 1.0]), "axes a2 and a3.*89.99994"),
+    ],
+)
+def test_axes_that_cannot_reach_every_rotation_are_refused(axes_, message):
+    with pytest.raises(BadArgument, match=message):
+        davenport_angles(np.eye(3), *axes_)
+
+
+def test_bad_axes_are_refused():
+    with pytest.raises(ZeroNorm, match="axis a2"):
+        davenport_angles(np.eye(3), X, [0, 0, 0], Z)
+    with pytest.raises(WrongShape, match="axis a3"):
+        davenport_angles(np.eye(3), X, Y, [Z, Z])
+    with pytest.raises(WrongShape, match="axis a1"):
+        matrix_from_davenport([0, 0, 0], [1, 0], Y, Z)
+
+
+def test_what_is_no_rotation_is_refused_with_its_own_defect():
+    with pytest.raises(NotARotation, match=r"at index \[1\]: det R − 1 = 0.331"):
+        davenport_angles([np.eye(3), 1.1 * np.eye(3)], *HIPS["left"])
+
+
+def test_composition_takes_axes_that_are_not_perpendicular():
+    R = matrix_from_davenport([0.3, 0.4, 0.5], X, [1.0, 1.0, 0.0], X)
+    expected = matrix_from_natural(X, 0.3) @ matrix_from_natural([1, 1, 0], 0.4) @ matrix_from_natural(X, 0.5)
+    assert worst(R, expected) < 1e-15
