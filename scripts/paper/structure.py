@@ -1,0 +1,52 @@
+"""Problem 2: what kind of mechanism the NAO is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import nao_kin as nk
+from nao_kin import lines
+from nao_kin.joint_axes import JointAxes
+from nao_kin.topology import topology
+from paper.rows import Erratum, Problem, Row
+
+
+def problem_2() -> Problem:
+    """Degrees of freedom of the NAO, and which parts of it are serial."""
+    nao = nk.load_nao()
+    structure = topology(nao)
+    five = set(structure.chains) == set(nao.chains.values())
+    ties = structure.couplings_between_limbs
+    axes = JointAxes(nao)
+    yaw, pitch = (axes.lines(nao.neutral())[axes.names.index(name)] for name in ("HeadYaw", "HeadPitch"))
+    head = lines.common_normal(yaw, pitch)
+    return Problem(
+        "2",
+        "the NAO's degrees of freedom, serial and parallel parts",
+        rows=(
+            Row("degrees of freedom", "load_nao", nao.nv, 25),
+            Row("closed loops", "topology.topology", structure.closed_loops, 0),
+            Row("serial chains", "topology.topology", len(structure.chains), 5),
+            Row("they are head, arms and legs", "topology.topology", five, True),
+            Row("couplings between chains", "topology.topology", len(ties), 1),
+            Row(
+                "it is one motor for both HipYawPitch joints",
+                "topology.topology",
+                [{tie.joint, tie.driver} for tie in ties] == [{"LHipYawPitch", "RHipYawPitch"}],
+                True,
+            ),
+        ),
+        errata=(
+            Erratum(
+                where="problem 2, part 3",
+                printed="parallel joints in head and hands, series joints elsewhere",
+                right="a tree of serial chains; the head is two intersecting revolutes, a universal joint",
+                evidence=f"{structure.closed_loops} closed loops; HeadYaw and HeadPitch lie {head.distance:.1e} m apart"
+                f", at {np.rad2deg(head.angle):.9g}° to each other",
+                refuted=bool(
+                    structure.closed_loops == 0 and head.distance < 1e-12 and abs(head.angle - np.pi / 2) < 1e-12
+                ),
+            ),
+        ),
+        notes=tuple(" → ".join(chain) for chain in structure.chains),
+    )
