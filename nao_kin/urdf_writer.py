@@ -63,10 +63,10 @@ def urdf_text(parameters: NaoParameters) -> str:
     for frame in parameters.frames:
         _add_fixed(robot, frame.name, link_of[frame.parent], frame.xyz, frame.rpy)
         if frame.ros_name is not None:
-            link = ET.Element("link", name=frame.ros_name)
+            twin = ET.Element("link", name=frame.ros_name)
             if "/FSR/" in frame.name:
-                _add_placeholder(link, parameters.version)
-            _add_fixed(robot, frame.ros_name, frame.name, link=link)
+                _add_placeholder(twin, parameters.version)
+            _add_fixed(robot, frame.ros_name, frame.name, link=twin)
         if frame.name in CAMERAS:
             _add_fixed(robot, f"{frame.name}_optical_frame", frame.name, rpy=OPTICAL_RPY)
     ET.indent(robot)
