@@ -36,9 +36,11 @@ docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
 
 generate: $(STAMP)
+	$(BIN)/python scripts/generate_meshes.py
 	$(BIN)/python scripts/generate_urdf.py
 
 check-generated: $(STAMP)
+	$(BIN)/python scripts/generate_meshes.py --check
 	$(BIN)/python scripts/generate_urdf.py --check
 
 bench: $(STAMP)

@@ -8,8 +8,9 @@ from nao_kin.parameters.nao import CoupledLimit, Frame, Joint, NaoParameters, na
 from nao_kin.parameters.offsets import OFFSETS
 from nao_kin.parameters.postures import BODY_ORDER, CHAINS, POSTURES
 from nao_kin.parameters.rows import VERSIONS, Version
-from nao_kin.parameters.shapes import COLLISION_SHAPES, VISUAL_SHAPES
+from nao_kin.parameters.shapes import COLLISION_SHAPES
 from nao_kin.parameters.sources import SOURCES
+from nao_kin.parameters.visuals import COLOURS, VISUALS
 
 __all__ = [
     "ACTUATORS",
@@ -17,6 +18,7 @@ __all__ = [
     "CAMERAS",
     "CHAINS",
     "COLLISION_SHAPES",
+    "COLOURS",
     "COUPLED_LIMITS",
     "FINGERS",
     "FINGER_RATIO",
@@ -30,7 +32,7 @@ __all__ = [
     "POSTURES",
     "SOURCES",
     "VERSIONS",
-    "VISUAL_SHAPES",
+    "VISUALS",
     "CoupledLimit",
     "Frame",
     "Joint",

@@ -1,8 +1,8 @@
-"""Primitive shapes: NAOqi's collision primitives, and a plain body to look at."""
+"""NAOqi's collision primitives."""
 
 from __future__ import annotations
 
-from nao_kin.parameters.rows import ShapeKind, ShapeRow, Vector
+from nao_kin.parameters.rows import ShapeRow, Vector
 
 _UP: Vector = (0.0, 0.0, 1.0)
 
@@ -33,38 +33,3 @@ COLLISION_SHAPES: tuple[ShapeRow, ...] = (
     ShapeRow("RElbowRollSphereCollision", "RElbowRoll", "sphere", (0.04,), (0.116, 0.0, 0.0), _UP, "U6"),
 )
 # fmt: on
-
-
-def _both(
-    name: str, parent: str, kind: ShapeKind, size: tuple[float, ...], center: Vector, axis: Vector = _UP
-) -> tuple[ShapeRow, ShapeRow]:
-    """The shape on the left and its mirror image on the right."""
-    (x, y, z), (u, v, w) = center, axis
-    return (
-        ShapeRow(f"L{name}", f"L{parent}", kind, size, (x, y, z), (u, v, w), "GEN"),
-        ShapeRow(f"R{name}", f"R{parent}", kind, size, (x, -y, z), (u, -v, w), "GEN"),
-    )
-
-
-_X: Vector = (1.0, 0.0, 0.0)
-_Y: Vector = (0.0, 1.0, 0.0)
-
-VISUAL_SHAPES: tuple[ShapeRow, ...] = (
-    ShapeRow("chest", "torso", "cylinder", (0.055, 0.11), (0.0, 0.0, 0.055), _UP, "GEN"),
-    ShapeRow("shoulders", "torso", "cylinder", (0.035, 0.14), (0.0, 0.0, 0.095), _Y, "GEN"),
-    ShapeRow("pelvis", "torso", "sphere", (0.05,), (-0.01, 0.0, -0.05), _UP, "GEN"),
-    ShapeRow("neck", "HeadYaw", "cylinder", (0.02, 0.05), (0.0, 0.0, -0.015), _UP, "GEN"),
-    ShapeRow("head", "HeadPitch", "sphere", (0.06,), (0.0, 0.0, 0.055), _UP, "GEN"),
-    ShapeRow("ears", "HeadPitch", "cylinder", (0.025, 0.132), (0.0, 0.0, 0.055), _Y, "GEN"),
-    *_both("shoulder", "ShoulderPitch", "sphere", (0.034,), (0.0, 0.0, 0.0)),
-    *_both("upper_arm", "ShoulderRoll", "cylinder", (0.026, 0.08), (0.055, 0.012, 0.0), _X),
-    *_both("elbow", "ElbowYaw", "sphere", (0.026,), (0.0, 0.0, 0.0)),
-    *_both("forearm", "ElbowRoll", "cylinder", (0.027, 0.055), (0.03, 0.0, 0.0), _X),
-    *_both("palm", "WristYaw", "box", (0.05, 0.045, 0.03), (0.04, 0.0, -0.004)),
-    *_both("hip", "HipYawPitch", "sphere", (0.03,), (-0.01, 0.0, 0.0)),
-    *_both("hip_block", "HipRoll", "sphere", (0.028,), (0.0, 0.0, 0.0)),
-    *_both("thigh", "HipPitch", "cylinder", (0.038, 0.09), (0.005, 0.0, -0.045)),
-    *_both("shin", "KneePitch", "cylinder", (0.036, 0.09), (0.005, 0.0, -0.05)),
-    *_both("ankle", "AnklePitch", "sphere", (0.034,), (0.0, 0.0, 0.0)),
-    *_both("foot", "AnkleRoll", "box", (0.154, 0.088, 0.02), (0.025, 0.0056, -0.03511)),
-)

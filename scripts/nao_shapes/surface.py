@@ -1,0 +1,105 @@
+"""From a solid to the triangles of a file: rounded, welded, in one order, with normals that keep edges sharp."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from manifold3d import Manifold
+from numpy.typing import NDArray
+
+from nao_shapes.solids import Y
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Vertices stand on a grid of 10 µm, so that the last bits of a platform's arithmetic do not reach the file.
+_DECIMALS_MM = 2
+_DECIMALS_NORMAL = 2
+# Detail smaller than this is dropped [mm].
+_TOLERANCE_MM = 0.04
+# Faces that meet at a flatter angle than this share a normal and look like one curved surface.
+_CREASE = math.radians(35.0)
+_NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles with a normal at each of their corners.
+
+    Attributes:
+        vertices: shape (V, 3) [mm].
+        triangles: vertices of each triangle, anticlockwise from outside, shape (T, 3).
+        normals: unit vectors, shape (N, 3).
+        corners: normals of each triangle's corners, shape (T, 3).
+    """
+
+    vertices: Floats
+    triangles: Ints
+    normals: Floats
+    corners: Ints
+
+
+def surface_of(solid: Manifold, *, symmetric: bool = False) -> Surface:
+    """The surface of a solid.
+
+    Args:
+        solid: the solid.
+        symmetric: draw the left half alone and mirror it, for a part that is its own mirror image.
+    """
+    if symmetric:
+        solid = solid.trim_by_plane(Y, 0.0)
+    mesh = solid.simplify(_TOLERANCE_MM).to_mesh()
+    vertices = np.round(np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3], _DECIMALS_MM) + 0.0
+    vertices, triangles = _canonical(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    if symmetric:
+        cut = (vertices[triangles, 1] == 0.0).all(axis=1)
+        half = triangles[~cut]
+        # Mirroring turns triangles inside out, so they are listed the other way round.
+        whole = np.concatenate([half, half[:, ::-1] + len(vertices)])
+        vertices, triangles = _canonical(np.concatenate([vertices, vertices * (1.0, -1.0, 1.0) + 0.0]), whole)
+    return _with_normals(vertices, triangles)
+
+
+def _canonical(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
+    """Equal vertices welded, collapsed triangles dropped, everything sorted."""
+    vertices, inverse = np.unique(vertices, axis=0, return_inverse=True)
+    triangles = inverse.reshape(-1)[triangles]
+    a, b, c = triangles.T
+    triangles = _without_folds(triangles[(a != b) & (b != c) & (c != a)])
+    used, inverse = np.unique(triangles, return_inverse=True)
+    vertices, triangles = vertices[used], inverse.reshape(-1, 3)
+    first = triangles.argmin(axis=1)
+    triangles = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
+    return vertices, triangles[np.lexsort(triangles.T[::-1])]
+
+
+def _without_folds(triangles: Ints) -> Ints:
+    """Triangles without the pairs that lie back to back: what welding leaves of a sliver."""
+    _, inverse, counts = np.unique(np.sort(triangles, axis=1), axis=0, return_inverse=True, return_counts=True)
+    alone: Ints = triangles[counts[inverse.reshape(-1)] == 1]
+    return alone
+
+
+def _with_normals(vertices: Floats, triangles: Ints) -> Surface:
+    """Each corner's normal: the mean of the faces around its vertex within the crease angle of its own face."""
+    corners = vertices[triangles]
+    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    cross = np.cross(ahead, behind)
+    sine, cosine = np.linalg.norm(cross, axis=-1), (ahead * behind).sum(axis=-1)
+    facing = cross[:, 0] / np.maximum(sine[:, :1], _NOTHING)
+    # A face counts by its angle at the vertex, and slivers count less.
+    weight = (np.arctan2(sine, cosine) * np.sqrt(sine[:, :1])).reshape(-1)
+
+    vertex, face = triangles.reshape(-1), np.repeat(np.arange(len(triangles)), 3)
+    order = np.argsort(vertex, kind="stable")
+    means = np.zeros((len(vertex), 3))
+    for here in np.split(order, np.searchsorted(vertex[order], np.arange(1, len(vertices)))):
+        around = facing[face[here]]
+        means[here] = ((around @ around.T > math.cos(_CREASE)) * weight[here]) @ around
+    length = np.linalg.norm(means, axis=1, keepdims=True)
+    # A triangle of no area has no direction of its own; it takes z, and nobody sees it.
+    means = np.where(length < _NOTHING, (0.0, 0.0, 1.0), means / np.maximum(length, _NOTHING))
+    normals, inverse = np.unique(np.round(means, _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
+    return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))
