@@ -38,13 +38,16 @@ docs: $(STAMP)
 generate: $(STAMP)
 	$(BIN)/python scripts/generate_meshes.py
 	$(BIN)/python scripts/generate_urdf.py
+	$(BIN)/python scripts/generate_joint_diagram.py
 
 check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_meshes.py --check
 	$(BIN)/python scripts/generate_urdf.py --check
+	$(BIN)/python scripts/generate_joint_diagram.py --check
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py
+	$(BIN)/python benchmarks/bench_rotations.py
 
 clean:
 	rm -rf $(VENV) docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -16,7 +16,7 @@ from nao_kin import errors
 from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
-    from nao_kin import lines, rank_one, rotations
+    from nao_kin import joints, lines, rank_one, rotations, typed
     from nao_kin.nao import NaoModel, load_nao
     from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
 
@@ -28,12 +28,14 @@ __all__ = [
     "NaoModel",
     "RobotModel",
     "errors",
+    "joints",
     "lines",
     "load_nao",
     "load_robot",
     "rank_one",
     "robot_names",
     "rotations",
+    "typed",
 ]
 
 _HOME = {

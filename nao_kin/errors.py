@@ -214,3 +214,7 @@ class DisagreeingJoints(CouplingViolated):
         more = f"; and {len(self.violations) - 1} more" if len(self.violations) > 1 else ""
         where = f" (configuration {', '.join(map(str, first.index))})" if first.index else ""
         self.args = (f"{self.args[0]}; nearest consistent: {first.primary} = {self.nearest:.9g}{where}{more}",)
+
+
+class NoBrowser(NaoKinError):
+    """A web browser is needed and there is none, or none has shown up in time."""

@@ -222,15 +222,34 @@ def test_info_tells_of_nao_and_of_others(capsys: pytest.CaptureFixture) -> None:
     assert "StandInit" in capsys.readouterr().out
 
 
-def test_joints_lists_limits_in_the_asked_unit(capsys: pytest.CaptureFixture) -> None:
-    rows = _json(capsys, "joints", "--deg", "--json")["joints"]
-    assert [row["joint"] for row in rows] == list(nk.load_nao().joint_names)
-    assert rows[0]["upper"] == pytest.approx(119.5)
-    hand = next(row for row in rows if row["joint"] == "LHand")
-    assert (hand["lower"], hand["upper"], hand["unit"]) == (0.0, 1.0, "1")
-    assert next(row for row in rows if row["joint"] == "LHipYawPitch")["followed_by"] == ["RHipYawPitch"]
+def test_joints_lists_every_joint_with_its_line_and_its_limits(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    document = _json(capsys, "joints", "--deg", "--json")
+    rows = {row["joint"]: row for row in document["rows"]}
+    assert list(rows) == [name for chain in nao.chains.values() for name in chain]
+    assert document["summary"] == "25 DOF = 26×1 − 1"
+    assert rows["HeadYaw"]["upper"] == pytest.approx([119.5])
+    assert (rows["LHand"]["lower"], rows["LHand"]["upper"], rows["LHand"]["units"]) == ([0.0], [1.0], ["1"])
+    assert rows["LHipYawPitch"]["followed_by"] == ["RHipYawPitch"]
+    assert rows["RHipYawPitch"]["velocity"] == rows["LHipYawPitch"]["velocity"]
+    assert rows["HeadPitch"]["screws"] == [[0.0, 1.0, 0.0, -0.1265, 0.0, 0.0]]
+    assert rows["RKneePitch"]["velocity"] == pytest.approx([math.degrees(6.40239)])
     assert run(["joints"]) == 0
-    assert "LHandFinger11, LHandFinger12 and 6 more" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "RHipYawPitch (with LHipYawPitch)" in out
+    assert out.rstrip().endswith("25 DOF = 26×1 − 1")
+
+
+def test_joints_can_be_merged_into_lower_pairs(capsys: pytest.CaptureFixture) -> None:
+    document = _json(capsys, "joints", "--typed", "--json")
+    assert len(document["rows"]) == 15
+    assert document["summary"] == "25 DOF = 2×3 + 7×2 + 6×1 − 1"
+    concurrent = _json(capsys, "joints", "--typed", "--rule", "concurrent", "--json")
+    elbow = next(row for row in concurrent["rows"] if row["parts"][0] == "LElbowYaw")
+    assert (elbow["pair"], elbow["parts"]) == ("spherical", ["LElbowYaw", "LElbowRoll", "LWristYaw"])
+    assert run(["joints", "--typed", "--version", "v3.2", "--rule", "concurrent"]) == 0
+    assert "ball and socket" in capsys.readouterr().out
+    assert "unknown rule 'any'" in _refused(capsys, "joints", "--typed", "--rule", "any")
+    assert "tolerance must be in" in _refused(capsys, "joints", "--typed", "--tolerance", "-1")
 
 
 def test_names_from_a_file_are_no_markup(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:

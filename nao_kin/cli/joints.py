@@ -1,48 +1,96 @@
-"""`nao-kin joints`: the joints and their limits."""
+"""`nao-kin joints`: the joints, their axes as lines of space, their limits, and the lower pairs they make."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
 from nao_kin.cli.output import print_json, print_table
 
+if TYPE_CHECKING:
+    from nao_kin.joints import JointRow, JointTable
+    from nao_kin.robot import RobotModel
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command("joints", epilog="Example: nao-kin joints --deg")(joints)
+    app.command("joints", epilog="Example: nao-kin joints --typed --deg")(joints)
 
 
 def joints(
-    version: Version = "v6", urdf: Urdf = None, robot: Robot = None, deg: Deg = False, json: Json = False
+    typed: Annotated[bool, typer.Option("--typed", help="Merge revolutes that share a centre into one joint.")] = False,
+    rule: Annotated[
+        str, typer.Option(metavar="RULE", help="With --typed: coincident (joint centres) or concurrent (axes).")
+    ] = "coincident",
+    tolerance: Annotated[
+        float, typer.Option(metavar="M", help="With --typed: how far axes may miss their common point [m].")
+    ] = 1e-9,
+    deg: Deg = False,
+    json: Json = False,
+    version: Version = "v6",
+    urdf: Urdf = None,
+    robot: Robot = None,
 ) -> None:
-    """The joints in the order of q: limits, speed, torque, and the joints that follow each."""
+    """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
+
+    Lines are seen from the root with all joints at zero: direction and moment of the axis. --json adds speed, torque
+    and the joints that follow.
+    """
+    from nao_kin.joints import joint_table
+
     model = load(version, urdf, robot)
-    rows = []
-    for index, name in enumerate(model.joint_names):
-        unit = model.joint_units[index]
-        scale = math.degrees(1.0) if deg and unit == "rad" else 1.0
-        rows.append(
-            {
-                "index": index,
-                "joint": name,
-                "lower": _finite(model.lower[index] * scale),
-                "upper": _finite(model.upper[index] * scale),
-                "unit": "deg" if scale != 1.0 else unit,
-                "velocity": _finite(model.velocity_limits[index] * scale),
-                "effort": _finite(model.effort_limits[index]),
-                "followed_by": [follower for follower, tie in model.mimics.items() if tie.joint == name],
-            }
-        )
+    table = joint_table(model, typed=typed, rule=rule, tolerance=tolerance)  # type: ignore[arg-type]
     if json:
-        print_json({"robot": model.name, "joints": rows})
+        print_json(_document(model, table, deg))
         return
-    columns = ("index", "joint", "lower", "upper", "unit", "velocity", "effort", "followed_by")
-    table = [[_text(row[column]) for column in columns] for row in rows]
-    numbers = ("index", "lower", "upper", "velocity", "effort")
-    print_table([column.replace("_", " ") for column in columns], table, numbers=numbers)
+    for chain in dict.fromkeys(row.chain for row in table.rows):
+        rows = [_cells(model, row, deg) for row in table.rows if row.chain == chain]
+        print(f"\n{chain or table.robot}")
+        print_table(("joint", "lower pair", "body", "like a", "axis", "centre [m]", "range", "moment [m]"), rows)
+    print(table.summary)
+
+
+def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]:
+    document = table.as_dict()
+    for row in document["rows"]:
+        scales = [_scale(unit, deg) for unit in row["units"]]
+        for bound in ("lower", "upper"):
+            row[bound] = [None if v is None else v * s for v, s in zip(row[bound], scales, strict=True)]
+        # A part that follows another joint has that one's motor.
+        drivers = [model.mimics[part].joint if part in model.mimics else part for part in row["parts"]]
+        columns = [model.joint_names.index(name) for name in drivers]
+        row["velocity"] = [_finite(model.velocity_limits[i] * s) for i, s in zip(columns, scales, strict=True)]
+        row["effort"] = [_finite(model.effort_limits[i]) for i in columns]
+        row["followed_by"] = [name for name, tie in model.mimics.items() if tie.joint in row["parts"]]
+        row["units"] = ["deg" if scale != 1.0 else unit for unit, scale in zip(row["units"], scales, strict=True)]
+    return document
+
+
+def _cells(model: RobotModel, row: JointRow, deg: bool) -> list[str]:
+    ties = [model.mimics.get(part) for part in row.parts]
+    names = [part if tie is None else f"{part} (with {tie.joint})" for part, tie in zip(row.parts, ties, strict=True)]
+    ranges = []
+    for lower, upper, unit in zip(row.lower, row.upper, row.units, strict=True):
+        scale = _scale(unit, deg)
+        symbol = "°" if scale != 1.0 else "" if unit == "1" else f" {unit}"
+        ranges.append(f"{_number(lower * scale)} … {_number(upper * scale)}{symbol}")
+    return [
+        "\n".join(names),
+        row.pair,
+        row.body,
+        row.anatomical,
+        "\n".join(_vector(axis, 4) for axis in row.axes),
+        _vector(row.centre, 4),
+        "\n".join(ranges),
+        "\n".join(_vector(screw[3:], 4) for screw in row.screws),
+    ]
+
+
+def _scale(unit: str, deg: bool) -> float:
+    return math.degrees(1.0) if deg and unit == "rad" else 1.0
 
 
 def _finite(value: float) -> float | None:
@@ -50,10 +98,10 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _text(value: object) -> str:
-    if isinstance(value, list):
-        shown = ", ".join(value[:2])
-        return shown if len(value) <= 2 else f"{shown} and {len(value) - 2} more"
-    if value is None:
-        return "–"
-    return f"{value:.4f}" if isinstance(value, float) else str(value)
+def _number(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"
+
+
+def _vector(values: tuple[float, ...], digits: int) -> str:
+    # Adding zero takes the sign off a negative zero.
+    return " ".join(f"{round(value, digits) + 0.0:.{digits}g}" for value in values)

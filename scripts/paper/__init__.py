@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from paper.algebra import problem_4, problem_6
+from paper.anatomy import problem_3
 from paper.angles import problem_5, problem_7, problem_10
 from paper.invariants import problem_9, problem_11
 from paper.rows import Erratum, Problem, Row
@@ -13,6 +14,7 @@ from paper.structure import problem_2
 
 PROBLEMS: tuple[Callable[[], Problem], ...] = (
     problem_2,
+    problem_3,
     problem_4,
     problem_5,
     problem_6,

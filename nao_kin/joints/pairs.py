@@ -1,0 +1,156 @@
+"""The joints of mechanism theory: what each allows and forbids, and the Pinocchio joint that moves the same way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats, as_floats, as_numbers
+from nao_kin._vectors import as_vectors, unit
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+
+# Directions closer than this span no plane [rad].
+PARALLEL = 1e-6
+
+
+@dataclass(frozen=True)
+class LowerPair:
+    """A kind of joint between two rigid bodies.
+
+    Attributes:
+        name: its name, a key of `LOWER_PAIRS`.
+        symbol: the letter mechanism theory writes for it.
+        rotations: independent rotations it allows.
+        translations: independent translations it allows. A helical joint turns and slides, but not independently: it
+            counts as one rotation.
+        axes: how many directions define it: the axis, the two axes of a universal joint, the normal of a plane.
+        pinocchio: the Pinocchio joint that moves this way.
+        lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolutes
+            with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
+    """
+
+    name: str
+    symbol: str
+    rotations: int
+    translations: int
+    axes: int
+    pinocchio: str
+    lower: bool
+
+    @property
+    def freedoms(self) -> int:
+        """Degrees of freedom it allows."""
+        return self.rotations + self.translations
+
+    @property
+    def constraints(self) -> int:
+        """Degrees of freedom it forbids, 6 − freedoms."""
+        return 6 - self.freedoms
+
+    def joint_model(self, axes: ArrayLike = (), *, pitch: float | None = None) -> pin.JointModel:
+        """A Pinocchio joint of this kind.
+
+        Args:
+            axes: the directions that define it, in the joint frame: shape (3,) for one, (n, 3) for several; of any
+                length but zero. A universal joint turns about the first, then about the second as carried along.
+            pitch: advance of a helical joint per radian [m/rad].
+
+        Returns:
+            The joint model; nv = `freedoms`. A planar joint is Pinocchio's own, q = (x, y, cos, sin), when its normal
+            is z; for any other normal it is composed, q = (u, v, angle) with u and v along two directions of the plane.
+
+        Raises:
+            BadArgument: two parallel axes; a pitch missing, or given to another joint.
+            WrongShape: not as many directions as `axes` says.
+            ZeroNorm, NotFinite: in the directions or the pitch.
+        """
+        directions = self._directions(axes)
+        if (pitch is not None) != (self.name == "helical"):
+            raise BadArgument(f"a {self.name} joint {'needs a' if self.name == 'helical' else 'has no'} pitch")
+        if self.name == "helical":
+            advance = float(as_floats(0.0 if pitch is None else pitch, (), "pitch"))
+            return pin.JointModel(pin.JointModelHelicalUnaligned(directions[0], advance))
+        return pin.JointModel(_MAKERS[self.name](directions))
+
+    def _directions(self, axes: ArrayLike) -> Floats:
+        what = f"axes of a {self.name} joint"
+        directions = as_numbers(axes, what)
+        if self.axes == 0 and directions.size == 0:
+            return np.zeros((0, 3))
+        if directions.shape != (self.axes, 3) and not (self.axes == 1 and directions.shape == (3,)):
+            expected = "(0,)" if self.axes == 0 else "(3,)" if self.axes == 1 else f"({self.axes}, 3)"
+            raise WrongShape(what, expected, directions.shape)
+        units, _ = unit(as_vectors(directions.reshape(self.axes, 3), what), what)
+        if self.axes == 2 and np.linalg.norm(np.cross(*units)) < PARALLEL:
+            raise BadArgument(f"the two axes of a {self.name} joint must not be parallel, got {directions.tolist()}")
+        return units
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def _composite(parts: Sequence[pin.JointModel]) -> pin.JointModelComposite:
+    composite = pin.JointModelComposite()
+    for part in parts:
+        composite.addJoint(part)
+    return composite
+
+
+def _cylindrical(axes: Floats) -> pin.JointModel:
+    return _composite([pin.JointModelPrismaticUnaligned(axes[0]), pin.JointModelRevoluteUnaligned(axes[0])])
+
+
+def _planar(axes: Floats) -> pin.JointModel:
+    normal = axes[0]
+    if np.array_equal(normal, (0.0, 0.0, 1.0)):
+        return pin.JointModelPlanar()
+    u, _ = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]), "a direction of the plane")
+    slides = [pin.JointModelPrismaticUnaligned(direction) for direction in (u, np.cross(normal, u))]
+    return _composite([*slides, pin.JointModelRevoluteUnaligned(normal)])
+
+
+_MAKERS: dict[str, Callable[[Floats], pin.JointModel]] = {
+    "revolute": lambda axes: pin.JointModelRevoluteUnaligned(axes[0]),
+    "prismatic": lambda axes: pin.JointModelPrismaticUnaligned(axes[0]),
+    "cylindrical": _cylindrical,
+    "universal": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
+    "condyloid": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
+    "spherical": lambda axes: pin.JointModelSpherical(),
+    "planar": _planar,
+    "free": lambda axes: pin.JointModelFreeFlyer(),
+}
+
+LOWER_PAIRS = MappingProxyType(
+    {
+        pair.name: pair
+        for pair in (
+            LowerPair("revolute", "R", 1, 0, 1, "JointModelRevoluteUnaligned", True),
+            LowerPair("prismatic", "P", 0, 1, 1, "JointModelPrismaticUnaligned", True),
+            LowerPair("helical", "H", 1, 0, 1, "JointModelHelicalUnaligned", True),
+            LowerPair("cylindrical", "C", 1, 1, 1, "JointModelComposite of a prismatic and a revolute", True),
+            LowerPair("universal", "U", 2, 0, 2, "JointModelUniversal", False),
+            LowerPair("condyloid", "U", 2, 0, 2, "JointModelUniversal", False),
+            LowerPair("spherical", "S", 3, 0, 0, "JointModelSpherical", True),
+            LowerPair("planar", "E", 1, 2, 1, "JointModelPlanar; with another normal, JointModelComposite", True),
+            LowerPair("free", "F", 3, 3, 0, "JointModelFreeFlyer", False),
+        )
+    }
+)
+"""The pairs by name. Source: Reuleaux, The Kinematics of Machinery, 1876; Hartenberg and Denavit, Kinematic Synthesis
+of Linkages, 1964, ch. 2."""
+
+
+def lower_pair(name: str) -> LowerPair:
+    """The pair called `name`.
+
+    Raises:
+        UnknownName: there is none.
+    """
+    if name not in LOWER_PAIRS:
+        raise UnknownName("pair", name, tuple(LOWER_PAIRS))
+    return LOWER_PAIRS[name]

@@ -1,0 +1,171 @@
+"""The joint tree of a robot, every axis where it lies when all joints are at zero."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._arrays import Floats
+from nao_kin.errors import BadArgument, BadModel
+from nao_kin.urdf_reader import Mimic
+
+
+class Robot(Protocol):
+    """What is asked of a robot here: a `RobotModel` has it all."""
+
+    @property
+    def model(self) -> pin.Model:
+        """The Pinocchio model."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints with a coordinate of their own."""
+
+    @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Unit of each of these coordinates."""
+
+    @property
+    def mimics(self) -> Mapping[str, Mimic]:
+        """The joints that follow another one."""
+
+    @property
+    def lower(self) -> Floats:
+        """Smallest value of each coordinate."""
+
+    @property
+    def upper(self) -> Floats:
+        """Largest value of each coordinate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """One joint of the tree.
+
+    Attributes:
+        index: its place in the model's joints.
+        name: its name.
+        parent: index of the joint that carries it, 0 for the root.
+        children: indices of the joints it carries.
+        kind: "revolute", "prismatic", "free", or "fixed": a joint that follows another with the multiplier zero.
+        axis: unit vector in the joint's frame; zero for "free" and "fixed".
+        T_root: pose of the joint's frame in the root's, all joints at zero; what "fixed" has turned is in it.
+        tie: how it follows another joint; None for a joint of its own.
+        lower: smallest value.
+        upper: largest value.
+        unit: unit of its value.
+        moves: whether it or a joint beyond it has a coordinate of its own. The joints that do not (fingers that follow
+            the hand) add no freedom and carry none.
+    """
+
+    index: int
+    name: str
+    parent: int
+    children: tuple[int, ...]
+    kind: str
+    axis: Floats
+    T_root: pin.SE3
+    tie: Mimic | None
+    lower: float
+    upper: float
+    unit: str
+    moves: bool
+
+    @property
+    def driver(self) -> str:
+        """The joint whose coordinate moves it."""
+        return self.name if self.tie is None else self.tie.joint
+
+    @property
+    def axis_root(self) -> Floats:
+        """Its axis in the root's frame, all joints at zero."""
+        return np.asarray(self.T_root.rotation @ self.axis)
+
+    @property
+    def centre_root(self) -> Floats:
+        """Its centre, the origin of its frame, in the root's frame, all joints at zero [m]."""
+        return np.array(self.T_root.translation)
+
+
+def read_tree(robot: Robot) -> dict[int, Node]:
+    """Joint index → joint, in the order of the model.
+
+    Raises:
+        BadArgument: no robot model.
+        BadModel: a joint that is neither revolute, prismatic nor the free base.
+    """
+    model = getattr(robot, "model", None)
+    if not isinstance(model, pin.Model):
+        raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")
+    children: dict[int, list[int]] = {index: [] for index in range(model.njoints)}
+    moves = [False] * model.njoints
+    for index in range(model.njoints - 1, 0, -1):
+        moves[index] |= model.joints[index].nq > 0
+        moves[model.parents[index]] |= moves[index]
+        children[model.parents[index]].insert(0, index)
+    ranges = {
+        name: (float(lower), float(upper), unit)
+        for name, lower, upper, unit in zip(robot.joint_names, robot.lower, robot.upper, robot.joint_units, strict=True)
+    }
+    poses = [pin.SE3.Identity()]
+    nodes = {}
+    for index in range(1, model.njoints):
+        name = model.names[index]
+        poses.append(poses[model.parents[index]] * model.jointPlacements[index])
+        tie = robot.mimics[name] if model.joints[index].nq == 0 else None
+        kind, axis = _motion(model, index, tie)
+        if kind == "fixed":
+            poses[-1] = poses[-1] * _motion_data(model, index).M
+        if tie is None:
+            lower, upper, unit = ranges.get(name, (-np.inf, np.inf, ""))
+        else:
+            lower, upper = _driven_range(ranges[tie.joint][:2], tie)
+            unit = "m" if kind == "prismatic" else "rad"
+        nodes[index] = Node(
+            index=index,
+            name=name,
+            parent=int(model.parents[index]),
+            children=tuple(children[index]),
+            kind=kind,
+            axis=axis,
+            T_root=poses[index],
+            tie=tie,
+            lower=lower,
+            upper=upper,
+            unit=unit,
+            moves=moves[index],
+        )
+    return nodes
+
+
+def _motion(model: pin.Model, index: int, tie: Mimic | None) -> tuple[str, Floats]:
+    joint = model.joints[index]
+    if joint.shortname() == "JointModelFreeFlyer":
+        return "free", np.zeros(3)
+    if joint.nq > 1:
+        raise BadModel(f"joint {model.names[index]!r}: joints of {joint.nq} coordinates are not taken apart")
+    if tie is not None and tie.multiplier == 0.0:
+        return "fixed", np.zeros(3)
+    screw = np.array(_motion_data(model, index).S, dtype=np.float64).reshape(6)
+    if tie is not None:
+        # Pinocchio's mimic joint carries its multiplier in its motion subspace.
+        screw /= tie.multiplier
+    turn = float(np.linalg.norm(screw[3:]))
+    return ("revolute", screw[3:] / turn) if turn > 0.0 else ("prismatic", screw[:3] / np.linalg.norm(screw[:3]))
+
+
+def _motion_data(model: pin.Model, index: int) -> pin.JointData:
+    data = model.joints[index].createData()
+    model.joints[index].calc(data, pin.neutral(model))
+    return data
+
+
+def _driven_range(ends: tuple[float, float], tie: Mimic) -> tuple[float, float]:
+    if tie.multiplier == 0.0:
+        return tie.offset, tie.offset
+    lower, upper = sorted(tie.multiplier * end + tie.offset for end in ends)
+    return lower, upper

@@ -1,0 +1,157 @@
+"""A joint of one, two or three axes, as found in a robot, and the robot's joints taken together."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from nao_kin._arrays import Floats
+from nao_kin.errors import UnknownName
+from nao_kin.joints.mobility import mobility
+from nao_kin.joints.pairs import LowerPair
+from nao_kin.lines import PluckerLine
+
+
+@dataclass(frozen=True)
+class Singularity:
+    """Where a joint of three axes loses one: its third axis is carried parallel to the first.
+
+    Attributes:
+        joint: the joint of the middle axis, which decides.
+        at: its two singular values, in (−π, π] [rad].
+        lower: smallest value its limits allow [rad].
+        upper: largest value its limits allow [rad].
+    """
+
+    joint: str
+    at: tuple[float, float]
+    lower: float
+    upper: float
+
+    @property
+    def margin(self) -> float:
+        """How far the limits keep the joint from the nearest singular value; negative when they allow one [rad]."""
+        return min(self._outside(value) for value in self.at)
+
+    @property
+    def reachable(self) -> bool:
+        """Whether the limits allow a singular value."""
+        return self.margin <= 0.0
+
+    def _outside(self, value: float) -> float:
+        if math.isinf(self.lower) or math.isinf(self.upper):
+            first, last = -1, 1
+        else:
+            first = math.floor((self.lower - value) / (2.0 * math.pi))
+            last = math.ceil((self.upper - value) / (2.0 * math.pi))
+        turns = [value + 2.0 * math.pi * k for k in range(first, last + 1)]
+        return min(max(self.lower - angle, angle - self.upper) for angle in turns)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """One motor for two joints: value of `joint` = multiplier · value of `driver` + offset.
+
+    Attributes:
+        joint: the joint that follows.
+        driver: the joint it follows.
+        multiplier: ratio of the two values.
+        offset: value when the driver is at zero.
+    """
+
+    joint: str
+    driver: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class TypedJoint:
+    """One joint of the robot, made of one to three joints of its URDF.
+
+    Attributes:
+        name: the names of its parts, joined by "+".
+        pair: what kind of joint it is.
+        joints: its parts, from the root outwards.
+        parent: name of the joint that carries it, "" for the root.
+        centre: the point common to its axes, or the joint centre of a single axis, in the root's frame with all joints
+            at zero, shape (3,) [m].
+        axes: unit vectors of its axes in the root's frame with all joints at zero, shape (n, 3); none for a free base.
+        angles_between: angles between consecutive axes, shape (n − 1,) [rad].
+        residual: largest distance of an axis from the centre [m].
+        lower: smallest value of each part, shape (n,) [rad or m].
+        upper: largest value of each part, shape (n,) [rad or m].
+        units: unit of each part's value.
+        singularity: for three axes, where they stop spanning space.
+    """
+
+    name: str
+    pair: LowerPair
+    joints: tuple[str, ...]
+    parent: str
+    centre: Floats
+    axes: Floats
+    angles_between: Floats
+    residual: float
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    units: tuple[str, ...]
+    singularity: Singularity | None = None
+
+    @property
+    def lines(self) -> PluckerLine:
+        """The axes as lines of the root's frame with all joints at zero, batch shape (n,)."""
+        return PluckerLine.from_point_direction(self.centre, self.axes)
+
+
+@dataclass(frozen=True, eq=False)
+class JointGroups:
+    """All joints of a robot, and what ties them together.
+
+    Iterating goes through the joints; `len` counts them.
+
+    Attributes:
+        joints: the joints, parents first.
+        couplings: motors that drive two of them.
+        driven: joints of the URDF that follow another one and carry none with a coordinate of its own, such as fingers
+            that follow the hand: each adds a freedom and takes it back, and none is a joint here.
+        rule: the rule that merged them.
+        tolerance: how far centres or axes may miss their common point [m].
+    """
+
+    joints: tuple[TypedJoint, ...]
+    couplings: tuple[Coupling, ...]
+    driven: tuple[str, ...]
+    rule: str
+    tolerance: float
+
+    def __iter__(self) -> Iterator[TypedJoint]:
+        return iter(self.joints)
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    def __getitem__(self, name: str) -> TypedJoint:
+        """The joint of this name, or the one that this joint of the URDF is a part of.
+
+        Raises:
+            UnknownName: there is none.
+        """
+        for joint in self.joints:
+            if name == joint.name or name in joint.joints:
+                return joint
+        raise UnknownName("joint", name, [part for joint in self.joints for part in joint.joints])
+
+    @property
+    def mobility(self) -> int:
+        """Degrees of freedom of the robot by the Grübler–Kutzbach count, couplings counted."""
+        return mobility([joint.pair for joint in self.joints], couplings=len(self.couplings))
+
+    @property
+    def summary(self) -> str:
+        """The count in one line, as "25 DOF = 2×3 + 7×2 + 6×1 − 1": joints × freedoms each, less the couplings."""
+        counts = Counter(joint.pair.freedoms for joint in self.joints)
+        terms = " + ".join(f"{count}×{freedoms}" for freedoms, count in sorted(counts.items(), reverse=True)) or "0"
+        return f"{self.mobility} DOF = {terms}" + (f" − {len(self.couplings)}" if self.couplings else "")

@@ -1,0 +1,202 @@
+"""The Pinocchio model of a robot whose merged joints are universal and spherical joints.
+
+A merged joint has no links between its axes, but the robot has: they carry mass and frames. Each stays on a carrier, a
+revolute joint about the original axis, on a side branch. The carrier of a universal joint mimics the universal joint's
+own coordinate. A ball has no angles to mimic, so its carriers have coordinates of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._arrays import Floats
+from nao_kin.joints import JointGroups, TypedJoint
+from nao_kin.joints.tree import Node, Robot
+from nao_kin.typed._layout import Ball, Reading, Slot
+from nao_kin.urdf_reader import Mimic
+
+_LIMITS = (
+    "lowerPositionLimit",
+    "upperPositionLimit",
+    "lowerVelocityLimit",
+    "upperVelocityLimit",
+    "lowerEffortLimit",
+    "upperEffortLimit",
+)
+
+
+class Assembly:
+    """A typed model, put together on construction.
+
+    Attributes:
+        model: the Pinocchio model; its first frames are the robot's, in the robot's order.
+        slots: its coordinates that are joint values.
+        balls: its spherical joints.
+        carriers: names of the carriers.
+    """
+
+    def __init__(self, robot: Robot, nodes: Mapping[int, Node], groups: JointGroups) -> None:
+        self._source, self._nodes = robot.model, nodes
+        self._by_name = {node.name: node for node in nodes.values()}
+        self.model = pin.Model()
+        self.model.name, self.model.gravity = self._source.name, self._source.gravity
+        self.slots: list[Slot] = []
+        self.balls: list[Ball] = []
+        self.carriers: list[str] = []
+        # Joint of the robot → the joint here that moves with it, and where in that joint's frame it is.
+        self._places = {0: (0, pin.SE3.Identity())}
+        # Joint of the robot → the joint here that holds its value, and the place among that joint's coordinates.
+        self._holders: dict[str, tuple[int, int]] = {}
+        self._add_joints(groups)
+        self._add_bodies_and_frames(groups)
+
+    def _add_joints(self, groups: JointGroups) -> None:
+        merged = {self._by_name[name].index: group for group in groups for name in group.joints if len(group.axes) > 1}
+        # Pinocchio's algorithms want the joints in depth-first order; the last task added is the next one done.
+        tasks = [("joint", index) for index in reversed(list(self._nodes)) if self._nodes[index].parent == 0]
+        while tasks:
+            task, index = tasks.pop()
+            node, group = self._nodes[index], merged.get(index)
+            if group is None:
+                self._add_single(node)
+                tasks += [("joint", child) for child in reversed(node.children)]
+                continue
+            members = [self._by_name[name] for name in group.joints]
+            beyond = [("joint", child) for child in reversed(members[-1].children)]
+            carriers = [("carrier", member.index) for member in reversed(members[:-1])]
+            if task == "carrier":
+                self._add_carrier(group, node)
+                tasks += [("joint", child) for child in reversed(node.children) if merged.get(child) is not group]
+            elif group.pair.name == "universal":
+                # Its carrier mimics it and comes after it.
+                self._add_universal(group, members)
+                tasks += carriers + beyond
+            elif task == "joint":
+                # Its carriers hold the angles that joints further out may mimic, and come before it.
+                tasks += [("ball", index), *carriers]
+            else:
+                self._add_ball(group, members)
+                tasks += beyond
+
+    def _add_single(self, node: Node) -> None:
+        parent, T_parent = self._places[node.parent]
+        if node.kind == "fixed":
+            self._places[node.index] = parent, T_parent * self._pose(node.parent).actInv(node.T_root)
+            return
+        placement = T_parent * self._source.jointPlacements[node.index]
+        if node.tie is not None:
+            self._add_follower(node, node.tie, parent, placement)
+            return
+        joint = self._source.joints[node.index]
+        index = self._add(node, parent, joint, placement)
+        if node.kind == "free":
+            self._copy_limits(joint, self.model.joints[index])
+        else:
+            self._hold(node, index, 0, derived=False)
+
+    def _add_universal(self, group: TypedJoint, members: list[Node]) -> None:
+        index, _ = self._add_merged(group, members)
+        for place, node in enumerate(members):
+            self._hold(node, index, place, derived=False)
+
+    def _add_ball(self, group: TypedJoint, members: list[Node]) -> None:
+        index, axes = self._add_merged(group, members)
+        joint = self.model.joints[index]
+        first, second, third = (self._reading(node) for node in members)
+        self.balls.append(Ball(group.name, (first, second, third), axes, joint.idx_q, joint.idx_v))
+
+    def _add_merged(self, group: TypedJoint, members: list[Node]) -> tuple[int, Floats]:
+        parent, T_parent = self._places[members[0].parent]
+        T_last = members[-1].T_root
+        T_joint = pin.SE3(T_last.rotation, np.array(group.centre))
+        axes = group.axes @ T_joint.rotation
+        joint = group.pair.joint_model(axes if group.pair.axes else ())
+        index = self.model.addJoint(parent, joint, T_parent * self._pose(members[0].parent).actInv(T_joint), group.name)
+        self._places[members[-1].index] = index, T_joint.actInv(T_last)
+        return int(index), axes
+
+    def _add_carrier(self, group: TypedJoint, node: Node) -> None:
+        parent, T_parent = self._places[node.parent]
+        placement = T_parent * self._source.jointPlacements[node.index]
+        self.carriers.append(node.name)
+        if group.pair.name == "universal":
+            holder = self.model.getJointId(group.name), group.joints.index(node.name)
+            self._add(node, parent, self._mimic(node, holder, 1.0, 0.0), placement)
+        elif node.tie is not None:
+            self._add_follower(node, node.tie, parent, placement)
+        else:
+            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
+
+    def _add_follower(self, node: Node, tie: Mimic, parent: int, placement: pin.SE3) -> None:
+        holder = self._holders.get(tie.joint)
+        if holder is None or self._hangs_on_universal(holder[0], parent):
+            # What it follows is inside a ball, or comes later, or Pinocchio's crba would go wrong.
+            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
+        else:
+            self._add(node, parent, self._mimic(node, holder, tie.multiplier, tie.offset), placement)
+
+    def _hangs_on_universal(self, holder: int, parent: int) -> bool:
+        """Whether a joint beyond `parent` would mimic a universal joint that carries it: there crba 4.1 is wrong."""
+        return self.model.joints[holder].nv > 1 and holder in list(self.model.supports[parent])
+
+    def _add(self, node: Node, parent: int, joint: pin.JointModel, placement: pin.SE3) -> int:
+        index = int(self.model.addJoint(parent, joint, placement, node.name))
+        self._places[node.index] = index, pin.SE3.Identity()
+        return index
+
+    def _hold(self, node: Node, index: int, place: int, *, derived: bool) -> None:
+        """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
+        reading = self._reading(node)
+        if not reading.follows:
+            self._holders[node.name] = index, place
+        joint, model = self.model.joints[index], self.model
+        column, row = joint.idx_q + place, joint.idx_v + place
+        self.slots.append(Slot(reading, column, row, derived))
+        model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
+        speed = abs(reading.multiplier) * self._source.upperVelocityLimit[reading.row]
+        model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed
+        if not reading.follows:
+            effort = self._source.upperEffortLimit[reading.row]
+            model.lowerEffortLimit[row], model.upperEffortLimit[row] = -effort, effort
+
+    def _mimic(self, node: Node, holder: tuple[int, int], multiplier: float, offset: float) -> pin.JointModel:
+        joint, place = self.model.joints[holder[0]], holder[1]
+        motion = _motion(node)
+        # Pinocchio follows the indices, and so any coordinate of any joint.
+        motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
+        return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
+
+    def _reading(self, node: Node) -> Reading:
+        driver = self._source.joints[self._by_name[node.driver].index]
+        multiplier, offset = (1.0, 0.0) if node.tie is None else (node.tie.multiplier, node.tie.offset)
+        return Reading(node.name, node.driver, driver.idx_q, driver.idx_v, multiplier, offset, node.lower, node.upper)
+
+    def _pose(self, index: int) -> pin.SE3:
+        return self._nodes[index].T_root if index else pin.SE3.Identity()
+
+    def _copy_limits(self, source: pin.JointModel, target: pin.JointModel) -> None:
+        for name in _LIMITS:
+            start, size = ("idx_q", "nq") if "Position" in name else ("idx_v", "nv")
+            there, here, count = getattr(source, start), getattr(target, start), getattr(source, size)
+            getattr(self.model, name)[here : here + count] = getattr(self._source, name)[there : there + count]
+
+    def _add_bodies_and_frames(self, groups: JointGroups) -> None:
+        for index, inertia in enumerate(self._source.inertias):
+            joint, T_joint = self._places[index]
+            self.model.appendBodyToJoint(joint, inertia, T_joint)
+        for frame in list(self._source.frames)[1:]:
+            joint, T_joint = self._places[frame.parentJoint]
+            copy = pin.Frame(frame.name, joint, frame.parentFrame, T_joint * frame.placement, frame.type)
+            self.model.addFrame(copy, False)
+        for group in groups:
+            if len(group.axes) > 1:
+                before = self._source.frames[self._source.getFrameId(group.joints[0], pin.FrameType.JOINT)].parentFrame
+                self.model.addJointFrame(self.model.getJointId(group.name), before)
+
+
+def _motion(node: Node) -> pin.JointModel:
+    kind = pin.JointModelRevoluteUnaligned if node.kind == "revolute" else pin.JointModelPrismaticUnaligned
+    return kind(node.axis)

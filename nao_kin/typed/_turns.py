@@ -1,0 +1,112 @@
+"""The three angles of a ball: composed into its quaternion, taken apart again, and carried through a lock."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._arrays import Floats
+from nao_kin.errors import BadArgument
+from nao_kin.rotations import (
+    EulerAngles,
+    davenport_angles,
+    matrix_from_quat,
+    quat_from_xyzw,
+    quat_multiply,
+    quat_to_xyzw,
+)
+from nao_kin.typed._layout import Ball
+
+# As `RobotModel` has it for the orientation of a floating base.
+_NORM = 1e-6
+# Rounding of a quaternion and of the matrix made from it, as it shows in an angle far from lock.
+_ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
+
+
+def quaternion_of_turns(ball: Ball, angles: Floats) -> Floats:
+    """The quaternion (x, y, z, w) of three turns, continuous in the angles; shape (..., 3) → (..., 4)."""
+    half = 0.5 * angles[..., None]
+    turns = np.concatenate([np.cos(half), np.sin(half) * ball.axes], axis=-1)
+    return quat_to_xyzw(quat_multiply(quat_multiply(turns[..., 0, :], turns[..., 1, :]), turns[..., 2, :]))
+
+
+def turns_of_quaternion(ball: Ball, xyzw: Floats) -> EulerAngles:
+    """Both triples of angles of unit quaternions (x, y, z, w), shape (..., 4).
+
+    Raises:
+        BadArgument: a quaternion whose norm is not 1 to 1e-6.
+    """
+    norms = np.linalg.norm(xyzw, axis=-1)
+    if np.any(np.abs(norms - 1.0) > _NORM):
+        index = np.unravel_index(int(np.argmax(np.abs(norms - 1.0))), norms.shape)
+        where = f" at index {[int(i) for i in index]}" if index else ""
+        raise BadArgument(
+            f"{ball.name} must be a unit quaternion (x, y, z, w), got one of norm {float(norms[index]):.6g}{where}"
+        )
+    return davenport_angles(matrix_from_quat(quat_from_xyzw(xyzw)), *ball.axes)
+
+
+def angular_velocity_axes(ball: Ball, angles: Floats) -> Floats:
+    """The matrix from the three joint rates to the ball's angular velocity in its moved frame, (..., 3) → (..., 3, 3).
+
+    Its columns are Rot(a3, −γ) Rot(a2, −β) a1, Rot(a3, −γ) a2 and a3.
+    """
+    first, second, third = (np.broadcast_to(axis, (*angles.shape[:-1], 3)) for axis in ball.axes)
+    first = _turned(_turned(first, ball.axes[1], -angles[..., 1]), ball.axes[2], -angles[..., 2])
+    second = _turned(second, ball.axes[2], -angles[..., 2])
+    return np.stack([first, second, third], axis=-1)
+
+
+def opening(ball: Ball, middle: Floats) -> tuple[Floats, Floats]:
+    """Cosine and sine of the angle between the outer axes when the middle angle has these values."""
+    first, second, third = ball.axes
+    theta = middle + math.atan2(float(second @ np.cross(first, third)), float(first @ third))
+    return np.cos(theta), np.sin(theta)
+
+
+def uncertainty(ball: Ball, middle: Floats, locked: NDArray[np.bool_]) -> Floats:
+    """How far rounding may move the outer angles, which only their sum is sure of at lock [rad]."""
+    _, sine = opening(ball, middle)
+    with np.errstate(divide="ignore"):
+        return np.where(locked, math.pi, np.minimum(_ROUNDING / np.abs(sine), math.pi))
+
+
+def near(angles: Floats, target: Floats) -> Floats:
+    """The same angles, by whole turns within half a turn of the target."""
+    return target + wrapped(angles - target)
+
+
+def wrapped(angle: Floats) -> Floats:
+    """The angle, by whole turns in [−π, π]."""
+    return np.asarray(angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi)))
+
+
+def unlocked(ball: Ball, angles: Floats, locked: NDArray[np.bool_], target: Floats) -> Floats:
+    """Where locked, of all triples that give the same rotation the one nearest to the target; shape (..., 3)."""
+    if not locked.any():
+        return angles
+    sign = np.sign(opening(ball, angles[..., 1])[0])
+    spare = wrapped(angles[..., 0] + sign * angles[..., 2] - target[..., 0] - sign * target[..., 2]) / 2.0
+    freed = np.stack([target[..., 0] + spare, angles[..., 1], target[..., 2] + sign * spare], axis=-1)
+    return np.where(locked[..., None], freed, angles)
+
+
+def shifted(ball: Ball, angles: Floats, place: int, by: Floats) -> Floats:
+    """One angle moved, and the opposite outer angle so that the rotation changes least; shape (..., 3).
+
+    Close to lock the two outer axes nearly coincide, and what one turn gains the other gives back.
+    """
+    moved = np.array(angles)
+    moved[..., place] += by
+    if place != 1:
+        moved[..., 2 - place] -= by * opening(ball, angles[..., 1])[0]
+    return moved
+
+
+def _turned(vectors: Floats, axis: Floats, angle: Floats) -> Floats:
+    """Rot(axis, angle) v by Rodrigues' formula."""
+    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    along = np.einsum("...i,i->...", vectors, axis)[..., None]
+    return np.asarray(cosine * vectors + sine * np.cross(axis, vectors) + (1.0 - cosine) * along * axis)

@@ -1,0 +1,370 @@
+"""A robot with joints of several axes: the same motion, in the joints a mechanic would name."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats, as_floats
+from nao_kin._vectors import common_batch
+from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName
+from nao_kin.joints import JointGroups, Rule, TypedJoint, group_joints
+from nao_kin.joints.tree import read_tree
+from nao_kin.robot import RobotModel
+from nao_kin.robot.workspace import Workspace, selection_of
+from nao_kin.rotations import EulerAngles
+from nao_kin.typed._assembly import Assembly
+from nao_kin.typed._layout import Ball
+from nao_kin.typed._selection import Mismatch, Selection
+from nao_kin.typed._turns import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
+from nao_kin.typed._violations import CouplingViolation, coupling_violations
+
+CouplingPolicy = Literal["raise", "nearest"]
+_POLICIES = ("raise", "nearest")
+_EXPRESSIONS = {
+    "frame": pin.ReferenceFrame.LOCAL,
+    "root": pin.ReferenceFrame.WORLD,
+    "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
+}
+
+
+class TypedModel:
+    """A robot whose runs of revolutes have become universal and spherical joints of a Pinocchio model.
+
+    A configuration of the typed model, shape (..., nq), holds for every joint its Pinocchio coordinates in the order
+    of the model: one value for a revolute or prismatic joint, two angles for a universal one, a unit quaternion
+    (x, y, z, w) for a spherical one; `columns` says where. Bodies, inertias, frame names and gravity are the robot's.
+    So are the limits of revolute, prismatic and universal joints; those of the three angles of a ball do not bound
+    its quaternion, and stay in `pairs`.
+
+    The links between the axes of a merged joint ride on `carriers`, revolutes on a side branch. Carriers of a universal
+    joint mimic it. Those of a ball have coordinates of their own: `from_q` writes them, `to_q` does not read them, and
+    `from_q(to_q(q_typed))` sets them right.
+
+    Attributes:
+        robot: the robot it was made from.
+        model: the Pinocchio model. As with every fixed base, its `centerOfMass` leaves out the root link.
+        groups: the merged joints, their couplings, and the joints left as followers.
+        pairs: the merged joints, parents first.
+        carriers: names of the joints that only carry links between the axes of merged joints.
+        columns: joint name → its part of a typed configuration.
+        rows: joint name → its part of a typed velocity.
+    """
+
+    def __init__(self, robot: RobotModel, *, rule: Rule = "coincident", tolerance: float = 1e-9) -> None:
+        """Merge the joints of a robot.
+
+        Args:
+            robot: any `RobotModel`.
+            rule: which runs to merge, as in `group_joints`.
+            tolerance: as in `group_joints`. The model is the robot's to rounding when the axes of each joint meet to
+                rounding. Where they miss it by up to r, rotations are still the robot's, and positions are off by up to
+                2 r for every merged axis on the way, by nothing at zero.
+
+        Raises:
+            UnknownName, BadArgument, BadModel: as `group_joints`.
+        """
+        self.robot = robot
+        self.groups: JointGroups = group_joints(robot, rule=rule, tolerance=tolerance)
+        self.pairs: tuple[TypedJoint, ...] = self.groups.joints
+        assembly = Assembly(robot, read_tree(robot), self.groups)
+        self.model: pin.Model = assembly.model
+        self.carriers = tuple(assembly.carriers)
+        moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
+        names = [self.model.names[joint.id] for joint in moving]
+        places = [(joint.idx_q, joint.nq, joint.idx_v, joint.nv) for joint in moving]
+        self.columns: Mapping[str, slice] = MappingProxyType(
+            {name: slice(q, q + nq) for name, (q, nq, _, _) in zip(names, places, strict=True)}
+        )
+        self.rows: Mapping[str, slice] = MappingProxyType(
+            {name: slice(v, v + nv) for name, (_, _, v, nv) in zip(names, places, strict=True)}
+        )
+        self._slots, self._balls = tuple(assembly.slots), tuple(assembly.balls)
+        self._base = (7, 6) if robot.base == "floating" else (0, 0)
+        merged = [slot.reading for slot in self._slots if not slot.derived]
+        merged += [reading for ball in self._balls for reading in ball.readings]
+        self._selection = Selection(self._balls, [reading for reading in merged if reading.follows])
+        self._own = [reading for reading in merged if not reading.follows]
+        self._mass = sum(float(inertia.mass) for inertia in self.model.inertias)
+        # The robot's frames come first and in the robot's order, so its table of names holds here.
+        self._frames = {name: self._frame_id(name) for name in robot.frame_names}
+        self._local = threading.local()
+
+    @property
+    def nq(self) -> int:
+        """Number of coordinates of a typed configuration."""
+        return int(self.model.nq)
+
+    @property
+    def nv(self) -> int:
+        """Number of velocity coordinates, those of the carriers included."""
+        return int(self.model.nv)
+
+    # --- configurations -------------------------------------------------------------------------------------------
+
+    def neutral(self) -> Floats:
+        """All joints at zero, shape (nq,)."""
+        return self.from_q(self.robot.neutral())
+
+    def from_q(self, q: ArrayLike) -> Floats:
+        """The typed configuration of a configuration of the robot.
+
+        Quaternions are products of the three turns' quaternions, and so continuous in the angles.
+
+        Args:
+            q: configurations of the robot, shape (..., robot.nq).
+
+        Returns:
+            Shape (..., nq).
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
+        """
+        values = self._configuration(q)
+        typed = np.empty((*values.shape[:-1], self.nq))
+        typed[..., : self._base[0]] = values[..., : self._base[0]]
+        for slot in self._slots:
+            typed[..., slot.column] = slot.reading.of(values)
+        for ball in self._balls:
+            typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, self._ball_angles(ball, values))
+        return typed
+
+    def to_q(
+        self, q_typed: ArrayLike, *, reference: ArrayLike | None = None, couplings: CouplingPolicy = "raise"
+    ) -> Floats:
+        """The configuration of the robot that a typed configuration belongs to.
+
+        A quaternion belongs to two triples of angles, each up to whole turns. Of these the one nearest to the
+        reference is taken, or, without one, the one least outside the limits; but first of all one that the couplings
+        allow. At a lock, where a ball knows only the sum of its outer angles, couplings decide, then the reference,
+        then the middle of the limits.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq). What stands for carriers is not read.
+            reference: configurations of the robot, shape (..., robot.nq).
+            couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" puts the motor
+                where it is nearest to all of them, and leaves the other angles.
+
+        Returns:
+            Shape (..., robot.nq).
+
+        Raises:
+            DisagreeingJoints: with couplings="raise".
+            BadArgument: a quaternion whose norm is not 1 to 1e-6.
+            UnknownName: no such policy.
+            WrongShape, NotFinite: in either argument.
+        """
+        if couplings not in _POLICIES:
+            raise UnknownName("couplings policy", couplings, _POLICIES)
+        q, mismatches, batch = self._taken_apart(q_typed, reference)
+        if couplings == "raise":
+            violations = coupling_violations(mismatches, batch)
+            if violations:
+                raise DisagreeingJoints(violations)
+        for mismatch in mismatches:
+            column = mismatch.follower.column
+            q[:, column] = np.where(mismatch.violated, mismatch.nearest, q[:, column])
+        return q.reshape(*batch, self.robot.nq)
+
+    def violations(self, q_typed: ArrayLike, *, reference: ArrayLike | None = None) -> tuple[CouplingViolation, ...]:
+        """Every pair of joints of one motor that a typed configuration puts at odds, by configuration.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            reference: as in `to_q`.
+
+        Raises:
+            BadArgument, WrongShape, NotFinite: as `to_q`.
+        """
+        _, mismatches, batch = self._taken_apart(q_typed, reference)
+        return coupling_violations(mismatches, batch)
+
+    def ball_angles(self, q_typed: ArrayLike, joint: str) -> EulerAngles:
+        """Both triples of angles of a spherical joint, as `davenport_angles` finds them.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            joint: name of the ball, or of one of its parts.
+
+        Raises:
+            UnknownName: no such spherical joint.
+            BadArgument: its quaternion's norm is not 1 to 1e-6.
+            WrongShape, NotFinite: no typed configuration.
+        """
+        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        for ball in self._balls:
+            if joint == ball.name or joint in (reading.name for reading in ball.readings):
+                return turns_of_quaternion(ball, typed[..., ball.column : ball.column + 4])
+        raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
+
+    def velocity_matrix(self, q: ArrayLike) -> Floats:
+        """E(q) with v_typed = E(q) v: the velocity of the typed model from that of the robot.
+
+        For revolute, prismatic and universal joints, and for carriers, the rates are the same: rows of ones (or of a
+        follower's multiplier). For a ball with axes a1, a2, a3 it gives the angular velocity in the moved frame,
+        ω = Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) = J_typed E(q), and
+        the mass matrices M(q) = Eᵀ M_typed E.
+
+        Args:
+            q: configurations of the robot, shape (..., robot.nq).
+
+        Returns:
+            Shape (..., nv, robot.nv).
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
+        """
+        values = self._configuration(q)
+        E = np.zeros((*values.shape[:-1], self.nv, self.robot.nv))
+        base = np.arange(self._base[1])
+        E[..., base, base] = 1.0
+        for slot in self._slots:
+            E[..., slot.row, slot.reading.row] = slot.reading.multiplier
+        for ball in self._balls:
+            directions = angular_velocity_axes(ball, self._ball_angles(ball, values))
+            for k, reading in enumerate(ball.readings):
+                E[..., ball.row : ball.row + 3, reading.row] = reading.multiplier * directions[..., k]
+        return E
+
+    # --- kinematics -----------------------------------------------------------------------------------------------
+
+    def fk(self, q_typed: ArrayLike, frame: str | Sequence[str] | None = None) -> Floats:
+        """Poses of frames in the root's frame, as `RobotModel.fk` gives them.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            frame: a frame name of the robot, several, or None for all links in the order of `robot.link_names`.
+
+        Returns:
+            Shape (..., 4, 4) for one name, (..., n, 4, 4) for several [m].
+
+        Raises:
+            UnknownName: no such frame.
+            WrongShape, NotFinite: no typed configuration.
+        """
+        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        names = self.robot.link_names if frame is None else [frame] if isinstance(frame, str) else frame
+        selection = selection_of([self._frame(name) for name in names])
+        workspace = self._workspace()
+        poses = _over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
+        return np.array(poses[..., 0, :, :]) if isinstance(frame, str) else poses
+
+    def jacobian(
+        self, q_typed: ArrayLike, frame: str, expressed_in: Literal["frame", "root", "mixed"] = "mixed"
+    ) -> Floats:
+        """Geometric Jacobian of a frame with respect to the velocities of the typed model.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            frame: a frame name of the robot.
+            expressed_in: as `RobotModel.jacobian` has it.
+
+        Returns:
+            J_typed, shape (..., 6, nv), linear rows first; J_typed E(q) is the robot's Jacobian.
+
+        Raises:
+            UnknownName: no such frame or expression.
+            WrongShape, NotFinite: no typed configuration.
+        """
+        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        if expressed_in not in _EXPRESSIONS:
+            raise UnknownName("expression", expressed_in, tuple(_EXPRESSIONS))
+        frame_id, expression = self._frame(frame), _EXPRESSIONS[expressed_in]
+        workspace = self._workspace()
+        return _over_batch(typed, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
+
+    def com(self, q_typed: ArrayLike) -> Floats:
+        """Centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
+
+        Raises:
+            BadArgument: the robot has no mass.
+            WrongShape, NotFinite: no typed configuration.
+        """
+        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        if self._mass <= 0.0:
+            raise BadArgument(f"{self.robot.name} has no mass, so no centre of mass")
+        root = self.model.inertias[0]
+        workspace = self._workspace()
+        moving = self._mass - float(root.mass)
+        centres = _over_batch(typed, (3,), workspace.com) if moving > 0.0 else np.zeros((*typed.shape[:-1], 3))
+        return np.asarray((moving * centres + float(root.mass) * np.array(root.lever)) / self._mass)
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _configuration(self, q: ArrayLike) -> Floats:
+        values = as_floats(q, (self.robot.nq,), "q")
+        if self._base[0]:
+            # The robot's own check of its base's quaternion.
+            self.robot.angles(values)
+        return values
+
+    def _taken_apart(
+        self, q_typed: ArrayLike, reference: ArrayLike | None
+    ) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
+        """Configurations (n, robot.nq), what the couplings miss, and the batch shape that n stands for."""
+        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        target = None if reference is None else self._configuration(reference)
+        batch = typed.shape[:-1]
+        if target is not None:
+            batch = common_batch("q_typed and reference", batch, target.shape[:-1])
+            target = np.broadcast_to(target, (*batch, self.robot.nq)).reshape(math.prod(batch), self.robot.nq)
+        typed = np.broadcast_to(typed, (*batch, self.nq)).reshape(math.prod(batch), self.nq)
+        values = {slot.reading.name: typed[:, slot.column] for slot in self._slots if not slot.derived}
+        quaternions = {ball.name: typed[:, ball.column : ball.column + 4] for ball in self._balls}
+        chosen, mismatches = self._selection.choose(quaternions, values, target)
+        q = np.empty((len(typed), self.robot.nq))
+        q[:, : self._base[0]] = typed[:, : self._base[0]]
+        for reading in self._own:
+            q[:, reading.column] = chosen[reading.name]
+        return q, mismatches, batch
+
+    @staticmethod
+    def _ball_angles(ball: Ball, q: Floats) -> Floats:
+        return np.stack([reading.of(q) for reading in ball.readings], axis=-1)
+
+    def _frame(self, name: str) -> int:
+        try:
+            return self._frames[name]
+        except (KeyError, TypeError):
+            raise UnknownName("frame", name, self.robot.frame_names) from None
+
+    def _frame_id(self, name: str) -> int:
+        model = self.robot.model
+        for kind in (pin.FrameType.BODY, pin.FrameType.JOINT):
+            if model.existFrame(name, kind):
+                return int(model.getFrameId(name, kind))
+        return int(model.getFrameId(name))
+
+    def _workspace(self) -> Workspace:
+        try:
+            workspace: Workspace = self._local.workspace
+        except AttributeError:
+            workspace = self._local.workspace = Workspace(self.model)
+        return workspace
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}>"
+
+
+def _over_batch(q: Floats, shape: tuple[int, ...], compute: Callable[[Floats], Floats]) -> Floats:
+    """`compute` for every configuration of a batch (..., nq), the results in one array (..., *shape)."""
+    count = math.prod(q.shape[:-1])
+    results = np.empty((count, *shape))
+    for row, result in zip(q.reshape(count, q.shape[-1]), results, strict=True):
+        result[...] = compute(row)
+    return results.reshape(*q.shape[:-1], *shape)
+
+
+def _rebuilt(kind: type[TypedModel], robot: RobotModel, rule: Rule, tolerance: float) -> TypedModel:
+    """A Pinocchio model with mimic joints does not survive pickling; the typed one is made again."""
+    return kind(robot, rule=rule, tolerance=tolerance)

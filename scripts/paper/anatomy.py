@@ -1,0 +1,39 @@
+"""Problem 3: which machine joint moves like which joint of the body."""
+
+from __future__ import annotations
+
+import nao_kin as nk
+from nao_kin.joints import ANATOMY, LOWER_PAIRS, group_joints
+from paper.rows import Problem, Row
+
+# The paper's tables I and II: anatomical joint → mechanical equivalents and their degrees of freedom.
+_TABLES = {
+    "hinge": {"revolute": 1},
+    "pivot": {"revolute": 1, "cylindrical": 2},
+    "ball and socket": {"spherical": 3},
+    "ellipsoid": {"condyloid": 2},
+    "saddle": {"universal": 2},
+    "plane": {"planar": 3, "prismatic": 1},
+}
+
+
+def problem_3() -> Problem:
+    """Tables I and II, and the NAO's own joints by the pairs they make."""
+    rows = []
+    for joint in ANATOMY:
+        printed = _TABLES.get(joint.name, {})
+        rows.append(Row(f"{joint.name}: same equivalents", "joints.ANATOMY", joint.mechanical == tuple(printed), True))
+        rows.append(Row(f"{joint.name}: freedoms", "joints.ANATOMY", joint.freedoms, tuple(printed.values())))
+        constrained = tuple(6 - LOWER_PAIRS[name].freedoms for name in joint.mechanical)
+        forbidden = tuple(LOWER_PAIRS[name].constraints for name in joint.mechanical)
+        rows.append(Row(f"{joint.name}: constraints", "joints.LOWER_PAIRS", forbidden, constrained))
+    groups = group_joints(nk.load_nao())
+    for name, count in (("revolute", 6), ("universal", 7), ("spherical", 2)):
+        found = sum(joint.pair.name == name for joint in groups)
+        rows.append(Row(f"NAO's {name} joints", "joints.group_joints", found, count))
+    return Problem(
+        "3",
+        "anatomical joints and their mechanical equivalents",
+        rows=tuple(rows),
+        notes=tuple(f"{joint.name} ({joint.example}): {', '.join(joint.mechanical)}" for joint in ANATOMY),
+    )
