@@ -44,7 +44,7 @@ def all_finite(array: Floats) -> bool:
 
 def as_numbers(value: ArrayLike, what: str) -> Floats:
     """`value` as a float64 array of any shape; ragged, textual and complex input refused."""
-    if isinstance(value, np.ndarray) and value.dtype == np.float64:
+    if type(value) is np.ndarray and value.dtype == np.float64:
         return value
     try:
         array: NDArray[Any] = np.asarray(value)

@@ -15,14 +15,21 @@ def write_text(path: Path | str, text: str) -> None:
     Raises:
         BadArgument: the folder does not exist or cannot be written to.
     """
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path | str, content: bytes) -> None:
+    """Write `content` to `path` through a temporary file in the same folder and one rename.
+
+    Raises:
+        BadArgument: the folder does not exist or cannot be written to.
+    """
     target = Path(path)
     temporary = ""
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", newline="\n", dir=target.parent, prefix=f".{target.name}.", delete=False
-        ) as file:
+        with tempfile.NamedTemporaryFile("wb", dir=target.parent, prefix=f".{target.name}.", delete=False) as file:
             temporary = file.name
-            file.write(text)
+            file.write(content)
         # Temporary files are private; the result has the permissions any new file would have.
         mask = os.umask(0)
         os.umask(mask)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._arrays import Floats
+from nao_kin._decimals import decimal
 from nao_kin.errors import BadInputFile, CouplingViolated, OutsideLimits, nearest_names
 from nao_kin.robot import RobotModel
 from nao_kin.robot.model import LimitPolicy
@@ -53,23 +55,29 @@ def read_configurations(
         names, rows, lines = _from_csv(name, text, robot)
     values = np.array(rows, dtype=np.float64).reshape(len(rows), len(names))
     if degrees:
-        values = np.where([_turns(robot, joint) for joint in names], np.radians(values), values)
+        values = np.where([robot.unit(joint) == "rad" for joint in names], np.radians(values), values)
     try:
         return robot.configuration(dict(zip(names, values.T, strict=True)), limits=limits), many
     except CouplingViolated as error:
-        column = values[:, names.index(error.mimic)]
-        row = int(np.argmax(column == error.mimic_value))
-        raise BadInputFile(name, str(error), line=lines[row]) from None
+        column = names.index(error.mimic)
+        row = int(np.argmax(values[:, column] == error.mimic_value))
+        told = error.describe(degrees=degrees and robot.unit(error.mimic) == robot.unit(error.primary) == "rad")
+        raise BadInputFile(name, told, *_place(lines[row], column)) from None
     except OutsideLimits as error:
         first = error.violations[0]
-        more = f" (and {len(error.violations) - 1} more)" if len(error.violations) > 1 else ""
-        reason = f"outside the joint limits: {first.without_index()}{more}"
-        raise BadInputFile(name, reason, line=lines[first.index[0]]) from None
+        more = f" (and {error.count - 1} more)" if error.count > 1 else ""
+        reason = f"outside the joint limits: {first.describe(degrees=degrees, index=False)}{more}"
+        row = first.index[0]
+        if not lines[row] and many:
+            reason = f"configuration {row}: {reason}"
+        # A joint that the file names only through one that follows it has no column of its own.
+        column = names.index(first.joint) if first.joint in names else -1
+        raise BadInputFile(name, reason, *_place(lines[row], column)) from None
 
 
-def _turns(robot: RobotModel, joint: str) -> bool:
-    driver = robot.mimics[joint].joint if joint in robot.mimics else joint
-    return robot.joint_units[robot.joint_names.index(driver)] == "rad"
+def _place(line: int, column: int) -> tuple[int, int]:
+    """1-based line and column of a CSV field; JSON values have neither (line 0)."""
+    return line, column + 1 if line else 0
 
 
 def _read(name: str) -> str:
@@ -109,20 +117,14 @@ def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[
 
 
 def _numbers(name: str, fields: Sequence[str], names: Sequence[str], line: int) -> list[float]:
-    try:
-        values = [float(field) for field in fields]
-        if np.isfinite(values).all():
-            return values
-    except ValueError:
-        pass
+    values = []
     for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=1):
         try:
-            good = bool(np.isfinite(float(field)))
+            values.append(decimal(field))
         except ValueError:
-            good = False
-        if not good:
-            raise BadInputFile(name, f"{joint} is {field.strip()!r}, expected a finite number", line, column)
-    raise AssertionError("unreachable: some field was bad")  # pragma: no cover
+            reason = f"{joint} is {field.strip()!r}, expected a finite number"
+            raise BadInputFile(name, reason, line, column) from None
+    return values
 
 
 def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]], list[int], bool]:
@@ -130,6 +132,8 @@ def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list
         document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_constant)
     except json.JSONDecodeError as error:
         raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
+        raise BadInputFile(name, f"JSON beyond all measure: {error}") from None
     objects = document if isinstance(document, list) else [document]
     if not objects:
         raise BadInputFile(name, "a list of no configurations")
@@ -146,10 +150,17 @@ def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list
             odd = sorted(entry.keys() ^ set(names))
             raise BadInputFile(name, f"{where}names other joints than configuration 0: {', '.join(odd[:3])}")
         for joint, value in entry.items():
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            if not _is_finite_number(value):
                 raise BadInputFile(name, f"{where}{joint} is {_kind(value)}, expected a finite number")
         rows.append([float(entry[joint]) for joint in names])
     return names, rows, [0] * len(rows), isinstance(document, list)
+
+
+def _is_finite_number(value: Any) -> bool:
+    try:
+        return not isinstance(value, bool) and isinstance(value, (int, float)) and math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def _object(name: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -177,7 +188,9 @@ def _check_names(name: str, names: Sequence[str], robot: RobotModel, line: int, 
         if joint not in known:
             near = ", ".join(nearest_names(joint, [*robot.joint_names, *robot.mimics]))
             advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
-            raise BadInputFile(name, f"{where}unknown joint {joint!r} ({advice})", line, column if line else 0)
+            shown = joint if len(joint) <= 40 else f"{joint[:39]}…"
+            what = f"unknown joint {shown!r} ({advice})" if joint else "a column without a name"
+            raise BadInputFile(name, where + what, line, column if line else 0)
         if joint in names[: column - 1]:
             raise BadInputFile(name, f"{where}joint {joint!r} is given twice", line, column if line else 0)
     missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]

@@ -7,12 +7,27 @@ and the nearest valid names, and carries the values as attributes so that a prog
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 
 class NaoKinError(Exception):
-    """Base of all errors raised by nao_kin."""
+    """Base of all errors raised by nao_kin; one line, whatever names from outside hold."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(" ".join(message.split()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Errors are built from several values and must still come back from another process.
+        return _revived, (type(self), self.args, self.__dict__)
+
+
+def _revived(kind: type[NaoKinError], args: tuple[Any, ...], state: dict[str, Any]) -> NaoKinError:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(state)
+    return error
 
 
 def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str, ...]:
@@ -121,14 +136,20 @@ class OutsideLimits(NaoKinError):
     """A configuration outside the joint limits.
 
     Attributes:
-        violations: the `LimitViolation` rows, worst joint of each configuration first.
+        violations: `LimitViolation` rows by configuration, the worst joint of each first; of a large batch, the first.
+        count: how many there are in all.
     """
 
-    def __init__(self, violations: Sequence[Any]) -> None:
+    def __init__(self, violations: Sequence[Any], count: int | None = None) -> None:
         self.violations = tuple(violations)
-        shown = "; ".join(str(violation) for violation in self.violations[:3])
-        more = f"; and {len(self.violations) - 3} more" if len(self.violations) > 3 else ""
-        super().__init__(f"outside the joint limits: {shown}{more}")
+        self.count = len(self.violations) if count is None else count
+        super().__init__(self.describe())
+
+    def describe(self, *, degrees: bool = False) -> str:
+        """The message, with angles in degrees if wanted."""
+        shown = [violation.describe(degrees=degrees) for violation in self.violations[:3]]
+        more = f"; and {self.count - len(shown)} more" if self.count > len(shown) else ""
+        return f"outside the joint limits: {'; '.join(shown)}{more}"
 
 
 class CouplingViolated(NaoKinError):
@@ -145,9 +166,15 @@ class CouplingViolated(NaoKinError):
     def __init__(self, primary: str, mimic: str, primary_value: float, mimic_value: float, expected: float) -> None:
         self.primary, self.mimic = primary, mimic
         self.primary_value, self.mimic_value, self.expected = primary_value, mimic_value, expected
-        super().__init__(
-            f"{primary} = {primary_value:.9g} drives {mimic}, which must then be {expected:.9g}, "
-            f"but {mimic} = {mimic_value:.9g} was given"
+        super().__init__(self.describe())
+
+    def describe(self, *, degrees: bool = False) -> str:
+        """The message, with the values taken for angles and given in degrees if wanted."""
+        scale, unit = (math.degrees(1.0), "°") if degrees else (1.0, "")
+        driver, value, wanted = (v * scale for v in (self.primary_value, self.mimic_value, self.expected))
+        return (
+            f"{self.primary} = {driver:.9g}{unit} drives {self.mimic}, which must then be {wanted:.9g}{unit}, "
+            f"but {self.mimic} = {value:.9g}{unit} was given"
         )
 
 

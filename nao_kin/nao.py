@@ -57,7 +57,7 @@ class NaoModel(RobotModel):
         Raises:
             UnknownName: no such posture.
         """
-        if name not in _POSTURES:
+        if not isinstance(name, str) or name not in _POSTURES:
             raise UnknownName("posture", name, self.posture_names)
         return self.from_body(_POSTURES[name])
 

@@ -36,6 +36,9 @@ def main(arguments: list[str] | None = None) -> int:
         else:
             write_text(path, text)
             print(path)
+    if options.check:
+        expected = {urdf_name(version) for version in VERSIONS}
+        stale += sorted(path for path in options.output.glob("*.urdf") if path.name not in expected)
     for path in stale:
         print(f"not in step with nao_kin.parameters: {path} (run scripts/generate_urdf.py)", file=sys.stderr)
     return 1 if stale else 0

@@ -99,7 +99,7 @@ def test_a_byte_order_mark_blank_lines_and_spaces_do_no_harm(
         (lambda t: t.replace("\n0.0,", "\ninf,", 1), "line 2, column 1: HeadYaw is 'inf'"),
         (
             lambda t: t + t.split("\n")[1].replace("0.0,", "9,", 1),
-            "line 3: outside the joint limits: HeadYaw = 9 ",
+            "line 3, column 1: outside the joint limits: HeadYaw = 9 ",
         ),
         (lambda t: t.replace("\n0.0,", '\n"0.0,', 1), "malformed CSV"),
     ],
@@ -116,7 +116,7 @@ def test_two_hips_that_disagree_are_told_with_their_line(nao: nk.NaoModel, tmp_p
     text = _csv(nao, np.stack([nao.posture("StandInit"), nao.posture("Sit")]), names)
     path = tmp_path / "poses.csv"
     path.write_text(text.removesuffix("-0.607422113\n") + "-0.5\n")
-    with pytest.raises(BadInputFile, match=r"line 3: LHipYawPitch = -0\.607\S* drives RHipYawPitch"):
+    with pytest.raises(BadInputFile, match=r"line 3, column 26: LHipYawPitch = -0\.607\S* drives RHipYawPitch"):
         read_configurations(nao, path)
 
 

@@ -175,7 +175,7 @@ def test_a_chain_of_followers_is_tied_to_its_end(write: Write) -> None:
     assert (tie.joint, tie.multiplier) == ("A", -6.0)
     assert tie.offset == pytest.approx(-0.1)
     assert "joint 'C' follows 'B', which follows 'A': tied to 'A' directly" in robot.load_notes
-    q = robot.configuration({"A": 0.25})
+    q = robot.configuration({"A": 0.25}, limits="ignore")
     assert robot.angles(q) == {"A": 0.25}
     angle = 0.25 + 0.6 - 1.6  # A, B = 2 A + 0.1 and C = −3 B + 0.2, each on top of its origin's 0.2 rad
     R = robot.rotation(q, "c")
@@ -254,6 +254,77 @@ def test_a_constant_follower_stays_where_it_is(write: Write) -> None:
 def test_a_coupling_that_cannot_be_kept_is_refused(write: Write, body: str, message: str) -> None:
     with pytest.raises(BadModel, match=message):
         nk.RobotModel.from_urdf(write(_links("base", "a", "b") + body))
+
+
+def test_a_driving_joint_is_confined_to_what_suits_its_followers(write: Write) -> None:
+    path = write(
+        _links("base", "a", "b") + _joint("A", "base", "a") + _joint("B", "base", "b", inside=_mimic("A", -4.0, 0.2))
+    )
+    robot = nk.RobotModel.from_urdf(path)
+    assert (robot.lower[0], robot.upper[0]) == pytest.approx((-0.2, 0.3))
+    assert robot.velocity_limits[0] == pytest.approx(0.5)
+    assert robot.load_notes == ("joint 'A' confined to [-0.2, 0.3] by 'B'",)
+
+
+def test_limits_come_along_when_a_coupling_is_turned_round(write: Write) -> None:
+    inner = _joint("In", "base", "a", inside=_mimic("Out", 2.0, 0.5))
+    outer = _joint("Out", "a", "b").replace('lower="-1" upper="1"', 'lower="0" upper="0.2"')
+    robot = nk.RobotModel.from_urdf(write(_links("base", "a", "b") + inner + outer))
+    assert robot.joint_names == ("In",)
+    assert (robot.lower[0], robot.upper[0]) == pytest.approx((0.5, 0.9))
+
+
+def test_limits_that_suit_nobody_are_refused(write: Write) -> None:
+    follower = _joint("B", "base", "b", inside=_mimic("A", 1.0, 5.0))
+    with pytest.raises(BadModel, match="'B' follows 'A', and no value suits both their limits"):
+        nk.RobotModel.from_urdf(write(_links("base", "a", "b") + _joint("A", "base", "a") + follower))
+
+
+@pytest.mark.parametrize(
+    ("inertial", "message"),
+    [
+        ('<mass value="0,5"/>', "link 'a' has value '0,5', expected a number"),
+        ('<mass value="nan"/>', "expected a number"),
+        ('<mass value="-1"/>', "link 'a' has mass -1"),
+        ('<mass value="1"/><inertia ixx="x"/>', "link 'a' has ixx 'x'"),
+        ('<origin xyz="0 0"/><mass value="1"/>', "link 'a' has origin xyz '0 0', expected three numbers"),
+    ],
+)
+def test_an_inertia_that_cannot_be_read_is_refused(write: Write, inertial: str, message: str) -> None:
+    path = write(f'<link name="a"><inertial>{inertial}</inertial></link>')
+    with pytest.raises(BadModel, match=message):
+        nk.RobotModel.from_urdf(path)
+
+
+def test_half_an_inertia_is_taken_for_what_it_is(write: Write) -> None:
+    point = '<inertial><origin xyz="0.1 0 0"/><mass value="2"/></inertial>'
+    path = write(
+        f'<link name="a"><inertial><inertia ixx="1"/></inertial></link><link name="b">{point}</link>'
+        + _joint("J", "a", "b")
+    )
+    robot = nk.RobotModel.from_urdf(path)
+    assert robot.mass == 2.0
+    assert np.allclose(robot.com([0.0], reference="b"), [0.1, 0, 0], atol=1e-15)
+    assert robot.load_notes[:2] == (
+        "link 'a' has an inertia and no mass: taken as massless",
+        "link 'b' has a mass and no inertia: taken as a point mass",
+    )
+
+
+def test_a_link_called_world_is_a_link(write: Write) -> None:
+    path = write(_links("base", "world", "a") + _joint("A", "base", "world") + _joint("B", "world", "a"))
+    robot = nk.RobotModel.from_urdf(path)
+    q = [0.3, 0.2]
+    expected = np.linalg.inv(robot.fk(q, "world")) @ robot.fk(q, "a")
+    assert np.allclose(robot.fk(q, "a", reference="world"), expected, atol=1e-15)
+
+
+def test_a_chain_too_long_for_pinocchio_is_refused(write: Write) -> None:
+    names = [f"l{i}" for i in range(300)]
+    body = "".join(f'<link name="{name}"/>' for name in names)
+    body += "".join(_joint(f"j{i}", names[i], names[i + 1]) for i in range(299))
+    with pytest.raises(BadModel, match="299 moving joints"):
+        nk.RobotModel.from_urdf(write(body))
 
 
 # --- other traits -----------------------------------------------------------------------------------------------------
@@ -336,10 +407,15 @@ def test_meshes_beside_the_file_are_not_missing(write: Write, tmp_path: Path) ->
         (_links("a", "b") + _joint("J", "a", "b", "planar"), "type 'planar'"),
         (_links("a", "b") + _joint("J", "a", "b", axis="0 0 0"), "axis '0 0 0', which has no direction"),
         (_links("a", "b") + _joint("J", "a", "b", axis="0 1"), "axis '0 1', expected three numbers"),
-        (_links("a", "b") + _joint("J", "a", "b", axis="0 nan 1"), "expected finite numbers"),
+        (_links("a", "b") + _joint("J", "a", "b", axis="0 nan 1"), "expected three numbers"),
         (_links("a", "b") + _joint("J", "a", "b").replace('lower="-1"', 'lower="2"'), "limit 2 above upper limit 1"),
         (_links("a", "b") + _joint("J", "a", "b").replace('lower="-1"', 'lower="x"'), "lower 'x', expected a number"),
         (_links("a", "b") + _joint("J", "a", "b").replace('<parent link="a"/>', ""), "names no parent link"),
+        (_links("a", "b") + _joint("J", "a", "b").replace('"0.1 0 0"', '"1_0 0 0"'), "origin xyz '1_0 0 0', expected"),
+        (_links("a", "b") + _joint("J", "a", "b").replace('"-1"', '"-1e308"').replace('"1"', '"1e308"'), "beyond all"),
+        (_links("a", "b") + _joint("J", "a", "b").replace('velocity="2"', 'velocity="-2"'), "velocity -2, expected"),
+        (_links("a", "b") + _joint("J", "a", "b", axis="1.7e308 1.7e308 0"), "which has no direction"),
+        ('<?xml version="1.0" encoding="klingon"?><robot name="r"/>', "cannot read"),
     ],
 )
 def test_a_file_that_is_no_robot_is_refused_with_the_reason(write: Write, text: str, message: str) -> None:

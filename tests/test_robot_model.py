@@ -297,6 +297,54 @@ def test_the_centre_of_mass_transforms_with_its_reference(nao: nk.NaoModel) -> N
     assert np.allclose((T @ [*nao.com(q, reference="LLeg"), 1.0])[:3], nao.com(q), atol=1e-15)
 
 
+def test_a_payload_added_to_the_model_counts() -> None:
+    fixed, free = nk.load_nao(), nk.load_nao(base="floating")
+    for nao in (fixed, free):
+        index = nao.model.getJointId("LWristYaw")
+        nao.model.inertias[index] += pin.Inertia(0.5, np.array([0.05, 0.0, 0.0]), np.zeros((3, 3)))
+    q = fixed.random(0)
+    q_free = free.neutral()
+    q_free[7:] = q
+    assert fixed.mass == pytest.approx(nk.load_nao().mass + 0.5)
+    assert np.allclose(fixed.com(q), free.com(q_free), atol=1e-15)
+    assert np.array_equal(pickle.loads(pickle.dumps(fixed)).com(q), fixed.com(q))
+
+
+def test_a_floating_base_with_a_sloppy_quaternion_still_gives_rotations() -> None:
+    free = nk.load_nao(base="floating")
+    q = free.neutral()
+    q[3:7] = np.array([0.5, 0.5, 0.5, 0.5]) * (1 + 9e-7)
+    R = free.rotation(q, "LArm")
+    assert np.allclose(R @ R.T, np.eye(3), atol=1e-15)
+    assert q[3] == 0.5 * (1 + 9e-7)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda nao: nao.fk(nao.neutral(), "LHnd"),
+        lambda nao: nao.configuration({"HeadYaw": 9.0}),
+        lambda nao: nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.2}),
+        lambda nao: nao.fk(np.zeros(3)),
+    ],
+)
+def test_errors_come_back_from_other_processes(nao: nk.NaoModel, error) -> None:
+    with pytest.raises(NaoKinError) as caught:
+        error(nao)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert type(again) is type(caught.value)
+    assert str(again) == str(caught.value)
+    assert vars(again).keys() == vars(caught.value).keys()
+
+
+def test_violations_of_a_large_batch_are_counted_and_not_all_told(nao: nk.NaoModel) -> None:
+    q = np.full((5000, 25), 9.0)
+    with pytest.raises(OutsideLimits, match=r"and 124997 more") as caught:
+        nao.check_limits(q)
+    assert caught.value.count == 125000
+    assert len(caught.value.violations) == 2500
+
+
 def test_a_floating_base_moves_everything(nao: nk.NaoModel) -> None:
     free = nk.load_nao("v6", base="floating")
     assert (free.nq, free.nv) == (32, 31)
@@ -312,7 +360,7 @@ def test_a_floating_base_moves_everything(nao: nk.NaoModel) -> None:
     assert np.allclose(free.fk(q, "LArm"), turned @ nao.fk(q[7:], "LArm"), atol=1e-15)
     assert np.allclose(free.fk(q, "LArm", reference="torso"), nao.fk(q[7:], "LArm"), atol=1e-15)
     assert np.allclose(free.com(q), (turned @ [*nao.com(q[7:]), 1.0])[:3], atol=1e-14)
-    assert free.mass == nao.mass
+    assert free.mass == pytest.approx(nao.mass, rel=1e-15)
     with pytest.raises(BadArgument, match=r"unit quaternion \(x, y, z, w\), got one of norm 1\.1"):
         free.fk([*q[:6], 0.855, *q[7:]])
 

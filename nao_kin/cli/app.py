@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -17,7 +18,7 @@ app = typer.Typer(
     name="nao-kin",
     help="Kinematics of the NAO humanoid.",
     epilog="Example: nao-kin fk --posture StandInit --frame LArm",
-    no_args_is_help=True,
+    invoke_without_command=True,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -36,6 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """The exit code of the program called with `arguments` (default: those of this process)."""
+    if sys.stdout is None:
+        return _fail("standard output is closed")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without ° or … shows ? and goes on
     try:
         code = app(args=None if arguments is None else list(arguments), prog_name="nao-kin", standalone_mode=False)
         sys.stdout.flush()
@@ -55,6 +61,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         # Whoever read the output has seen enough; keep the interpreter from complaining when it flushes at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _fail(f"cannot write the output: {error.strerror or error}")
 
 
 def _fail(message: str) -> int:
@@ -70,8 +79,11 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def _program(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
     """Kinematics of the NAO humanoid."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())

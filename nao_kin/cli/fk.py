@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator
 from enum import Enum
@@ -11,10 +12,11 @@ import numpy as np
 import typer
 
 from nao_kin._arrays import Floats
+from nao_kin._decimals import decimal
 from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
-from nao_kin.cli.output import print_json, print_table
+from nao_kin.cli.output import print_json, print_json_list, print_table
 from nao_kin.cli.poses import PoseFormat, pose_columns, pose_numbers
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
@@ -40,7 +42,7 @@ def register(app: typer.Typer) -> None:
 
 def fk(
     file: Annotated[
-        str | None, typer.Argument(metavar="[FILE]", help="CSV or JSON file of configurations, - for standard input.")
+        str | None, typer.Argument(metavar="FILE", help="CSV or JSON file of configurations, - for standard input.")
     ] = None,
     posture: Annotated[str | None, typer.Option(metavar="NAME", help="Start from a predefined posture.")] = None,
     joint: Annotated[
@@ -74,7 +76,10 @@ def fk(
     model = load(version, urdf, robot)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     if file is None:
-        q, many = _one(model, posture, joint or [], deg, limits)[None], False
+        try:
+            q, many = _one(model, posture, joint or [], deg, limits)[None], False
+        except (OutsideLimits, CouplingViolated) as error:
+            raise BadArgument(error.describe(degrees=deg)) from None
     else:
         from nao_kin.configuration_files import read_configurations
 
@@ -101,16 +106,14 @@ def _one(model: RobotModel, posture: str | None, settings: list[str], deg: bool,
         name, separator, text = setting.partition("=")
         name = name.strip()
         try:
-            value = float(text)
+            value = decimal(text)
         except ValueError:
             separator = ""
         if not separator:
             raise BadArgument(f"--joint {setting!r}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
         if name in values:
             raise BadArgument(f"--joint names {name} twice")
-        driver = model.mimics[name].joint if name in model.mimics else name
-        turns = driver in model.joint_names and model.joint_units[model.joint_names.index(driver)] == "rad"
-        values[name] = float(np.radians(value)) if deg and turns else value
+        values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
     if posture is None:
         return model.configuration(values, limits=limits)
     if not isinstance(model, NaoModel):
@@ -149,22 +152,21 @@ def _print_json(
     deg: bool,
     many: bool,
 ) -> None:
-    configurations: list[dict[str, object]] = []
-    for _, poses in chunks:
-        numbers = pose_numbers(poses, style, degrees=deg)
-        configurations.extend(
-            {name: _as_json(row, style, deg) for name, row in zip(frames, rows, strict=True)}
-            for rows in numbers.tolist()
-        )
-    print_json(
-        {
-            "robot": model.name,
-            "reference": reference or "root",
-            "as": style.value,
-            "units": {"length": "m", "angle": "deg" if deg else "rad"},
-            **({"configurations": configurations} if many else {"poses": configurations[0]}),
-        }
+    head = {
+        "robot": model.name,
+        "reference": reference or "root",
+        "as": style.value,
+        "units": {"length": "m", "angle": "deg" if deg else "rad"},
+    }
+    poses = (
+        {name: _as_json(row, style, deg) for name, row in zip(frames, rows, strict=True)}
+        for _, chunk in chunks
+        for rows in pose_numbers(chunk, style, degrees=deg).tolist()
     )
+    if many:
+        print_json_list(head, "configurations", poses)
+    else:
+        print_json({**head, "poses": next(poses)})
 
 
 def _as_json(row: list[float], style: PoseFormat, deg: bool) -> object:
@@ -186,21 +188,38 @@ def _print_csv(chunks: Iterator[tuple[int, Floats]], frames: list[str], style: P
 def _print_table(
     chunks: Iterator[tuple[int, Floats]], frames: list[str], style: PoseFormat, deg: bool, many: bool
 ) -> None:
+    if many:
+        _print_lines(chunks, frames, style, deg)
+        return
     matrix = style is PoseFormat.MATRIX
-    columns = ("x axis", "y axis", "z axis", "origin [m]") if matrix else _headings(style, deg)
+    columns = ("x axis", "y axis", "z axis", "origin\n[m]") if matrix else _headings(style, deg)
     rows = []
+    for _, poses in chunks:
+        for name, row in zip(frames, pose_numbers(poses[0], style, degrees=deg).tolist(), strict=True):
+            cells = [_fixed(value) for value in row]
+            if matrix:  # the 4×4 matrix as it is written on paper; its columns are the axes and the origin
+                cells = ["\n".join(cells[column::4]) for column in range(4)]
+            rows.append([name, *cells])
+    print_table(["frame", *columns], rows, numbers=columns)
+
+
+def _print_lines(chunks: Iterator[tuple[int, Floats]], frames: list[str], style: PoseFormat, deg: bool) -> None:
+    """One line per row and frame as they come: nobody waits for a table of many thousand rows to be laid out."""
+    width = max(5, *map(len, frames))
+    columns = pose_columns(style, degrees=deg)
+    print(f"{'row':>7}  {'frame':{width}}" + "".join(f"{name:>11}" for name in columns))
     for start, poses in chunks:
         for offset, numbers in enumerate(pose_numbers(poses, style, degrees=deg).tolist()):
             for name, row in zip(frames, numbers, strict=True):
-                # Adding zero takes the sign off a negative zero.
-                cells = [f"{round(value, 5) + 0.0:.5f}" for value in row]
-                if matrix:  # the 4×4 matrix as it is written on paper; its columns are the axes and the origin
-                    cells = ["\n".join(cells[column::4]) for column in range(4)]
-                rows.append(([str(start + offset)] if many else []) + [name, *cells])
-    print_table((["row"] if many else []) + ["frame", *columns], rows, numbers=("row", *columns))
+                print(f"{start + offset:>7}  {name:{width}}" + "".join(f"{_fixed(value):>11}" for value in row))
+
+
+def _fixed(value: float) -> str:
+    # Adding zero takes the sign off a negative zero.
+    return f"{round(value, 5) + 0.0:.5f}"
 
 
 def _headings(style: PoseFormat, deg: bool) -> tuple[str, ...]:
-    unit = "" if style is PoseFormat.QUATERNION else " [°]" if deg else " [rad]"
+    unit = "" if style is PoseFormat.QUATERNION else "\n[°]" if deg else "\n[rad]"
     names = pose_columns(style, degrees=False)
-    return (*(f"{name} [m]" for name in names[:3]), *(name + unit for name in names[3:]))
+    return (*(f"{name}\n[m]" for name in names[:3]), *(name + unit for name in names[3:]))

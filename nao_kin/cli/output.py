@@ -18,16 +18,26 @@ def print_json(document: Any) -> None:
     print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
 
 
+def print_json_list(head: dict[str, Any], name: str, items: Iterable[Any]) -> None:
+    """One JSON document whose last member is a long list, written item by item."""
+    opening = json.dumps(head, indent=2, ensure_ascii=False)[: -len("\n}")]
+    print(f'{opening},\n  "{name}": [', end="")
+    for index, item in enumerate(items):
+        print(",\n    " if index else "\n    ", json.dumps(item, ensure_ascii=False, allow_nan=False), sep="", end="")
+    print("\n  ]\n}")
+
+
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[str] = ()) -> None:
-    """A table on standard output; columns named in `numbers` are aligned right."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    """A table on standard output; columns named in `numbers` are aligned right.
+
+    Nothing is ever cut: where the terminal is narrower than the table, it breaks the lines itself.
+    """
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for column in columns:
-        table.add_column(Text(column), justify="right" if column in numbers else "left", no_wrap=column in numbers)
+        # Text: names from foreign files are not markup.
+        table.add_column(Text(column), justify="right" if column in numbers else "left", no_wrap=True)
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))  # Text: names from foreign files are not markup
-    console().print(table)
-
-
-def console() -> Console:
-    """Standard output; as wide as it needs when it is no terminal, so that nothing is cut in a pipe."""
-    return Console(file=sys.stdout, width=None if sys.stdout.isatty() else 400, soft_wrap=False, highlight=False)
+        table.add_row(*(Text(cell) for cell in row))
+    console = Console(file=sys.stdout, highlight=False)
+    console.width = console.measure(table, options=console.options.update(max_width=10_000)).maximum
+    console.print(table)

@@ -19,7 +19,7 @@ class Coordinates:
     """The coordinates of a robot: one column per joint of its own, and the joints that follow one of them."""
 
     def __init__(self, names: tuple[str, ...], mimics: Mapping[str, Mimic]) -> None:
-        self.names, self.mimics = names, mimics
+        self.names, self.mimics = names, dict(mimics)
         self.column = {name: index for index, name in enumerate(names)}
 
     def values(self, angles: Mapping[str, ArrayLike]) -> tuple[Floats, set[str]]:

@@ -34,7 +34,7 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
         BadModel: the robot's file makes no model.
     """
     files = _files()
-    if name not in files:
+    if not isinstance(name, str) or name not in files:
         raise UnknownName("robot", name, tuple(files))
     return RobotModel.from_urdf(files[name], base=base)
 

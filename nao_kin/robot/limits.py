@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -44,17 +45,22 @@ class LimitViolation:
         """How far outside."""
         return max(self.lower - self.value, self.value - self.upper)
 
-    def without_index(self) -> str:
-        """Joint, value and range in words; which configuration it was is left out."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        text = f"{self.joint} = {self.value:.6g} not in [{self.lower:.6g}, {self.upper:.6g}]{unit}"
+    def describe(self, *, degrees: bool = False, index: bool = True) -> str:
+        """Joint, value and range in words.
+
+        Args:
+            degrees: angles in degrees.
+            index: say which configuration of a batch it was.
+        """
+        scale, unit = (math.degrees(1.0), "°") if degrees and self.unit == "rad" else (1.0, f" {self.unit}")
+        value, lower, upper = (number * scale for number in (self.value, self.lower, self.upper))
+        text = f"{self.joint} = {value:.6g} not in [{lower:.6g}, {upper:.6g}]{'' if self.unit == '1' else unit}"
         if self.of is not None:
-            text += f" at {self.of} = {self.of_value:.6g}"
-        return text
+            text += f" at {self.of} = {self.of_value * scale:.6g}"
+        return f"{text} (configuration {', '.join(map(str, self.index))})" if index and self.index else text
 
     def __str__(self) -> str:
-        text = self.without_index()
-        return text if not self.index else f"{text} (configuration {', '.join(map(str, self.index))})"
+        return self.describe()
 
 
 class JointLimits:
@@ -72,34 +78,60 @@ class JointLimits:
         column = {name: index for index, name in enumerate(names)}
         self._tables = [(table, column[table.joint], column[table.of]) for table in tables]
 
-    def violations(self, values: Floats, joints: Collection[str] | None = None) -> tuple[LimitViolation, ...]:
-        """Every joint outside its box, and every joint outside its table, in order of the batch.
+    def count(self, values: Floats, joints: Collection[str] | None = None) -> int:
+        """How many joints of all configurations are outside a limit."""
+        boxes, tables = self._outside(values, joints)
+        return int(boxes.sum()) + sum(int(outside.sum()) for outside in tables)
+
+    def violations(
+        self, values: Floats, joints: Collection[str] | None = None, *, most: int | None = None
+    ) -> tuple[LimitViolation, ...]:
+        """Every joint outside its box, or inside it and outside its table, in order of the batch.
 
         Args:
             values: joint values, shape (..., n).
             joints: look at these joints only; None for all. A table is looked at when either of its joints is named.
+            most: stop after this many configurations.
         """
+        boxes, tables = self._outside(values, joints)
+        affected = boxes.any(axis=-1)
+        for outside in tables:
+            affected = affected | outside
         found = []
-        outside = (values < self.lower - TOLERANCE) | (values > self.upper + TOLERANCE)
+        for place in np.argwhere(affected)[:most].tolist():
+            at = tuple(place)
+            here = [
+                LimitViolation(name, float(v), float(low), float(high), unit, at)
+                for name, v, low, high, unit, bad in zip(
+                    self.names, values[at], self.lower, self.upper, self.units, boxes[at], strict=True
+                )
+                if bad
+            ]
+            for (table, column, of), outside in zip(self._tables, tables, strict=True):
+                if outside[at]:
+                    driver = float(values[at][of])
+                    lower, upper = _range(table, np.array(driver))
+                    bounds = float(lower), float(upper)
+                    violation = LimitViolation(table.joint, float(values[at][column]), *bounds, self.units[column], at)
+                    here.append(replace(violation, of=table.of, of_value=driver))
+            found += sorted(here, key=lambda violation: -violation.excess)
+        return tuple(found)
+
+    def _outside(
+        self, values: Floats, joints: Collection[str] | None
+    ) -> tuple[NDArray[np.bool_], list[NDArray[np.bool_]]]:
+        """Which joints are outside their boxes, (..., n), and for each table, which configurations are outside it."""
+        boxes = (values < self.lower - TOLERANCE) | (values > self.upper + TOLERANCE)
         if joints is not None:
-            outside &= np.array([name in joints for name in self.names], dtype=np.bool_)
-        for place in np.argwhere(outside).tolist():
-            at, column = tuple(place[:-1]), place[-1]
-            value, bounds = float(values[tuple(place)]), (float(self.lower[column]), float(self.upper[column]))
-            found.append(LimitViolation(self.names[column], value, *bounds, self.units[column], at))
+            boxes &= np.array([name in joints for name in self.names], dtype=np.bool_)
+        tables = []
         for table, column, of in self._tables:
-            if joints is not None and not {table.joint, table.of} & set(joints):
-                continue
-            driver, driven = values[..., of], values[..., column]
-            lower, upper = _range(table, driver)
+            lower, upper = _range(table, values[..., of])
+            outside = (values[..., column] < lower - TOLERANCE) | (values[..., column] > upper + TOLERANCE)
+            named = joints is None or table.joint in joints or table.of in joints
             # Where the box is already violated, the table adds nothing.
-            outside_table = ((driven < lower - TOLERANCE) | (driven > upper + TOLERANCE)) & ~outside[..., column]
-            for place in np.argwhere(outside_table).tolist():
-                at = tuple(place)
-                bounds = float(lower[at]), float(upper[at])
-                violation = LimitViolation(table.joint, float(driven[at]), *bounds, self.units[column], at)
-                found.append(replace(violation, of=table.of, of_value=float(driver[at])))
-        return tuple(sorted(found, key=lambda violation: (violation.index, -violation.excess)))
+            tables.append(np.asarray(outside & ~boxes[..., column] & named))
+        return boxes, tables
 
     def clamp(self, values: Floats) -> Floats:
         """The nearest values inside the boxes, then inside the tables at those values; a copy."""

@@ -7,6 +7,7 @@ import operator
 import threading
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -26,6 +27,8 @@ LimitPolicy = Literal["raise", "clamp", "ignore"]
 WORLD = "world"
 
 _POLICIES = ("raise", "clamp", "ignore")
+# An error about a batch carries the violations of this many configurations, and counts the rest.
+_MOST_TOLD = 100
 _EXPRESSIONS = {
     "frame": pin.ReferenceFrame.LOCAL,
     "root": pin.ReferenceFrame.WORLD,
@@ -57,7 +60,7 @@ class RobotModel:
         velocity_limits: largest joint speeds, shape (n,).
         effort_limits: largest joint torques or forces, shape (n,).
         coupled_limits: tables in which one joint's range depends on another's value.
-        mass: mass of the whole robot, root link included [kg].
+    The limits are those of the file; changing them in `model` changes what Pinocchio knows, not what this class checks.
     """
 
     def __init__(
@@ -76,11 +79,12 @@ class RobotModel:
         self.base: Base = source.base
         self.load_notes = tuple(load_notes)
         self.coupled_limits = tuple(coupled_limits)
-        self.mimics: dict[str, Mimic] = dict(mimics or {})
+        self.mimics: Mapping[str, Mimic] = MappingProxyType(dict(mimics or {}))
+        self._units = dict(units or {})
 
         moving = [joint for joint in list(model.joints)[1:] if joint.nq == 1]
         self.joint_names: tuple[str, ...] = tuple(model.names[joint.id] for joint in moving)
-        self.joint_units = tuple((units or {}).get(name, "rad") for name in self.joint_names)
+        self.joint_units = tuple(self._units.get(name, "rad") for name in self.joint_names)
         self._q_offset = moving[0].idx_q if moving else model.nq
         self._coordinates = Coordinates(self.joint_names, self.mimics)
 
@@ -96,10 +100,6 @@ class RobotModel:
         self.frame_names = tuple(ids)
         self._frames = {name: (frame_id, selection_of([frame_id])[0]) for name, frame_id in ids.items()}
         self._link_selection = selection_of([ids[name] for name in self.link_names])
-        # With a fixed base, Pinocchio's centre of mass leaves out what is bolted to the world.
-        self._fixed_mass = float(model.inertias[0].mass)
-        self._fixed_moment = self._fixed_mass * np.array(model.inertias[0].lever)
-        self.mass = math.fsum(inertia.mass for inertia in model.inertias)
         self._local = threading.local()
 
     @classmethod
@@ -141,6 +141,22 @@ class RobotModel:
     def nv(self) -> int:
         """Number of velocity coordinates: the degrees of freedom."""
         return int(self.model.nv)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the whole robot, root link included [kg]."""
+        # With a fixed base, Pinocchio counts only what moves: the rest is bolted to the world.
+        return float(pin.computeTotalMass(self.model) + self.model.inertias[0].mass)
+
+    def unit(self, joint: str) -> str:
+        """Unit of a joint's value, of a joint that follows another one too: "rad", "m", or "1" for a ratio.
+
+        Raises:
+            UnknownName: no such joint.
+        """
+        if joint not in self.joint_names and joint not in self.mimics:
+            raise UnknownName("joint", joint, (*self.joint_names, *self.mimics))
+        return self._units.get(joint, "rad")
 
     # --- configurations -------------------------------------------------------------------------------------------
 
@@ -242,8 +258,8 @@ class RobotModel:
         """
         q = self._within(self._checked(q), limits)
         workspace = self._workspace()
-        if reference is not None and reference != WORLD:
-            return self._relative_fk(q, frame, reference)
+        if not self._is_root(reference):
+            return self._relative_fk(q, frame, str(reference))
         if isinstance(frame, str):
             frame_id, selection = self._frame(frame)
             if q.ndim == 1:
@@ -284,7 +300,7 @@ class RobotModel:
             WrongShape, NotFinite: q is no configuration.
         """
         q = self._checked(q)
-        if expressed_in not in _EXPRESSIONS:
+        if not isinstance(expressed_in, str) or expressed_in not in _EXPRESSIONS:
             raise UnknownName("expression", expressed_in, tuple(_EXPRESSIONS))
         frame_id, expression = self._frame(frame)[0], _EXPRESSIONS[expressed_in]
         workspace = self._workspace()
@@ -304,15 +320,16 @@ class RobotModel:
             BadArgument: the robot has no mass.
         """
         q = self._checked(q)
-        if self.mass <= 0.0:
+        fixed, moving_mass = self.model.inertias[0], float(pin.computeTotalMass(self.model))
+        mass = moving_mass + float(fixed.mass)
+        if mass <= 0.0:
             raise BadArgument(f"{self.name} has no mass, so no centre of mass")
-        moving_mass = self.mass - self._fixed_mass
         workspace = self._workspace()
         moving = _over_batch(q, (3,), workspace.com) if moving_mass > 0.0 else np.zeros((*q.shape[:-1], 3))
-        centres = (moving_mass * moving + self._fixed_moment) / self.mass
-        if reference is None or reference == WORLD:
+        centres: Floats = (moving_mass * moving + fixed.mass * np.asarray(fixed.lever)) / mass
+        if self._is_root(reference):
             return centres
-        T_root_reference = self.fk(q, reference)
+        T_root_reference = self.fk(q, str(reference))
         lever = centres - T_root_reference[..., :3, 3]
         com: Floats = np.einsum("...ji,...j->...i", T_root_reference[..., :3, :3], lever)
         return com
@@ -361,6 +378,8 @@ class RobotModel:
             if np.any(np.abs(norms - 1.0) > 1e-6):
                 worst = float(norms.flat[np.argmax(np.abs(norms - 1.0))])
                 raise BadArgument(f"q[..., 3:7] must be a unit quaternion (x, y, z, w), got one of norm {worst:.6g}")
+            array = array.copy()
+            array[..., 3:7] /= norms[..., None]  # what is left of the norm would end up in the rotation matrices
         return array
 
     def _within(self, q: Floats, limits: str, joints: Collection[str] | None = None) -> Floats:
@@ -369,9 +388,9 @@ class RobotModel:
         _check_policy(limits)
         values = q[..., self._q_offset :]
         if limits == "raise":
-            violations = self._limits.violations(values, joints)
-            if violations:
-                raise OutsideLimits(violations)
+            count = self._limits.count(values, joints)
+            if count:
+                raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_TOLD), count)
             return q
         inside = np.array(q)
         clamped = self._limits.clamp(values)
@@ -381,6 +400,10 @@ class RobotModel:
             columns = [self._coordinates.column[name] for name in joints]
             inside[..., [self._q_offset + column for column in columns]] = clamped[..., columns]
         return inside
+
+    def _is_root(self, reference: str | None) -> bool:
+        """Whether `reference` is the root; a link that is called "world" is a link like any other."""
+        return reference is None or (reference == WORLD and WORLD not in self._frames)
 
     def _frame(self, name: str) -> tuple[int, Selection]:
         try:
@@ -418,11 +441,13 @@ class RobotModel:
     def __getstate__(self) -> dict[str, Any]:
         state = self.__dict__.copy()
         state["model"] = numbers_of(self.model)
+        state["mimics"] = dict(self.mimics)
         del state["_local"]
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
+        self.mimics = MappingProxyType(state["mimics"])
         self.model = self._source.build()
         restore_numbers(self.model, state["model"])
         for array in (self.lower, self.upper, self.velocity_limits, self.effort_limits):
@@ -450,7 +475,7 @@ def _frozen(array: ArrayLike) -> Floats:
 
 
 def _check_policy(limits: str) -> None:
-    if limits not in _POLICIES:
+    if not isinstance(limits, str) or limits not in _POLICIES:
         raise UnknownName("limits policy", limits, _POLICIES)
 
 

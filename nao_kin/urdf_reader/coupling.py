@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -75,6 +76,39 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
             changed[joint.name] = replace(joint, mimic=Mimic(first.name, other.multiplier * inverse.multiplier, offset))
         notes.append(f"joint {first.name!r} drives {driver!r}, not the other way round: it comes first in the tree")
     return [changed.get(joint.name, joint) for joint in walk]
+
+
+def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
+    """Every driving joint confined to the values at which all that follow it are inside their own limits too.
+
+    Raises:
+        CouplingRefused: there is no such value.
+    """
+    index = {joint.name: position for position, joint in enumerate(joints)}
+    shared = list(joints)
+    for follower in joints:
+        tie = follower.mimic
+        if tie is None:
+            continue
+        driver = shared[index[tie.joint]]
+        lower, upper, velocity = driver.lower, driver.upper, driver.velocity
+        if tie.multiplier != 0.0:
+            ends = sorted((bound - tie.offset) / tie.multiplier for bound in (follower.lower, follower.upper))
+            lower, upper = _larger(lower, ends[0]), -_larger(-upper, -ends[1])
+            velocity = -_larger(-velocity, -follower.velocity / abs(tie.multiplier))
+        if lower > upper:
+            raise CouplingRefused(
+                f"joint {follower.name!r} follows {driver.name!r}, and no value suits both their limits"
+            )
+        if (lower, upper) != (driver.lower, driver.upper):
+            notes.append(f"joint {driver.name!r} confined to [{lower:.6g}, {upper:.6g}] by {follower.name!r}")
+        shared[index[driver.name]] = replace(driver, lower=lower, upper=upper, velocity=velocity)
+    return shared
+
+
+def _larger(value: float, other: float) -> float:
+    """The larger of two bounds; the first where they differ by rounding only."""
+    return value if other <= value or math.isclose(value, other, rel_tol=1e-9, abs_tol=1e-12) else other
 
 
 def _walk(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:

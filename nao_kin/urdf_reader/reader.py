@@ -14,9 +14,10 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from nao_kin._decimals import decimal
 from nao_kin.errors import BadModel
-from nao_kin.urdf_reader.coupling import CouplingRefused, drive_order, resolve_chains
-from nao_kin.urdf_reader.tree import Mimic, UrdfJoint, UrdfTree
+from nao_kin.urdf_reader.coupling import CouplingRefused, drive_order, resolve_chains, share_limits
+from nao_kin.urdf_reader.tree import Mimic, UrdfInertial, UrdfJoint, UrdfTree
 
 _MOVING = ("revolute", "continuous", "prismatic")
 
@@ -27,11 +28,16 @@ def read_urdf(path: Path | str) -> UrdfTree:
     Raises:
         BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints.
     """
-    path = Path(path)
+    try:
+        path = Path(path)
+    except TypeError:
+        raise BadModel(f"expected the path of a URDF file, got {path!r}") from None
     try:
         document = ET.parse(path).getroot()
     except OSError as error:
         raise BadModel(f"cannot read {path}: {error.strerror or error}") from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows, a path no system takes
+        raise BadModel(f"cannot read {path}: {error}") from None
     except ET.ParseError as error:
         line, column = error.position
         reason = str(error).split(":", 1)[0]
@@ -65,7 +71,7 @@ class _Reader:
         root = self._root(link_names, joints.values())
         try:
             joints = resolve_chains(joints, self.notes)
-            order = drive_order(joints, root, self.notes)
+            order = share_limits(drive_order(joints, root, self.notes), self.notes)
         except CouplingRefused as error:
             raise _Refused(str(error)) from None
         self._note_missing_meshes()
@@ -76,7 +82,7 @@ class _Reader:
             inertials={
                 renamed.get(name, name): inertial
                 for name, element in links.items()
-                if (inertial := element.find("inertial")) is not None
+                if (inertial := self._inertial(name, element.find("inertial"))) is not None
             },
             joints=tuple(order),
             notes=tuple(self.notes),
@@ -120,11 +126,9 @@ class _Reader:
             if end is None or not end.get("link"):
                 raise _Refused(f"joint {name!r} names no {tag} link")
             ends.append(renamed.get(str(end.get("link")), str(end.get("link"))))
-        origin = element.find("origin")
-        xyz, rpy = ("0 0 0", "0 0 0") if origin is None else (origin.get("xyz", "0 0 0"), origin.get("rpy", "0 0 0"))
-        for what, text in (("origin xyz", xyz), ("origin rpy", rpy)):
-            self._three(name, what, text)
-        joint = UrdfJoint(name, kind, ends[0], ends[1], xyz, rpy, (1.0, 0.0, 0.0))
+        xyz, rpy = self._origin(f"joint {name!r}", element.find("origin"))
+        xyz_text, rpy_text = (" ".join(map(repr, vector)) for vector in (xyz, rpy))
+        joint = UrdfJoint(name, kind, ends[0], ends[1], xyz_text, rpy_text, (1.0, 0.0, 0.0))
         return joint if kind == "fixed" else self._moving_joint(joint, element)
 
     def _moving_joint(self, joint: UrdfJoint, element: ET.Element) -> UrdfJoint:
@@ -134,8 +138,8 @@ class _Reader:
         if limit is not None:
             joint = replace(
                 joint,
-                velocity=self._number(name, limit, "velocity", math.inf),
-                effort=self._number(name, limit, "effort", math.inf),
+                velocity=self._bound(name, limit, "velocity"),
+                effort=self._bound(name, limit, "effort"),
             )
         if joint.kind == "continuous":
             joint = replace(joint, kind="revolute")
@@ -146,48 +150,80 @@ class _Reader:
         elif limit is None:
             self.notes.append(f"joint {name!r} has no limits")
         else:
-            lower, upper = self._number(name, limit, "lower", 0.0), self._number(name, limit, "upper", 0.0)
+            lower, upper = (self._number(f"joint {name!r}", limit, bound, 0.0) for bound in ("lower", "upper"))
             if lower > upper:
                 raise _Refused(f"joint {name!r} has lower limit {lower:g} above upper limit {upper:g}")
+            if math.isinf(upper - lower):
+                raise _Refused(f"joint {name!r} has a range from {lower:g} to {upper:g}, which is beyond all measure")
             joint = replace(joint, lower=lower, upper=upper)
         if mimic is not None:
             coupling = Mimic(
                 str(mimic.get("joint", "")),
-                self._number(name, mimic, "multiplier", 1.0),
-                self._number(name, mimic, "offset", 0.0),
+                self._number(f"joint {name!r}", mimic, "multiplier", 1.0),
+                self._number(f"joint {name!r}", mimic, "offset", 0.0),
             )
             joint = replace(joint, mimic=coupling)
         return joint
 
     def _axis(self, joint: str, element: ET.Element | None) -> tuple[float, float, float]:
         text = "1 0 0" if element is None else element.get("xyz", "1 0 0")
-        x, y, z = self._three(joint, "axis", text)
+        x, y, z = self._three(f"joint {joint!r}", "axis", text)
         length = math.hypot(x, y, z)
-        if length < 1e-9:
+        if not 1e-9 < length < 1e9:
             raise _Refused(f"joint {joint!r} has axis {text!r}, which has no direction")
         if abs(length - 1.0) > 1e-12:
             self.notes.append(f"joint {joint!r} has axis {text!r} of length {length:.7g}: normalised")
         return x / length, y / length, z / length
 
-    def _three(self, joint: str, what: str, text: str) -> tuple[float, float, float]:
+    def _inertial(self, link: str, element: ET.Element | None) -> UrdfInertial | None:
+        if element is None:
+            return None
+        owner = f"link {link!r}"
+        mass = element.find("mass")
+        if mass is None or mass.get("value") is None:
+            self.notes.append(f"{owner} has an inertia and no mass: taken as massless")
+            return None
+        value = self._number(owner, mass, "value", 0.0)
+        if value < 0.0:
+            raise _Refused(f"{owner} has mass {value:g}")
+        tensor = element.find("inertia")
+        if tensor is None:
+            self.notes.append(f"{owner} has a mass and no inertia: taken as a point mass")
+        labels = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        xx, xy, xz, yy, yz, zz = (0.0 if tensor is None else self._number(owner, tensor, k, 0.0) for k in labels)
+        return UrdfInertial(value, *self._origin(owner, element.find("origin")), (xx, xy, xz, yy, yz, zz))
+
+    def _origin(
+        self, owner: str, element: ET.Element | None
+    ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        if element is None:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        xyz, rpy = element.get("xyz", "0 0 0"), element.get("rpy", "0 0 0")
+        return self._three(owner, "origin xyz", xyz), self._three(owner, "origin rpy", rpy)
+
+    def _three(self, owner: str, what: str, text: str) -> tuple[float, float, float]:
         try:
-            x, y, z = map(float, text.split())
+            x, y, z = map(decimal, text.split())
         except ValueError:
-            raise _Refused(f"joint {joint!r} has {what} {text!r}, expected three numbers") from None
-        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-            raise _Refused(f"joint {joint!r} has {what} {text!r}, expected finite numbers")
+            raise _Refused(f"{owner} has {what} {text!r}, expected three numbers") from None
         return x, y, z
 
-    def _number(self, joint: str, element: ET.Element, attribute: str, default: float) -> float:
+    def _number(self, owner: str, element: ET.Element, attribute: str, default: float) -> float:
         text = element.get(attribute)
         if text is None:
             return default
         try:
-            value = float(text)
+            return decimal(text)
         except ValueError:
-            raise _Refused(f"joint {joint!r} has {attribute} {text!r}, expected a number") from None
-        if math.isnan(value):
-            raise _Refused(f"joint {joint!r} has {attribute} {text!r}, expected a number")
+            raise _Refused(f"{owner} has {attribute} {text!r}, expected a number") from None
+
+    def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
+        """A largest speed or effort; "inf" and no word mean that there is none."""
+        if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
+            return math.inf
+        value = self._number(f"joint {joint!r}", limit, attribute, math.inf)
+        if value < 0.0:
+            raise _Refused(f"joint {joint!r} has {attribute} {value:g}, expected none or more")
         return value
 
     def _root(self, links: list[str], joints: Iterable[UrdfJoint]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from xml.etree import ElementTree as ET
 
 
 @dataclass(frozen=True)
@@ -23,6 +22,23 @@ class Mimic:
 
 
 @dataclass(frozen=True)
+class UrdfInertial:
+    """Mass and inertia of a link as read.
+
+    Attributes:
+        mass: mass [kg].
+        xyz: centre of mass in the link's frame [m].
+        rpy: orientation of the axes of the tensor in the link's frame [rad].
+        inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
+    """
+
+    mass: float
+    xyz: tuple[float, float, float]
+    rpy: tuple[float, float, float]
+    inertia: tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True)
 class UrdfJoint:
     """A joint as read.
 
@@ -31,8 +47,8 @@ class UrdfJoint:
         kind: "revolute", "prismatic" or "fixed"; a `continuous` joint is a revolute one without limits.
         parent: the link that carries it.
         child: the link it moves.
-        xyz: position in the parent link's frame [m], as written.
-        rpy: orientation in the parent link's frame [rad], as written.
+        xyz: position in the parent link's frame [m], three numbers as text.
+        rpy: orientation in the parent link's frame [rad], three numbers as text.
         axis: unit vector of the axis.
         lower: smallest value [rad or m].
         upper: largest value [rad or m].
@@ -63,7 +79,7 @@ class UrdfTree:
         name: name of the robot.
         root: the link that no joint moves.
         links: link names in order of the file.
-        inertials: the inertial element of each link that has one.
+        inertials: mass and inertia of each link that has them.
         joints: all joints, every driving joint before those that follow it, as a depth-first walk meets them.
         notes: what was changed, one line each.
     """
@@ -71,6 +87,6 @@ class UrdfTree:
     name: str
     root: str
     links: tuple[str, ...]
-    inertials: dict[str, ET.Element] = field(repr=False)
+    inertials: dict[str, UrdfInertial] = field(repr=False)
     joints: tuple[UrdfJoint, ...]
     notes: tuple[str, ...]
