@@ -339,6 +339,12 @@ def test_a_continuous_joint_is_one_coordinate_without_limits(write: Write) -> No
     assert robot.load_notes == ("joint 'A' is continuous: one revolute coordinate without limits",)
 
 
+def test_one_degree_of_freedom_has_a_jacobian_of_one_column(write: Write) -> None:
+    robot = nk.RobotModel.from_urdf(write(_links("base", "a") + _joint("A", "base", "a")))
+    assert np.allclose(robot.jacobian([0.3], "a"), [[0], [0], [0], [0], [0], [1]])
+    assert robot.jacobian([[0.3], [0.4]], "a").shape == (2, 6, 1)
+
+
 def test_a_sliding_joint_is_measured_in_metres(write: Write) -> None:
     robot = nk.RobotModel.from_urdf(write(_links("base", "a") + _joint("A", "base", "a", "prismatic")))
     assert robot.joint_units == ("m",)

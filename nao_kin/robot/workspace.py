@@ -55,7 +55,7 @@ class Workspace:
     def jacobian(self, q: Floats, frame_id: int, expression: pin.ReferenceFrame) -> Floats:
         """The 6 × nv Jacobian of one frame, linear rows first."""
         jacobian: Floats = pin.computeFrameJacobian(self.model, self.data, q, frame_id, expression)
-        return jacobian
+        return jacobian.reshape(6, self.model.nv)  # with one degree of freedom, a vector comes back
 
     def com(self, q: Floats) -> Floats:
         """Centre of mass of everything that moves; what is fixed to the world is not in it."""

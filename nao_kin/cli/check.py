@@ -1,0 +1,78 @@
+"""`nao-kin check`: do independent implementations agree."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nao_kin.cli.options import Json, Robot, Urdf, Version, load
+from nao_kin.cli.output import print_json, print_table
+
+if TYPE_CHECKING:
+    from nao_kin.crosscheck import Report
+    from nao_kin.robot import RobotModel
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("check", epilog="Example: nao-kin check --version v5 --samples 100 --json")(check)
+
+
+def check(
+    version: Version = "v6",
+    urdf: Urdf = None,
+    robot: Robot = None,
+    samples: Annotated[int, typer.Option("--samples", metavar="N", help="Number of configurations.")] = 500,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random ones.")] = 0,
+    json: Json = False,
+) -> None:
+    """Poses, rotations and Jacobians against Pinocchio, eigenpy and yourdfpy; exit 1 when a convention disagrees."""
+    report = _run(load(version, urdf, robot), samples, seed)
+    if json:
+        print_json(report.as_dict())
+    else:
+        _print(report)
+    if not report.ok:
+        raise typer.Exit(1)
+
+
+def _run(model: RobotModel, samples: int, seed: int) -> Report:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from nao_kin import crosscheck
+
+    errors = Console(file=sys.stderr)
+    with Progress(console=errors, disable=not errors.is_terminal, transient=True) as bar:
+        task = bar.add_task("cross-check", total=None)
+        return crosscheck.run(
+            model, samples, seed, progress=lambda done, total: bar.update(task, completed=done, total=total)
+        )
+
+
+def _print(report: Report) -> None:
+    columns = ("convention", "against", "pairs", "worst", "tolerance", "worst at", "")
+    rows = [
+        (
+            row.convention,
+            row.against,
+            str(row.pairs),
+            f"{row.worst:.1e}",
+            f"{row.tolerance:.0e}",
+            str(row.place) if row.place else "–",
+            "" if row.ok else "FAILS",
+        )
+        for row in report.rows
+    ]
+    print_table(columns, rows, numbers=("pairs", "worst", "tolerance"))
+    for row in report.rows:
+        if row.note:
+            print(f"{row.convention} against {row.against}: {row.note}")
+    for row in report.failures:
+        where = ", ".join(row.failing[:8]) + (f" and {len(row.failing) - 8} more" if len(row.failing) > 8 else "")
+        print(f"FAILS: {row.convention} against {row.against}: {where or 'nothing to compare'}")
+    counts = ", ".join(f"{count} {stratum}" for stratum, count in report.strata.items())
+    print(f"{report.robot}, seed {report.seed}, configurations: {counts}")
+    print("All conventions agree." if report.ok else f"{len(report.failures)} of {len(report.rows)} rows disagree.")

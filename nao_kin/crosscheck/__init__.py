@@ -1,0 +1,20 @@
+"""Proof by comparison: this library's conventions against those of Pinocchio, eigenpy and yourdfpy."""
+
+from __future__ import annotations
+
+from nao_kin.crosscheck._run import run
+from nao_kin.crosscheck.conversions import Conversions
+from nao_kin.crosscheck.report import Place, Report, Row
+from nao_kin.crosscheck.steps import Step, steps_of, steps_of_nao, steps_of_tree
+
+__all__ = [
+    "Conversions",
+    "Place",
+    "Report",
+    "Row",
+    "Step",
+    "run",
+    "steps_of",
+    "steps_of_nao",
+    "steps_of_tree",
+]

@@ -1,0 +1,105 @@
+"""Poses by yourdfpy, which reads the robot's URDF with other code."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from nao_kin._arrays import Floats
+from nao_kin.robot import RobotModel
+from nao_kin.urdf_reader import Mimic, read_urdf
+
+# trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
+_STALE = np.full((4, 4), np.nan)
+
+
+class SecondReader:
+    """A robot as yourdfpy reads it.
+
+    Attributes:
+        frames: the frames of the robot that yourdfpy can place, by the names the robot has for them.
+        left_out: those it places otherwise: it ties a joint that follows a joint that follows a third one to nothing,
+            and does not bring the axis of a prismatic joint to unit length.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        import yourdfpy
+
+        self._robot = robot
+        with _silence():
+            self._oracle = yourdfpy.URDF.load(str(robot.urdf_path), load_meshes=False, load_collision_meshes=False)
+        joints = {joint.name: joint for joint in self._oracle.robot.joints}
+        # By joints, not by links: a link that shares its name with a joint is called something else in the model.
+        tree = read_urdf(robot.urdf_path)
+        link_of = {tree.root: self._oracle.base_link}
+        link_of |= {joint.child: joints[joint.name].child for joint in tree.joints}
+        link_of |= {joint.name: joints[joint.name].child for joint in tree.joints if joint.kind != "fixed"}
+        self._actuated = list(self._oracle.actuated_joint_names)
+        self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type != "fixed"]
+        self._walk, unplaced = self._order()
+        known = {name: link for name, link in link_of.items() if name in robot.frame_names}
+        self.frames = tuple(name for name, link in known.items() if link not in unplaced)
+        self.left_out = tuple(name for name, link in known.items() if link in unplaced)
+        self._place = {self._oracle.base_link: 0} | {child: i for i, (_, child) in enumerate(self._walk, 1)}
+        self._selection = [self._place[known[name]] for name in self.frames]
+
+    def poses(self, q: Floats) -> Floats:
+        """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        values = self._values(q)
+        T = np.empty((len(q), len(self._place), 4, 4))
+        T[:, 0] = np.eye(4)
+        edges = self._oracle.scene.graph.transforms.edge_data
+        for row, joint_values in enumerate(values):
+            for edge in self._moving:
+                edges[edge]["matrix"] = _STALE
+            with _silence():
+                self._oracle.update_cfg(joint_values)
+            for edge in self._walk:
+                T[row, self._place[edge[1]]] = edges[edge]["matrix"]
+        for parent, child in self._walk:
+            T[:, self._place[child]] = T[:, self._place[parent]] @ T[:, self._place[child]]
+        return T[:, self._selection]
+
+    def _values(self, q: Floats) -> Floats:
+        """Values of the joints yourdfpy moves; where it moves one that follows in the model, the model's value."""
+        columns = {name: index for index, name in enumerate(self._robot.joint_names)}
+        values = np.empty((len(q), len(self._actuated)))
+        for index, name in enumerate(self._actuated):
+            tie = self._robot.mimics.get(name, Mimic(name))
+            values[:, index] = tie.multiplier * q[:, columns[tie.joint]] + tie.offset
+        return values
+
+    def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
+        """The joints as (parent link, child link), parents first, and the links behind a joint it reads otherwise."""
+        children: dict[str, list[str]] = {}
+        adrift = set()
+        for joint in self._oracle.robot.joints:
+            children.setdefault(joint.parent, []).append(joint.child)
+            slides = joint.type == "prismatic" and abs(np.linalg.norm(joint.axis) - 1.0) > 1e-12
+            if slides or (joint.mimic is not None and joint.mimic.joint not in self._actuated):
+                adrift.add(joint.child)
+        walk: list[tuple[str, str]] = []
+        waiting = [self._oracle.base_link]
+        while waiting:
+            parent = waiting.pop()
+            for child in children.get(parent, []):
+                walk.append((parent, child))
+                waiting.append(child)
+                if parent in adrift:
+                    adrift.add(child)
+        return walk, adrift
+
+
+@contextlib.contextmanager
+def _silence() -> Iterator[None]:
+    """Keep yourdfpy from warning, at every configuration, of the couplings that are counted in `left_out`."""
+    logger = logging.getLogger("yourdfpy.urdf")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)

@@ -1,0 +1,143 @@
+"""What a cross-check found: one row per convention and oracle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the worst discrepancy of a row happened.
+
+    Attributes:
+        frame: the frame, or the joint, whose numbers differ most.
+        configuration: index of the configuration in the run.
+        stratum: the kind of configuration ("zero", "limits", "right angles" …).
+        q: the configuration [rad, m or ratio].
+    """
+
+    frame: str
+    configuration: int
+    stratum: str
+    q: tuple[float, ...] = field(repr=False)
+
+    def __str__(self) -> str:
+        return f"{self.frame}, {self.stratum} #{self.configuration}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One convention compared with one oracle.
+
+    Attributes:
+        convention: what was compared, by the name of the function under test where there is one.
+        against: the oracle.
+        pairs: how many pairs of results were compared.
+        worst: largest discrepancy; infinite where a result is NaN, of the wrong shape, or refused.
+        tolerance: largest discrepancy allowed.
+        place: where the worst one happened; None without pairs.
+        failing: the frames or joints that exceed the tolerance somewhere.
+        note: what was left out and why, why the tolerance is what it is, or why the function refused.
+    """
+
+    convention: str
+    against: str
+    pairs: int
+    worst: float
+    tolerance: float
+    place: Place | None
+    failing: tuple[str, ...] = ()
+    note: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether something was compared, and no discrepancy exceeds the tolerance."""
+        return self.pairs > 0 and self.worst <= self.tolerance
+
+    def as_dict(self) -> dict[str, Any]:
+        """The row as plain values; an infinite discrepancy becomes None, for JSON has no infinity."""
+        place = self.place
+        return {
+            "convention": self.convention,
+            "against": self.against,
+            "pairs": self.pairs,
+            "worst": self.worst if math.isfinite(self.worst) else None,
+            "tolerance": self.tolerance,
+            "ok": self.ok,
+            "frame": place.frame if place else None,
+            "configuration": {"index": place.configuration, "stratum": place.stratum, "q": list(place.q)}
+            if place
+            else None,
+            "failing": list(self.failing),
+            "note": self.note,
+        }
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcome of a run.
+
+    Attributes:
+        robot: name of the robot.
+        joint_names: the joints of the configurations, in their order.
+        seed: seed of the run.
+        strata: how many configurations of each kind were compared.
+        rows: the table.
+    """
+
+    robot: str
+    joint_names: tuple[str, ...]
+    seed: int
+    strata: dict[str, int]
+    rows: tuple[Row, ...]
+
+    @property
+    def samples(self) -> int:
+        """Number of configurations."""
+        return sum(self.strata.values())
+
+    @property
+    def ok(self) -> bool:
+        """Whether every row is within its tolerance."""
+        return all(row.ok for row in self.rows)
+
+    @property
+    def failures(self) -> tuple[Row, ...]:
+        """The rows that are not."""
+        return tuple(row for row in self.rows if not row.ok)
+
+    @property
+    def worst(self) -> dict[str, Row]:
+        """Of each convention the row that comes nearest to its tolerance, or exceeds it most."""
+        found: dict[str, Row] = {}
+        for row in self.rows:
+            known = found.get(row.convention)
+            if known is None or row.worst / row.tolerance > known.worst / known.tolerance:
+                found[row.convention] = row
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as plain values."""
+        return {
+            "robot": self.robot,
+            "ok": self.ok,
+            "samples": self.samples,
+            "seed": self.seed,
+            "strata": dict(self.strata),
+            "joint_names": list(self.joint_names),
+            "rows": [row.as_dict() for row in self.rows],
+        }
+
+    def __str__(self) -> str:
+        """The table as text."""
+        cells = [("convention", "against", "pairs", "worst", "tolerance", "at")]
+        cells += [
+            (row.convention, row.against, str(row.pairs), f"{row.worst:.1e}", f"{row.tolerance:.0e}", str(row.place))
+            for row in self.rows
+        ]
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in cells]
+        verdict = "all within tolerance" if self.ok else f"{len(self.failures)} rows exceed their tolerance"
+        return "\n".join([*map(str.rstrip, lines), f"{self.robot}: {verdict}"])

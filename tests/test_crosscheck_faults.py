@@ -1,0 +1,495 @@
+"""The checker checked: each convention broken on purpose must be caught, named, and blamed on nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from made_up_robots import J, made_up
+
+import nao_kin as nk
+from nao_kin import crosscheck, rotations
+from nao_kin.crosscheck import Conversions, Step
+from nao_kin.joint_axes import JointAxes
+from nao_kin.parameters import NaoParameters, nao_parameters
+from nao_kin.rotations import EulerAngles
+
+Function = Callable[..., Any]
+Euler = Callable[[EulerAngles], EulerAngles]
+
+BY_HAND = "pose in the root, by hand"
+CONVENTIONS = [(sequence, axes) for sequence in rotations.SEQUENCES for axes in ("moving", "fixed")]
+ALL_EXTRACTIONS = {f"euler_from_matrix {sequence} {axes}" for sequence, axes in CONVENTIONS}
+ALL_COMPOSITIONS = {f"matrix_from_euler {sequence} {axes}" for sequence, axes in CONVENTIONS}
+LINES = {f"joint axes as lines, {way}" for way in ("frame", "root", "mixed")}
+OTHER = {"moving": "fixed", "fixed": "moving"}
+
+
+def failing(report: crosscheck.Report) -> set[str]:
+    return {row.convention for row in report.failures}
+
+
+def blamed(report: crosscheck.Report, convention: str) -> set[str]:
+    """The frames in which a convention fails."""
+    return {frame for row in report.failures if row.convention == convention for frame in row.failing}
+
+
+# --- conversions ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> nk.RobotModel:
+    """A small robot whose frames take every kind of rotation."""
+    return made_up(
+        tmp_path_factory.mktemp("robot"),
+        J("yaw"),
+        J("pitch", axis=(0.0, 1.0, 0.0), xyz=(0.1, 0.2, 0.3)),
+        J("roll", axis=(1.0, 0.0, 0.0), xyz=(0.1, 0.0, -0.2), rpy=(0.3, -0.5, 0.7)),
+        J("twin", axis=(0.0, 1.0, -1.0), follows=("pitch", -2.0, 0.1)),
+        J("slide", kind="prismatic", axis=(0.0, 0.0, -1.0), rpy=(math.pi / 2, 0.0, 0.0)),
+    )
+
+
+def transposed(function: Function) -> Function:
+    return lambda *given, **named: np.swapaxes(function(*given, **named), -1, -2)
+
+
+def scaled(function: Function, factor: object) -> Function:
+    return lambda *given, **named: function(*given, **named) * np.asarray(factor)
+
+
+def reordered(function: Function, order: list[int]) -> Function:
+    return lambda *given, **named: function(*given, **named)[..., order]
+
+
+def first_part(function: Function, factor: object) -> Function:
+    """Of a function with two results, the first one scaled."""
+
+    def faulty(R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        first, second = function(R)
+        return first * np.asarray(factor), second
+
+    return faulty
+
+
+def extraction(fault: Euler, sequence: str = "zyx", axes: str = "moving") -> Function:
+    """The true extraction, with a fault in one of the 24 conventions."""
+
+    def faulty(R: np.ndarray, wanted: str, *, axes: str) -> EulerAngles:
+        found = rotations.euler_from_matrix(R, wanted, axes=axes)
+        return fault(found) if (wanted, axes) == chosen else found
+
+    chosen = (sequence, axes)
+    return faulty
+
+
+def lower_pole_taken_for_the_upper(found: EulerAngles) -> EulerAngles:
+    angles = found.angles.copy()
+    angles[found.locked & (angles[:, 1] < 0.0), 0] *= -1.0
+    return replace(found, angles=angles)
+
+
+def first_angle_zero_at_lock(found: EulerAngles) -> EulerAngles:
+    angles = found.angles.copy()
+    sign = np.where(angles[:, 1] > 0.0, -1.0, 1.0)
+    angles[found.locked, 2] = (sign * angles[:, 0])[found.locked]
+    angles[found.locked, 0] = 0.0
+    return replace(found, angles=angles)
+
+
+def snapped_beside_lock(found: EulerAngles) -> EulerAngles:
+    angles = found.angles.copy()
+    near = (np.cos(angles[:, 1]) < 1e-7) & ~found.locked
+    sign = np.where(angles[:, 1] > 0.0, -1.0, 1.0)
+    angles[near, 0] += (sign * angles[:, 2])[near]
+    angles[near, 2] = 0.0
+    return replace(found, angles=angles)
+
+
+def in_degrees(found: EulerAngles) -> EulerAngles:
+    return replace(found, angles=np.degrees(found.angles), other=np.degrees(found.other))
+
+
+def other_first(found: EulerAngles) -> EulerAngles:
+    free = ~found.locked[:, None]
+    return replace(
+        found,
+        angles=np.where(free, found.other, found.angles),
+        other=np.where(free, found.angles, found.other),
+    )
+
+
+def middle_negated_in_the_other(found: EulerAngles) -> EulerAngles:
+    """Only where eigenpy, whose first angle is never negative, gives the principal triple."""
+    signs = np.where(found.angles[:, :1] >= 0.0, [[1.0, -1.0, 1.0]], 1.0)
+    return replace(found, other=found.other * signs)
+
+
+def angle_by_arccos(R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    axis, _ = rotations.natural_invariants(R)
+    angle = np.arccos(np.clip(0.5 * (np.trace(R, axis1=-2, axis2=-1) - 1.0), -1.0, 1.0))
+    return axis, angle
+
+
+def log_without_the_sign_at_half_a_turn(R: np.ndarray) -> np.ndarray:
+    """Signs by the antisymmetric part alone, which vanishes at π."""
+    v = rotations.log(R)
+    antisymmetric = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=-1)
+    return np.abs(v) * np.sign(antisymmetric)
+
+
+def log_without_the_angle(R: np.ndarray) -> np.ndarray:
+    return rotations.natural_invariants(R)[0]
+
+
+class MomentsTheOtherWay(JointAxes):
+    """Moments e × p for p × e."""
+
+    def jacobian(self, *given: Any, **named: Any) -> np.ndarray:
+        return super().jacobian(*given, **named) * np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])[:, None]
+
+
+class AngularFirst(JointAxes):
+    def jacobian(self, *given: Any, **named: Any) -> np.ndarray:
+        return super().jacobian(*given, **named)[[3, 4, 5, 0, 1, 2]]
+
+
+class RootForMixed(JointAxes):
+    def jacobian(self, q: np.ndarray, frame: str, expressed_in: Any = "mixed") -> np.ndarray:
+        return super().jacobian(q, frame, "root" if expressed_in == "mixed" else expressed_in)
+
+
+class WithoutFollowers(JointAxes):
+    def coupling(self, frame: str) -> np.ndarray:
+        C = super().coupling(frame)
+        C[[name in self.robot.mimics for name in self.names]] = 0.0
+        return C
+
+
+TRUE = Conversions()
+CONVERSION_FAULTS: dict[str, tuple[dict[str, Function], set[str]]] = {
+    "fixed for moving axes": (
+        {"matrix_from_euler": lambda a, s, *, axes: rotations.matrix_from_euler(a, s, axes=OTHER[axes])},
+        ALL_COMPOSITIONS,
+    ),
+    "fixed for moving axes, taken apart": (
+        {"euler_from_matrix": lambda R, s, *, axes: rotations.euler_from_matrix(R, s, axes=OTHER[axes])},
+        ALL_EXTRACTIONS,
+    ),
+    "letters read backwards": (
+        {"matrix_from_euler": lambda a, s, *, axes: rotations.matrix_from_euler(a, s[::-1], axes=axes)},
+        {name for name in ALL_COMPOSITIONS if (letters := name.split()[1]) != letters[::-1]},
+    ),
+    "angles in the opposite order": (
+        {"matrix_from_euler": lambda a, s, *, axes: rotations.matrix_from_euler(a[:, ::-1], s, axes=axes)},
+        ALL_COMPOSITIONS,
+    ),
+    "angles in degrees": ({"euler_from_matrix": extraction(in_degrees)}, {"euler_from_matrix zyx moving"}),
+    "the other branch as the principal one": (
+        {"euler_from_matrix": extraction(other_first, "xzx", "fixed")},
+        {"euler_from_matrix xzx fixed"},
+    ),
+    "sign of the middle angle in the other branch": (
+        {"euler_from_matrix": extraction(middle_negated_in_the_other)},
+        {"euler_from_matrix zyx moving"},
+    ),
+    "sign of one axis": (
+        {"matrix_from_rpy": lambda rpy: rotations.matrix_from_rpy(rpy * [1.0, -1.0, 1.0])},
+        {"matrix_from_rpy"},
+    ),
+    "yaw, pitch, roll for roll, pitch, yaw": (
+        {"rpy_from_matrix": reordered(TRUE.rpy_from_matrix, [2, 1, 0])},
+        {"rpy_from_matrix"},
+    ),
+    "roll, pitch, yaw in degrees": (
+        {"rpy_from_matrix": scaled(TRUE.rpy_from_matrix, 180 / math.pi)},
+        {"rpy_from_matrix"},
+    ),
+    "matrix of a quaternion transposed": (
+        {"matrix_from_quat": transposed(TRUE.matrix_from_quat)},
+        {"matrix_from_quat"},
+    ),
+    "xyzw for wxyz": ({"quat_from_matrix": reordered(TRUE.quat_from_matrix, [1, 2, 3, 0])}, {"quat_from_matrix"}),
+    "quaternion of the inverse": (
+        {"quat_from_matrix": scaled(TRUE.quat_from_matrix, [1.0, -1.0, -1.0, -1.0])},
+        {"quat_from_matrix"},
+    ),
+    "quaternion not in canonical sign": (
+        {"quat_from_matrix": scaled(TRUE.quat_from_matrix, -1.0)},
+        {"quat_from_matrix"},
+    ),
+    "product in the opposite order": ({"quat_multiply": lambda p, q: rotations.quat_multiply(q, p)}, {"quat_multiply"}),
+    "conjugate negated": ({"quat_conjugate": scaled(TRUE.quat_conjugate, -1.0)}, {"quat_conjugate"}),
+    "wxyz called xyzw": ({"quat_to_xyzw": lambda q: q}, {"quat_to_xyzw"}),
+    "xyzw read the wrong way round": ({"quat_from_xyzw": TRUE.quat_to_xyzw}, {"quat_from_xyzw"}),
+    "slerp from the far end": ({"slerp": lambda p, q, t: rotations.slerp(q, p, t)}, {"slerp"}),
+    "the long way round": (
+        {"slerp": lambda p, q, t: rotations.slerp(p, q, -t)},
+        {"slerp"},
+    ),
+    "axis reversed": (
+        {"natural_invariants": first_part(TRUE.natural_invariants, -1.0)},
+        {"natural_invariants"},
+    ),
+    "angle by an arccos": ({"natural_invariants": angle_by_arccos}, {"natural_invariants"}),
+    "rotation about the axis the other way": (
+        {"matrix_from_natural": transposed(TRUE.matrix_from_natural)},
+        {"matrix_from_natural"},
+    ),
+    "vect R without the half": (
+        {"linear_invariants": first_part(TRUE.linear_invariants, 2.0)},
+        {"linear_invariants"},
+    ),
+    "tr R for cos φ": (
+        {"linear_invariants": lambda R: (rotations.linear_invariants(R)[0], np.trace(R, axis1=-2, axis2=-1))},
+        {"linear_invariants"},
+    ),
+    "linear invariants of the inverse": (
+        {"matrix_from_linear": transposed(TRUE.matrix_from_linear)},
+        {"matrix_from_linear"},
+    ),
+    "whole angle for half angle": (
+        {"euler_rodrigues": TRUE.linear_invariants},
+        {"euler_rodrigues"},
+    ),
+    "Euler–Rodrigues parameters of the inverse": (
+        {"matrix_from_euler_rodrigues": lambda r, r0: rotations.matrix_from_euler_rodrigues(-r, r0)},
+        {"matrix_from_euler_rodrigues"},
+    ),
+    "logarithm without the angle": ({"log": log_without_the_angle}, {"log"}),
+    "logarithm of the inverse": ({"log": scaled(TRUE.log, -1.0)}, {"log"}),
+    "sign of zero at half a turn": ({"log": log_without_the_sign_at_half_a_turn}, {"log"}),
+    "exponential of half the vector": ({"exp": lambda v: rotations.exp(0.5 * v)}, {"exp"}),
+    "left hip for right hip": (
+        {"davenport_angles": lambda R, a, b, c: rotations.davenport_angles(R, np.multiply(a, [1, 1, -1]), b, c)},
+        {"davenport_angles left hip", "davenport_angles right hip"},
+    ),
+    "the other branch of the hips as the principal one": (
+        {"davenport_angles": lambda R, *axes: other_first(rotations.davenport_angles(R, *axes))},
+        {"davenport_angles left hip", "davenport_angles right hip"},
+    ),
+    "hip angles in the opposite order": (
+        {"matrix_from_davenport": lambda a, *axes: rotations.matrix_from_davenport(a[:, ::-1], *axes)},
+        {"matrix_from_davenport left hip", "matrix_from_davenport right hip"},
+    ),
+    "moments e × p": ({"joint_axes": MomentsTheOtherWay}, LINES),
+    "angular rows first": ({"joint_axes": AngularFirst}, LINES),
+    "velocity of the wrong point": ({"joint_axes": RootForMixed}, {"joint axes as lines, mixed"}),
+    "followers left out of the Jacobian": ({"joint_axes": WithoutFollowers}, LINES),
+    "turn about y transposed": (
+        {"rot_y": transposed(TRUE.rot_y)},
+        {"rot_y", BY_HAND, "orientation in the carrying frame"},
+    ),
+    "turn about z in degrees": (
+        {"rot_z": lambda angle: rotations.rot_z(np.radians(angle))},
+        {"rot_z", BY_HAND, "orientation in the carrying frame"},
+    ),
+}
+
+
+# Only rotations at lock or just beside it show these.
+LOCK_FAULTS: dict[str, tuple[dict[str, Function], set[str]]] = {
+    "wrong branch at one pole of lock": (
+        {"euler_from_matrix": extraction(lower_pole_taken_for_the_upper)},
+        {"euler_from_matrix zyx moving"},
+    ),
+    "the other tie-break at lock": (
+        {"euler_from_matrix": extraction(first_angle_zero_at_lock)},
+        {"euler_from_matrix zyx moving"},
+    ),
+    "snapped to lock within 1e-7": (
+        {"euler_from_matrix": extraction(snapped_beside_lock)},
+        {"euler_from_matrix zyx moving"},
+    ),
+    "lock not told": (
+        {"euler_from_matrix": extraction(lambda found: replace(found, locked=np.zeros_like(found.locked)), "zyz")},
+        {"euler_from_matrix zyz moving"},
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", CONVERSION_FAULTS)
+def test_a_broken_conversion_is_caught_and_named(robot: nk.RobotModel, fault: str) -> None:
+    faulty, named = CONVERSION_FAULTS[fault]
+    report = crosscheck.run(robot, 150, conversions=replace(TRUE, **faulty))
+    assert failing(report) == named
+    assert all(row.failing and row.worst > 1e-10 for row in report.failures)
+
+
+def test_the_robot_of_these_tests_passes_unbroken(robot: nk.RobotModel) -> None:
+    assert crosscheck.run(robot, 150).ok
+
+
+@pytest.mark.parametrize("fault", LOCK_FAULTS)
+def test_a_fault_at_lock_is_caught_there(nao: nk.NaoModel, fault: str) -> None:
+    faulty, named = LOCK_FAULTS[fault]
+    report = crosscheck.run(nao, 60, conversions=replace(TRUE, **faulty))
+    (row,) = report.failures
+    assert {row.convention} == named
+    assert row.worst > 1e-8
+    assert row.place is not None
+    _, sequence, axes = row.convention.split()
+    middle = rotations.euler_from_matrix(nao.rotation(row.place.q, row.place.frame), sequence, axes=axes).angles[1]
+    assert abs(math.sin(middle) if sequence[0] == sequence[2] else math.cos(middle)) < 1e-7
+
+
+def test_several_faults_at_once_are_all_named(robot: nk.RobotModel) -> None:
+    wrong = replace(TRUE, exp=transposed(TRUE.exp), log=scaled(TRUE.log, -1.0), slerp=scaled(TRUE.slerp, 2.0))
+    assert failing(crosscheck.run(robot, 40, conversions=wrong)) == {"exp", "log", "slerp"}
+
+
+@pytest.mark.parametrize(
+    "faulty",
+    [
+        lambda R: rotations.quat_from_matrix(R) * np.nan,
+        lambda R: rotations.quat_from_matrix(R)[:, :3],
+        lambda R: rotations.quat_from_matrix(R[:1]),
+    ],
+    ids=["NaN", "three numbers", "one for all"],
+)
+def test_what_is_no_number_or_of_the_wrong_shape_fails(robot: nk.RobotModel, faulty: Function) -> None:
+    report = crosscheck.run(robot, 10, conversions=replace(TRUE, quat_from_matrix=faulty))
+    assert failing(report) == {"quat_from_matrix"}
+    assert report.failures[0].worst == math.inf
+    assert report.failures[0].as_dict()["worst"] is None
+
+
+def test_a_conversion_that_refuses_a_rotation_fails_and_says_why(robot: nk.RobotModel) -> None:
+    report = crosscheck.run(robot, 10, conversions=replace(TRUE, log=lambda R: rotations.log(2.0 * R)))
+    assert failing(report) == {"log"}
+    assert report.failures[0].note.startswith("refused: not a rotation matrix at index [0]: det R − 1 = 7")
+
+
+# --- the robot's numbers ----------------------------------------------------------------------------------------------
+
+
+def joints(parameters: NaoParameters, **changes: dict[str, object]) -> NaoParameters:
+    changed = (replace(joint, **changes.get(joint.name, {})) for joint in parameters.joints)
+    return replace(parameters, joints=tuple(changed))
+
+
+def frames(parameters: NaoParameters, **changes: dict[str, object]) -> NaoParameters:
+    changed = (replace(frame, **changes.get(frame.name, {})) for frame in parameters.frames)
+    return replace(parameters, frames=tuple(changed))
+
+
+def negated(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = vector
+    return -x, -y, -z
+
+
+V6 = nao_parameters("v6")
+BY_NAME = {joint.name: joint for joint in V6.joints}
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+LEFT, RIGHT = BY_NAME["LHipYawPitch"].axis, BY_NAME["RHipYawPitch"].axis
+AXIS, TRAVEL, COUPLED = "axis and sense of a joint", "travel of a joint", "travel of a coupled joint"
+POSITION, ORIENTATION = "position in the carrying frame", "orientation in the carrying frame"
+SOLE = (0.0, 0.0, -V6.offsets["FootHeight"])
+FINGERS = {name for name in nk.load_nao().mimics if "Finger" in name or "Thumb" in name}
+
+PARAMETER_FAULTS: dict[str, tuple[NaoParameters, str, set[str]]] = {
+    "left and right hip axes swapped": (
+        joints(V6, LHipYawPitch={"axis": RIGHT}, RHipYawPitch={"axis": LEFT}),
+        AXIS,
+        {"LHipYawPitch", "RHipYawPitch"},
+    ),
+    "sign of HipYawPitch": (
+        joints(V6, LHipYawPitch={"axis": negated(LEFT)}, RHipYawPitch={"axis": negated(RIGHT)}),
+        AXIS,
+        {"LHipYawPitch", "RHipYawPitch"},
+    ),
+    "sign of one hip": (joints(V6, RHipYawPitch={"axis": negated(RIGHT)}), AXIS, {"RHipYawPitch"}),
+    "coupling of the hips dropped": (joints(V6, RHipYawPitch={"mimic": None}), COUPLED, {"RHipYawPitch"}),
+    "right hip driven by the left roll": (joints(V6, RHipYawPitch={"mimic": "LHipRoll"}), COUPLED, {"RHipYawPitch"}),
+    "arm roll about x": (
+        joints(V6, LShoulderRoll={"axis": X}, RShoulderRoll={"axis": X}),
+        AXIS,
+        {"LShoulderRoll", "RShoulderRoll"},
+    ),
+    "elbow yaw about z": (joints(V6, LElbowYaw={"axis": Z}), AXIS, {"LElbowYaw"}),
+    "pitch the other way": (joints(V6, LKneePitch={"axis": negated(Y)}), AXIS, {"LKneePitch"}),
+    "height of the foot": (frames(V6, LLeg={"xyz": SOLE}, RLeg={"xyz": SOLE}), POSITION, {"LLeg", "RLeg"}),
+    "left shoulder for the right one": (
+        joints(V6, RShoulderPitch={"xyz": BY_NAME["LShoulderPitch"].xyz}),
+        POSITION,
+        {"RShoulderPitch"},
+    ),
+    "millimetres": (joints(V6, HeadYaw={"xyz": (0.0, 0.0, 126.5)}), POSITION, {"HeadYaw"}),
+    "camera looks up": (
+        frames(V6, CameraTop={"rpy": (0.0, -0.0209435, 0.0)}),
+        ORIENTATION,
+        {"CameraTop"},
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", PARAMETER_FAULTS)
+def test_a_wrong_number_is_caught_and_blamed_on_its_joint_or_frame(nao: nk.NaoModel, fault: str) -> None:
+    parameters, convention, culprits = PARAMETER_FAULTS[fault]
+    report = crosscheck.run(nao, 15, steps=crosscheck.steps_of_nao(parameters))
+    assert failing(report) == {convention, BY_HAND}
+    assert blamed(report, convention) == culprits
+
+
+def changed(steps: tuple[Step, ...], change: Callable[[Step], Step]) -> tuple[Step, ...]:
+    return tuple(change(step) for step in steps)
+
+
+def test_turns_of_a_urdf_about_moving_axes_are_caught_and_named(nao: nk.NaoModel) -> None:
+    steps = crosscheck.steps_of(nao)
+    report = crosscheck.run(nao, 15, steps=changed(steps, lambda step: replace(step, turns=step.turns[::-1])))
+    assert failing(report) == {ORIENTATION, BY_HAND}
+    several = {step.name for step in steps if sum(angle != 0.0 for _, angle in step.turns) > 1}
+    # Between half turns about x and z, a turn about y commutes with the rest: there the order is all one.
+    assert blamed(report, ORIENTATION) == several - {"Head/Touch/Rear"}
+    assert {"Sonar/Left", "LHandFinger11", "CameraTop_optical_frame"} <= several
+
+
+def test_fingers_that_follow_in_full_are_caught_and_named(nao: nk.NaoModel) -> None:
+    steps = changed(crosscheck.steps_of(nao), lambda step: replace(step, ratio=1.0))
+    report = crosscheck.run(nao, 15, steps=steps)
+    assert failing(report) == {COUPLED, BY_HAND}
+    assert blamed(report, COUPLED) == FINGERS
+
+
+def test_a_joint_driven_in_degrees_is_caught_and_named(nao: nk.NaoModel) -> None:
+    def degrees(step: Step) -> Step:
+        return replace(step, ratio=math.pi / 180) if step.name == "LKneePitch" else step
+
+    report = crosscheck.run(nao, 15, steps=changed(crosscheck.steps_of(nao), degrees))
+    assert failing(report) == {TRAVEL, BY_HAND}
+    assert blamed(report, TRAVEL) == {"LKneePitch"}
+
+
+def test_a_joint_on_the_wrong_body_is_caught_and_named(nao: nk.NaoModel) -> None:
+    report = crosscheck.run(nao, 15, steps=crosscheck.steps_of_nao(joints(V6, HeadPitch={"parent": "torso"})))
+    assert blamed(report, POSITION) == blamed(report, AXIS) == blamed(report, TRAVEL) == {"HeadPitch"}
+
+
+def test_a_missing_and_a_misspelt_frame_are_caught_and_named(nao: nk.NaoModel) -> None:
+    steps = [step for step in crosscheck.steps_of(nao) if step.name != "RLeg" and step.parent != "RLeg"]
+    steps = [replace(step, name="Gaze_") if step.name == "gaze" else step for step in steps]
+    report = crosscheck.run(nao, 5, steps=steps)
+    assert failing(report) == {"frame names"}
+    assert blamed(report, "frame names") == {"RLeg", "r_sole", "gaze", "Gaze_"}
+
+
+def test_a_version_taken_for_another_is_caught() -> None:
+    report = crosscheck.run(nk.load_nao("v3.2"), 5, steps=crosscheck.steps_of_nao(nao_parameters("v3.3")))
+    assert {"LElbowYaw", "RElbowYaw", "LWristYaw", "RWristYaw"} <= blamed(report, POSITION)
+
+
+def test_a_changed_pinocchio_model_stands_alone_against_two() -> None:
+    nao = nk.load_nao()
+    nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation[2] += 1e-9
+    report = crosscheck.run(nao, 15)
+    assert {(row.convention, row.against) for row in report.failures} == {
+        (BY_HAND, "Pinocchio"),
+        ("pose in the root, by Pinocchio", "yourdfpy"),
+        (POSITION, "Pinocchio"),
+    }
+    assert blamed(report, POSITION) == {"LKneePitch"}
