@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._arrays import Floats
-from nao_kin._decimals import decimal
+from nao_kin._scalars import decimal
 from nao_kin.errors import BadInputFile, CouplingViolated, OutsideLimits, nearest_names
 from nao_kin.robot import RobotModel
 from nao_kin.robot.model import LimitPolicy

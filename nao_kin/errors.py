@@ -240,7 +240,8 @@ class DisagreeingJoints(CouplingViolated):
         self.nearest = float(first.nearest)
         more = f"; and {len(self.violations) - 1} more" if len(self.violations) > 1 else ""
         where = f" (configuration {', '.join(map(str, first.index))})" if first.index else ""
-        self.args = (f"{self.args[0]}; nearest consistent: {first.primary} = {self.nearest:.9g}{where}{more}",)
+        nearest = f"nearest consistent: {first.primary} = {self.nearest:.9g}"
+        NaoKinError.__init__(self, f"{self.describe()}; {nearest}{where}{more}")
 
 
 class NoBrowser(NaoKinError):

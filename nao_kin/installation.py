@@ -129,7 +129,7 @@ def _clashes(libraries: tuple[Library, ...], variables: Mapping[str, str]) -> li
     if pinocchio.version is not None and pinocchio.location is not None:
         home = str(Path(sys.prefix).resolve())
         elsewhere = str(Path(pinocchio.location).resolve())
-        if not elsewhere.startswith(home) and "site-packages" not in elsewhere:
+        if not Path(elsewhere).is_relative_to(home) and "site-packages" not in elsewhere:
             problems.append(f"Pinocchio is loaded from {elsewhere}, outside of this Python ({home})")
     conda = variables.get("CONDA_PREFIX")
     if conda and pinocchio.version is not None and any(Path(conda, "conda-meta").glob("pinocchio-*.json")):

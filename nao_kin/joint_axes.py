@@ -11,9 +11,8 @@ from nao_kin._arrays import Floats
 from nao_kin.errors import UnknownName
 from nao_kin.lines import PluckerLine, geometric_jacobian
 from nao_kin.robot import RobotModel
+from nao_kin.robot.workspace import expression_named
 from nao_kin.urdf_reader import read_urdf
-
-_EXPRESSIONS = ("frame", "root", "mixed")
 
 
 class JointAxes:
@@ -90,8 +89,7 @@ class JointAxes:
             UnknownName: no such frame or expression.
             WrongShape, NotFinite: q is no configuration.
         """
-        if expressed_in not in _EXPRESSIONS:
-            raise UnknownName("expression", expressed_in, _EXPRESSIONS)
+        expression_named(expressed_in)
         coupling = self.coupling(frame)
         axes, pose = self.lines(q), self.robot.fk(q, frame)
         at = pose[..., :3, 3] if expressed_in == "mixed" else np.zeros(3)

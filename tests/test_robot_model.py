@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import nao_kin as nk
+from nao_kin import errors
 from nao_kin.errors import (
     BadArgument,
     CouplingViolated,
@@ -95,7 +97,9 @@ def test_integers_are_numbers(nao: nk.NaoModel) -> None:
     assert np.array_equal(nao.fk([0] * 25, "LArm"), nao.fk(nao.neutral(), "LArm"))
 
 
-@pytest.mark.parametrize("name", ["Stand", "StandInit", "StandZero", "Crouch", "Sit", "SitRelax", "LyingBelly"])
+@pytest.mark.parametrize(
+    "name", ["Stand", "StandInit", "StandZero", "Crouch", "Sit", "SitRelax", "LyingBelly", "LyingBack"]
+)
 def test_postures_are_inside_all_limits(each_nao: nk.NaoModel, name: str) -> None:
     each_nao.check_limits(each_nao.posture(name))
 
@@ -444,9 +448,44 @@ def test_an_unknown_base_is_refused() -> None:
         nk.load_nao(base="free")  # type: ignore[arg-type]
 
 
-def test_every_error_is_one_line_and_of_one_family() -> None:
-    errors = [value for value in vars(nk.errors).values() if isinstance(value, type) and issubclass(value, Exception)]
-    assert all(issubclass(error, NaoKinError) for error in errors)
+# Names come from files and callers, and so do line breaks of every kind.
+_LINES = "one\ntwo\r\nthree\x0bfour\x85five\u2028six"
+_COUPLING = SimpleNamespace(
+    primary=_LINES, mimic=_LINES, primary_value=0.1, mimic_value=0.2, expected=0.1, nearest=0.15, index=(0,)
+)
+_ERRORS = [
+    NaoKinError(_LINES),
+    UnknownName(_LINES, _LINES, ()),
+    UnknownName("joint", _LINES, (_LINES, "HeadYaw"), _LINES),
+    UnknownName("joint", "x", (_LINES,)),
+    UnknownName("joint", "x", (_LINES, *map(str, range(20)), _LINES)),
+    BadArgument(_LINES),
+    WrongShape(_LINES, _LINES, _LINES),
+    NotFinite(_LINES, (1, 2), math.nan, _LINES),
+    errors.NotARotation((0,), 0.1, 0.2),
+    errors.ZeroNorm(_LINES, (0,)),
+    errors.DegeneratePoints(_LINES),
+    OutsideLimits([nk.LimitViolation(_LINES, 2.0, -1.0, 1.0, "rad", (0,), _LINES, 0.5)] * 5),
+    CouplingViolated(_LINES, _LINES, 0.1, 0.2, 0.1),
+    errors.DisagreeingJoints([_COUPLING, _COUPLING]),
+    errors.BadModel(_LINES),
+    errors.BadInputFile(_LINES, _LINES, 3, 4),
+    errors.MissingExtra(_LINES, _LINES),
+    errors.SingularMatrix(_LINES, _LINES, (0,)),
+    errors.NoBrowser(_LINES),
+]
+
+
+def test_no_kind_of_error_was_forgotten() -> None:
+    kinds = {kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, BaseException)}
+    assert kinds == {type(error) for error in _ERRORS}
+
+
+@pytest.mark.parametrize("error", _ERRORS, ids=lambda error: type(error).__name__)
+def test_every_error_is_one_line_and_of_one_family(error: NaoKinError) -> None:
+    assert isinstance(error, NaoKinError)
+    assert len(str(error).splitlines()) == 1
+    assert len(str(pickle.loads(pickle.dumps(error))).splitlines()) == 1
 
 
 # --- copies, pickles, threads -----------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "nao_kin"
 ROOMS = {
     "errors": 1,
     "_arrays": 1,
-    "_decimals": 1,
+    "_scalars": 1,
     "_vectors": 1,
     "atomic": 1,
     "files": 1,

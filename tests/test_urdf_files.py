@@ -122,7 +122,10 @@ def test_check_urdf_accepts_it(version: str) -> None:
 def test_frames_go_by_their_naoqi_and_their_ros_names(version: str) -> None:
     nao = nk.load_nao(version)
     missing = [name for name in (*ROS_NAMES, *NAOQI_NAMES) if name not in nao.frame_names]
-    assert missing == []
+    # The first hands have no touch sensors.
+    assert missing == [
+        name for name in (*ROS_NAMES, *NAOQI_NAMES) if version == "v3.2" and "Touch" in name and "Hand" in name
+    ]
 
 
 def test_the_two_names_of_a_place_are_one_place(nao: nk.NaoModel) -> None:

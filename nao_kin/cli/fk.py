@@ -12,7 +12,7 @@ import numpy as np
 import typer
 
 from nao_kin._arrays import Floats
-from nao_kin._decimals import decimal
+from nao_kin._scalars import decimal
 from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
 from nao_kin.cli.output import print_json, print_json_list, print_table
 from nao_kin.cli.poses import PoseFormat, pose_columns, pose_numbers
@@ -77,7 +77,7 @@ def fk(
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     if file is None:
         try:
-            q, many = _one(model, posture, joint or [], deg, limits)[None], False
+            q, many = one_configuration(model, posture, joint or [], deg, limits)[None], False
         except (OutsideLimits, CouplingViolated) as error:
             raise BadArgument(error.describe(degrees=deg)) from None
     else:
@@ -97,7 +97,9 @@ def fk(
         _print_table(chunks, frames, style, deg, many)
 
 
-def _one(model: RobotModel, posture: str | None, settings: list[str], deg: bool, limits: LimitPolicy) -> Floats:
+def one_configuration(
+    model: RobotModel, posture: str | None, settings: list[str], deg: bool, limits: LimitPolicy
+) -> Floats:
     """The configuration that --posture and --joint describe; without a posture only the named joints face limits."""
     from nao_kin.nao import NaoModel
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from nao_kin._arrays import Floats
+from nao_kin._scalars import whole_number
 from nao_kin.crosscheck._check import Check
 from nao_kin.crosscheck._jacobians import Jacobians
 from nao_kin.crosscheck._parameters import parameter_checks
@@ -60,7 +60,7 @@ def run(
     """
     if robot.base != "fixed":
         raise BadArgument("a cross-check needs a robot with a fixed base: load it with base='fixed'")
-    samples, seed = _whole(samples, "samples", 1), _whole(seed, "seed", 0)
+    samples, seed = whole_number(samples, "samples", 1), whole_number(seed, "seed", 0)
     tested = conversions or Conversions()
     configurations = stratified(robot, samples, seed)
     chosen = tuple(steps_of(robot) if steps is None else steps)
@@ -108,13 +108,3 @@ def _turning(steps: Sequence[Step], frames: Sequence[str]) -> list[int]:
     """The frames whose rotation is not, by their step, that of the frame that carries them."""
     still = {step.name for step in steps if step.parent and not step.turns and (step.axis is None or step.sliding)}
     return [i for i, name in enumerate(frames) if name not in still]
-
-
-def _whole(value: int, what: str, smallest: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise BadArgument(f"{what} must be a whole number, got {value!r}") from None
-    if number < smallest:
-        raise BadArgument(f"{what} must be at least {smallest}, got {number}")
-    return number

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable
-from typing import Literal, SupportsIndex
+from typing import Literal
 
+from nao_kin._scalars import whole_number
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import LowerPair, lower_pair
 
@@ -44,18 +44,8 @@ def mobility(
     freest = max((pair.freedoms for pair in known), default=0)
     if freest > space:
         raise BadArgument(f"a joint of {freest} freedoms does not fit a space of {space}")
-    n = len(known) + 1 if links is None else _count("links", links, 1)
+    n = len(known) + 1 if links is None else whole_number(links, "links", 1)
     if n > len(known) + 1:
         raise BadArgument(f"{len(known)} joints cannot connect {n} links")
-    c = _count("couplings", couplings, 0)
+    c = whole_number(couplings, "couplings", 0)
     return space * (n - 1 - len(known)) + sum(pair.freedoms for pair in known) - c
-
-
-def _count(what: str, value: SupportsIndex, least: int) -> int:
-    try:
-        count = operator.index(value)
-    except TypeError:
-        raise BadArgument(f"{what} must be a whole number, got {value!r}") from None
-    if count < least:
-        raise BadArgument(f"{what} must be at least {least}, got {count}")
-    return count

@@ -10,6 +10,7 @@ import math
 from nao_kin.parameters.rows import VERSIONS, FrameRow, Version
 
 _V3: tuple[Version, ...] = ("v3.2", "v3.3")
+_V33_ON: tuple[Version, ...] = ("v3.3", "v4", "v5", "v6")
 _V4_ON: tuple[Version, ...] = ("v4", "v5", "v6")
 _TO_V5: tuple[Version, ...] = ("v3.2", "v3.3", "v4", "v5")
 _V6: tuple[Version, ...] = ("v6",)
@@ -44,9 +45,9 @@ FRAMES: tuple[FrameRow, ...] = (
     FrameRow("SpeakerLeft", None, "HeadPitch", (0.0038, 0.0453, 0.0526), (0.0, 0.0, math.pi / 2), VERSIONS, "U6"),
     FrameRow("SpeakerRight", None, "HeadPitch", (0.0038, -0.0453, 0.0526), (0.0, 0.0, -math.pi / 2), VERSIONS, "U6"),
     FrameRow("LArm", "l_gripper", "LWristYaw", ("HandOffsetX", 0.0, "-HandOffsetZ"), (0.0, 0.0, 0.0), VERSIONS, "BP6"),
-    FrameRow("LHand/Touch/Back", "LHandTouchBack_frame", "LWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), VERSIONS, "U6"),
-    FrameRow("LHand/Touch/Left", "LHandTouchLeft_frame", "LWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), VERSIONS, "U6"),
-    FrameRow("LHand/Touch/Right", "LHandTouchRight_frame", "LWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), VERSIONS, "U6"),
+    FrameRow("LHand/Touch/Back", "LHandTouchBack_frame", "LWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), _V33_ON, "U6"),
+    FrameRow("LHand/Touch/Left", "LHandTouchLeft_frame", "LWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), _V33_ON, "U6"),
+    FrameRow("LHand/Touch/Right", "LHandTouchRight_frame", "LWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), _V33_ON, "U6"),
     FrameRow("LLeg", "l_sole", "LAnkleRoll", (0.0, 0.0, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "MIM"),
     FrameRow("LFoot/Bumper/Left", "LFootBumperLeft_frame", "LAnkleRoll", (0.0876, 0.019, -0.0353), (0.0, 0.0, 0.0), VERSIONS, "U6"),
     FrameRow("LFoot/Bumper/Right", "LFootBumperRight_frame", "LAnkleRoll", (0.0876, -0.014, -0.0353), (0.0, 0.0, 0.0), VERSIONS, "U6"),
@@ -64,9 +65,9 @@ FRAMES: tuple[FrameRow, ...] = (
     FrameRow("RFoot/FSR/RearRight", "RFsrRR_frame", "RAnkleRoll", (-0.02965, -0.0299, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
     FrameRow("RFoot/Sole", None, "RAnkleRoll", (0.0, 0.0, "-FootHeight"), (0.0, 0.0, 0.0), VERSIONS, "L6"),
     FrameRow("RArm", "r_gripper", "RWristYaw", ("HandOffsetX", 0.0, "-HandOffsetZ"), (0.0, 0.0, 0.0), VERSIONS, "BP6"),
-    FrameRow("RHand/Touch/Back", "RHandTouchBack_frame", "RWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), VERSIONS, "U6"),
-    FrameRow("RHand/Touch/Left", "RHandTouchLeft_frame", "RWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), VERSIONS, "U6"),
-    FrameRow("RHand/Touch/Right", "RHandTouchRight_frame", "RWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), VERSIONS, "U6"),
+    FrameRow("RHand/Touch/Back", "RHandTouchBack_frame", "RWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), _V33_ON, "U6"),
+    FrameRow("RHand/Touch/Left", "RHandTouchLeft_frame", "RWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), _V33_ON, "U6"),
+    FrameRow("RHand/Touch/Right", "RHandTouchRight_frame", "RWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), _V33_ON, "U6"),
 )
 # fmt: on
 

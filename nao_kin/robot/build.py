@@ -17,11 +17,7 @@ Base = Literal["fixed", "floating"]
 # Pinocchio's data grows with the cube of the number of joints: 0.6 GB for 200, 4 GB for 400.
 MOST_JOINTS = 250
 
-# Arrays of a model that its owner may change after loading.
-_NUMBERS = (
-    "armature",
-    "rotorGearRatio",
-    "rotorInertia",
+LIMIT_ARRAYS = (
     "lowerPositionLimit",
     "upperPositionLimit",
     "lowerVelocityLimit",
@@ -29,6 +25,8 @@ _NUMBERS = (
     "lowerEffortLimit",
     "upperEffortLimit",
 )
+# Arrays of a model that its owner may change after loading.
+_NUMBERS = ("armature", "rotorGearRatio", "rotorInertia", *LIMIT_ARRAYS)
 
 
 @dataclass(frozen=True)

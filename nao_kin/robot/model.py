@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import operator
 import threading
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -20,7 +19,7 @@ from nao_kin.parameters import CoupledLimit
 from nao_kin.robot.build import Base, ModelSource, numbers_of, restore_numbers, source_of_tree
 from nao_kin.robot.coordinates import Coordinates
 from nao_kin.robot.limits import JointLimits, LimitViolation
-from nao_kin.robot.workspace import Selection, Workspace, selection_of
+from nao_kin.robot.workspace import Selection, Workspace, expression_named, over_batch, selection_of
 from nao_kin.urdf_reader import Mimic, read_urdf
 
 LimitPolicy = Literal["raise", "clamp", "ignore"]
@@ -29,11 +28,6 @@ WORLD = "world"
 _POLICIES = ("raise", "clamp", "ignore")
 # An error about a batch carries the violations of this many configurations, and counts the rest.
 _MOST_TOLD = 100
-_EXPRESSIONS = {
-    "frame": pin.ReferenceFrame.LOCAL,
-    "root": pin.ReferenceFrame.WORLD,
-    "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
-}
 
 
 class RobotModel:
@@ -264,11 +258,11 @@ class RobotModel:
             frame_id, selection = self._frame(frame)
             if q.ndim == 1:
                 return workspace.pose(q, frame_id, selection)
-            return _over_batch(q, (4, 4), lambda row: workspace.pose(row, frame_id, selection))
+            return over_batch(q, (4, 4), lambda row: workspace.pose(row, frame_id, selection))
         selection = self._selection(frame)
         if q.ndim == 1:
             return workspace.poses(q, selection)
-        return _over_batch(q, selection.shape, lambda row: workspace.poses(row, selection))
+        return over_batch(q, selection.shape, lambda row: workspace.poses(row, selection))
 
     def rotation(
         self, q: ArrayLike, frame: str | Sequence[str] | None = None, *, reference: str | None = None
@@ -300,11 +294,9 @@ class RobotModel:
             WrongShape, NotFinite: q is no configuration.
         """
         q = self._checked(q)
-        if not isinstance(expressed_in, str) or expressed_in not in _EXPRESSIONS:
-            raise UnknownName("expression", expressed_in, tuple(_EXPRESSIONS))
-        frame_id, expression = self._frame(frame)[0], _EXPRESSIONS[expressed_in]
+        frame_id, expression = self._frame(frame)[0], expression_named(expressed_in)
         workspace = self._workspace()
-        return _over_batch(q, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
+        return over_batch(q, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
 
     def com(self, q: ArrayLike, *, reference: str | None = None) -> Floats:
         """Centre of mass of the whole robot, the root link included.
@@ -325,7 +317,7 @@ class RobotModel:
         if mass <= 0.0:
             raise BadArgument(f"{self.name} has no mass, so no centre of mass")
         workspace = self._workspace()
-        moving = _over_batch(q, (3,), workspace.com) if moving_mass > 0.0 else np.zeros((*q.shape[:-1], 3))
+        moving = over_batch(q, (3,), workspace.com) if moving_mass > 0.0 else np.zeros((*q.shape[:-1], 3))
         centres: Floats = (moving_mass * moving + fixed.mass * np.asarray(fixed.lever)) / mass
         if self._is_root(reference):
             return centres
@@ -423,7 +415,7 @@ class RobotModel:
         selection = self._selection([frame] if isinstance(frame, str) else frame)
         both = np.concatenate([selection, self._selection([reference])])
         workspace = self._workspace()
-        poses = _over_batch(q, both.shape, lambda row: workspace.poses(row, both))
+        poses = over_batch(q, both.shape, lambda row: workspace.poses(row, both))
         frames, origin = poses[..., :-1, :, :], poses[..., -1:, :, :]
         inverse = np.swapaxes(origin[..., :3, :3], -1, -2)
         relative = frames.copy()
@@ -456,15 +448,6 @@ class RobotModel:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}: {self.nv} degrees of freedom, {len(self.link_names)} links>"
-
-
-def _over_batch(q: Floats, shape: tuple[int, ...], compute: Callable[[Floats], Floats]) -> Floats:
-    """`compute` for every configuration of a batch (..., nq), the results in one array (..., *shape)."""
-    results = np.empty((*q.shape[:-1], *shape))
-    count = math.prod(q.shape[:-1])
-    for row, result in zip(q.reshape(count, q.shape[-1]), results.reshape(count, *shape), strict=True):
-        result[...] = compute(row)
-    return results
 
 
 def _frozen(array: ArrayLike) -> Floats:

@@ -8,18 +8,47 @@ by one.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
+from nao_kin.errors import UnknownName
 
 _DOUBLES = 12
 _ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero
 
 Selection = NDArray[np.intp]
+
+# Where a twist is taken and in whose axes, by the names that methods use for it.
+EXPRESSIONS = {
+    "frame": pin.ReferenceFrame.LOCAL,
+    "root": pin.ReferenceFrame.WORLD,
+    "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
+}
+
+
+def expression_named(name: str) -> pin.ReferenceFrame:
+    """Pinocchio's reference frame for "frame", "root" or "mixed".
+
+    Raises:
+        UnknownName: none of the three.
+    """
+    if not isinstance(name, str) or name not in EXPRESSIONS:
+        raise UnknownName("expression", name, tuple(EXPRESSIONS))
+    return EXPRESSIONS[name]
+
+
+def over_batch(q: Floats, shape: tuple[int, ...], compute: Callable[[Floats], Floats]) -> Floats:
+    """`compute` for every configuration of a batch (..., nq), the results in one array (..., *shape)."""
+    count = math.prod(q.shape[:-1])
+    results = np.empty((count, *shape))
+    for row, result in zip(q.reshape(count, q.shape[-1]), results, strict=True):
+        result[...] = compute(row)
+    return results.reshape(*q.shape[:-1], *shape)
 
 
 def selection_of(frame_ids: Sequence[int]) -> Selection:

@@ -15,17 +15,9 @@ import pinocchio as pin
 from nao_kin._arrays import Floats
 from nao_kin.joints import JointGroups, TypedJoint
 from nao_kin.joints.tree import Node, Robot
+from nao_kin.robot.build import LIMIT_ARRAYS
 from nao_kin.typed._layout import Ball, Reading, Slot
 from nao_kin.urdf_reader import Mimic
-
-_LIMITS = (
-    "lowerPositionLimit",
-    "upperPositionLimit",
-    "lowerVelocityLimit",
-    "upperVelocityLimit",
-    "lowerEffortLimit",
-    "upperEffortLimit",
-)
 
 
 class Assembly:
@@ -178,7 +170,7 @@ class Assembly:
         return self._nodes[index].T_root if index else pin.SE3.Identity()
 
     def _copy_limits(self, source: pin.JointModel, target: pin.JointModel) -> None:
-        for name in _LIMITS:
+        for name in LIMIT_ARRAYS:
             start, size = ("idx_q", "nq") if "Position" in name else ("idx_v", "nv")
             there, here, count = getattr(source, start), getattr(target, start), getattr(source, size)
             getattr(self.model, name)[here : here + count] = getattr(self._source, name)[there : there + count]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -18,7 +18,7 @@ from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName
 from nao_kin.joints import JointGroups, Rule, TypedJoint, group_joints
 from nao_kin.joints.tree import read_tree
 from nao_kin.robot import RobotModel
-from nao_kin.robot.workspace import Workspace, selection_of
+from nao_kin.robot.workspace import Workspace, expression_named, over_batch, selection_of
 from nao_kin.rotations import EulerAngles
 from nao_kin.typed._assembly import Assembly
 from nao_kin.typed._layout import Ball
@@ -28,11 +28,6 @@ from nao_kin.typed._violations import CouplingViolation, coupling_violations
 
 CouplingPolicy = Literal["raise", "nearest"]
 _POLICIES = ("raise", "nearest")
-_EXPRESSIONS = {
-    "frame": pin.ReferenceFrame.LOCAL,
-    "root": pin.ReferenceFrame.WORLD,
-    "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
-}
 
 
 class TypedModel:
@@ -253,7 +248,7 @@ class TypedModel:
         names = self.robot.link_names if frame is None else [frame] if isinstance(frame, str) else frame
         selection = selection_of([self._frame(name) for name in names])
         workspace = self._workspace()
-        poses = _over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
+        poses = over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
         return np.array(poses[..., 0, :, :]) if isinstance(frame, str) else poses
 
     def jacobian(
@@ -274,11 +269,9 @@ class TypedModel:
             WrongShape, NotFinite: no typed configuration.
         """
         typed = as_floats(q_typed, (self.nq,), "q_typed")
-        if expressed_in not in _EXPRESSIONS:
-            raise UnknownName("expression", expressed_in, tuple(_EXPRESSIONS))
-        frame_id, expression = self._frame(frame), _EXPRESSIONS[expressed_in]
+        frame_id, expression = self._frame(frame), expression_named(expressed_in)
         workspace = self._workspace()
-        return _over_batch(typed, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
+        return over_batch(typed, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
 
     def com(self, q_typed: ArrayLike) -> Floats:
         """Centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
@@ -293,7 +286,7 @@ class TypedModel:
         root = self.model.inertias[0]
         workspace = self._workspace()
         moving = self._mass - float(root.mass)
-        centres = _over_batch(typed, (3,), workspace.com) if moving > 0.0 else np.zeros((*typed.shape[:-1], 3))
+        centres = over_batch(typed, (3,), workspace.com) if moving > 0.0 else np.zeros((*typed.shape[:-1], 3))
         return np.asarray((moving * centres + float(root.mass) * np.array(root.lever)) / self._mass)
 
     # --- inside ---------------------------------------------------------------------------------------------------
@@ -354,15 +347,6 @@ class TypedModel:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}>"
-
-
-def _over_batch(q: Floats, shape: tuple[int, ...], compute: Callable[[Floats], Floats]) -> Floats:
-    """`compute` for every configuration of a batch (..., nq), the results in one array (..., *shape)."""
-    count = math.prod(q.shape[:-1])
-    results = np.empty((count, *shape))
-    for row, result in zip(q.reshape(count, q.shape[-1]), results, strict=True):
-        result[...] = compute(row)
-    return results.reshape(*q.shape[:-1], *shape)
 
 
 def _rebuilt(kind: type[TypedModel], robot: RobotModel, rule: Rule, tolerance: float) -> TypedModel:

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from nao_kin._decimals import decimal
+from nao_kin._scalars import decimal
 from nao_kin.errors import BadModel
 from nao_kin.urdf_reader.coupling import CouplingRefused, drive_order, resolve_chains, share_limits
 from nao_kin.urdf_reader.tree import Mimic, UrdfInertial, UrdfJoint, UrdfTree
@@ -265,5 +265,5 @@ class _Reader:
         folder = self.path.resolve().parent
         if not name.startswith("package://"):
             return (folder / name.removeprefix("file://")).is_file()
-        inside = name.removeprefix("package://")
+        inside = name.removeprefix("package://").lstrip("/")
         return any((parent / inside).is_file() for parent in folder.parents)

@@ -1,0 +1,40 @@
+"""Single numbers, as people, files and programs give them."""
+
+from __future__ import annotations
+
+import operator
+import re
+from typing import SupportsIndex
+
+from nao_kin.errors import BadArgument
+
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def decimal(text: str) -> float:
+    """The number that `text` writes in decimal digits.
+
+    Python's own `float` also takes 1_0 for 10 and digits of any script, which nobody writes on purpose.
+
+    Raises:
+        ValueError: no decimal number; "nan" and "inf" are none.
+    """
+    stripped = text.strip()
+    if not _DECIMAL.fullmatch(stripped):
+        raise ValueError(f"not a decimal number: {text!r}")
+    return float(stripped)
+
+
+def whole_number(value: SupportsIndex, what: str, least: int) -> int:
+    """`value` as an int that is at least `least`.
+
+    Raises:
+        BadArgument: no whole number, or a smaller one.
+    """
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise BadArgument(f"{what} must be a whole number, got {value!r}") from None
+    if number < least:
+        raise BadArgument(f"{what} must be at least {least}, got {number}")
+    return number
