@@ -17,7 +17,8 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	$(BIN)/nao-kin info
 	$(BIN)/nao-kin fk --posture StandInit --deg
-	$(BIN)/python scripts/forward_kinematics.py
+	$(BIN)/python scripts/forward_kinematics.py --frame LArm --frame LLeg --frame CameraTop
+	$(BIN)/nao-kin view --posture StandInit --html nao.html
 
 test: lint types check-generated docs unit
 
@@ -30,7 +31,8 @@ types: $(STAMP)
 
 unit: $(STAMP)
 	@command -v check_urdf >/dev/null || echo "check_urdf is absent (Debian: liburdfdom-tools); its tests are skipped"
-	$(BIN)/pytest -n auto
+	@command -v chromium chromium-browser google-chrome >/dev/null || echo "no Chromium; the browser tests are skipped"
+	$(BIN)/pytest -n auto --dist loadfile
 
 docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
@@ -48,6 +50,7 @@ check-generated: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py
 	$(BIN)/python benchmarks/bench_rotations.py
+	$(BIN)/python benchmarks/bench_viewer.py
 
 clean:
 	rm -rf $(VENV) docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

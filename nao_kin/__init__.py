@@ -16,9 +16,10 @@ from nao_kin import errors
 from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
-    from nao_kin import joints, lines, rank_one, rotations, typed
+    from nao_kin import crosscheck, joints, lines, rank_one, rotations, typed
     from nao_kin.nao import NaoModel, load_nao
     from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
+    from nao_kin.viewer import Viewer
 
 __version__ = "0.1.0"
 
@@ -27,6 +28,8 @@ __all__ = [
     "NaoKinError",
     "NaoModel",
     "RobotModel",
+    "Viewer",
+    "crosscheck",
     "errors",
     "joints",
     "lines",
@@ -45,6 +48,7 @@ _HOME = {
     "RobotModel": "nao_kin.robot",
     "load_robot": "nao_kin.robot",
     "robot_names": "nao_kin.robot",
+    "Viewer": "nao_kin.viewer",
 }
 
 

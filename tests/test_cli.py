@@ -16,7 +16,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.cli.app import run
 
-COMMANDS = ("info", "joints", "fk", "doctor")
+COMMANDS = ("info", "joints", "fk", "check", "view", "doctor")
 
 
 def _json(capsys: pytest.CaptureFixture, *arguments: str) -> dict:

@@ -11,7 +11,7 @@ from typing import Annotated, NoReturn
 import typer
 
 import nao_kin
-from nao_kin.cli import check, doctor, fk, info, joints
+from nao_kin.cli import check, doctor, fk, info, joints, view
 from nao_kin.errors import NaoKinError
 
 app = typer.Typer(
@@ -23,7 +23,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (info, joints, fk, check, doctor):
+for _command in (info, joints, fk, check, view, doctor):
     _command.register(app)
 
 # typer carries its own copy of click; this is the class of its "you called it wrongly" errors, whichever copy it is.

@@ -1,0 +1,103 @@
+"""A browser without a window, for pictures of the scene."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from nao_kin.errors import NoBrowser
+
+VARIABLE = "NAO_KIN_BROWSER"
+_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
+_MAC_APPLICATIONS = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+)
+# Drawing in software is the same everywhere; and a browser that only takes a picture has nobody to call.
+_OPTIONS = (
+    "--headless=new",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--disable-background-networking",
+    "--disable-breakpad",
+    "--disable-component-update",
+    "--disable-crash-reporter",
+    "--disable-default-apps",
+    "--disable-extensions",
+    "--disable-quic",
+    "--disable-sync",
+    "--hide-scrollbars",
+    "--mute-audio",
+    "--no-default-browser-check",
+    "--no-first-run",
+    "--password-store=basic",
+)
+_END_SECONDS = 5.0
+
+
+def find_browser() -> Path:
+    """A Chromium or Chrome: the one that the environment variable NAO_KIN_BROWSER names, or the first on the path.
+
+    Raises:
+        NoBrowser: there is none.
+    """
+    named = os.environ.get(VARIABLE, "")
+    for name in [named] if named else [*_NAMES, *_MAC_APPLICATIONS]:
+        found = shutil.which(name)
+        if found is not None:
+            return Path(found)
+    if named:
+        raise NoBrowser(f"{VARIABLE} names {named!r}, which is no program")
+    raise NoBrowser(
+        f"a picture needs Chromium or Chrome, and none was found: install one (Debian: apt install chromium) "
+        f"or name it in {VARIABLE}"
+    )
+
+
+@contextmanager
+def headless(url: str, *, size: tuple[int, int]) -> Iterator[subprocess.Popen[bytes]]:
+    """Open `url` in a browser without a window; whatever happens, it is gone afterwards.
+
+    Raises:
+        NoBrowser: there is none, or it does not start.
+    """
+    program = find_browser()
+    profile = tempfile.mkdtemp(prefix="nao_kin_browser_")
+    options = [*_OPTIONS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"]
+    if hasattr(os, "geteuid") and os.geteuid() == 0:
+        options.append("--no-sandbox")  # Chromium refuses to run as root otherwise
+    try:
+        try:
+            process = subprocess.Popen(
+                [str(program), *options, url],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise NoBrowser(f"{program} does not start: {error.strerror or error}") from None
+        try:
+            yield process
+        finally:
+            _end(process)
+    finally:
+        shutil.rmtree(profile, ignore_errors=True)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End the browser and the processes it started, which share its group."""
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, number)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(_END_SECONDS)

@@ -1,0 +1,101 @@
+"""All the panel has to know about a robot, as one plain document."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nao_kin.joints import group_joints
+from nao_kin.nao import NaoModel
+from nao_kin.robot import RobotModel
+from nao_kin.urdf_reader import UrdfTree
+from nao_kin.viewer.presets import Presets
+from nao_kin.viewer.scene import link_paths
+
+
+def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...]) -> dict[str, Any]:
+    """Links, joints, limits, chains, postures, frames, masses and cameras.
+
+    Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
+    values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry none
+    with a coordinate are no part of any pair.
+    """
+    paths = link_paths(tree)
+    place = {name: index for index, name in enumerate(paths)}
+    offset = robot.nq - len(robot.joint_names)
+    column = {name: offset + index for index, name in enumerate(robot.joint_names)}
+    moving = [joint for joint in tree.joints if joint.kind != "fixed"]
+    child = {joint.name: place[joint.child] for joint in moving}
+    ties = {joint.name: _tie(robot, column, joint.name) for joint in moving}
+    pairs = {part: joint.pair.name for joint in group_joints(robot) for part in joint.joints}
+    return {
+        "name": robot.name,
+        "floating": robot.base == "floating",
+        "root": "the world" if robot.base == "floating" else presets.root,
+        "soles": [place[link] for link in presets.soles],
+        "notes": list(notes),
+        "links": [{"name": name, "path": path.split("/")} for name, path in paths.items()],
+        "joints": [
+            {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
+            | {"pair": pairs.get(joint.name, ""), **ties[joint.name]}
+            for joint in moving
+        ],
+        "coordinates": [
+            {"joint": name, "column": column[name], "lower": _finite(lower), "upper": _finite(upper), "unit": unit}
+            for name, lower, upper, unit in zip(
+                robot.joint_names, robot.lower.tolist(), robot.upper.tolist(), robot.joint_units, strict=True
+            )
+        ],
+        "tables": [
+            {"joint": column[table.joint], "of": column[table.of]}
+            | {"at": table.at, "lower": table.lower, "upper": table.upper}
+            for table in robot.coupled_limits
+        ],
+        "chains": [
+            {"title": title, "joints": [{"name": name, **ties[name]} for name in names]}
+            for title, names in presets.chains.items()
+        ],
+        "postures": _postures(robot, presets),
+        "neutral": robot.neutral().tolist(),
+        "frames": [{"name": name, "link": place.get(name, child.get(name, 0))} for name in robot.frame_names],
+        "effectors": [name for name in presets.effectors if name in robot.frame_names],
+        "bodies": _bodies(robot, child),
+        "cameras": [
+            {"name": name, "direction": camera.direction, "links": [place[link] for link in camera.links]}
+            for name, camera in presets.cameras.items()
+        ],
+    }
+
+
+def _tie(robot: RobotModel, column: Mapping[str, int], name: str) -> dict[str, Any]:
+    """Value of the joint = multiplier · q[column] + offset."""
+    tie = robot.mimics.get(name)
+    if tie is None:
+        return {"column": column[name], "multiplier": 1.0, "offset": 0.0, "follows": ""}
+    return {"column": column[tie.joint], "multiplier": tie.multiplier, "offset": tie.offset, "follows": tie.joint}
+
+
+def _postures(robot: RobotModel, presets: Presets) -> list[dict[str, Any]]:
+    """NAO's postures; any other robot has one, all joints at zero or where their limits come nearest to it."""
+    if isinstance(robot, NaoModel):
+        names = {name: robot.posture(name) for name in robot.posture_names}
+    else:
+        names = {"Zero": robot.clamp(robot.neutral())}
+    return [{"name": name, "q": q.tolist(), "up": presets.rest.get(name)} for name, q in names.items()]
+
+
+def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]:
+    """Mass and centre of everything that moves as one, from the model: no matter how its links share them."""
+    bodies = []
+    for index, inertia in enumerate(robot.model.inertias):
+        if inertia.mass > 0.0:
+            link = child.get(robot.model.names[index], 0)
+            bodies.append({"link": link, "mass": float(inertia.mass), "centre": np.array(inertia.lever).tolist()})
+    return bodies
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

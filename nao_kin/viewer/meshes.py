@@ -1,0 +1,169 @@
+"""Mesh files as arrays ready to draw: triangles with smooth normals that keep their sharp edges."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._arrays import Floats
+
+Rgba = tuple[float, float, float, float]
+
+# Neighbouring faces that meet at less than this angle are one smooth surface [rad].
+_CREASE = np.radians(40.0)
+
+
+class UnreadableMesh(Exception):
+    """Why a mesh cannot be shown."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one colour.
+
+    Attributes:
+        vertices: positions in the frame of the file, shape (n, 3) [m].
+        normals: unit vectors, shape (n, 3).
+        faces: corners of the triangles, shape (m, 3).
+        colour: what the file says about its colour, None when it says nothing.
+    """
+
+    vertices: Floats
+    normals: Floats
+    faces: NDArray[np.uint32]
+    colour: Rgba | None = None
+
+
+def mesh_path(urdf: Path, filename: str) -> Path | None:
+    """The file that a URDF means by `filename`, None when it is not there.
+
+    A plain name is relative to the URDF; `package://` is looked up in the folders above it.
+    """
+    folder = urdf.resolve().parent
+    if not filename.startswith("package://"):
+        candidates = [folder / filename.removeprefix("file://")]
+    else:
+        inside = filename.removeprefix("package://").lstrip("/")
+        candidates = [parent / inside for parent in folder.parents]
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
+    """The triangles of a file, one mesh per colour.
+
+    Args:
+        path: any mesh file that trimesh reads.
+        scale: factors along the axes, shape (3,); a mirror image keeps its outside outside.
+
+    Raises:
+        UnreadableMesh: the file makes no triangles.
+    """
+    import trimesh
+
+    # Normals written in the file are the author's word on what is smooth; elsewhere the angle between faces decides.
+    given = path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scene = trimesh.load_scene(path, process=False)
+            parts = list(_parts(scene, given))
+    except Exception as error:  # whatever its many readers raise on a bad file
+        raise UnreadableMesh(" ".join(str(error).split()) or type(error).__name__) from None
+    if not parts:
+        raise UnreadableMesh("no triangles in it")
+    return tuple(_scaled(mesh, scale) for mesh in _by_colour(parts))
+
+
+def _parts(scene: Any, given: bool) -> Iterator[Mesh]:
+    for node in scene.graph.nodes_geometry:
+        T_file_part, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if not hasattr(mesh, "faces") or not len(mesh.faces):
+            continue
+        vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.uint32)
+        if given:
+            normals = np.asarray(mesh.vertex_normals, dtype=np.float64)
+        else:
+            vertices, normals, faces = _creased(vertices, faces)
+        R_file_part = np.asarray(T_file_part[:3, :3], dtype=np.float64)
+        moved = Mesh(vertices @ R_file_part.T + T_file_part[:3, 3], _turned(normals, R_file_part), faces, _colour(mesh))
+        if np.isfinite(moved.vertices).all() and np.isfinite(moved.normals).all():
+            yield moved if np.linalg.det(R_file_part) > 0.0 else _flipped(moved)
+
+
+def _by_colour(parts: list[Mesh]) -> Iterator[Mesh]:
+    for colour in dict.fromkeys(part.colour for part in parts):
+        same = [part for part in parts if part.colour == colour]
+        starts = np.cumsum([0, *(len(part.vertices) for part in same[:-1])])
+        yield Mesh(
+            np.concatenate([part.vertices for part in same]),
+            np.concatenate([part.normals for part in same]),
+            np.concatenate([part.faces + np.uint32(start) for part, start in zip(same, starts, strict=True)]),
+            colour,
+        )
+
+
+def _scaled(mesh: Mesh, scale: Floats) -> Mesh:
+    scaled = Mesh(mesh.vertices * scale, _turned(mesh.normals, np.diag(scale)), mesh.faces, mesh.colour)
+    return scaled if np.prod(scale) > 0.0 else _flipped(scaled)
+
+
+def _turned(normals: Floats, linear: Floats) -> Floats:
+    """Normals of a surface after a linear map: they go with the cofactors, so that they stay perpendicular."""
+    cofactors = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
+    turned = normals @ cofactors.T
+    lengths = np.linalg.norm(turned, axis=1, keepdims=True)
+    return np.asarray(np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0.0))
+
+
+def _flipped(mesh: Mesh) -> Mesh:
+    """The same surface after a reflection: its corners run the other way round, its normals keep pointing outwards."""
+    return Mesh(mesh.vertices, -mesh.normals, mesh.faces[:, ::-1], mesh.colour)
+
+
+def _creased(vertices: Floats, faces: NDArray[np.uint32]) -> tuple[Floats, Floats, NDArray[np.uint32]]:
+    """Vertices, normals and faces with each vertex split where its faces meet at a sharp edge."""
+    points, place = np.unique(vertices, axis=0, return_inverse=True)
+    corners = place.reshape(-1)[faces]
+    edges = points[corners[:, 1:]] - points[corners[:, :1]]
+    areas = np.cross(edges[:, 0], edges[:, 1])
+    lengths = np.linalg.norm(areas, axis=1)
+    corners, areas, lengths = corners[lengths > 0.0], areas[lengths > 0.0], lengths[lengths > 0.0]
+    units = areas / lengths[:, None]
+    # Every pair of corners at one point, found by sorting the corners by point.
+    at, face = corners.reshape(-1), np.repeat(np.arange(len(corners)), 3)
+    order = np.argsort(at, kind="stable")
+    counts = np.bincount(at, minlength=len(points))[at[order]]
+    first = np.searchsorted(at[order], at[order])
+    mine = np.repeat(np.arange(len(order)), counts)
+    other = np.repeat(first, counts) + np.arange(len(mine)) - np.repeat(np.cumsum(counts) - counts, counts)
+    smooth = np.einsum("ij,ij->i", units[face[order[mine]]], units[face[order[other]]]) > np.cos(_CREASE)
+    normals = np.zeros((len(order), 3))
+    for axis in range(3):
+        weights = np.where(smooth, areas[face[order[other]], axis], 0.0)
+        normals[:, axis] = np.bincount(mine, weights, minlength=len(order))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    # Corners at one point with one normal are one vertex again.
+    keys = np.column_stack([at[order].astype(np.float64), np.round(normals, 4)])
+    _, kept, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    split = np.empty(len(order), dtype=np.uint32)
+    split[order] = vertex.reshape(-1)
+    return points[at[order][kept]], normals[kept], split.reshape(-1, 3)
+
+
+def _colour(mesh: Any) -> Rgba | None:
+    visual = mesh.visual
+    if not visual.defined:
+        return None
+    try:
+        rgba = np.asarray(visual.material.main_color if visual.kind == "texture" else visual.main_color) / 255.0
+    except (AttributeError, TypeError, ValueError):
+        return None
+    r, g, b, a = (float(value) for value in rgba)
+    return r, g, b, a

@@ -1,0 +1,121 @@
+"""What is said to the page: meshcat's own commands, and one message type of ours, as MessagePack.
+
+meshcat's JavaScript takes `set_object`, `set_transform` and `set_animation` as they are; messages of type "nao_kin"
+are for the panel beside it. Arrays travel as typed arrays, numbers as doubles.
+"""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import umsgpack
+from numpy.typing import NDArray
+
+from nao_kin._arrays import Floats
+from nao_kin.viewer.meshes import Rgba
+from nao_kin.viewer.visuals import Box, Cylinder, Shape, Sphere
+
+# MessagePack extension types of msgpack-lite, the reader inside meshcat.
+_TYPED_ARRAYS = {
+    "int16": ("Int16Array", 0x13),
+    "uint16": ("Uint16Array", 0x14),
+    "uint32": ("Uint32Array", 0x16),
+    "float32": ("Float32Array", 0x17),
+    "float64": ("Float64Array", 0x18),
+}
+_NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
+
+
+def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
+    """A message for the panel."""
+    return _packed({"type": "nao_kin", "kind": kind, **content})
+
+
+def set_transform(path: str, T: Floats) -> bytes:
+    """Meshcat's command that places a node of the scene in its parent."""
+    return _packed({"type": "set_transform", "path": path, "matrix": [float(entry) for entry in T.T.flat]})
+
+
+def set_object(path: str, shape: Shape, rgba: Rgba) -> bytes:
+    """Meshcat's command that puts a shape at a node of the scene."""
+    name = f"{path}#"
+    geometry, material, mesh = (str(uuid.uuid5(_NAMESPACE, name + part)) for part in ("geometry", "material", "mesh"))
+    r, g, b = (round(255 * value) for value in rgba[:3])
+    appearance = {
+        "uuid": material,
+        "type": "MeshPhongMaterial",
+        "color": r << 16 | g << 8 | b,
+        "opacity": rgba[3],
+        "transparent": rgba[3] < 1.0,
+    }
+    document = {
+        "metadata": {"version": 4.5, "type": "Object"},
+        "geometries": [{"uuid": geometry, **_geometry(shape)}],
+        "materials": [appearance],
+        "object": {"uuid": mesh, "type": "Mesh", "geometry": geometry, "material": material, "matrix": _matrix(shape)},
+    }
+    return _packed({"type": "set_object", "path": path, "object": document})
+
+
+def set_animation(path: str, values: Floats, fps: float, *, play: bool, repetitions: float) -> bytes:
+    """Meshcat's command that loads a clip: the array `joint_values` of one node, (frames, n), one row after another.
+
+    Interpolating joint values keeps coupled joints coupled, and turns of more than half a circle whole; keyed
+    quaternions do neither.
+    """
+    track = {
+        "name": ".joint_values",
+        "type": "number",
+        "times": typed_array(np.arange(len(values), dtype=np.float32)),
+        "values": typed_array(values.astype(np.float32).reshape(-1)),
+    }
+    clip = {"fps": fps, "name": "clip", "tracks": [track]}
+    options = {"play": play, "repetitions": repetitions, "clampWhenFinished": True}
+    return _packed(
+        {"type": "set_animation", "path": "", "animations": [{"path": path, "clip": clip}], "options": options}
+    )
+
+
+def typed_array(array: NDArray[Any]) -> Any:
+    """An array as JavaScript's typed array."""
+    return umsgpack.Ext(_TYPED_ARRAYS[array.dtype.name][1], np.ascontiguousarray(array).tobytes())
+
+
+def node_name(kind: str, name: str) -> str:
+    """A name as one step of a scene path, which ends at a slash."""
+    return f"{kind}:{name.replace('%', '%25').replace('/', '%2F')}"
+
+
+def _packed(message: Mapping[str, Any]) -> bytes:
+    return bytes(umsgpack.packb(message))
+
+
+def _geometry(shape: Shape) -> dict[str, Any]:
+    if isinstance(shape, Box):
+        return {"type": "BoxGeometry", **dict(zip(("width", "height", "depth"), shape.size, strict=True))}
+    if isinstance(shape, Cylinder):
+        radii = {"radiusTop": shape.radius, "radiusBottom": shape.radius}
+        return {"type": "CylinderGeometry", **radii, "height": shape.length, "radialSegments": 48}
+    if isinstance(shape, Sphere):
+        return {"type": "SphereGeometry", "radius": shape.radius, "widthSegments": 40, "heightSegments": 28}
+    index = shape.faces.astype(np.uint16 if len(shape.vertices) <= 0xFFFF else np.uint32)
+    attributes = {
+        "position": _attribute(shape.vertices.astype(np.float32)),
+        "normal": _attribute(np.round(shape.normals * 32767).astype(np.int16), normalized=True),
+    }
+    return {"type": "BufferGeometry", "data": {"attributes": attributes, "index": _attribute(index.reshape(-1, 1))}}
+
+
+def _attribute(rows: NDArray[Any], *, normalized: bool = False) -> dict[str, Any]:
+    name = _TYPED_ARRAYS[rows.dtype.name][0]
+    return {"itemSize": rows.shape[1], "type": name, "array": typed_array(rows), "normalized": normalized}
+
+
+def _matrix(shape: Shape) -> list[float]:
+    """The shape's own pose, by columns: three.js draws cylinders about y."""
+    if isinstance(shape, Cylinder):
+        return [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    return [float(entry) for entry in np.eye(4).flat]

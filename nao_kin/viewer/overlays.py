@@ -1,0 +1,155 @@
+"""What is drawn over the robot, as messages: checked here, so that the page can trust them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats, as_floats
+from nao_kin._vectors import as_vectors, unit
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import check_rotation
+from nao_kin.viewer.messages import panel_message, typed_array
+
+# Red, green, blue from the lowest value to the highest, equally spaced: cold to warm through a light middle.
+_SCALE: tuple[tuple[float, float, float], ...] = (
+    (0.16, 0.32, 0.66),
+    (0.36, 0.63, 0.83),
+    (0.90, 0.91, 0.88),
+    (0.95, 0.66, 0.36),
+    (0.74, 0.17, 0.12),
+)
+
+
+def number(value: ArrayLike, what: str) -> float:
+    """`value` as one finite number.
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: it is none.
+    """
+    array = as_floats(value, (), what)
+    if array.shape != ():
+        raise WrongShape(what, "()", array.shape)
+    return float(array)
+
+
+def direction(value: ArrayLike, what: str) -> list[float]:
+    """`value` as a unit vector.
+
+    Raises:
+        BadArgument, WrongShape, NotFinite, ZeroNorm: it is none.
+    """
+    vector = as_vectors(value, what)
+    if vector.shape != (3,):
+        raise WrongShape(what, "(3,)", vector.shape)
+    return [float(component) for component in unit(vector, what)[0]]
+
+
+def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
+    """`q` as a fresh array of shape (nq,).
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: q is no configuration.
+    """
+    robot.angles(q)  # refuses all that is no configuration
+    array = np.array(q, dtype=np.float64)
+    if array.ndim != 1:
+        raise WrongShape("q", f"({robot.nq},)", array.shape)
+    return array
+
+
+def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
+    """Triads at frames.
+
+    Raises:
+        UnknownName: no such frame.
+        BadArgument: a size that is not positive.
+    """
+    chosen = [names] if isinstance(names, str) else list(names)
+    for name in chosen:
+        if name not in robot.frame_names:
+            raise UnknownName("frame", name, robot.frame_names)
+    if size is not None and number(size, "size") <= 0.0:
+        raise BadArgument(f"size must be positive, got {size:g}")
+    return panel_message("frames", {"names": chosen, "size": size})
+
+
+def ghost(robot: RobotModel, q: ArrayLike | None) -> bytes:
+    """A second, pale robot.
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: q is no configuration.
+    """
+    return panel_message("ghost", {"q": None if q is None else typed_array(one_configuration(robot, q))})
+
+
+def targets(poses: Mapping[str, ArrayLike]) -> bytes:
+    """Marks at positions or poses in the robot's root frame.
+
+    Raises:
+        WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
+    """
+    rows = []
+    for name, target in poses.items():
+        array = as_floats(target, (), f"target {name}")
+        T = np.eye(4)
+        if array.shape == (3,):
+            T[:3, 3] = array
+        elif array.shape == (4, 4):
+            check_rotation(array[:3, :3])
+            T[:3] = array[:3]
+        else:
+            raise WrongShape(f"target {name}", "(3,) or (4, 4)", array.shape)
+        rows.append({"name": str(name), "matrix": T.T.reshape(-1).tolist(), "point": array.shape == (3,)})
+    return panel_message("targets", {"targets": rows})
+
+
+def colours(
+    links: Mapping[str, int],
+    carriers: Mapping[str, str],
+    values: Mapping[str, float],
+    low: float | None,
+    high: float | None,
+    label: str,
+) -> bytes:
+    """Links in the colours of a scale, with its legend.
+
+    Args:
+        links: place of every link.
+        carriers: link without a shape → the link with one that it is fixed to, which shows its colour unless it has a
+            value of its own.
+        values: link name → number.
+        low: the number at the cold end; None for the smallest.
+        high: the number at the warm end; None for the largest.
+        label: what the numbers are.
+
+    Raises:
+        UnknownName: no such link.
+        NotFinite, BadArgument: no numbers, or no scale from low to high.
+    """
+    for name in values:
+        if name not in links:
+            raise UnknownName("link", name, tuple(links))
+    content: dict[str, Any] = {"links": [], "label": str(label), "low": "", "high": "", "stops": None}
+    if values:
+        numbers = {name: number(value, f"value of {name}") for name, value in values.items()}
+        bottom = min(numbers.values()) if low is None else number(low, "low")
+        top = max(numbers.values()) if high is None else number(high, "high")
+        if bottom == top and (low is None or high is None):
+            bottom, top = (bottom - 0.5 if low is None else bottom), (top + 0.5 if high is None else top)
+        if not bottom < top:
+            raise BadArgument(f"the colour scale needs low < high, got {bottom:g} and {top:g}")
+        rgb = {name: _colour(value, bottom, top) for name, value in numbers.items()}
+        own = {carriers[name]: rgb[name] for name in numbers if name in carriers} | rgb
+        content["links"] = [{"link": links[name], "rgb": own[name]} for name in own]
+        content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": _SCALE}
+    return panel_message("colours", content)
+
+
+def _colour(value: float, low: float, high: float) -> list[float]:
+    at = np.linspace(low, high, len(_SCALE))
+    return [float(np.interp(value, at, [stop[channel] for stop in _SCALE])) for channel in range(3)]

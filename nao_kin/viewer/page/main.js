@@ -1,0 +1,250 @@
+"use strict";
+
+// One page: meshcat's viewer, the robot in it, the panel beside it, and where its messages come from.
+NaoKin.App = class {
+  constructor() {
+    const { element } = NaoKin;
+    this.byId = (id) => document.getElementById(id);
+    this.role = new URLSearchParams(location.search).get("role") ?? "";
+    document.body.dataset.role = this.role;
+    this.received = this.drawn = 0;
+    const viewer = (this.viewer = new MeshCat.Viewer(this.byId("pane")));
+    viewer.set_3d_pane_size = () => NaoKin.resize(viewer, this.byId("pane").clientWidth, this.byId("pane").clientHeight);
+    const handle = viewer.handle_command.bind(viewer);
+    viewer.handle_command = (message) => (message.type === "nao_kin" ? this.hear(message) : this.pass(message, handle));
+    const render = viewer.render.bind(viewer);
+    viewer.render = () => {
+      this.settle();
+      render();
+      this.drawn += 1;
+    };
+    this.studio = new NaoKin.Studio(viewer);
+    this.player = new NaoKin.Player(viewer, this.byId("player"));
+    this.source = String(Math.random());
+    this.shown = { frames: false, axes: false, com: false, support: false };
+    const texts = { frames: "Frames", axes: "Joint axes", com: "Centre of mass", support: "Support" };
+    for (const [name, text] of Object.entries(texts)) {
+      const button = element("button", { type: "button", onclick: () => this.show({ [name]: !this.shown[name] }) }, text);
+      button.dataset.shown = name;
+      this.byId("shown").append(button);
+    }
+    this.settled = null;
+    this.up = null;
+  }
+
+  // --- messages ------------------------------------------------------------------------------------------------
+
+  pass(message, handle) {
+    handle(message);
+    if (message.type === "set_animation") this.player.load(message.options);
+  }
+
+  hear(message) {
+    const { kind } = message;
+    this.received += 1;
+    if (kind === "joints") message.source !== this.source && this.set([...message.q], message.up, false);
+    else if (kind === "robot") this.start(message.about);
+    else if (kind === "frames") this.chooseFrames(message);
+    else if (kind === "shown") this.show(message.shown);
+    else if (kind === "ghost") this.marks.showGhost(message.q);
+    else if (kind === "targets") this.marks.showTargets(message.targets);
+    else if (kind === "colours") this.colour(message);
+    else if (kind === "camera") this.camera(message.name);
+    else if (kind === "still") this.still();
+    else if (kind === "capture") this.capture(message);
+    else if (kind === "complete") this.complete();
+    this.viewer.set_dirty();
+  }
+
+  start(about) {
+    const root = this.viewer.scene_tree.find(["robot"]).object;
+    this.robot = new NaoKin.Robot(root, about);
+    for (const { mesh } of this.robot.meshes) this.studio.dress(mesh);
+    this.robot.apply(this.q);
+    this.studio.fit(this.robot);
+    this.marks = new NaoKin.Marks(this.viewer, this.studio, this.robot);
+    this.frames = { names: about.effectors, size: 0.075 * Math.min(this.studio.size, 1.5) };
+    this.panel = new NaoKin.Panel(this, this.byId("panel"));
+    this.byId("cameras").replaceChildren(
+      ...about.cameras.map(({ name }) =>
+        NaoKin.element("button", { type: "button", onclick: () => this.camera(name) }, name),
+      ),
+    );
+    this.viewer.set_3d_pane_size();
+    this.settle();
+    this.camera("three-quarter");
+  }
+
+  // The scene is all here.
+  complete() {
+    this.settle();
+    this.viewer.set_dirty();
+    document.body.dataset.ready = "true";
+    this.say({ kind: "ready" });
+  }
+
+  // --- the configuration ---------------------------------------------------------------------------------------
+
+  get q() {
+    return this.robot.root.joint_values;
+  }
+
+  // Show a configuration; `tell` whoever serves the page, when it comes from here.
+  set(q, up = this.up, tell = true) {
+    if (this.player.loaded) this.player.pause();
+    this.robot.root.joint_values.splice(0, q.length, ...q);
+    this.up = up;
+    this.untold = tell;
+    this.viewer.set_dirty();
+  }
+
+  // No clip any more. meshcat's animator then puts back what it found before the clip, which is out of date.
+  still() {
+    const q = [...this.q];
+    this.player.unload();
+    this.set(q, this.up, false);
+  }
+
+  move(column, value) {
+    const q = [...this.q];
+    q[column] = value;
+    this.set(q);
+  }
+
+  posture(name) {
+    const posture = this.robot.about.postures.find((candidate) => candidate.name === name);
+    this.set(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q, posture.up);
+  }
+
+  // Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn.
+  settle() {
+    if (!this.robot) return;
+    this.player.refresh();
+    const now = [...this.q, ...(this.up ?? [])];
+    if (this.settled?.length === now.length && now.every((value, i) => value === this.settled[i])) return;
+    this.settled = now;
+    const { robot } = this;
+    robot.apply(this.q);
+    if (!robot.about.floating) robot.stand(this.up);
+    if (this.marks.ghost) {
+      this.marks.ghost.root.position.copy(robot.root.position);
+      this.marks.ghost.root.quaternion.copy(robot.root.quaternion);
+    }
+    this.viewer.renderer.shadowMap.needsUpdate = true;
+    this.marks.weigh();
+    const outside = robot.outside(this.q);
+    this.marks.tint({ red: new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)) });
+    this.panel.refresh();
+    if (this.untold) this.say({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
+    this.untold = false;
+  }
+
+  // Pose of a frame in the robot's root, row by row.
+  pose(frame) {
+    this.settle();
+    return this.robot.pose(this.robot.frames.get(frame)).transpose().toArray();
+  }
+
+  com() {
+    this.settle();
+    return this.robot.com()?.toArray() ?? null;
+  }
+
+  // --- what is shown -------------------------------------------------------------------------------------------
+
+  show(changes) {
+    Object.assign(this.shown, changes);
+    const { frames, axes, com, support } = this.shown;
+    if ("frames" in changes) this.marks.showFrames(frames ? this.frames.names : [], this.frames.size);
+    if ("axes" in changes) this.legendOfPairs(this.marks.showAxes(axes));
+    this.marks.weighed = { com, support };
+    this.marks.weigh();
+    for (const button of this.byId("shown").children) {
+      button.setAttribute("aria-pressed", String(Boolean(this.shown[button.dataset.shown])));
+    }
+    this.viewer.set_dirty();
+  }
+
+  chooseFrames({ names, size }) {
+    this.frames = { names, size: size ?? this.frames.size };
+    this.show({ frames: names.length > 0 });
+  }
+
+  camera(name) {
+    const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
+    this.settle();
+    this.studio.look(preset, this.robot);
+  }
+
+  colour({ links, label, low, high, stops }) {
+    this.marks.tint({ scale: new Map(links.map(({ link, rgb }) => [link, rgb])) });
+    const css = (rgb) => `rgb(${rgb.map((value) => Math.round(255 * value)).join(",")})`;
+    const bar = NaoKin.element("span", { className: "bar" });
+    if (stops) bar.style.background = `linear-gradient(to right, ${stops.map(css).join(",")})`;
+    this.legend(stops ? [`${label} ${low}`.trim(), bar, `${high}`] : []);
+  }
+
+  legendOfPairs(kinds) {
+    const entry = ([kind, colour]) => {
+      const dot = NaoKin.element("span", { className: "dot" });
+      dot.style.background = colour;
+      return NaoKin.element("span", { className: "entry" }, dot, kind);
+    };
+    this.legend([...kinds].map(entry));
+  }
+
+  legend(children) {
+    const legend = this.byId("legend");
+    legend.replaceChildren(...children);
+    legend.hidden = children.length === 0;
+  }
+
+  notice(...children) {
+    this.byId("notice").replaceChildren(...children);
+    this.byId("notice").hidden = false;
+  }
+
+  // --- where the messages come from ----------------------------------------------------------------------------
+
+  read(lines) {
+    for (const line of lines) {
+      this.viewer.handle_command_bytearray(Uint8Array.from(atob(line), (letter) => letter.charCodeAt(0)));
+    }
+    this.complete();
+  }
+
+  listen() {
+    const address = new URL(`live${location.search}`, location.href);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    this.socket = new WebSocket(address);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onmessage = ({ data }) => this.viewer.handle_command_bytearray(new Uint8Array(data));
+    this.socket.onclose = () => {
+      document.body.dataset.live = "ended";
+      const again = NaoKin.element("button", { type: "button", onclick: () => location.reload() }, "Reconnect");
+      this.notice("The program behind this page has ended; the panel still works.", again);
+    };
+    document.body.dataset.live = "live";
+  }
+
+  say(answer) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(answer));
+  }
+
+  capture({ id, width, height, camera }) {
+    const preset = this.robot.about.cameras.find(({ name }) => name === camera);
+    this.say({ kind: "picture", id, data: this.studio.picture(width, height, preset, this.robot) });
+  }
+};
+
+try {
+  window.naoKin = new NaoKin.App();
+  const lines = document.getElementById("scene").textContent.trim();
+  if (lines) window.naoKin.read(lines.split("\n"));
+  else window.naoKin.listen();
+} catch (error) {
+  console.error(error);
+  const notice = document.getElementById("notice");
+  notice.textContent = `This page cannot be shown; it needs WebGL (${error.message}).`;
+  notice.hidden = false;
+}

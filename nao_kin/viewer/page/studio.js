@@ -1,0 +1,174 @@
+"use strict";
+
+// Light, floor, materials and cameras: how the scene looks.
+NaoKin.Studio = class {
+  constructor(viewer) {
+    const T = MeshCat.THREE;
+    this.viewer = viewer;
+    viewer.hide_background();
+    viewer.renderer.outputEncoding = T.sRGBEncoding;
+    // Shadows only change with the robot, not with the camera.
+    viewer.renderer.shadowMap.autoUpdate = false;
+    for (const name of ["Grid", "Axes", "Lights"]) viewer.set_property([name], "visible", false);
+
+    const scene = viewer.scene;
+    scene.add(new T.HemisphereLight(0xffffff, 0xaab4c6, 0.5));
+    this.key = new T.DirectionalLight(0xfffaf2, 0.52);
+    this.key.castShadow = true;
+    this.key.shadow.mapSize.set(2048, 2048);
+    this.key.shadow.bias = -0.0004;
+    this.key.shadow.normalBias = 0.004;
+    const fill = new T.DirectionalLight(0xeaf1ff, 0.16);
+    fill.position.set(-0.6, -1.6, 0.7);
+    const rim = new T.DirectionalLight(0xffffff, 0.22);
+    rim.position.set(-1.5, 0.5, 1.4);
+    scene.add(this.key, this.key.target, fill, rim);
+    scene.add(this.makeFloor());
+  }
+
+  makeFloor() {
+    const T = MeshCat.THREE;
+    const floor = new T.Group();
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 1024;
+    const ink = canvas.getContext("2d");
+    const step = canvas.width / 20;
+    ink.strokeStyle = "#8d99ad";
+    for (let i = 0; i <= 20; i++) {
+      ink.globalAlpha = i % 5 === 0 ? 0.75 : 0.4;
+      ink.lineWidth = i % 5 === 0 ? 2 : 1.5;
+      ink.beginPath();
+      ink.moveTo(i * step, 0);
+      ink.lineTo(i * step, canvas.height);
+      ink.moveTo(0, i * step);
+      ink.lineTo(canvas.width, i * step);
+      ink.stroke();
+    }
+    // The grid fades into the distance.
+    const fade = ink.createRadialGradient(512, 512, 60, 512, 512, 512);
+    fade.addColorStop(0, "rgba(0,0,0,1)");
+    fade.addColorStop(1, "rgba(0,0,0,0)");
+    ink.globalAlpha = 1;
+    ink.globalCompositeOperation = "destination-in";
+    ink.fillStyle = fade;
+    ink.fillRect(0, 0, 1024, 1024);
+    const texture = new T.CanvasTexture(canvas);
+    texture.anisotropy = 8;
+    const lines = new T.Mesh(
+      new T.PlaneGeometry(2, 2),
+      new T.MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false, toneMapped: false }),
+    );
+    lines.position.z = -0.0012;
+    this.shade = new T.Mesh(new T.PlaneGeometry(6, 6), new T.ShadowMaterial({ opacity: 0.2, color: 0x1b2a44 }));
+    this.shade.position.z = -0.001;
+    this.shade.receiveShadow = true;
+    this.lines = lines;
+    floor.add(lines, this.shade);
+    return floor;
+  }
+
+  // Fit the light's shadow and the grid to the robot's size.
+  fit(robot) {
+    const { Vector3 } = MeshCat.THREE;
+    const size = robot.box([]).getSize(new Vector3()).length() || 1;
+    this.size = size;
+    this.key.position.set(0.75 * size, 0.85 * size, 2.6 * size);
+    Object.assign(this.key.shadow.camera, { left: -size, right: size, top: size, bottom: -size, near: 0.1 * size });
+    this.key.shadow.camera.far = 5 * size;
+    this.key.shadow.camera.updateProjectionMatrix();
+    // A grid of decimetres for a small robot, of metres for a large one.
+    const scale = size < 1.2 ? 1 : size < 6 ? 2.5 : 10;
+    this.lines.scale.set(scale, scale, 1);
+    this.shade.scale.set(scale, scale, 1);
+  }
+
+  // Colours in a URDF are those of a screen; light is reckoned in linear ones.
+  dress(mesh) {
+    const T = MeshCat.THREE;
+    const { color, opacity } = mesh.material;
+    mesh.material.dispose();
+    mesh.material = new T.MeshPhongMaterial({
+      color: color.clone().convertSRGBToLinear(),
+      specular: 0x2a2a2a,
+      shininess: 48,
+      side: T.DoubleSide,
+      opacity,
+      transparent: opacity < 1,
+    });
+    mesh.userData.own = mesh.material.color.clone();
+    mesh.userData.opacity = opacity;
+    mesh.castShadow = mesh.receiveShadow = true;
+  }
+
+  seeThrough(robot, on) {
+    for (const { mesh } of robot.meshes) {
+      const opacity = on ? 0.28 * mesh.userData.opacity : mesh.userData.opacity;
+      const side = on ? MeshCat.THREE.FrontSide : MeshCat.THREE.DoubleSide;
+      Object.assign(mesh.material, { opacity, side, transparent: opacity < 1 });
+      mesh.material.needsUpdate = true;
+    }
+  }
+
+  // Move the camera so that what a preset looks at just fills the view.
+  look(preset, robot) {
+    const { Vector3, MathUtils } = MeshCat.THREE;
+    const { camera, controls } = this.viewer;
+    camera.fov = 28;
+    camera.near = 0.02 * this.size;
+    camera.far = 60 * this.size;
+    const box = robot.box(preset.links);
+    const centre = box.getCenter(new Vector3());
+    // The world of three.js has y up: z of the robot is its y, and y its −z.
+    const [x, y, z] = preset.direction;
+    const back = new Vector3(x, z, -y).normalize();
+    const right = new Vector3(0, 1, 0).cross(back).normalize();
+    const up = back.clone().cross(right);
+    const tall = Math.tan(MathUtils.degToRad(camera.fov / 2)) * 0.9;
+    const wide = tall * camera.aspect;
+    let distance = preset.links.length ? 0 : this.size;
+    for (let i = 0; i < 8; i++) {
+      const corner = new Vector3(
+        i & 1 ? box.max.x : box.min.x,
+        i & 2 ? box.max.y : box.min.y,
+        i & 4 ? box.max.z : box.min.z,
+      ).sub(centre);
+      const reach = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
+      distance = Math.max(distance, reach + corner.dot(back));
+    }
+    // The camera sits in meshcat's node that turns z up again; its coordinates are those of the world.
+    camera.position.copy(centre).addScaledVector(back, distance);
+    controls.target.copy(centre);
+    controls.update();
+    this.viewer.set_dirty();
+  }
+
+  // A picture of the scene on the page's background, as a data URI.
+  picture(width, height, preset, robot) {
+    const { viewer } = this;
+    const ratio = viewer.renderer.getPixelRatio();
+    viewer.renderer.setPixelRatio(1);
+    NaoKin.resize(viewer, width, height);
+    if (preset) this.look(preset, robot);
+    viewer.render();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [width, height];
+    const ink = canvas.getContext("2d");
+    const sky = ink.createLinearGradient(0, 0, 0, height);
+    sky.addColorStop(0, "#fbfcfd");
+    sky.addColorStop(0.55, "#eef1f6");
+    sky.addColorStop(1, "#dde3ec");
+    ink.fillStyle = sky;
+    ink.fillRect(0, 0, width, height);
+    ink.drawImage(viewer.renderer.domElement, 0, 0);
+    viewer.renderer.setPixelRatio(ratio);
+    viewer.set_3d_pane_size();
+    return canvas.toDataURL("image/png");
+  }
+};
+
+NaoKin.resize = (viewer, width, height) => {
+  viewer.camera.aspect = width / height;
+  viewer.camera.updateProjectionMatrix();
+  viewer.renderer.setSize(width, height);
+  viewer.set_dirty();
+};

@@ -1,0 +1,253 @@
+"""The live page: one thread that serves it and keeps every open copy up to date.
+
+The server lives inside the process, so that nothing can outlive it. Each page gets the newest message of each kind; one
+that falls behind skips what is out of date instead of queueing it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import json
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import tornado.httpserver
+import tornado.iostream
+import tornado.web
+import tornado.websocket
+
+from nao_kin.errors import BadArgument
+from nao_kin.viewer.messages import panel_message
+from nao_kin.viewer.stage import Stage
+
+_FIRST_PORT, _PORTS_TRIED = 7000, 200
+_LARGEST_MESSAGE = 1 << 27
+_JOIN_SECONDS = 5.0
+
+Answer = dict[str, Any]
+
+
+class LiveServer:
+    """Serves a stage on one port, from construction until `close`.
+
+    Attributes:
+        host: the address it listens on.
+        port: the port it listens on.
+
+    Raises:
+        BadArgument: the address or the port cannot be had.
+    """
+
+    def __init__(
+        self, stage: Stage, html: str, *, host: str, port: int | None, on_answer: Callable[[Answer], None]
+    ) -> None:
+        self.host = host
+        listening = _listen(host, port)
+        self.port = int(listening.getsockname()[1])
+        self._stage, self._on_answer = stage, on_answer
+        self._pages: set[_Page] = set()
+        self._changed: dict[str, None] = {}
+        self._waking = False
+        self._lock = threading.Lock()
+        self._arrival = threading.Condition()
+        self._application = tornado.web.Application(
+            [(r"/", _Document, {"html": html}), (r"/live", _Page, {"server": self})],
+            websocket_max_message_size=_LARGEST_MESSAGE,
+            log_function=lambda handler: None,
+        )
+        started = threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(listening, started), name="nao_kin viewer", daemon=True)
+        self._thread.start()
+        started.wait()
+        stage.watch(self._wake)
+
+    def close(self) -> None:
+        """Close all pages' connections and the port; does nothing the second time."""
+        self._stage.unwatch(self._wake)
+        if self._thread.is_alive():
+            self._call(self._stop.set)
+            self._thread.join(_JOIN_SECONDS)
+        with self._arrival:
+            self._arrival.notify_all()
+
+    def wait_for_page(self, timeout: float | None, role: str = "") -> bool:
+        """Wait until a page shows the scene; False when the time is over or the server closed.
+
+        Args:
+            timeout: seconds, None for ever.
+            role: only a page opened in this role counts.
+        """
+        end = None if timeout is None else time.monotonic() + timeout
+        with self._arrival:
+            while not any(page.ready and page.role == role for page in tuple(self._pages)):
+                left = None if end is None else end - time.monotonic()
+                if not self._thread.is_alive() or (left is not None and left <= 0.0):
+                    return False
+                self._arrival.wait(1.0 if left is None else min(left, 1.0))
+        return True
+
+    def say_once(self, message: bytes, role: str = "") -> None:
+        """Send a message to the pages open now, in one role, without keeping it."""
+
+        def say() -> None:
+            for page in tuple(self._pages):
+                if page.role == role:
+                    page.say(message)
+
+        self._call(say)
+
+    # --- the server's thread --------------------------------------------------------------------------------------
+
+    def _run(self, listening: socket.socket, started: threading.Event) -> None:
+        asyncio.run(self._serve(listening, started))
+
+    async def _serve(self, listening: socket.socket, started: threading.Event) -> None:
+        self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
+        server = tornado.httpserver.HTTPServer(self._application)
+        server.add_sockets([listening])
+        started.set()
+        await self._stop.wait()
+        server.stop()
+        for page in tuple(self._pages):
+            page.close(1001, "the viewer closed")
+        await server.close_all_connections()
+
+    def _call(self, function: Callable[[], object]) -> None:
+        with suppress(RuntimeError):  # the loop may just have been closed
+            self._loop.call_soon_threadsafe(function)
+
+    def _wake(self, key: str) -> None:
+        """Note a change; one wake-up of the thread covers all changes until it runs."""
+        with self._lock:
+            self._changed[key] = None
+            wake = bool(self._pages) and not self._waking
+            self._waking |= wake
+        if wake:
+            self._call(self._spread)
+
+    def _spread(self) -> None:
+        with self._lock:
+            changed, self._changed, self._waking = self._changed, {}, False
+        for page in tuple(self._pages):
+            page.refresh(changed)
+
+    def _came(self, page: _Page) -> None:
+        self._pages.add(page)
+        page.refresh(dict.fromkeys(self._stage.names()))
+        page.say(panel_message("complete", {}))
+
+    def _went(self, page: _Page) -> None:
+        self._pages.discard(page)
+
+    def _answered(self, page: _Page, answer: Answer) -> None:
+        if answer.get("kind") == "ready":
+            page.ready = True
+            with self._arrival:
+                self._arrival.notify_all()
+        self._on_answer(answer)
+
+    def _message(self, key: str) -> bytes | None:
+        return self._stage.get(key)
+
+
+class _Document(tornado.web.RequestHandler):
+    def initialize(self, html: str) -> None:
+        self.html = html
+
+    def get(self) -> None:
+        self.set_header("Content-Type", "text/html; charset=utf-8")
+        self.set_header("Cache-Control", "no-store")
+        self.finish(self.html)
+
+
+class _Page(tornado.websocket.WebSocketHandler):
+    """One open page: the keys it has not heard of yet, and one task that tells it."""
+
+    def initialize(self, server: LiveServer) -> None:
+        self.server, self.ready, self.role = server, False, ""
+        self._behind: dict[str, None] = {}
+        self._once: list[bytes] = []
+        self._telling = False
+
+    def open(self, *_: str, **__: str) -> None:
+        self.set_nodelay(True)
+        self.role = self.get_argument("role", "")
+        self.server._came(self)
+
+    def on_close(self) -> None:
+        self.server._went(self)
+
+    def on_message(self, message: str | bytes) -> None:
+        try:
+            answer = json.loads(message)
+        except ValueError:
+            return
+        if isinstance(answer, dict):
+            self.server._answered(self, answer)
+
+    def refresh(self, keys: dict[str, None]) -> None:
+        self._behind.update(keys)
+        self._start()
+
+    def say(self, message: bytes) -> None:
+        self._once.append(message)
+        self._start()
+
+    def _start(self) -> None:
+        if not self._telling:
+            self._telling = True
+            asyncio.get_running_loop().create_task(self._tell())
+
+    async def _tell(self) -> None:
+        try:
+            while self._behind or self._once:
+                behind, self._behind = self._behind, {}
+                for key in behind:
+                    message = self.server._message(key)
+                    if message is not None:
+                        await self.write_message(message, binary=True)
+                once, self._once = self._once, []
+                for message in once:
+                    await self.write_message(message, binary=True)
+        except (tornado.websocket.WebSocketClosedError, tornado.iostream.StreamClosedError):
+            pass
+        finally:
+            self._telling = False
+
+
+def _listen(host: str, port: int | None) -> socket.socket:
+    """A socket on the port asked for, or on the first free one."""
+    if port is not None and not (isinstance(port, int) and 0 <= port <= 0xFFFF):
+        raise BadArgument(f"port must be a number from 0 to 65535, got {port!r}")
+    wanted = [port] if port is not None else [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]
+    for number in wanted:
+        try:
+            return _bound(host, number)
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise BadArgument(f"cannot listen on {host!r} port {number}: {error.strerror or error}") from None
+        except UnicodeError:
+            raise BadArgument(f"{host!r} is no address") from None
+    raise BadArgument(f"port {port} on {host} is in use; leave it out to take the next free one")
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    """What tornado's bind_sockets does, but without a socket left over when the port is taken."""
+    family, kind, protocol, _, address = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM)[0]
+    listening = socket.socket(family, kind, protocol)
+    try:
+        if os.name == "posix":
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.setblocking(False)
+        listening.bind(address)
+        listening.listen(128)
+    except OSError:
+        listening.close()
+        raise
+    return listening

@@ -1,0 +1,381 @@
+"""The robot in a browser: live, as one file, or as a picture."""
+
+from __future__ import annotations
+
+import html
+import math
+import warnings
+import weakref
+import webbrowser
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin import atomic
+from nao_kin._arrays import Floats
+from nao_kin.errors import BadArgument, NaoKinError, NoBrowser, UnknownName, WrongShape
+from nao_kin.nao import NaoModel
+from nao_kin.robot import RobotModel
+from nao_kin.urdf_reader import read_urdf
+from nao_kin.viewer import overlays
+from nao_kin.viewer.description import describe
+from nao_kin.viewer.messages import panel_message, set_animation, typed_array
+from nao_kin.viewer.page import live_page, static_page
+from nao_kin.viewer.pictures import Photographer
+from nao_kin.viewer.presets import presets_of
+from nao_kin.viewer.scene import ROBOT, link_paths, scene_messages
+from nao_kin.viewer.server import Answer, LiveServer
+from nao_kin.viewer.stage import Stage
+from nao_kin.viewer.visuals import carriers, read_visuals
+
+# A browser asked for an address that stands for all addresses would not know where to go.
+_HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+
+
+class OutsideLimitsWarning(UserWarning):
+    """A configuration on show has joints outside their limits."""
+
+
+class Viewer:
+    """A robot on show in a web page, with a panel of joint sliders, postures and read-outs.
+
+    The page is meshcat's viewer and a panel beside it. The browser composes the transforms of the robot's links, so
+    that a configuration is all that is sent. The server runs inside this process, from the first time the address is
+    asked for until `close`; as a context manager a viewer closes itself:
+
+        with nk.Viewer(nao) as viewer:
+            print(viewer.url)
+            viewer.display(q)
+
+    Args:
+        robot: any robot.
+        host: the address to listen on; "127.0.0.1" lets nobody else in.
+        port: the port to listen on; None for the first free one from 7000.
+
+    Attributes:
+        robot: the robot on show.
+        notes: what of its looks cannot be shown, one line each.
+        camera_names: names that `camera` takes.
+
+    Raises:
+        BadModel: the robot's URDF can no longer be read.
+        BadArgument: no robot; and when the server starts, a port or an address that cannot be had.
+    """
+
+    def __init__(self, robot: RobotModel, *, host: str = "127.0.0.1", port: int | None = None) -> None:
+        self._server: LiveServer | None = None
+        path = getattr(robot, "urdf_path", None)
+        if path is None:
+            raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
+        tree = read_urdf(path)
+        visuals, self.notes = read_visuals(robot, tree)
+        self._presets = presets = presets_of(robot, tree)
+        self.robot, self.host, self._port = robot, host, port
+        self.camera_names = tuple(presets.cameras)
+        self._links = {name: index for index, name in enumerate(link_paths(tree))}
+        self._carriers = carriers(tree, visuals)
+        self._warned: set[str] = set()
+        self._photographer = Photographer()
+        self._stage = Stage()
+        for key, message in scene_messages(robot, tree, visuals):
+            self._stage.put(key, message)
+        self._stage.put("robot", panel_message("robot", {"about": describe(robot, tree, presets, self.notes)}))
+        start = robot.posture("StandInit") if isinstance(robot, NaoModel) else robot.clamp(robot.neutral())
+        self._show_joints(start, None)
+
+    # --- the configuration ----------------------------------------------------------------------------------------
+
+    @property
+    def q(self) -> Floats:
+        """The configuration on show, shape (nq,): the one last displayed, or moved to with the sliders of the page."""
+        return np.array(self._q)
+
+    def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
+        """Show a configuration.
+
+        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`).
+
+        Args:
+            q: one configuration, shape (nq,).
+            up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest tells it,
+                shape (3,): (−1, 0, 0) lies on its belly. None stands a NAO on the sole that is under everything else;
+                where neither is, the trunk is upright.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
+        """
+        array = overlays.one_configuration(self.robot, q)
+        vertical = None if up is None else overlays.direction(up, "up")
+        self._warn(array)
+        if self._stage.get("clip") is not None:
+            self._stage.put("clip", panel_message("still", {}))
+        self._show_joints(array, vertical)
+
+    def rest(self, posture: str) -> tuple[float, float, float] | None:
+        """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles."""
+        return self._presets.rest.get(posture)
+
+    def animate(self, qs: ArrayLike, fps: float = 30.0, *, play: bool = True, loop: bool = True) -> None:
+        """Play configurations one after another, as a meshcat clip that the page can pause and scrub.
+
+        Between two of them every joint moves at constant speed, so that joints of one motor stay together.
+
+        Args:
+            qs: configurations, shape (n, nq) with n ≥ 1.
+            fps: configurations per second.
+            play: start at once.
+            loop: play again and again.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
+        """
+        self.robot.angles(qs)  # refuses all that is no configuration
+        array = np.array(qs, dtype=np.float64)
+        if array.ndim != 2 or len(array) == 0:
+            raise WrongShape("qs", f"(n, {self.robot.nq}) with n ≥ 1", array.shape)
+        rate = overlays.number(fps, "fps")
+        if rate <= 0.0:
+            raise BadArgument(f"fps must be positive, got {rate:g}")
+        self._warn(array)
+        self._show_joints(array[0], None)
+        repetitions = math.inf if loop else 1.0
+        self._stage.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions))
+
+    # --- what is drawn over it ------------------------------------------------------------------------------------
+
+    def show_frames(self, names: Iterable[str], *, size: float | None = None) -> None:
+        """Draw frames as triads, x red, y green, z blue, with their names; none for none.
+
+        Args:
+            names: frame names.
+            size: length of the arrows [m]; None for a length that suits the robot.
+
+        Raises:
+            UnknownName: no such frame.
+            BadArgument: a size that is not positive.
+        """
+        self._stage.put("frames", overlays.frames(self.robot, names, size))
+
+    def show_joint_axes(self, on: bool = True) -> None:
+        """Draw the joint axes as screws, turning or sliding.
+
+        Their colour is that of the joint they belong to, as `nao_kin.joints.group_joints` finds it: revolute,
+        prismatic, universal, spherical …
+        """
+        self._show("axes", on)
+
+    def show_com(self, on: bool = True) -> None:
+        """Draw the centre of mass and its projection onto the floor."""
+        self._show("com", on)
+
+    def show_support_polygon(self, on: bool = True) -> None:
+        """Draw the convex hull of what touches the floor: green while the centre of mass is above it, red otherwise."""
+        self._show("support", on)
+
+    def show_ghost(self, q: ArrayLike | None) -> None:
+        """Draw a second, pale robot in another configuration, shape (nq,); None removes it.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: q is no configuration.
+        """
+        self._stage.put("ghost", overlays.ghost(self.robot, q))
+
+    def show_targets(self, targets: Mapping[str, ArrayLike]) -> None:
+        """Mark points or poses in the robot's root frame, under any names; an empty mapping removes them.
+
+        Args:
+            targets: name → position, shape (3,) [m], or pose, shape (4, 4).
+
+        Raises:
+            WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
+        """
+        self._stage.put("targets", overlays.targets(targets))
+
+    def color_links(
+        self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
+    ) -> None:
+        """Colour links by a number each, cold to warm, with a legend; an empty mapping gives them their own back.
+
+        A link without a shape colours the one it is fixed to, unless that is named too.
+
+        Args:
+            values: link name → number.
+            low: the number at the cold end; None for the smallest.
+            high: the number at the warm end; None for the largest.
+            label: what the numbers are.
+
+        Raises:
+            UnknownName: no such link.
+            NotFinite, BadArgument: no numbers, or no scale from low to high.
+        """
+        self._stage.put("colours", overlays.colours(self._links, self._carriers, values, low, high, label))
+
+    def camera(self, name: str) -> None:
+        """Look at the robot from one of `camera_names`.
+
+        Raises:
+            UnknownName: no such camera.
+        """
+        self._check_camera(name)
+        self._stage.put("camera", panel_message("camera", {"name": name}))
+
+    # --- the live page --------------------------------------------------------------------------------------------
+
+    @property
+    def url(self) -> str:
+        """The address of the live page; asking for it starts the server.
+
+        Raises:
+            BadArgument: the port is in use, or the address cannot be had.
+        """
+        server = self._started()
+        host = _HERE.get(server.host, server.host)
+        return f"http://{f'[{host}]' if ':' in host else host}:{server.port}/"
+
+    def open(self) -> None:
+        """Open the live page in this machine's web browser.
+
+        Raises:
+            NoBrowser: there is none that Python knows of.
+        """
+        if not webbrowser.open(self.url):
+            raise NoBrowser(f"no web browser to open {self.url} with")
+
+    def wait(self, timeout: float | None = None) -> None:
+        """Wait until a browser shows the scene.
+
+        Args:
+            timeout: seconds; None for ever.
+
+        Raises:
+            NoBrowser: none did in time, or the viewer was closed.
+        """
+        if not self._started().wait_for_page(timeout):
+            raise NoBrowser("no browser opened the page" + ("" if timeout is None else f" within {timeout:g} s"))
+
+    def close(self) -> None:
+        """End the server, and with it the connection of every open page; does nothing when there is none."""
+        server, self._server = self._server, None
+        if server is not None:
+            server.close()
+
+    def __enter__(self) -> Viewer:
+        self._started()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _repr_html_(self) -> str:
+        """In a notebook: the live page while the server runs, else the page with the scene inside."""
+        source = f'src="{self.url}"' if self._server is not None else f'srcdoc="{html.escape(self.static_html())}"'
+        return f'<iframe {source} style="width: 100%; height: 620px; border: 0"></iframe>'
+
+    # --- files ----------------------------------------------------------------------------------------------------
+
+    def static_html(self) -> str:
+        """The page with all that is on show inside: it needs no server and no network."""
+        return static_page(self.robot.name, self._stage.messages())
+
+    def save_html(self, path: Path | str) -> Path:
+        """Write `static_html` to a file, whole or not at all.
+
+        Returns:
+            The file.
+
+        Raises:
+            BadArgument: it cannot be written.
+        """
+        atomic.write_text(path, self.static_html())
+        return Path(path)
+
+    def save_png(
+        self,
+        path: Path | str,
+        *,
+        camera: str = "three-quarter",
+        size: tuple[int, int] = (1280, 800),
+        timeout: float = 60.0,
+    ) -> Path:
+        """Write a picture of what is on show, drawn by a headless Chromium or Chrome.
+
+        Args:
+            path: the file.
+            camera: one of `camera_names`.
+            size: width and height in pixels, 16 to 8192.
+            timeout: seconds to wait for the browser.
+
+        Returns:
+            The file.
+
+        Raises:
+            UnknownName: no such camera.
+            NoBrowser: there is none, or it gives no picture in time.
+            BadArgument: the file cannot be written; a size out of range.
+        """
+        self._check_camera(camera)
+        running = self._server is not None
+        try:
+            picture = self._photographer.picture(self._started(), self.url, camera, size, timeout)
+        finally:
+            if not running:
+                self.close()
+        atomic.write_bytes(path, picture)
+        return Path(path)
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _started(self) -> LiveServer:
+        if self._server is None:
+            # The server must not keep the viewer alive: whoever drops it drops the server too.
+            mine = weakref.WeakMethod(self._hear)
+
+            def on_answer(answer: Answer) -> None:
+                hear = mine()
+                if hear is not None:
+                    hear(answer)
+
+            page = live_page(self.robot.name)
+            self._server = LiveServer(self._stage, page, host=self.host, port=self._port, on_answer=on_answer)
+            weakref.finalize(self, self._server.close)
+        return self._server
+
+    def _hear(self, answer: Answer) -> None:
+        """What a page says, in the server's thread."""
+        if answer.get("kind") == "picture":
+            self._photographer.deliver(answer)
+        elif answer.get("kind") == "joints":
+            try:
+                q = overlays.one_configuration(self.robot, answer.get("q", ()))
+                up = None if answer.get("up") is None else overlays.direction(answer["up"], "up")
+            except NaoKinError:
+                return
+            self._show_joints(q, up, str(answer.get("source", "")))
+
+    def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
+        self._q = q
+        self._stage.put("joints", panel_message("joints", {"q": typed_array(q), "up": up, "source": source}))
+
+    def _show(self, what: str, on: bool) -> None:
+        self._stage.put(f"shown {what}", panel_message("shown", {"shown": {what: bool(on)}}))
+
+    def _warn(self, qs: Floats) -> None:
+        found = dict.fromkeys(violation.joint for violation in self.robot.limit_violations(qs))
+        new = [joint for joint in found if joint not in self._warned]
+        self._warned.update(new)
+        if new:
+            text = f"outside the joint limits, shown in red: {', '.join(new)}"
+            warnings.warn(text, OutsideLimitsWarning, stacklevel=3)
+
+    def _check_camera(self, name: str) -> None:
+        if name not in self.camera_names:
+            raise UnknownName("camera", name, self.camera_names)
+
+    def __repr__(self) -> str:
+        where = f"live at {self.url}" if self._server is not None else "not live"
+        return f"<Viewer of {self.robot.name}, {where}>"

@@ -1,0 +1,456 @@
+"""The viewer's pages in a real browser: what they compute, what they show, and whether they keep to themselves."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from viewer_pages import Page, chromium, made_of, opened, read_png
+
+import nao_kin as nk
+from nao_kin.errors import NoBrowser
+from nao_kin.rotations import rpy_from_matrix
+from nao_kin.viewer import OutsideLimitsWarning, Viewer
+
+FPS = 20.0
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def clip(nao: nk.NaoModel) -> np.ndarray:
+    return np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 21)
+
+
+@pytest.fixture(scope="module")
+def document(nao: nk.NaoModel, clip: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    viewer = Viewer(nao)
+    viewer.animate(clip, FPS, play=False)
+    return viewer.save_html(tmp_path_factory.mktemp("viewer") / "nao.html")
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, document: Path) -> Iterator[Page]:
+    """The page from disk, shared: each test puts it where it wants it first."""
+    with opened(browser, document) as page:
+        page.draw(False)
+        yield page
+
+
+def test_the_page_from_disk_asks_for_nothing_but_itself(page: Page, document: Path) -> None:
+    assert page.requests == [document.as_uri()]
+    assert page.errors == []
+    assert page.run("() => document.title") == "nao_v6"
+
+
+def test_every_link_is_where_forward_kinematics_says(page: Page, nao: nk.NaoModel) -> None:
+    for q in made_of(nao):
+        page.set(q)
+        assert np.abs(page.poses(nao.frame_names) - nao.fk(q, nao.frame_names)).max() < 1e-6
+        assert np.abs(np.array(page.run("() => naoKin.com()")) - nao.com(q)).max() < 1e-6
+
+
+def test_a_slider_moves_its_joint_and_nothing_else(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit")
+    page.set(q)
+    for joint in ("HeadYaw", "LShoulderPitch", "LHipYawPitch", "RAnkleRoll", "RHand"):
+        column = nao.joint_names.index(joint)
+        q[column] = 0.3 * nao.lower[column] + 0.7 * nao.upper[column]
+        page.slide(joint, q[column])
+        assert np.allclose(page.q, q, atol=1e-12)
+        assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
+
+
+def test_sliders_have_the_limits_of_the_joints_and_stand_where_they_stand(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.posture("Crouch")
+    page.set(q)
+    for joint, value, low, high in zip(nao.joint_names, q, nao.lower, nao.upper, strict=True):
+        slider = page.slider(joint)
+        shown = [float(slider.get_attribute(name)) for name in ("min", "max")]
+        assert np.allclose(shown, [low, high], atol=1e-12)
+        assert math.isclose(float(slider.input_value()), value, abs_tol=1e-6)
+    chains = page.run("() => [...document.querySelectorAll('.joints summary')].map((title) => title.textContent)")
+    assert chains == list(nao.chains)
+
+
+def test_both_hips_move_with_either_slider(page: Page, nao: nk.NaoModel) -> None:
+    for joint, other, value in (("LHipYawPitch", "RHipYawPitch", -0.4), ("RHipYawPitch", "LHipYawPitch", 0.2)):
+        page.set(nao.posture("StandInit"))
+        before = page.poses(("LLeg", "RLeg"))
+        page.slide(joint, value)
+        q = page.q
+        assert nao.angles(q)["LHipYawPitch"] == pytest.approx(value)
+        assert float(page.slider(other).input_value()) == pytest.approx(value)
+        after = page.poses(("LLeg", "RLeg"))
+        assert (np.abs(after - before).max(axis=(1, 2)) > 0.01).all()
+        assert np.abs(after - nao.fk(q, ["LLeg", "RLeg"])).max() < 1e-6
+
+
+def test_the_hand_slider_opens_the_fingers(page: Page, nao: nk.NaoModel) -> None:
+    fingers = tuple(name for name in nao.mimics if name.startswith("LHand"))
+    assert len(fingers) == 8
+    page.set(nao.configuration({"LHand": 0.0}))
+    closed = page.poses(fingers)
+    page.slide("LHand", 1.0)
+    q = nao.configuration({"LHand": 1.0})
+    assert np.abs(page.poses(fingers) - nao.fk(q, fingers)).max() < 1e-6
+    assert (np.abs(page.poses(fingers) - closed).max(axis=(1, 2)) > 0.1).all()
+
+
+def test_typed_numbers_are_degrees_and_stay_inside_the_limits(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("StandInit"))
+    field = page.tab.locator('.joint[data-joint="HeadYaw"] input[type="text"]')
+    for text, degrees in (("30", 30.0), ("-12,5", -12.5), ("nonsense", -12.5), ("", -12.5), ("9999", None)):
+        field.fill(text)
+        field.blur()
+        expected = nao.upper[0] if degrees is None else math.radians(degrees)
+        assert page.q[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_posture_buttons_take_the_robot_there(page: Page, nao: nk.NaoModel) -> None:
+    for name in nao.posture_names:
+        page.tab.get_by_role("button", name=name, exact=True).click()
+        assert np.array_equal(page.q, nao.posture(name))
+        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_every_posture_rests_on_the_floor_without_falling_over(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => naoKin.show({com: true, support: true})")
+    for name in nao.posture_names:
+        page.run("(name) => naoKin.posture(name)", name)
+        page.run("() => naoKin.settle()")
+        hull = np.array(page.run("() => naoKin.marks.hull().map(({x, y}) => [x, y])"))
+        centre = page.run(
+            "() => { const c = naoKin.robot.com().applyMatrix4(naoKin.robot.root.matrix); return [c.x, c.y, c.z]; }"
+        )
+        edges = np.roll(hull, -1, axis=0) - hull
+        turns = edges[:, 0] * (centre[1] - hull[:, 1]) - edges[:, 1] * (centre[0] - hull[:, 0])
+        assert (turns > 0.0).all(), name
+        assert len(hull) > 4
+    page.run("() => naoKin.show({com: false, support: false})")
+
+
+def _in_the_room(page: Page, frame: str) -> np.ndarray:
+    """Pose of a frame over the floor, z = 0, that the robot stands on."""
+    placed = "naoKin.robot.root.matrix.clone().multiply(naoKin.robot.pose(naoKin.robot.frames.get(frame)))"
+    return np.reshape(page.run(f"(frame) => (naoKin.settle(), {placed}.elements)", frame), (4, 4)).T
+
+
+def test_standing_postures_have_their_soles_on_the_floor(page: Page) -> None:
+    for name in ("Stand", "StandInit", "StandZero", "Crouch"):
+        page.run("(name) => naoKin.posture(name)", name)
+        feet = [_in_the_room(page, frame) for frame in ("LLeg", "RLeg")]
+        mean = sum(T[:3, 2] for T in feet)
+        assert np.allclose(mean / np.linalg.norm(mean), [0.0, 0.0, 1.0], atol=1e-12), name
+        assert all(T[2, 2] > math.cos(math.radians(4.0)) and abs(T[2, 3]) < 0.008 for T in feet), name
+
+
+def test_a_lifted_leg_leaves_the_robot_standing_on_the_other(page: Page, nao: nk.NaoModel) -> None:
+    for lifted, standing in (("L", "RLeg"), ("R", "LLeg")):
+        q = nao.configuration({f"{lifted}HipPitch": -0.9, f"{lifted}KneePitch": 1.5, f"{lifted}AnklePitch": -0.5})
+        page.set(q)
+        T = _in_the_room(page, standing)
+        assert T[2, 2] == pytest.approx(1.0, abs=1e-12)
+        assert abs(T[2, 3]) < 0.001
+
+
+def test_the_vertical_may_be_given(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    viewer.display(nao.posture("StandZero"), up=[0.0, -2.0, 0.0])
+    with opened(browser, viewer.save_html(tmp_path / "side.html")) as page:
+        assert np.allclose(_in_the_room(page, "Torso")[2, :3], [0.0, -1.0, 0.0], atol=1e-12)
+        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_read_out_gives_position_and_roll_pitch_yaw(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.random(11)
+    page.set(q)
+    for frame in ("Head", "LArm", "RLeg", "CameraBottom", "LFoot/Bumper/Left"):
+        page.tab.get_by_label("Frame", exact=True).select_option(frame)
+        shown = page.run(
+            "() => Object.fromEntries([...naoKin.panel.numbers].map(([k, o]) => [k, [o.dataset.value, o.textContent]]))"
+        )
+        T = nao.fk(q, frame)
+        expected = dict(
+            zip(("x", "y", "z", "roll", "pitch", "yaw"), [*T[:3, 3], *rpy_from_matrix(T[:3, :3])], strict=True)
+        )
+        for name, (value, text) in shown.items():
+            assert float(value) == pytest.approx(expected[name], abs=1e-6)
+            scale = 1000.0 if name in "xyz" else math.degrees(1.0)
+            assert float(text.rstrip("° m")) == pytest.approx(scale * expected[name], abs=0.051)
+
+
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 1.5707, 0.0])
+def test_the_read_out_keeps_its_digits_where_the_pitch_is_a_right_angle(page: Page, pitch: float) -> None:
+    R = nk.rotations.matrix_from_rpy([0.4, pitch, -1.1])
+    T = np.eye(4)
+    T[:3, :3] = R
+    angles = page.run(
+        "(elements) => NaoKin.rollPitchYaw(new MeshCat.THREE.Matrix4().fromArray(elements))", T.T.reshape(-1).tolist()
+    )
+    assert np.abs(nk.rotations.matrix_from_rpy(angles) - R).max() < 1e-14
+
+
+def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("StandInit"))
+    drawn = "() => [naoKin.marks.frames.length, naoKin.marks.axes.length, naoKin.marks.balance.children.length]"
+    assert page.run(drawn) == [0, 0, 0]
+    for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
+        page.tab.get_by_role("button", name=name, exact=True).click()
+    assert page.run(drawn) == [7, 26, 5]
+    legend = page.tab.locator("#legend").inner_text()
+    assert sorted(legend.split()) == ["revolute", "spherical", "universal"]
+    for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
+        page.tab.get_by_role("button", name=name, exact=True).click()
+    assert page.run(drawn) == [0, 0, 0]
+    assert not page.tab.locator("#legend").is_visible()
+
+
+def test_the_clip_scrubs_between_the_configurations(page: Page, nao: nk.NaoModel, clip: np.ndarray) -> None:
+    assert page.tab.locator("#player").is_visible()
+    assert page.run("() => naoKin.viewer.animator.duration") == pytest.approx(1.0)
+    scrubber = page.tab.get_by_label("Time")
+    for seconds, expected in ((0.0, clip[0]), (0.5, clip[10]), (0.525, (clip[10] + clip[11]) / 2), (1.0, clip[20])):
+        scrubber.evaluate("(bar, t) => { bar.value = t; bar.dispatchEvent(new Event('input')); }", seconds)
+        q = page.q
+        assert np.allclose(q, expected, atol=1e-6)
+        assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
+        assert float(page.slider("LKneePitch").input_value()) == pytest.approx(q[nao.joint_names.index("LKneePitch")])
+
+
+def test_the_clip_plays_and_stops(page: Page, clip: np.ndarray) -> None:
+    page.run("() => naoKin.player.seek(0)")
+    page.tab.get_by_label("Play", exact=True).click()
+    page.tab.wait_for_function("() => naoKin.viewer.animator.time > 0.15", timeout=10_000)
+    page.tab.get_by_label("Pause", exact=True).click()
+    moved = page.q
+    assert np.abs(moved - clip[0]).max() > 0.02
+    time.sleep(0.2)
+    assert np.array_equal(page.q, moved)
+
+
+def test_a_slider_takes_over_from_the_clip(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => { naoKin.player.seek(0); naoKin.player.toggle(); }")
+    page.slide("HeadYaw", 0.5)
+    assert not page.run("() => naoKin.viewer.animator.playing")
+    assert page.q[nao.joint_names.index("HeadYaw")] == pytest.approx(0.5)
+
+
+def test_joints_outside_their_limits_are_red(page: Page, nao: nk.NaoModel) -> None:
+    red = "() => [...document.querySelectorAll('.joint.outside')].map((row) => row.dataset.joint)"
+    page.set(nao.posture("StandInit"))
+    assert page.run(red) == []
+    angles = nao.angles(nao.posture("StandInit")) | {"HeadYaw": 2.0, "HeadPitch": 0.45, "LKneePitch": -1.0}
+    page.set(nao.configuration(angles, limits="ignore"))
+    assert page.run(red) == ["HeadPitch", "LKneePitch"]  # the head by its table, the knee by its box
+    tinted = page.run("() => naoKin.robot.meshes.filter(({link}) => naoKin.marks.red.has(link)).length")
+    assert tinted >= 2
+    page.set(nao.posture("StandInit"))
+    assert page.run(red) == []
+
+
+def test_the_page_and_the_library_agree_on_what_is_outside(page: Page, nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(5)
+    reach = nao.upper - nao.lower
+    for q in rng.uniform(nao.lower - 0.05 * reach, nao.upper + 0.05 * reach, (60, nao.nq)):
+        page.set(q)
+        columns = page.run("() => [...naoKin.robot.outside(naoKin.q)]")
+        assert {nao.joint_names[column] for column in columns} == {v.joint for v in nao.limit_violations(q)}
+
+
+def test_whole_body_cameras_show_the_whole_robot_and_little_else(page: Page, nao: nk.NaoModel) -> None:
+    corners = """(name) => {
+        naoKin.camera(name);
+        const { camera } = naoKin.viewer;
+        camera.updateMatrixWorld();
+        const { min, max } = naoKin.robot.box([]);
+        return [0, 1, 2, 3, 4, 5, 6, 7].map((i) => new MeshCat.THREE.Vector3(
+            i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z,
+        ).project(camera).toArray());
+    }"""
+    for posture in ("StandZero", "LyingBack"):
+        page.run("(name) => naoKin.posture(name)", posture)
+        for name in ("front", "side", "three-quarter"):
+            seen = np.array(page.run(corners, name))[:, :2]
+            assert np.abs(seen).max() < 0.95
+            assert np.ptp(seen, axis=0).max() > 1.2
+
+
+def test_four_cameras_see_something_and_see_it_move(page: Page, nao: nk.NaoModel) -> None:
+    pictures = {}
+    page.draw(True)
+    for name in ("front", "side", "three-quarter", "hands", "feet"):
+        page.set(nao.posture("StandInit"))
+        page.tab.get_by_role("button", name=name, exact=True).click()
+        still = page.picture()
+        assert still.std() > 8.0, f"{name}: hardly anything to see"
+        page.set(nao.posture("StandInit") + np.where(nao.lower < -0.2, -0.15, 0.15))
+        moved = page.picture()
+        assert (np.abs(still.astype(int) - moved.astype(int)).max(axis=2) > 20).mean() > 0.005, name
+        pictures[name] = still
+    page.draw(False)
+    names = list(pictures)
+    for index, name in enumerate(names):
+        for other in names[index + 1 :]:
+            assert (np.abs(pictures[name].astype(int) - pictures[other].astype(int)).max(axis=2) > 20).mean() > 0.02
+
+
+def test_foreign_names_are_text_and_nothing_else(browser: Any, tmp_path: Path) -> None:
+    evil = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>"
+    quoted = evil.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("'", "&apos;")
+    names = [quoted, "__proto__", "constructor"]
+    links = "".join(f'<link name="l{n}"/>' for n in [*names, "end"])
+    joints = "".join(
+        f'<joint name="{name}" type="revolute"><parent link="l{name}"/><child link="l{after}"/><axis xyz="0 0 1"/>'
+        f'<origin xyz="0 0 0.1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        for name, after in zip(names, [*names[1:], "end"], strict=True)
+    )
+    path = tmp_path / "evil.urdf"
+    path.write_text(f'<robot name="{quoted}">{links}{joints}</robot>', encoding="utf-8")
+    robot = nk.RobotModel.from_urdf(path)
+    viewer = Viewer(robot)
+    viewer.show_frames(robot.link_names)
+    viewer.show_targets({evil: [0.1, 0.0, 0.1]})
+    viewer.color_links({robot.link_names[0]: 1.0}, label=evil)
+    with opened(browser, viewer.save_html(tmp_path / "evil.html")) as page:
+        assert page.run("() => window.hacked") is None
+        assert page.tab.locator("h1").inner_text() == evil
+        assert page.tab.locator("img").count() == 0
+        q = robot.random(1)
+        page.set(q)
+        assert np.abs(page.poses(robot.frame_names) - robot.fk(q, robot.frame_names)).max() < 1e-6
+        assert len(page.requests) == 1
+
+
+def test_a_robot_of_one_bare_link_makes_a_page(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bare.urdf"
+    path.write_text('<robot name="bare"><link name="only"/></robot>', encoding="utf-8")
+    viewer = Viewer(nk.RobotModel.from_urdf(path))
+    for show in (viewer.show_com, viewer.show_support_polygon, viewer.show_joint_axes):
+        show()
+    viewer.show_ghost(np.zeros(0))
+    with opened(browser, viewer.save_html(tmp_path / "bare.html")) as page:
+        assert np.isfinite(page.run("() => naoKin.viewer.camera.position.toArray()")).all()
+        assert np.array_equal(page.poses(("only",))[0], np.eye(4))
+        assert page.run("() => naoKin.com()") is None
+
+
+def test_a_ghost_targets_and_colours_are_drawn(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    q, other = nao.posture("StandInit"), nao.posture("StandZero")
+    viewer.display(q)
+    viewer.show_ghost(other)
+    viewer.show_targets({"point": [0.2, 0.1, 0.0], "pose": nao.fk(other, "LArm")})
+    viewer.color_links({"Head": 0.0, "LFoot": 10.0}, label="torque")
+    viewer.show_frames(["LArm"], size=0.05)
+    viewer.camera("front")
+    with opened(browser, viewer.save_html(tmp_path / "more.html")) as page:
+        ghost = page.run(
+            "(links) => links.map((link) => naoKin.marks.ghost.pose(link).transpose().toArray())",
+            list(range(len(nao.link_names))),
+        )
+        names = [link["name"] for link in page.run("() => naoKin.robot.about.links")]
+        assert np.abs(np.reshape(ghost, (-1, 4, 4)) - nao.fk(other, names)).max() < 1e-6
+        assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
+        assert page.run("() => naoKin.marks.targets.children.length") == 2
+        assert "torque" in page.tab.locator("#legend").inner_text()
+        head, foot = (names.index(name) for name in ("Head", "l_ankle"))  # LFoot has no shape: it is fixed to l_ankle
+        colours = "(link) => naoKin.robot.meshes.find((m) => m.link === link).mesh.material.color.toArray()"
+        (r, _, b), (r2, _, b2) = page.run(colours, head), page.run(colours, foot)
+        assert b > r
+        assert r2 > b2
+
+
+def test_a_floating_base_moves_in_the_world(browser: Any, tmp_path: Path) -> None:
+    nao = nk.load_nao(base="floating")
+    q = nao.random(2)
+    q[:3], q[3:7] = [0.1, -0.2, 0.4], [0.5, 0.5, 0.5, 0.5]
+    viewer = Viewer(nao)
+    viewer.display(q)
+    with opened(browser, viewer.save_html(tmp_path / "floating.html")) as page:
+        assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
+        page.tab.get_by_role("button", name="Stand", exact=True).click()
+        assert np.allclose(page.q[:7], q[:7])
+        assert np.allclose(page.q[7:], nk.load_nao().posture("Stand"))
+
+
+def test_the_live_page_follows_and_answers(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer:
+        one = Page(browser, viewer.url)
+        try:
+            viewer.wait(5.0)
+            assert one.requests[0] == viewer.url
+            q = nao.posture("Crouch")
+            viewer.display(q)
+            one.tab.wait_for_function("(x) => Math.abs(naoKin.q[9] - x) < 1e-9", arg=float(q[9]))
+            assert np.array_equal(one.q, q)
+            assert np.abs(one.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
+            with opened(browser, viewer.url) as other:
+                assert np.array_equal(other.q, q)
+                other.slide("HeadYaw", 0.7)
+                one.tab.wait_for_function("() => Math.abs(naoKin.q[0] - 0.7) < 1e-9")
+                assert nao.angles(viewer.q)["HeadYaw"] == pytest.approx(0.7)
+                assert other.requests == [viewer.url]
+            viewer.animate([nao.posture("StandInit"), q], fps=1.0, play=False)
+            one.tab.wait_for_function("() => naoKin.player.loaded")
+            viewer.display(q)
+            one.tab.wait_for_function("() => !naoKin.player.loaded")
+            assert np.array_equal(one.q, q)
+            one.run("() => { naoKin.set(naoKin.robot.about.neutral); naoKin.hear({kind: 'still'}); }")
+            assert np.array_equal(one.q, nao.neutral())  # whichever of the two messages comes first
+            with pytest.warns(OutsideLimitsWarning, match="HeadYaw"):
+                viewer.display(nao.configuration({"HeadYaw": 3.0}, limits="ignore"))
+            one.tab.wait_for_selector('.joint.outside[data-joint="HeadYaw"]')
+            assert one.errors == []
+            viewer.close()
+            one.tab.wait_for_selector("#notice:not([hidden])")
+            one.slide("HeadYaw", -0.3)
+            assert one.q[0] == pytest.approx(-0.3)
+            assert one.errors == []
+        finally:
+            one.close()
+
+
+def test_a_killed_page_does_no_harm(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer:
+        Page(browser, viewer.url).close()
+        for q in nao.random(1, 10):
+            viewer.display(q)
+        with opened(browser, viewer.url) as page:
+            assert np.array_equal(page.q, q)
+
+
+def _processes(mark: str) -> list[str]:
+    """Command lines of the running processes that name something."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            found.append(process.read_bytes().replace(b"\0", b" ").decode("utf-8", "replace"))
+    return [line for line in found if mark in line]
+
+
+def test_a_picture_needs_no_page_and_leaves_nothing_behind(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    viewer = Viewer(nao)
+    viewer.save_png(tmp_path / "front.png", camera="front", size=(240, 320))
+    picture = read_png((tmp_path / "front.png").read_bytes())
+    assert picture.shape == (320, 240, 3)
+    assert picture.std() > 8.0
+    with pytest.raises(NoBrowser, match=r"within 0.2 s"):
+        viewer.save_png(tmp_path / "never.png", timeout=0.2)
+    assert viewer._server is None
+    assert _processes(str(tmp_path)) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["front.png"]

@@ -1,0 +1,193 @@
+"""`nao-kin view`."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+from viewer_pages import messages_of, read_png
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.errors import NoBrowser
+from nao_kin.viewer import Viewer
+from nao_kin.viewer.browser import find_browser
+
+
+def _shown(path: Path) -> tuple[np.ndarray, dict]:
+    """The configuration in a page, and the message that brings it."""
+    (message,) = (m for m in messages_of(path.read_text(encoding="utf-8")) if m.get("kind") == "joints")
+    return np.frombuffer(message["q"].data, dtype=np.float64), message
+
+
+def _refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["view", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nao-kin: ")
+    assert err.count("\n") == 1
+    return err
+
+
+def _write(path: Path, names: tuple[str, ...], rows: np.ndarray) -> Path:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([names, *rows.tolist()])
+    return path
+
+
+def test_help_gives_an_example(capsys: pytest.CaptureFixture) -> None:
+    assert run(["view", "--help"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "Example: nao-kin view" in out
+    for option in ("--posture", "--joint", "--fps", "--frames", "--html", "--png", "--camera", "--open", "--no-wait"):
+        assert option in out
+
+
+def test_it_writes_the_page_and_ends(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
+    path = tmp_path / "nao.html"
+    assert run(["view", "--html", str(path)]) == 0
+    assert capsys.readouterr() == (f"{path}\n", "")
+    assert path.read_text(encoding="utf-8") == _with_camera(nao)
+    assert run(["view", "--html", str(path), "--json", "--no-wait"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"html": str(path)}
+
+
+def _with_camera(nao: nk.NaoModel) -> str:
+    viewer = Viewer(nao)
+    viewer.camera("three-quarter")
+    return viewer.static_html()
+
+
+def test_postures_and_joints_are_shown(tmp_path: Path, nao: nk.NaoModel) -> None:
+    path = str(tmp_path / "nao.html")
+    assert run(["view", "--posture", "Crouch", "--html", path]) == 0
+    q, message = _shown(Path(path))
+    assert np.array_equal(q, nao.posture("Crouch"))
+    assert message["up"] is None
+    assert run(["view", "--posture", "LyingBack", "--joint", "HeadYaw=30", "--deg", "--html", path]) == 0
+    q, message = _shown(Path(path))
+    expected = nao.angles(nao.posture("LyingBack")) | {"HeadYaw": np.radians(30.0)}
+    assert np.allclose(q, nao.configuration(expected, limits="ignore"))
+    assert message["up"][0] > 0.99
+    assert run(["view", "--joint", "RHipYawPitch=-0.2", "--version", "v4", "--html", path]) == 0
+    assert _shown(Path(path))[0][nao.joint_names.index("LHipYawPitch")] == -0.2
+
+
+@pytest.mark.parametrize("many", [True, False])
+def test_a_trajectory_is_played(tmp_path: Path, nao: nk.NaoModel, many: bool) -> None:
+    page = tmp_path / "nao.html"
+    qs = np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 5)
+    if many:
+        path = _write(tmp_path / "walk.csv", nao.body_order, nao.to_body(qs))
+    else:
+        path = tmp_path / "one.json"
+        path.write_text(json.dumps(nao.angles(qs[0])), encoding="utf-8")
+    assert run(["view", str(path), "--fps", "50", "--html", str(page)]) == 0
+    clips = [m for m in messages_of(page.read_text(encoding="utf-8")) if m["type"] == "set_animation"]
+    assert len(clips) == many
+    if many:
+        clip = clips[0]["animations"][0]["clip"]
+        assert clip["fps"] == 50.0
+        values = np.frombuffer(clip["tracks"][0]["values"].data, dtype=np.float32).reshape(5, 25)
+        assert np.allclose(values, qs, atol=1e-6)
+
+
+def test_frames_may_be_listed_or_repeated(tmp_path: Path) -> None:
+    path = tmp_path / "nao.html"
+    assert run(["view", "--frames", "LArm, RArm", "--frames", "CameraTop", "--html", str(path)]) == 0
+    (message,) = (m for m in messages_of(path.read_text(encoding="utf-8")) if m.get("kind") == "frames")
+    assert message["names"] == ["LArm", "RArm", "CameraTop"]
+
+
+def test_joints_outside_their_limits_are_shown_and_said(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    assert run(["view", "--posture", "StandInit", "--joint", "HeadYaw=3", "--html", str(tmp_path / "x.html")]) == 0
+    assert capsys.readouterr().err == "nao-kin: outside the joint limits, shown in red: HeadYaw\n"
+
+
+def test_missing_meshes_are_said(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    urdf = tmp_path / "a.urdf"
+    mesh = '<visual><geometry><mesh filename="no.stl"/></geometry></visual>'
+    urdf.write_text(f'<robot name="a"><link name="l">{mesh}</link></robot>', encoding="utf-8")
+    assert run(["view", "--urdf", str(urdf), "--html", str(tmp_path / "a.html")]) == 0
+    assert capsys.readouterr().err == "nao-kin: mesh files not found: no.stl\n"
+
+
+def test_bad_input_is_refused_in_one_line(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    html = ("--html", str(tmp_path / "x.html"))
+    assert "LArm" in _refused(capsys, "--frames", "LArn", *html)
+    assert "nearest: front" in _refused(capsys, "--camera", "frnt", *html)
+    assert "nearest: StandInit" in _refused(capsys, "--posture", "StandInnit", *html)
+    assert "HeadYaw" in _refused(capsys, "--joint", "HeadYaw=nan", *html)
+    assert "fps must be positive" in _refused(
+        capsys, str(_write(tmp_path / "t.csv", nao.joint_names, nao.random(1, 2))), "--fps", "0", *html
+    )
+    short = _write(tmp_path / "short.csv", nao.joint_names[:20], nao.random(1, 2)[:, :20])
+    assert "missing joints" in _refused(capsys, str(short), *html)
+    assert "cannot be read" in _refused(capsys, str(tmp_path / "none.csv"), *html)
+    assert "leave out --posture" in _refused(capsys, str(short), "--posture", "Stand", *html)
+    assert "cannot write" in _refused(capsys, "--html", str(tmp_path / "no" / "x.html"))
+    assert not (tmp_path / "x.html").exists()
+    monkeypatch.setenv("NAO_KIN_BROWSER", str(tmp_path / "no-browser"))
+    assert "which is no program" in _refused(capsys, "--png", str(tmp_path / "x.png"))
+    monkeypatch.delenv("NAO_KIN_BROWSER")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr("nao_kin.viewer.browser._MAC_APPLICATIONS", ())
+    assert "none was found: install one" in _refused(capsys, "--png", str(tmp_path / "x.png"))
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        assert "is in use" in _refused(capsys, "--port", str(taken.getsockname()[1]))
+
+
+def test_a_picture_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    try:
+        find_browser()
+    except NoBrowser as error:
+        pytest.skip(f"no browser to draw with: {error}")
+    path = tmp_path / "nao.png"
+    assert run(["view", "--posture", "Crouch", "--png", str(path), "--camera", "side"]) == 0
+    assert capsys.readouterr() == (f"{path}\n", "")
+    picture = read_png(path.read_bytes())
+    assert picture.shape == (800, 1280, 3)
+    assert picture.std() > 8.0
+
+
+def test_without_files_it_serves_until_interrupted() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "nao_kin", "view", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        url = json.loads("".join(process.stdout.readline() for _ in range(3)))["url"]
+        with urllib.request.urlopen(url, timeout=5.0) as response:
+            assert b"<title>nao_v6</title>" in response.read()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=15.0)
+        assert (process.returncode, out, err) == (130, "", "")
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+
+
+def test_a_machine_without_a_browser_says_so(capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("webbrowser.open", lambda url: False)
+    assert run(["view", "--open"]) == 2
+    out, err = capsys.readouterr()
+    assert out.startswith("http://127.0.0.1:")
+    assert err.startswith("nao-kin: no web browser to open http://127.0.0.1:")
+
+
+def test_no_wait_ends_at_once(capsys: pytest.CaptureFixture) -> None:
+    assert run(["view", "--no-wait"]) == 0
+    assert capsys.readouterr().out.startswith("http://127.0.0.1:")

@@ -1,0 +1,370 @@
+"""The live server, spoken to as a page speaks to it, without a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import tracemalloc
+import urllib.error
+import urllib.request
+import weakref
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import umsgpack
+from tornado.websocket import WebSocketClientConnection, websocket_connect
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NoBrowser
+from nao_kin.viewer import Viewer
+
+
+@pytest.fixture
+def viewer(nao: nk.NaoModel) -> Iterator[Viewer]:
+    with Viewer(nao) as viewer:
+        yield viewer
+
+
+class Client:
+    """A page without a browser: it says it is ready, and keeps what it hears."""
+
+    def __init__(self, connection: WebSocketClientConnection) -> None:
+        self.connection = connection
+        self.heard: list[dict[str, Any]] = []
+
+    async def hear(self, kind: str, enough: Callable[[dict[str, Any]], bool] = lambda _: True) -> dict[str, Any]:
+        while True:
+            message = await asyncio.wait_for(self.connection.read_message(), 10.0)
+            assert message is not None, "the server closed the connection"
+            self.heard.append(umsgpack.unpackb(message))
+            if self.heard[-1].get("kind") == kind and enough(self.heard[-1]):
+                return self.heard[-1]
+
+    async def say(self, **answer: Any) -> None:
+        await self.connection.write_message(json.dumps(answer))
+
+
+@asynccontextmanager
+async def _client(viewer: Viewer) -> AsyncIterator[Client]:
+    address = viewer.url.replace("http:", "ws:") + "live"
+    client = Client(await websocket_connect(address, max_message_size=1 << 27))
+    try:
+        await client.hear("complete")
+        await client.say(kind="ready")
+        yield client
+    finally:
+        client.connection.close()
+        while await client.connection.read_message() is not None:
+            pass
+
+
+def _q_of(message: dict[str, Any]) -> np.ndarray:
+    return np.frombuffer(message["q"].data, dtype=np.float64)
+
+
+def _until(condition: Callable[[], bool], seconds: float = 5.0) -> bool:
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def _viewer_threads() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name == "nao_kin viewer"]
+
+
+def _answers(url: str) -> bool:
+    try:
+        with urllib.request.urlopen(url, timeout=2.0) as response:
+            return response.status == 200
+    except OSError:
+        return False
+
+
+def test_it_listens_on_this_machine_only_and_serves_the_page(viewer: Viewer) -> None:
+    assert viewer.url.startswith("http://127.0.0.1:")
+    with urllib.request.urlopen(viewer.url, timeout=5.0) as response:
+        page = response.read().decode("utf-8")
+    assert "<title>nao_v6</title>" in page
+    assert "connect-src ws: wss:" in page
+    others: list[str] = []
+    with suppress(OSError):
+        others = [str(address[4][0]) for address in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
+    port = int(viewer.url.rstrip("/").rpartition(":")[2])
+    for address in {address for address in others if not address.startswith("127.")}:
+        with socket.socket() as knock:
+            knock.settimeout(2.0)
+            assert knock.connect_ex((address, port)) != 0
+
+
+def test_other_paths_are_not_found_and_nobody_is_told(viewer: Viewer, caplog: pytest.LogCaptureFixture) -> None:
+    for path in ("static/", "../../etc/passwd", "live/x", "favicon.ico"):
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(viewer.url + path, timeout=5.0)
+    assert caplog.records == []
+
+
+def test_a_page_of_another_site_gets_no_connection(viewer: Viewer) -> None:
+    async def connect() -> None:
+        from tornado.httpclient import HTTPRequest
+
+        address = viewer.url.replace("http:", "ws:") + "live"
+        await websocket_connect(HTTPRequest(address, headers={"Origin": "http://elsewhere.example"}))
+
+    with pytest.raises(Exception, match="403"):
+        asyncio.run(connect())
+
+
+def test_leaving_the_block_ends_the_server(nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer:
+        url = viewer.url
+        assert _answers(url)
+        assert len(_viewer_threads()) == 1
+    assert not _answers(url)
+    assert _viewer_threads() == []
+    viewer.close()
+
+
+def test_an_error_inside_the_block_ends_the_server(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+
+    def fail() -> None:
+        with viewer:
+            assert _answers(viewer.url)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert _viewer_threads() == []
+
+
+def test_a_viewer_that_nobody_holds_ends_its_server(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    url, alive = viewer.url, weakref.ref(viewer)
+    del viewer
+    gc.collect()
+    assert alive() is None
+    assert _until(lambda: _viewer_threads() == [])
+    assert not _answers(url)
+
+
+def test_two_viewers_at_once_have_two_addresses(nao: nk.NaoModel) -> None:
+    with Viewer(nao) as one, Viewer(nk.load_nao("v4")) as other:
+        assert one.url != other.url
+        assert _answers(one.url)
+        assert _answers(other.url)
+
+
+def test_a_port_asked_for_is_taken_or_refused(nao: nk.NaoModel) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(BadArgument, match=f"port {port} on 127.0.0.1 is in use"), Viewer(nao, port=port):
+            pass
+        viewer = Viewer(nao, port=port)
+        with pytest.raises(BadArgument, match="in use"):
+            _ = viewer.url
+    with viewer:
+        assert viewer.url == f"http://127.0.0.1:{port}/"
+        with pytest.raises(BadArgument, match="in use"), Viewer(nao, port=port):
+            pass
+    assert _viewer_threads() == []
+
+
+@pytest.mark.parametrize(
+    ("host", "port"),
+    [("127.0.0.1", -1), ("127.0.0.1", 70000), ("127.0.0.1", "7000"), ("a" * 70, None), ("203.0.113.7", None)],
+)
+def test_addresses_that_cannot_be_had_are_refused(nao: nk.NaoModel, host: str, port: Any) -> None:
+    with pytest.raises(BadArgument), Viewer(nao, host=host, port=port):
+        pass
+
+
+def test_an_unknown_host_is_refused(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(*_: Any, **__: Any) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    with pytest.raises(BadArgument, match="cannot listen on 'elsewhere' port 7000: Name or service not known"):
+        _ = Viewer(nao, host="elsewhere").url
+
+
+def test_a_new_page_hears_of_everything_on_show(viewer: Viewer, nao: nk.NaoModel) -> None:
+    q = nao.posture("Crouch")
+    viewer.show_com()
+    viewer.display(q)
+
+    async def visit() -> list[dict[str, Any]]:
+        async with _client(viewer) as page:
+            return page.heard
+
+    heard = asyncio.run(visit())
+    kinds = [message.get("kind", message["type"]) for message in heard]
+    assert kinds.index("set_object") < kinds.index("robot") < kinds.index("joints") < kinds.index("shown")
+    assert kinds[-1] == "complete"
+    assert np.array_equal(_q_of(heard[kinds.index("joints")]), q)
+
+
+def test_a_page_follows_every_display_and_may_skip_what_is_out_of_date(viewer: Viewer, nao: nk.NaoModel) -> None:
+    qs = nao.random(3, 500)
+
+    async def follow() -> list[np.ndarray]:
+        async with _client(viewer) as page:
+            before = len(page.heard)
+            for q in qs:
+                viewer.display(q)
+            await page.hear("joints", lambda message: np.array_equal(_q_of(message), qs[-1]))
+            return [_q_of(message) for message in page.heard[before:] if message.get("kind") == "joints"]
+
+    seen = asyncio.run(follow())
+    places = [int(np.flatnonzero((qs == q).all(axis=1))[0]) for q in seen]
+    assert places == sorted(places)
+    assert places[-1] == len(qs) - 1
+
+
+def test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page(viewer: Viewer, nao: nk.NaoModel) -> None:
+    q = nao.random(5)
+
+    async def slide() -> None:
+        async with _client(viewer) as one, _client(viewer) as other:
+            await one.say(kind="joints", q=q.tolist(), up=None, source="one")
+            heard = await other.hear("joints", lambda message: message["source"] == "one")
+            assert np.array_equal(_q_of(heard), q)
+
+    asyncio.run(slide())
+    assert np.array_equal(viewer.q, q)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "not json",
+        "[]",
+        '{"kind": "joints"}',
+        '{"kind": "joints", "q": [1, 2, 3]}',
+        '{"kind": "joints", "q": "x"}',
+        '{"kind": "joints", "q": [' + ", ".join(["NaN"] * 25) + "]}",
+        '{"kind": "picture", "id": [1], "data": "x"}',
+        '{"kind": "picture", "id": 12345, "data": "x"}',
+        '{"kind": {"a": 1}}',
+        "\x00",
+    ],
+)
+def test_nonsense_from_a_page_changes_nothing(viewer: Viewer, answer: str) -> None:
+    before = viewer.q
+
+    async def talk() -> None:
+        async with _client(viewer) as page:
+            await page.connection.write_message(answer)
+            await page.connection.write_message(b"\xff\xfe", binary=True)
+            viewer.display(before)
+            await page.hear("joints")
+
+    asyncio.run(talk())
+    assert np.array_equal(viewer.q, before)
+    assert _answers(viewer.url)
+
+
+def test_a_page_that_goes_away_is_forgotten(viewer: Viewer, nao: nk.NaoModel) -> None:
+    async def leave() -> None:
+        async with _client(viewer):
+            assert _until(lambda: len(viewer._server._pages) == 1)
+
+    asyncio.run(leave())
+    assert _until(lambda: len(viewer._server._pages) == 0)
+    for q in nao.random(1, 20):
+        viewer.display(q)
+    assert _answers(viewer.url)
+
+
+def test_waiting_ends_when_a_page_is_ready_or_the_time_is_over(viewer: Viewer) -> None:
+    with pytest.raises(NoBrowser, match=r"no browser opened the page within 0.05 s"):
+        viewer.wait(0.05)
+    done = threading.Event()
+    waiting = threading.Thread(target=lambda: (viewer.wait(10.0), done.set()))
+    waiting.start()
+
+    async def visit() -> None:
+        async with _client(viewer):
+            assert await asyncio.to_thread(done.wait, 5.0)
+
+    asyncio.run(visit())
+    waiting.join(5.0)
+
+
+def test_hundreds_of_displays_need_no_more_memory(viewer: Viewer, nao: nk.NaoModel) -> None:
+    qs = nao.random(2, 50)
+
+    async def grow() -> int:
+        async def some(count: int) -> None:
+            for index in range(count):
+                viewer.display(qs[index % len(qs)])
+            viewer.display(qs[7] * 0.5)
+            await page.hear("joints", lambda message: np.array_equal(_q_of(message), qs[7] * 0.5))
+            page.heard.clear()
+
+        async with _client(viewer) as page:
+            await some(300)
+            gc.collect()
+            tracemalloc.start()
+            try:
+                before = tracemalloc.get_traced_memory()[0]
+                await some(1500)
+                gc.collect()
+                return tracemalloc.get_traced_memory()[0] - before
+            finally:
+                tracemalloc.stop()
+
+    assert asyncio.run(grow()) < 200_000
+
+
+@pytest.mark.skipif(os.name != "posix", reason="process groups")
+@pytest.mark.parametrize("ending", ["interrupt", "error", "kill"])
+def test_no_process_is_left_behind(tmp_path: Path, ending: str) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import sys, time, nao_kin as nk\n"
+        "from nao_kin.viewer import Viewer\n"
+        "with Viewer(nk.load_nao()) as viewer:\n"
+        "    print(viewer.url, flush=True)\n"
+        + ("    raise RuntimeError('oh')\n" if ending == "error" else "    time.sleep(60)\n"),
+        encoding="utf-8",
+    )
+    process = subprocess.Popen(
+        [sys.executable, str(program)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        assert process.stdout is not None
+        url = process.stdout.readline().strip()
+        if ending != "error":
+            assert _answers(url)
+            process.send_signal(signal.SIGINT if ending == "interrupt" else signal.SIGKILL)
+        _, errors = process.communicate(timeout=20.0)
+        assert ("KeyboardInterrupt" in errors) == (ending == "interrupt")
+        assert ("RuntimeError: oh" in errors) == (ending == "error")
+        assert not _answers(url)
+        with pytest.raises(ProcessLookupError):
+            os.killpg(process.pid, 0)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()

@@ -1,0 +1,124 @@
+"""Pages of the viewer in a real browser, for tests: one headless Chromium, watched for errors and for calls home."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import umsgpack
+from PIL import Image
+
+import nao_kin as nk
+from nao_kin.errors import NoBrowser
+from nao_kin.viewer.browser import find_browser
+
+OPTIONS = (
+    "--no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic "
+    "--disable-background-networking --disable-component-update --disable-sync --no-first-run --disable-dev-shm-usage"
+).split()
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """A browser, closed whatever happens; the test is skipped where there is none."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    try:
+        program = find_browser()
+    except NoBrowser as error:
+        pytest.skip(f"no browser to test the viewer in: {error}")
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=str(program), args=OPTIONS)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class Page:
+    """An open page, and what it said and asked for while it was open."""
+
+    def __init__(self, browser: Any, url: str, size: tuple[int, int] = (760, 420)) -> None:
+        self.errors: list[str] = []
+        self.requests: list[str] = []
+        self.tab = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        self.tab.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+        self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.tab.on("request", lambda request: self.requests.append(request.url))
+        self.tab.goto(url)
+        self.tab.wait_for_selector("body[data-ready]", timeout=30_000)
+
+    def run(self, expression: str, argument: Any = None) -> Any:
+        return self.tab.evaluate(expression, argument)
+
+    @property
+    def q(self) -> np.ndarray:
+        return np.array(self.run("() => (naoKin.settle(), [...naoKin.q])"))
+
+    def poses(self, names: tuple[str, ...]) -> np.ndarray:
+        """Poses of frames in the robot's root, read back from the matrices of the scene, shape (n, 4, 4)."""
+        return np.array(self.run("(names) => names.map((name) => naoKin.pose(name))", list(names))).reshape(-1, 4, 4)
+
+    def set(self, q: np.ndarray) -> None:
+        self.run("(q) => { naoKin.set(q); naoKin.settle(); }", q.tolist())
+
+    def slider(self, joint: str) -> Any:
+        return self.tab.locator(f'.joint[data-joint="{joint}"] input[type="range"]')
+
+    def slide(self, joint: str, value: float) -> None:
+        """What a hand on the slider does: a new value, and the event that says so."""
+        self.slider(joint).evaluate(
+            "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input', {bubbles: true})); }",
+            value,
+        )
+
+    def draw(self, on: bool) -> None:
+        """Leave out the drawing itself, which without a graphics card takes most of the time; all else goes on."""
+        self.run(
+            """(on) => {
+                window.drawing ??= naoKin.viewer.renderer.render;
+                naoKin.viewer.renderer.render = on ? window.drawing : () => {};
+                naoKin.viewer.set_dirty();
+            }""",
+            on,
+        )
+
+    def picture(self) -> np.ndarray:
+        return read_png(self.tab.locator("#pane").screenshot())
+
+    def close(self) -> None:
+        self.tab.close()
+
+
+@contextmanager
+def opened(browser: Any, where: Path | str, size: tuple[int, int] = (760, 420)) -> Iterator[Page]:
+    """A page that must neither complain nor ask anybody for anything but itself."""
+    page = Page(browser, where.as_uri() if isinstance(where, Path) else where, size)
+    try:
+        yield page
+        assert page.errors == []
+    finally:
+        page.close()
+
+
+def messages_of(html: str) -> list[dict[str, Any]]:
+    """The messages that a static page carries."""
+    scene = re.search(r'<script type="text/plain" id="scene">(.*?)</script>', html, re.DOTALL)
+    assert scene is not None
+    return [umsgpack.unpackb(base64.b64decode(line)) for line in scene.group(1).split()]
+
+
+def read_png(data: bytes) -> np.ndarray:
+    """The pixels of a PNG, shape (height, width, 3)."""
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+
+
+def made_of(nao: nk.NaoModel) -> list[np.ndarray]:
+    """Configurations to look at: every posture, and a few at random, coupled limits included."""
+    return [*(nao.posture(name) for name in nao.posture_names), *nao.random(7, 5)]
