@@ -26,6 +26,9 @@ exclude_patterns = ["_build", "_generated"]
 nitpicky = False
 default_role = "code"
 
+# Words such as q in a Returns section are taken for types, of which there are several.
+suppress_warnings = ["ref.python"]
+
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_format = "short"
