@@ -368,7 +368,7 @@ def test_offsets_of_mimics_do_not_move_the_axes(tmp_path) -> None:
     robot = made_up(
         tmp_path,
         J("m", Z, xyz=(1, 0, 0)),
-        J("a", Z, parent="base", follows=("m", -2.0, 0.7)),
+        J("a", Z, parent="base", follows=("m", -2.0, 0.7), limits=(-9.0, 9.0)),
         J("b", X),
         J("c", Y),
     )
