@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._arrays import Floats
 from nao_kin.errors import UnknownName
 from nao_kin.lines import PluckerLine, geometric_jacobian
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.workspace import expression_named
 from nao_kin.urdf_reader import read_urdf
 
@@ -26,10 +26,12 @@ class JointAxes:
         sliding: which of them are prismatic, shape (m,).
 
     Raises:
+        BadArgument: no robot model.
         BadModel: the robot's URDF can no longer be read.
     """
 
     def __init__(self, robot: RobotModel) -> None:
+        check_robot(robot)
         tree = read_urdf(robot.urdf_path)
         moving = [joint for joint in tree.joints if joint.kind != "fixed"]
         self.robot = robot

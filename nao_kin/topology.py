@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 from nao_kin.errors import BadModel
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 
 
 @dataclass(frozen=True)
-class Coupling:
+class SharedMotor:
     """A joint that has no motor of its own.
 
     Attributes:
@@ -42,10 +42,10 @@ class Topology:
     moving_joints: int
     closed_loops: int
     chains: tuple[tuple[str, ...], ...]
-    couplings: tuple[Coupling, ...]
+    couplings: tuple[SharedMotor, ...]
 
     @property
-    def couplings_between_limbs(self) -> tuple[Coupling, ...]:
+    def couplings_between_limbs(self) -> tuple[SharedMotor, ...]:
         """The couplings that tie two limbs together."""
         return tuple(tie for tie in self.couplings if tie.between_limbs)
 
@@ -54,12 +54,14 @@ def topology(robot: RobotModel) -> Topology:
     """The structure of a robot, read off its Pinocchio model; the loops are counted in its URDF.
 
     Raises:
+        BadArgument: no robot model.
         BadModel: the robot's URDF can no longer be read.
     """
+    check_robot(robot)
     names, parents = _tree_of_joints(robot)
     limbs = {name: _ancestry(name, parents)[-1] for name in names}
     couplings = tuple(
-        Coupling(name, robot.mimics[name].joint, limbs[name] != limbs[robot.mimics[name].joint])
+        SharedMotor(name, robot.mimics[name].joint, limbs[name] != limbs[robot.mimics[name].joint])
         for name in names
         if name in robot.mimics
     )

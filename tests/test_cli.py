@@ -308,8 +308,11 @@ def test_joints_can_be_merged_into_lower_pairs(capsys: pytest.CaptureFixture) ->
     assert (elbow["pair"], elbow["parts"]) == ("spherical", ["LElbowYaw", "LElbowRoll", "LWristYaw"])
     assert run(["joints", "--typed", "--version", "v3.2", "--rule", "concurrent"]) == 0
     assert "ball and socket" in capsys.readouterr().out
-    assert "unknown rule 'any'" in _refused(capsys, "joints", "--typed", "--rule", "any")
-    assert "tolerance must be in" in _refused(capsys, "joints", "--typed", "--tolerance", "-1")
+    assert _json(capsys, "joints", "--rule", "concurrent", "--json") == concurrent
+    for typed in ((), ("--typed",)):
+        assert "unknown rule 'any'" in _refused(capsys, "joints", *typed, "--rule", "any")
+        assert "tolerance must be in" in _refused(capsys, "joints", *typed, "--tolerance", "-1")
+        assert "tolerance must be in" in _refused(capsys, "joints", *typed, "--tolerance", "nan")
 
 
 def test_names_from_a_file_are_no_markup(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:

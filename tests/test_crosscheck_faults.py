@@ -493,3 +493,11 @@ def test_a_changed_pinocchio_model_stands_alone_against_two() -> None:
         (POSITION, "Pinocchio"),
     }
     assert blamed(report, POSITION) == {"LKneePitch"}
+
+
+def test_a_conversion_that_raises_anything_fails_its_own_rows_only(nao: nk.NaoModel) -> None:
+    def broken(R: object) -> object:
+        raise ValueError("no idea")
+
+    report = crosscheck.run(nao, samples=10, conversions=replace(Conversions(), log=broken))
+    assert {row.convention for row in report.failures} == {"log"}

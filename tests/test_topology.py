@@ -5,8 +5,10 @@ from pathlib import Path
 import pytest
 
 import nao_kin as nk
-from nao_kin.errors import BadModel, MissingExtra
-from nao_kin.topology import Coupling, topology
+from nao_kin import crosscheck, joints
+from nao_kin.errors import BadArgument, BadModel, MissingExtra
+from nao_kin.joint_axes import JointAxes
+from nao_kin.topology import SharedMotor, topology
 
 VERSIONS = ["v3.2", "v3.3", "v4", "v5", "v6"]
 
@@ -34,7 +36,7 @@ def test_the_nao_is_one_tree_of_five_serial_chains_with_one_coupling(version, ba
     assert structure.closed_loops == 0
     assert set(structure.chains) == set(nao.chains.values())
     assert sum(len(chain) for chain in structure.chains) == 26
-    assert structure.couplings_between_limbs == (Coupling("RHipYawPitch", "LHipYawPitch", between_limbs=True),)
+    assert structure.couplings_between_limbs == (SharedMotor("RHipYawPitch", "LHipYawPitch", between_limbs=True),)
 
 
 def test_every_joint_is_a_degree_of_freedom_or_follows_one() -> None:
@@ -69,7 +71,7 @@ def test_a_follower_between_two_joints_of_its_limb_does_not_break_the_chain(tmp_
     )
     structure = topology(robot)
     assert set(structure.chains) == {("a", "c"), ("other",)}
-    assert set(structure.couplings) == {Coupling("b", "a", between_limbs=False), Coupling("other", "a", True)}
+    assert set(structure.couplings) == {SharedMotor("b", "a", between_limbs=False), SharedMotor("other", "a", True)}
     assert structure.degrees_of_freedom == 2
 
 
@@ -96,3 +98,9 @@ def test_a_urdf_that_is_gone_is_refused_by_name(tmp_path) -> None:
     robot.urdf_path.unlink()
     with pytest.raises(BadModel, match=r"robot\.urdf"):
         topology(robot)
+
+
+@pytest.mark.parametrize("call", [topology, JointAxes, crosscheck.run, joints.group_joints])
+def test_what_is_no_robot_is_refused_by_all(call) -> None:
+    with pytest.raises(BadArgument, match="robot must be a RobotModel, got int"):
+        call(5)

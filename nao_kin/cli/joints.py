@@ -23,11 +23,12 @@ def register(app: typer.Typer) -> None:
 def joints(
     typed: Annotated[bool, typer.Option("--typed", help="Merge revolutes that share a centre into one joint.")] = False,
     rule: Annotated[
-        str, typer.Option(metavar="RULE", help="With --typed: coincident (joint centres) or concurrent (axes).")
-    ] = "coincident",
+        str | None,
+        typer.Option(metavar="RULE", help="Merge by coincident joint centres (the default) or concurrent axes."),
+    ] = None,
     tolerance: Annotated[
-        float, typer.Option(metavar="M", help="With --typed: how far axes may miss their common point [m].")
-    ] = 1e-9,
+        float | None, typer.Option(metavar="M", help="Merge axes that miss their common point by no more [m].")
+    ] = None,
     deg: Deg = False,
     json: Json = False,
     version: Version = "v6",
@@ -42,7 +43,8 @@ def joints(
     from nao_kin.joints import joint_table
 
     model = load(version, urdf, robot)
-    table = joint_table(model, typed=typed, rule=rule, tolerance=tolerance)  # type: ignore[arg-type]
+    chosen = {name: value for name, value in (("rule", rule), ("tolerance", tolerance)) if value is not None}
+    table = joint_table(model, typed=typed or bool(chosen), **chosen)  # type: ignore[arg-type]
     if json:
         print_json(_document(model, table, deg))
         return

@@ -20,7 +20,7 @@ from nao_kin.crosscheck.conversions import Conversions
 from nao_kin.crosscheck.report import Report
 from nao_kin.crosscheck.steps import Step, steps_of
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 
 # Configurations compared at once: few enough that memory stays small and a progress bar moves.
 _CHUNK = 100
@@ -54,10 +54,15 @@ def run(
         The table, with the worst case of every row.
 
     Raises:
-        BadArgument: a floating base, no configurations, no seed.
+        BadArgument: no robot, a floating base, no configurations, no seed, no `Conversions`, no steps.
         UnknownName: a step that stands in an unknown frame.
         BadModel: the robot's URDF can no longer be read.
     """
+    check_robot(robot)
+    if conversions is not None and not isinstance(conversions, Conversions):
+        raise BadArgument(f"conversions must be Conversions, got {type(conversions).__name__}")
+    if steps is not None and not (isinstance(steps, Sequence) and all(isinstance(step, Step) for step in steps)):
+        raise BadArgument("steps must be a sequence of Step")
     if robot.base != "fixed":
         raise BadArgument("a cross-check needs a robot with a fixed base: load it with base='fixed'")
     samples, seed = whole_number(samples, "samples", 1), whole_number(seed, "seed", 0)
@@ -100,8 +105,9 @@ class _Rotations:
         for check, tally in zip(self._checks, self.tallies, strict=True):
             try:
                 tally.add(check.gap(sample, self._conversions).reshape(shape), first, frames)
-            except NaoKinError as error:
-                tally.refuse(str(error), shape, first, frames)
+            except Exception as error:  # whatever a conversion under test raises is its failure, not the check's
+                reason = str(error) if isinstance(error, NaoKinError) else f"{type(error).__name__}: {error}"
+                tally.refuse(reason, shape, first, frames)
 
 
 def _turning(steps: Sequence[Step], frames: Sequence[str]) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal
 
@@ -49,7 +51,7 @@ def group_joints(robot: Robot, *, rule: Rule = "coincident", tolerance: float = 
         BadArgument: a tolerance outside these bounds; no robot model.
         BadModel: a joint that is neither revolute, prismatic nor the free base.
     """
-    if rule not in RULES:
+    if not isinstance(rule, str) or rule not in RULES:
         raise UnknownName("rule", rule, RULES)
     allowed = _checked_tolerance(tolerance)
     nodes = read_tree(robot)
@@ -87,12 +89,14 @@ def _grouped(nodes: Mapping[int, Node], pieces: Iterable[Sequence[Node]], rule: 
     )
 
 
-def _checked_tolerance(tolerance: float) -> float:
+def _checked_tolerance(tolerance: object) -> float:
     least, most = _TOLERANCES
+    if not isinstance(tolerance, numbers.Real):
+        raise BadArgument(f"tolerance must be a length in metres, got {tolerance!r}")
     try:
         value = float(tolerance)
-    except (TypeError, ValueError):
-        raise BadArgument(f"tolerance must be a length in metres, got {tolerance!r}") from None
+    except OverflowError:
+        value = math.inf
     if not least <= value <= most:
         raise BadArgument(f"tolerance must be in [{least:g}, {most:g}] m, got {value:g}")
     return value

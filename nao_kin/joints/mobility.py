@@ -38,6 +38,8 @@ def mobility(
 
     Source: Hartenberg and Denavit, Kinematic Synthesis of Linkages, 1964, ch. 5.
     """
+    if not isinstance(pairs, Iterable):
+        raise BadArgument(f"pairs must be a list of joints, got {pairs!r}")
     known = [pair if isinstance(pair, LowerPair) else lower_pair(pair) for pair in pairs]
     if space not in (3, 6):
         raise BadArgument(f"space must be 3 or 6, got {space!r}")

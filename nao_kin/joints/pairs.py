@@ -151,6 +151,6 @@ def lower_pair(name: str) -> LowerPair:
     Raises:
         UnknownName: there is none.
     """
-    if name not in LOWER_PAIRS:
+    if not isinstance(name, str) or name not in LOWER_PAIRS:
         raise UnknownName("pair", name, tuple(LOWER_PAIRS))
     return LOWER_PAIRS[name]

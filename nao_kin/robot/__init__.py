@@ -2,6 +2,6 @@
 
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LimitViolation
-from nao_kin.robot.model import WORLD, RobotModel
+from nao_kin.robot.model import WORLD, RobotModel, check_robot
 
-__all__ = ["WORLD", "LimitViolation", "RobotModel", "load_robot", "robot_names"]
+__all__ = ["WORLD", "LimitViolation", "RobotModel", "check_robot", "load_robot", "robot_names"]

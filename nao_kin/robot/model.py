@@ -474,3 +474,9 @@ def _frame_table(model: pin.Model) -> tuple[dict[str, int], tuple[str, ...]]:
         if index > 0 and frame.type != pin.FrameType.FIXED_JOINT and frame.name not in table:
             table[frame.name] = links.get(frame.name, index)
     return table, tuple(links)
+
+
+def check_robot(robot: object) -> None:
+    """Raise `BadArgument` for what is no robot model."""
+    if not isinstance(robot, RobotModel):
+        raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")
