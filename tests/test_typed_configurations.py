@@ -109,7 +109,7 @@ def test_the_sign_of_a_quaternion_does_not_matter() -> None:
         assert np.allclose(TYPED.to_q(flipped), q, rtol=0, atol=1e-14)
 
 
-def test_what_stands_for_carriers_is_not_read_and_is_set_right() -> None:
+def test_where_the_limits_decide_carriers_do_not_count_and_are_set_right() -> None:
     q = NAO.random(5, 10)
     q_typed = TYPED.from_q(q)
     wrong = q_typed.copy()
@@ -117,6 +117,52 @@ def test_what_stands_for_carriers_is_not_read_and_is_set_right() -> None:
         wrong[:, TYPED.columns[carrier]] = 0.77
     assert np.array_equal(TYPED.to_q(wrong), TYPED.to_q(q_typed))
     assert np.allclose(TYPED.from_q(TYPED.to_q(wrong)), q_typed, rtol=0, atol=1e-14)
+
+
+def test_to_q_undoes_from_q_inside_the_limits_of_every_version_and_rule(each_nao) -> None:
+    typed = TypedModel(each_nao, rule="concurrent")
+    q = each_nao.random(3, 2000)
+    q_typed = typed.from_q(q)
+    back = typed.to_q(q_typed)
+    assert np.allclose(back, q, rtol=0, atol=1e-13)
+    assert np.allclose(each_nao.fk(back[:100]), typed.fk(q_typed[:100]), rtol=0, atol=1e-13)
+
+
+SHOULDERS = TypedModel(nk.load_nao("v3.2"), rule="concurrent")
+
+
+@given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), distance, st.sampled_from([-1, 1]))
+def test_carriers_tell_a_shoulder_its_side_of_the_lock_and_its_outer_angles_at_it(pitch, yaw, d, sign) -> None:
+    q = SHOULDERS.robot.configuration(
+        {"LShoulderPitch": pitch, "LShoulderRoll": math.pi / 2 + sign * min(d, 0.05), "LElbowYaw": yaw}
+    )
+    assert np.allclose(SHOULDERS.to_q(SHOULDERS.from_q(q)), q, rtol=0, atol=1e-12)
+
+
+def test_carriers_nobody_has_set_leave_the_rotation_and_the_limits_alone() -> None:
+    robot = SHOULDERS.robot
+    q = robot.random(3, 500)
+    q_typed = SHOULDERS.from_q(q)
+    for value in (0.0, 7.0, -1e200):
+        for carrier in SHOULDERS.carriers:
+            if carrier in SHOULDERS.columns:
+                q_typed[:, SHOULDERS.columns[carrier]] = value
+        back = SHOULDERS.to_q(q_typed)
+        assert np.all((back >= robot.lower - 1e-9) & (back <= robot.upper + 1e-9))
+        assert np.allclose(robot.fk(back, "LArm"), robot.fk(q, "LArm"), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_driver_that_turns_further_than_once_comes_back_inside_its_limits(tmp_path, told) -> None:
+    first = [J("j0", Z, limits=(-6.0, 6.0)), J("j1", X, limits=(-1.4, 1.4)), J("j2", Y)]
+    second = [J("j3", Z, (0, 0, 0.2), follows=("j0", 0.5, 0.0)), J("j4", X, limits=(-1.4, 1.4)), J("j5", Y)]
+    robot = made_up(tmp_path, *first, *second)
+    typed = TypedModel(robot)
+    q = robot.random(1, 500)
+    q_typed = typed.from_q(q)
+    if not told:
+        q_typed[:, typed.columns["j0"]] = 0.0
+    assert np.allclose(typed.to_q(q_typed), q, rtol=0, atol=1e-11)
 
 
 # --- branches ---------------------------------------------------------------------------------------------------------
@@ -338,6 +384,48 @@ def test_a_quaternion_of_wrong_norm_is_refused_with_its_joint_and_norm(scale) ->
         TYPED.to_q(q_typed)
     with pytest.raises(BadArgument, match="index"):
         TYPED.ball_angles(q_typed, "RHipRoll")
+
+
+def test_every_reader_of_quaternions_refuses_a_wrong_norm_with_joint_norm_and_index() -> None:
+    readers = [
+        TYPED.to_q,
+        TYPED.violations,
+        TYPED.com,
+        lambda q: TYPED.fk(q, "RFoot"),
+        lambda q: TYPED.jacobian(q, "RFoot"),
+        lambda q: TYPED.ball_angles(q, "LHipRoll"),
+    ]
+    for scale, norm in ((0.0, "0"), (1.5, "1.5"), (1e200, "inf")):
+        q_typed = TYPED.from_q(NAO.neutral() * np.ones((2, 3, 1)))
+        q_typed[1, 2, TYPED.columns[HIP["R"]]] *= scale
+        for reader in readers:
+            with pytest.raises(BadArgument, match=rf"^RHip.*\(x, y, z, w\), got one of norm {norm} at index \[1, 2\]$"):
+                reader(q_typed)
+
+
+def test_the_quaternion_of_a_floating_base_is_checked_and_normalised_like_a_balls() -> None:
+    floating = TypedModel(nk.load_nao(base="floating"))
+    q = floating.robot.neutral()
+    q_typed = floating.from_q(q)
+    for reader in (floating.to_q, floating.com, floating.fk, lambda q: floating.jacobian(q, "LFoot")):
+        with pytest.raises(BadArgument, match=r"^base must be a unit quaternion .* norm 2$"):
+            reader(np.concatenate([q_typed[:3], 2 * q_typed[3:7], q_typed[7:]]))
+    q_typed[3:7] *= 1 + 9e-7
+    before = q_typed.copy()
+    R = floating.fk(q_typed, "LFoot")[:3, :3]
+    assert np.allclose(R @ R.T, np.eye(3), rtol=0, atol=1e-15)
+    assert np.allclose(floating.to_q(q_typed), q, rtol=0, atol=1e-15)
+    assert np.array_equal(q_typed, before)
+
+
+@pytest.mark.parametrize("scale", [1 - 9e-7, 1 + 9e-7])
+def test_what_is_left_of_a_balls_norm_does_not_reach_the_poses(scale) -> None:
+    q = NAO.random(1)
+    q_typed = TYPED.from_q(q)
+    off = with_ball(q_typed, "R", scale * q_typed[TYPED.columns[HIP["R"]]])
+    assert np.allclose(TYPED.fk(off), TYPED.fk(q_typed), rtol=0, atol=1e-14)
+    assert np.allclose(TYPED.com(off), TYPED.com(q_typed), rtol=0, atol=1e-15)
+    assert np.allclose(TYPED.jacobian(off, "RFoot"), TYPED.jacobian(q_typed, "RFoot"), rtol=0, atol=1e-14)
 
 
 def test_a_quaternion_off_by_rounding_is_taken() -> None:

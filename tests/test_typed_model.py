@@ -399,6 +399,8 @@ def test_unknown_names_are_refused_with_the_nearest(nao) -> None:
     typed = typed_nao()
     with pytest.raises(UnknownName, match="LFoot"):
         typed.fk(typed.neutral(), "LFot")
+    with pytest.raises(UnknownName, match="frame '5'"):
+        typed.fk(typed.neutral(), 5)
     with pytest.raises(UnknownName):
         typed.jacobian(typed.neutral(), "LFoot", "world")
     with pytest.raises(UnknownName, match="nearest"):

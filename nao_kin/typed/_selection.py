@@ -1,4 +1,4 @@
-"""Which triple of each ball is meant: nearest to a reference or inside the limits, and true to the couplings."""
+"""Which triple of each ball is meant: true to the couplings, near a reference or inside the limits, as carriers say."""
 
 from __future__ import annotations
 
@@ -43,18 +43,36 @@ class Mismatch:
     nearest: Floats
 
 
+@dataclass(frozen=True, eq=False)
+class _Triple:
+    """One triple of angles of a ball.
+
+    Attributes:
+        angles: shape (n, 3).
+        costs: squared distances from the reference or the limits, from the carriers, and from the middle of the
+            limits, shape (3, n).
+        doubt: uncertainty of the outer angles, shape (n,).
+    """
+
+    angles: Floats
+    costs: Floats
+    doubt: Floats
+
+
 @dataclass(eq=False)
 class _Choice:
-    """One combination of triples: the values of all joints, and how good they are."""
+    """One combination of triples: the values of all joints, and how good they are, what weighs most first."""
 
     angles: dict[str, Floats]
-    cost: Floats
+    costs: Floats
     mismatches: list[Mismatch]
 
     @property
-    def violations(self) -> Floats:
-        """How many couplings are violated, shape (n,)."""
-        return np.sum([m.violated for m in self.mismatches], axis=0) if self.mismatches else np.zeros(len(self.cost))
+    def order(self) -> Floats:
+        """How many couplings are violated, then the costs of the triples; shape (4, n)."""
+        n = self.costs.shape[-1]
+        violations = np.sum([m.violated for m in self.mismatches], axis=0) if self.mismatches else np.zeros(n)
+        return np.concatenate([np.broadcast_to(violations, (1, n)), self.costs])
 
 
 class Selection:
@@ -64,22 +82,32 @@ class Selection:
         self._balls, self._followers = tuple(balls), tuple(followers)
         self._place = {reading.name: (ball, k) for ball in self._balls for k, reading in enumerate(ball.readings)}
         self._clusters = list(self._connected())
+        # Drivers that a whole turn takes to another value of a follower.
+        self._wound = {follower.driver for follower in self._followers if follower.multiplier % 1.0 != 0.0}
 
     def choose(
-        self, quaternions: Mapping[str, Floats], values: Mapping[str, Floats], reference: Floats | None
+        self,
+        quaternions: Mapping[str, Floats],
+        values: Mapping[str, Floats],
+        carried: Mapping[str, Floats],
+        reference: Floats | None,
     ) -> tuple[dict[str, Floats], list[Mismatch]]:
         """Values of all joints by name, each of shape (n,), and what the couplings miss.
 
         Args:
             quaternions: by the name of the ball, (x, y, z, w), shape (n, 4).
             values: the joints outside balls, by name, shape (n,).
+            carried: what carriers and other copies say of joints, by name, shape (n,).
             reference: configurations of the robot, shape (n, nq).
         """
         chosen = dict(values)
         found = []
         for balls, followers in self._clusters:
             best: _Choice | None = None
-            triples = [self._triples(ball, quaternions[ball.name], reference) for ball in balls]
+            triples = [
+                self._triples(ball, quaternions[ball.name], _told(ball, {**values, **carried}), reference)
+                for ball in balls
+            ]
             for combination in itertools.product(*triples):
                 choice = self._settled(balls, followers, values, combination)
                 best = choice if best is None else _better(best, choice)
@@ -106,9 +134,8 @@ class Selection:
                 drivers |= {r.driver for ball in joined for r in ball.readings}
             yield balls, mine
 
-    @staticmethod
-    def _triples(ball: Ball, xyzw: Floats, reference: Floats | None) -> list[tuple[Floats, Floats, Floats]]:
-        """Both triples, each with its cost and the uncertainty of its outer angles."""
+    def _triples(self, ball: Ball, xyzw: Floats, told: list[Floats | None], reference: Floats | None) -> list[_Triple]:
+        """Both triples, by whole turns and at a lock in every way that may be the one meant."""
         found = turns_of_quaternion(ball, xyzw)
         middles, halves = np.transpose([_window(reading) for reading in ball.readings])
         if reference is None:
@@ -116,24 +143,40 @@ class Selection:
         else:
             target = np.stack([reading.of(reference) for reading in ball.readings], axis=-1)
         triples = []
-        for angles in (found.angles, found.other):
-            angles = near(unlocked(ball, near(angles, target), found.locked, target), target)
-            away = np.abs(angles - target)
-            excess = np.maximum(away - halves - _LIMIT, 0.0) if reference is None else away
+        for branch in (found.angles, found.other):
+            angles = near(unlocked(ball, near(branch, target), found.locked, target), target)
             doubt = uncertainty(ball, angles[..., 1], found.locked)
-            triples.append((angles, np.sum(excess * excess, axis=-1), doubt))
+            candidates = [angles]
+            if reference is None:
+                candidates += _as_told(ball, angles, told, doubt, middles[2])
+            for candidate in [*candidates, *(turned for each in candidates for turned in self._wound_up(ball, each))]:
+                off = candidate - middles
+                excess = np.maximum(np.abs(off) - halves - _LIMIT, 0.0) if reference is None else candidate - target
+                astray = np.zeros_like(off)
+                for k, says in enumerate(told):
+                    if says is not None:
+                        astray[:, k] = wrapped(candidate[:, k] - says)
+                costs = [np.sum(part * part, axis=-1) for part in (excess, astray, off)]
+                triples.append(_Triple(candidate, np.array(costs), doubt))
         return triples
+
+    def _wound_up(self, ball: Ball, angles: Floats) -> Iterator[Floats]:
+        """The triple with a driver one turn further or less, where its followers tell the difference."""
+        for k, reading in enumerate(ball.readings):
+            if not reading.follows and reading.name in self._wound:
+                for turns in (-1.0, 1.0):
+                    yield angles + 2.0 * math.pi * turns * np.eye(3)[k]
 
     def _settled(
         self,
         balls: Sequence[Ball],
         followers: Sequence[Reading],
         values: Mapping[str, Floats],
-        triples: Sequence[tuple[Floats, Floats, Floats]],
+        triples: Sequence[_Triple],
     ) -> _Choice:
         """The values of one combination, with every coupling given to the joint that knows its value best."""
-        angles = {ball.name: triple[0] for ball, triple in zip(balls, triples, strict=True)}
-        doubts = {ball.name: triple[2] for ball, triple in zip(balls, triples, strict=True)}
+        angles = {ball.name: triple.angles for ball, triple in zip(balls, triples, strict=True)}
+        doubts = {ball.name: triple.doubt for ball, triple in zip(balls, triples, strict=True)}
 
         def read(name: str) -> tuple[Floats, Floats]:
             if name not in self._place:
@@ -170,13 +213,51 @@ class Selection:
                 mismatches.append(Mismatch(follower, value, stated, violated, value + pull / weight))
                 move(follower.name, np.where(violated, 0.0, -gap))
         by_name = {reading.name: angles[ball.name][..., k] for ball in balls for k, reading in enumerate(ball.readings)}
-        cost = np.sum([triple[1] for triple in triples], axis=0) if triples else np.zeros(1)
-        return _Choice(by_name, cost, mismatches)
+        costs = np.sum([triple.costs for triple in triples], axis=0) if triples else np.zeros((3, 1))
+        return _Choice(by_name, costs, mismatches)
 
 
 def _gap(follower: Reading, driver: Floats, value: Floats) -> Floats:
     """What the follower's value is above what the driver asks of it, by whole turns nearest to zero."""
     return wrapped(value - follower.multiplier * driver - follower.offset)
+
+
+def _told(ball: Ball, values: Mapping[str, Floats]) -> list[Floats | None]:
+    """What others say of the three angles: their carriers, or what their drivers' carriers ask of them.
+
+    Nobody may have set the carriers, so nothing they say is taken for more than `_UNLIMITED`.
+    """
+    told: list[Floats | None] = []
+    for reading in ball.readings:
+        if reading.name in values:
+            told.append(np.clip(values[reading.name], -_UNLIMITED, _UNLIMITED))
+        elif reading.driver in values:
+            asked = reading.multiplier * np.clip(values[reading.driver], -_UNLIMITED, _UNLIMITED) + reading.offset
+            told.append(np.clip(asked, -_UNLIMITED, _UNLIMITED))
+        else:
+            told.append(None)
+    return told
+
+
+def _as_told(
+    ball: Ball, angles: Floats, told: Sequence[Floats | None], doubt: Floats, third: float
+) -> Iterator[Floats]:
+    """The same triple by the whole turns told, and in doubt with the outer angle told; nothing if that is the same."""
+    moved = angles
+    if told[0] is not None:
+        by = wrapped(told[0] - angles[:, 0])
+        use = (doubt > _SURE) & (np.abs(by) <= doubt)
+        if use.any():
+            moved = shifted(ball, angles, 0, np.where(use, by, 0.0))
+            turns = np.round((moved[:, 2] - third) / (2.0 * math.pi))
+            moved[:, 2] -= 2.0 * math.pi * np.where(use, turns, 0.0)
+    for k, says in enumerate(told):
+        if says is not None:
+            turns = np.round((says - moved[:, k]) / (2.0 * math.pi))
+            if turns.any():
+                moved = moved + 2.0 * math.pi * turns[:, None] * np.eye(3)[k]
+    if moved is not angles:
+        yield moved
 
 
 def _window(reading: Reading) -> tuple[float, float]:
@@ -190,12 +271,14 @@ def _window(reading: Reading) -> tuple[float, float]:
 
 
 def _better(best: _Choice, other: _Choice) -> _Choice:
-    """Row by row the one that violates fewer couplings, or as few at less cost; the first of equals."""
-    fewer, as_few = other.violations < best.violations, other.violations == best.violations
-    wins = fewer | (as_few & (other.cost < best.cost))
+    """Row by row the one that comes first in order; the first of equals."""
+    ours_first, theirs_first = best.order, other.order
+    wins = np.zeros(ours_first.shape[-1], dtype=np.bool_)
+    for ours_next, theirs_next in zip(ours_first[::-1], theirs_first[::-1], strict=True):
+        wins = (theirs_next < ours_next) | ((theirs_next == ours_next) & wins)
     return _Choice(
         angles={name: np.where(wins, other.angles[name], values) for name, values in best.angles.items()},
-        cost=np.where(wins, other.cost, best.cost),
+        costs=np.where(wins, other.costs, best.costs),
         mismatches=[
             Mismatch(
                 ours.follower,

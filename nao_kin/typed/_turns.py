@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
-from nao_kin.errors import BadArgument
 from nao_kin.rotations import (
     EulerAngles,
     davenport_angles,
@@ -19,8 +18,6 @@ from nao_kin.rotations import (
 )
 from nao_kin.typed._layout import Ball
 
-# As `RobotModel` has it for the orientation of a floating base.
-_NORM = 1e-6
 # Rounding of a quaternion and of the matrix made from it, as it shows in an angle far from lock.
 _ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 
@@ -33,18 +30,7 @@ def quaternion_of_turns(ball: Ball, angles: Floats) -> Floats:
 
 
 def turns_of_quaternion(ball: Ball, xyzw: Floats) -> EulerAngles:
-    """Both triples of angles of unit quaternions (x, y, z, w), shape (..., 4).
-
-    Raises:
-        BadArgument: a quaternion whose norm is not 1 to 1e-6.
-    """
-    norms = np.linalg.norm(xyzw, axis=-1)
-    if np.any(np.abs(norms - 1.0) > _NORM):
-        index = np.unravel_index(int(np.argmax(np.abs(norms - 1.0))), norms.shape)
-        where = f" at index {[int(i) for i in index]}" if index else ""
-        raise BadArgument(
-            f"{ball.name} must be a unit quaternion (x, y, z, w), got one of norm {float(norms[index]):.6g}{where}"
-        )
+    """Both triples of angles of unit quaternions (x, y, z, w), shape (..., 4)."""
     return davenport_angles(matrix_from_quat(quat_from_xyzw(xyzw)), *ball.axes)
 
 

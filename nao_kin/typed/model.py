@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ from nao_kin.robot.workspace import Workspace, expression_named, over_batch, sel
 from nao_kin.rotations import EulerAngles
 from nao_kin.typed._assembly import Assembly
 from nao_kin.typed._layout import Ball
+from nao_kin.typed._quaternions import Quaternions
 from nao_kin.typed._selection import Mismatch, Selection
 from nao_kin.typed._turns import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
 from nao_kin.typed._violations import CouplingViolation, coupling_violations
@@ -40,8 +41,8 @@ class TypedModel:
     its quaternion, and stay in `pairs`.
 
     The links between the axes of a merged joint ride on `carriers`, revolutes on a side branch. Carriers of a universal
-    joint mimic it. Those of a ball have coordinates of their own: `from_q` writes them, `to_q` does not read them, and
-    `from_q(to_q(q_typed))` sets them right.
+    joint mimic it. Those of a ball have coordinates of their own: `from_q` writes them, `to_q` reads them only where
+    the limits allow both triples of a ball, and `from_q(to_q(q_typed))` sets them right.
 
     Attributes:
         robot: the robot it was made from.
@@ -83,6 +84,8 @@ class TypedModel:
         )
         self._slots, self._balls = tuple(assembly.slots), tuple(assembly.balls)
         self._base = (7, 6) if robot.base == "floating" else (0, 0)
+        starts = {"base": 3} if robot.base == "floating" else {}
+        self._quaternions = Quaternions(self.nq, starts | {ball.name: ball.column for ball in self._balls})
         merged = [slot.reading for slot in self._slots if not slot.derived]
         merged += [reading for ball in self._balls for reading in ball.readings]
         self._selection = Selection(self._balls, [reading for reading in merged if reading.follows])
@@ -138,11 +141,19 @@ class TypedModel:
 
         A quaternion belongs to two triples of angles, each up to whole turns. Of these the one nearest to the
         reference is taken, or, without one, the one least outside the limits; but first of all one that the couplings
-        allow. At a lock, where a ball knows only the sum of its outer angles, couplings decide, then the reference,
-        then the middle of the limits.
+        allow. Where the limits allow several, the one nearest to what the carriers say is taken, then the one nearest
+        to the middle of the limits; so `to_q(from_q(q))` is q for every q inside limits, but for whole turns of a last
+        angle of a ball, which has no carrier, when its limits span more than one. At a lock, where a ball knows
+        only the sum of its outer angles, couplings decide, then the reference; without one the limits, then the
+        carriers, then the middle of the limits.
+
+        Of whole turns those nearest to the reference, or to the middle of the limits, are considered, without a
+        reference also those nearest to the carriers, and for a driver whose follower's multiplier is not whole, one
+        turn more to either side. A joint without limits comes back in [−π, π], unless a coupling asks for more.
 
         Args:
-            q_typed: typed configurations, shape (..., nq). What stands for carriers is not read.
+            q_typed: typed configurations, shape (..., nq). What stands for carriers only tells apart what all else
+                leaves open.
             reference: configurations of the robot, shape (..., robot.nq).
             couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" puts the motor
                 where it is nearest to all of them, and leaves the other angles.
@@ -152,7 +163,7 @@ class TypedModel:
 
         Raises:
             DisagreeingJoints: with couplings="raise".
-            BadArgument: a quaternion whose norm is not 1 to 1e-6.
+            BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
             UnknownName: no such policy.
             WrongShape, NotFinite: in either argument.
         """
@@ -190,10 +201,10 @@ class TypedModel:
 
         Raises:
             UnknownName: no such spherical joint.
-            BadArgument: its quaternion's norm is not 1 to 1e-6.
+            BadArgument: as in `fk`.
             WrongShape, NotFinite: no typed configuration.
         """
-        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        typed = self._typed_configuration(q_typed)
         for ball in self._balls:
             if joint == ball.name or joint in (reading.name for reading in ball.readings):
                 return turns_of_quaternion(ball, typed[..., ball.column : ball.column + 4])
@@ -242,10 +253,13 @@ class TypedModel:
 
         Raises:
             UnknownName: no such frame.
+            BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
             WrongShape, NotFinite: no typed configuration.
         """
-        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        typed = self._typed_configuration(q_typed)
         names = self.robot.link_names if frame is None else [frame] if isinstance(frame, str) else frame
+        if not isinstance(names, Iterable):
+            raise UnknownName("frame", names, self.robot.frame_names)
         selection = selection_of([self._frame(name) for name in names])
         workspace = self._workspace()
         poses = over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
@@ -266,9 +280,10 @@ class TypedModel:
 
         Raises:
             UnknownName: no such frame or expression.
+            BadArgument: as in `fk`.
             WrongShape, NotFinite: no typed configuration.
         """
-        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        typed = self._typed_configuration(q_typed)
         frame_id, expression = self._frame(frame), expression_named(expressed_in)
         workspace = self._workspace()
         return over_batch(typed, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
@@ -277,10 +292,10 @@ class TypedModel:
         """Centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
 
         Raises:
-            BadArgument: the robot has no mass.
+            BadArgument: the robot has no mass; or as in `fk`.
             WrongShape, NotFinite: no typed configuration.
         """
-        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        typed = self._typed_configuration(q_typed)
         if self._mass <= 0.0:
             raise BadArgument(f"{self.robot.name} has no mass, so no centre of mass")
         root = self.model.inertias[0]
@@ -298,11 +313,14 @@ class TypedModel:
             self.robot.angles(values)
         return values
 
+    def _typed_configuration(self, q_typed: ArrayLike) -> Floats:
+        return self._quaternions.checked(q_typed)
+
     def _taken_apart(
         self, q_typed: ArrayLike, reference: ArrayLike | None
     ) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
         """Configurations (n, robot.nq), what the couplings miss, and the batch shape that n stands for."""
-        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        typed = self._typed_configuration(q_typed)
         target = None if reference is None else self._configuration(reference)
         batch = typed.shape[:-1]
         if target is not None:
@@ -311,7 +329,8 @@ class TypedModel:
         typed = np.broadcast_to(typed, (*batch, self.nq)).reshape(math.prod(batch), self.nq)
         values = {slot.reading.name: typed[:, slot.column] for slot in self._slots if not slot.derived}
         quaternions = {ball.name: typed[:, ball.column : ball.column + 4] for ball in self._balls}
-        chosen, mismatches = self._selection.choose(quaternions, values, target)
+        carried = {slot.reading.name: typed[:, slot.column] for slot in self._slots if slot.derived}
+        chosen, mismatches = self._selection.choose(quaternions, values, carried, target)
         q = np.empty((len(typed), self.robot.nq))
         q[:, : self._base[0]] = typed[:, : self._base[0]]
         for reading in self._own:
