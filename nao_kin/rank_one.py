@@ -28,12 +28,15 @@ class RankOneEigen:
     Attributes:
         values: eigenvalues (1, 1, 1 + u·v), shape (..., 3).
         vectors: unit eigenvectors as columns, shape (..., 3, 3): two at right angles to v and to one another, then
-            u/‖u‖. Where T is defective the last two columns are the same vector.
-        defective: where u·v = 0 with neither u nor v zero, shape (...): the eigenvalue 1 counts three times and has
-            only two independent eigenvectors.
+            u/‖u‖. Where T is defective the last two columns are the same vector; where ‖u‖ ‖v‖ ≤ 1e-300, and T with it
+            the identity, the last is v/‖v‖ (u/‖u‖ for v = 0) and the three are orthonormal.
+        defective: where u·v = 0 with ‖u‖ ‖v‖ > 1e-300, shape (...): the eigenvalue 1 counts three times and has only
+            two independent eigenvectors.
         singular: where u·v = −1, shape (...).
-        jordan_basis: columns P with T P = P J, invertible for every T, shape (..., 3, 3): the eigenvectors, where T is
-            defective with the generalised one g = v/(‖u‖ ‖v‖²) last, for which T g = g + u/‖u‖.
+        jordan_basis: columns P with T P = P J, shape (..., 3, 3): the eigenvectors, where T is defective with the
+            generalised one g = v/(‖u‖ ‖v‖²) last, for which T g = g + u/‖u‖. |det P| is |cos ∠(u, v)|, where T is
+            defective 1/(‖u‖ ‖v‖), where it is the identity 1: invertible, but for a singular T whose ‖u‖ ‖v‖ beyond
+            1e15 leaves a cosine that rounding cannot tell from 0.
         jordan_form: J, shape (..., 3, 3): diagonal; where T is defective, its last block is [[1, 1], [0, 1]].
     """
 
@@ -87,7 +90,8 @@ def inverse(u: ArrayLike, v: ArrayLike) -> Floats:
 def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
     """Eigenvalues, eigenvectors and Jordan form of T = 1 + u vᵀ; arguments and errors as for `matrix`.
 
-    Where u or v is zero, T is the identity and the eigenvectors are an orthonormal basis that contains the other one.
+    Where u or v is zero, or ‖u‖ ‖v‖ ≤ 1e-300, T is the identity and the eigenvectors are an orthonormal basis that
+    contains the direction of v, or of u where v is zero.
     A product u·v that is zero up to its own rounding counts as zero, and so does 1 + u·v: vectors computed at right
     angles are hardly ever so to the last digit.
     """
@@ -99,6 +103,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
     along_u, length_u = unit(np.where(u_is_zero, normal_v, u), "u")
     size = np.where((u_is_zero | v_is_zero)[..., 0], 0.0, length_u * length_v)
     sheared = size > _SMALLEST
+    along_u = np.where(sheared[..., None], along_u, normal_v)
     singular = _is_minus_one(product, u, v)
     cosine = dot(along_u, normal_v)
     defective = sheared & ~singular & (np.abs(cosine) <= _ROUNDING * dot(np.abs(along_u), np.abs(normal_v)))

@@ -482,6 +482,13 @@ REFUSED = {
     "zero direction": (lambda: PluckerLine.from_point_direction([1, 2, 3], [0, 0, 0]), ZeroNorm),
     "zero coordinates": (lambda: PluckerLine.from_coordinates(np.zeros(6)), ZeroNorm),
     "line at infinity": (lambda: PluckerLine.from_coordinates([0, 0, 0, 1, 0, 0]), ZeroNorm),
+    "direction far shorter than the moment": (lambda: PluckerLine([5e-324] * 3, [1, 2, 3]), BadArgument),
+    "moment of a unit direction beyond 1e150": (lambda: PluckerLine([1e-3, 0, 0], [0, 1e148, 0]), BadArgument),
+    "number for a first line": (lambda: lines.common_normal(5, LINE), BadArgument),
+    "number for a second line": (lambda: lines.common_normal(LINE, 5), BadArgument),
+    "coordinates for a line": (lambda: lines.reciprocal_product(LINE, LINE.coordinates), BadArgument),
+    "nothing for a line": (lambda: lines.distance(None, LINE), BadArgument),
+    "number for axes": (lambda: lines.geometric_jacobian(5), BadArgument),
     "screw": (lambda: PluckerLine.from_coordinates([1, 0, 0, 0.3, 1, 0]), BadArgument),
     "NaN point": (lambda: PluckerLine.through([1, np.nan, 3], [1, 2, 3]), NotFinite),
     "infinite direction": (lambda: PluckerLine.from_point_direction([1, 2, 3], [np.inf, 0, 0]), NotFinite),
@@ -521,7 +528,36 @@ def test_bad_input_is_refused_with_the_librarys_own_error(case) -> None:
         call()
 
 
+@pytest.mark.parametrize("threshold", [-1, -1e-300, np.nan, "x", None, [1e-9], np.array([1e-9, 1]), 10**400, 1j])
+def test_a_threshold_is_a_number_that_is_not_negative(threshold) -> None:
+    skew = PluckerLine.through([0, 1, 0], [0, 1, 1])
+    for other in (LINE, skew):
+        for call, name in (
+            (partial(lines.incident, LINE, other, within=threshold), "within"),
+            (partial(lines.common_normal, LINE, other, parallel_below=threshold), "parallel_below"),
+            (partial(lines.common_normal, LINE, other, coincident_below=threshold), "coincident_below"),
+        ):
+            with pytest.raises(BadArgument, match=f"^{name} must be a number ≥ 0"):
+                call()
+
+
+@pytest.mark.parametrize("threshold", [0, 0.0, np.float32(0.0), np.int8(0)])
+def test_a_threshold_of_zero_asks_for_exactness(threshold) -> None:
+    assert lines.incident(LINE, LINE, within=threshold)
+    assert lines.common_normal(LINE, LINE, parallel_below=threshold, coincident_below=threshold).parallel
+
+
+def test_coordinates_of_the_smallest_floats_keep_their_ratio() -> None:
+    tiny = 5e-324
+    line = PluckerLine([tiny, tiny, tiny], [tiny, -tiny, 0.0])
+    assert_near(line.moment, np.array([1, -1, 0]) / np.sqrt(3), atol=4 * EPS)
+    np.testing.assert_array_equal(PluckerLine.from_coordinates([1e150, 0, 0, 0, 1e150, 0]).moment, [0, 1, 0])
+    np.testing.assert_array_equal(PluckerLine.from_coordinates([1e-150, 0, 0, 0, 1e-3, 0]).moment[1], 1e-3 / 1e-150)
+
+
 def test_a_refusal_names_the_entry_of_the_batch() -> None:
+    with pytest.raises(BadArgument, match=r"exceed 1e\+150 in magnitude, got \[0.0, inf, 0.0\] at index \[1\]"):
+        PluckerLine.from_coordinates([[1, 0, 0, 0, 1e150, 0], [1e-200, 0, 0, 0, 1e150, 0]])
     with pytest.raises(DegeneratePoints, match=r"index \[1\]"):
         PluckerLine.through([[0, 0, 0], [1, 1, 1]], [1, 1, 1])
     with pytest.raises(BadArgument, match=r"pitch 0\.5 at index \[0, 1\]"):

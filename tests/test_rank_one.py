@@ -163,6 +163,45 @@ def test_vectors_of_any_length_give_finite_results(scale) -> None:
         assert eigen.defective == (np.dot(u, v) == 0 and scale > 1e-155)
 
 
+@pytest.mark.parametrize(
+    ("u", "v"),
+    [
+        ((1e-200, 0, 0), (0, 1e-200, 0)),
+        ((1e-200, 1e-200, 0), (1e-150, -1e-150, 0)),
+        ((1e-200, 2e-200, 3e-200), (3e-140, 0, -1e-140)),
+        ((1e-200, 2e-200, 3e-200), (4e-200, 5e-200, 6e-200)),
+        ((5e-324, 0, 0), (5e-324, 5e-324, 0)),
+    ],
+)
+def test_vectors_too_short_to_move_the_identity_have_an_orthonormal_basis(u, v) -> None:
+    for first, second in ((u, v), (v, u), (np.negative(u), v)):
+        eigen = rank_one.eigen(first, second)
+        assert not eigen.defective
+        assert abs(np.linalg.det(eigen.jordan_basis)) == pytest.approx(1.0, abs=8 * EPS)
+        assert_near(eigen.vectors.T @ eigen.vectors, np.eye(3), atol=8 * EPS)
+        # Divided by its largest entry first, so that its length does not underflow.
+        along = np.divide(second, np.abs(second).max())
+        assert_near(eigen.vectors[:, 2], along / np.linalg.norm(along), atol=4 * EPS)
+        np.testing.assert_array_equal(eigen.jordan_basis, eigen.vectors)
+        np.testing.assert_array_equal(eigen.jordan_form, np.eye(3))
+
+
+@few
+@given(nonzero, nonzero, st.integers(-320, 280), st.integers(-170, 140))
+def test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengths(u, v, both, one) -> None:
+    # Scaled by powers of two, which leave the cosine as it is.
+    i, j = round(one * 3.3), round((both - one) * 3.3)
+    if max(i, j) > 490:
+        return
+    eigen = rank_one.eigen(np.ldexp(u, i), np.ldexp(v, j))
+    size = float(np.linalg.norm(u) * np.linalg.norm(v))
+    if eigen.singular or (abs(u @ v) < 1e-9 * size and not eigen.defective):
+        return
+    identity = not eigen.defective and np.ldexp(size, i + j) <= 1e-300
+    expected = np.ldexp(1 / size, -i - j) if eigen.defective else 1.0 if identity else abs(u @ v) / size
+    assert abs(np.linalg.det(eigen.jordan_basis)) == pytest.approx(expected, rel=1e-5)
+
+
 def test_the_identities_of_the_paper_hold_symbolically() -> None:
     u, v = (sympy.Matrix(sympy.symbols(f"{name}:3")) for name in "uv")
     T = sympy.eye(3) + u * v.T

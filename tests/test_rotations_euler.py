@@ -255,3 +255,15 @@ def test_unknown_axes_are_refused(axes):
 def test_an_unknown_tie_break_is_refused(at_lock):
     with pytest.raises(UnknownName, match="at_lock"):
         euler_from_matrix(np.eye(3), "zyx", axes="moving", at_lock=at_lock)
+
+
+@pytest.mark.parametrize("wrong", [np.array(["a", "b"]), np.array(["zyx", "xyz"]), ["z", "y", "x"], 5, b"zyx", {}])
+def test_names_that_are_no_text_are_refused_as_unknown(wrong):
+    with pytest.raises(UnknownName, match="unknown sequence"):
+        euler_from_matrix(np.eye(3), wrong, axes="moving")
+    with pytest.raises(UnknownName, match="unknown sequence"):
+        matrix_from_euler([0, 0, 0], wrong, axes="moving")
+    with pytest.raises(UnknownName, match="unknown axes"):
+        euler_from_matrix(np.eye(3), "zyx", axes=wrong)
+    with pytest.raises(UnknownName, match="unknown at_lock"):
+        euler_from_matrix(np.eye(3), "zyx", axes="moving", at_lock=wrong)

@@ -287,3 +287,22 @@ def test_the_papers_singular_cases_go_there_and_back(axis, angle, expected):
     assert float(found) == pytest.approx(angle, abs=1e-15)
     assert worst(matrix_from_natural(e, found), expected) < 1e-15
     assert worst(matrix_from_euler_rodrigues(*euler_rodrigues(expected)), expected) < 1e-15
+
+
+@pytest.mark.parametrize("length", [1e-200, 1e-12, 1e-3, 1.0, 2.0, 3.14, math.pi, 4.0, 6.28, 33.0, 1e3, 1e8, 1e14])
+def test_the_exponential_is_right_to_the_digits_that_the_length_leaves(length):
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        v = rng.normal(size=3)
+        v *= length / np.linalg.norm(v)
+        with mpmath.workdps(460):
+            x = [mpmath.mpf(float(c)) for c in v]
+            phi = mpmath.norm(x)
+            K = mpmath.matrix([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]])
+            odd = mpmath.sin(phi) / phi * K
+            R = mpmath.eye(3) + odd + (1 - mpmath.cos(phi)) / phi**2 * K * K
+            found = mpmath.matrix(exp(v).tolist())
+            error = max(abs(e) for e in found - R)
+            odd_error = max(abs(e) for e in (found - found.T) / 2 - odd)
+        assert error <= 4e-16 * max(1.0, length)
+        assert odd_error <= 4e-16 * length

@@ -124,6 +124,47 @@ def test_points_on_one_line_are_refused(method, line):
         rotation_from_points([BEFORE, line], BEFORE, method=method)
 
 
+def thin_cloud(thinness, seed):
+    """Three points in the plane, or six in space, of that ratio of width to length."""
+    rng = np.random.default_rng(seed)
+    count, depth = (3, 0.0) if seed % 2 else (6, 0.5)
+    points = rng.normal(size=(count, 3))
+    U, _, Vt = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return U @ np.diag([1.0, thinness, depth * thinness]) @ Vt
+
+
+@pytest.mark.parametrize(
+    ("method", "thinness"),
+    [("least_squares", 10.0**-k) for k in range(1, 6)]
+    + [("least_squares", 1.01e-6)]
+    + [("triads", 10.0**-k) for k in range(1, 8)]
+    + [("triads", 1.1e-8)],
+)
+def test_points_near_one_line_give_the_turn_about_it_to_the_digits_they_have(method, thinness):
+    power = 2 if method == "least_squares" else 1
+    for seed, R in enumerate(random_rotations(40)):
+        points = thin_cloud(thinness, seed)
+        if method == "least_squares" or len(points) == 3:
+            assert worst(rotation_from_points(points, points @ R.T, method=method), R) < 1e-15 / thinness**power
+
+
+@pytest.mark.parametrize(
+    ("method", "thinness"),
+    [("least_squares", 0.99e-6), ("least_squares", 1e-7), ("least_squares", 1e-12), ("triads", 0.9e-8)],
+)
+def test_points_too_near_one_line_are_refused_as_on_it(method, thinness):
+    for seed, R in enumerate(random_rotations(20)):
+        points = thin_cloud(thinness, seed)
+        if method == "least_squares" or len(points) == 3:
+            with pytest.raises(DegeneratePoints, match="points before lie on one line"):
+                rotation_from_points(points, points @ R.T, method=method)
+    flat = np.array([[0, 0, 0], [1, 0, 0], [0.3, 1e-7, 0]])
+    with pytest.raises(DegeneratePoints, match="points after lie on one line"):
+        rotation_from_points(BEFORE, flat)
+    with pytest.raises(DegeneratePoints, match="points before lie on one line"):
+        rotation_from_points(flat, flat)
+
+
 def test_points_that_no_single_rotation_fits_best_are_refused():
     corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)
     with pytest.raises(DegeneratePoints, match="no single rotation fits the points best"):
@@ -145,5 +186,7 @@ def test_too_few_points_and_wrong_shapes_are_refused():
         rotation_from_points([BEFORE] * 2, [AFTER] * 3)
     with pytest.raises(UnknownName, match="unknown method"):
         rotation_from_points(BEFORE, AFTER, method="svd")
+    with pytest.raises(UnknownName, match="unknown method"):
+        rotation_from_points(BEFORE, AFTER, method=np.array(METHODS))
     with pytest.raises(NotFinite):
         rotation_from_points(BEFORE, AFTER * [1, math.nan, 1])

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from nao_kin._arrays import Floats, as_floats
 from nao_kin._vectors import as_vectors, common_batch
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.lines._line import PluckerLine
+from nao_kin.lines._line import PluckerLine, check_line
 
 
 def geometric_jacobian(
@@ -38,11 +38,12 @@ def geometric_jacobian(
 
     Raises:
         WrongShape: `axes` is a single line without a joint axis, or the arguments do not fit together.
-        BadArgument: `sliding` holds anything but booleans.
+        BadArgument: `axes` is no `PluckerLine`, or `sliding` holds anything but booleans.
         NotFinite: in `at` or `coupling`.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 5.2.
     """
+    check_line(axes, "axes")
     if not axes.batch_shape:
         raise WrongShape("batch axes of axes", "(..., m)", ())
     point = as_vectors(at, "at")

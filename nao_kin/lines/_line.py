@@ -18,6 +18,8 @@ _CENTRE = (0.0, 0.0, 0.0)
 _COINCIDENT = 4.0 * float(np.finfo(np.float64).eps)
 # [m]; from a screw axis of this pitch on, six numbers are no longer a line that rounding has touched.
 _LARGEST_PITCH = 1e-9
+# The largest component that arguments may have, so that squares do not overflow.
+_LARGEST_MOMENT = 1e150
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,8 @@ class PluckerLine:
 
     Raises:
         ZeroNorm: a direction is zero.
-        BadArgument: direction·moment is not zero, so that the six numbers are a screw with a pitch and not a line.
+        BadArgument: direction·moment is not zero, so that the six numbers are a screw with a pitch and not a line; or
+            the moment of the unit direction exceeds 1e150.
         WrongShape, NotFinite: in any of the three.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
@@ -46,11 +49,22 @@ class PluckerLine:
 
     def __post_init__(self) -> None:
         direction, moment = as_vectors(self.direction, "direction"), as_vectors(self.moment, "moment")
-        e, length = unit(direction, "direction")
-        common_batch("direction and moment", e.shape[:-1], moment.shape[:-1])
-        n = moment / length[..., None]
+        common_batch("direction and moment", direction.shape[:-1], moment.shape[:-1])
+        # A power of two takes both to a length that no division loses digits by, however short the direction is.
+        shift = -np.frexp(np.abs(direction).max(axis=-1, keepdims=True))[1]
+        e, length = unit(np.ldexp(direction, shift), "direction")
+        with np.errstate(over="ignore"):
+            n = np.ldexp(moment, shift) / length[..., None]
+        # Comparisons in here are written so that NaN fails them.
+        too_large = ~(np.abs(n).max(axis=-1) <= _LARGEST_MOMENT)
+        if too_large.any():
+            index = first_index(too_large)
+            raise BadArgument(
+                f"moment/‖direction‖ must not exceed {_LARGEST_MOMENT:.0e} in magnitude, got {n[index].tolist()}"
+                + (f" at index {list(index)}" if index else "")
+            )
         pitch = dot(e, n)
-        crooked = np.abs(pitch) > _LARGEST_PITCH * np.maximum(1.0, norm(n))
+        crooked = ~(np.abs(pitch) <= _LARGEST_PITCH * np.maximum(1.0, norm(n)))
         if crooked.any():
             index = first_index(crooked)
             raise BadArgument(
@@ -120,7 +134,7 @@ class PluckerLine:
 
         Raises:
             ZeroNorm: the direction is zero.
-            BadArgument: direction·moment is not zero.
+            BadArgument: direction·moment is not zero; or moment/‖direction‖ exceeds 1e150.
             WrongShape, NotFinite: in any argument.
         """
         k = as_vectors(coordinates, "coordinates", 6)
@@ -206,3 +220,9 @@ class PluckerLine:
             own = np.array(np.broadcast_to(value, (*batch, 3)))
             own.setflags(write=False)
             object.__setattr__(self, name, own)
+
+
+def check_line(value: object, what: str) -> None:
+    """Refuse anything but a line, or a batch of them."""
+    if not isinstance(value, PluckerLine):
+        raise BadArgument(f"{what} must be a PluckerLine, got {type(value).__name__}")

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
 from nao_kin._vectors import common_batch, dot, norm
-from nao_kin.lines._line import PluckerLine
+from nao_kin.lines._line import PluckerLine, check_line
+from nao_kin.rotations.checks import check_tolerance
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +59,13 @@ def common_normal(
 
     Raises:
         WrongShape: the batch shapes do not fit together.
+        BadArgument: `a` or `b` is no `PluckerLine`, or a threshold no number ≥ 0.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2 and 4.2.
     """
+    _check_pair(a, b)
+    check_tolerance(parallel_below, "parallel_below")
+    check_tolerance(coincident_below, "coincident_below")
     common_batch("a and b", a.batch_shape, b.batch_shape)
     e_a, e_b = a.direction, b.direction
     p_a, p_b = a.point, b.point
@@ -93,7 +98,7 @@ def common_normal(
 
 
 def distance(a: PluckerLine, b: PluckerLine) -> Floats:
-    """Distance of two lines, shape (...) [m], as `common_normal` measures it."""
+    """Distance of two lines, shape (...) [m], as `common_normal` measures it; errors as there."""
     return common_normal(a, b).distance
 
 
@@ -101,7 +106,12 @@ def incident(a: PluckerLine, b: PluckerLine, *, within: float = 1e-9) -> NDArray
     """Whether two lines share a point, that is, come within `within` [m] of each other; shape (...).
 
     Parallel lines share one only when they coincide, though their reciprocal product is zero at any distance.
+
+    Raises:
+        WrongShape: the batch shapes do not fit together.
+        BadArgument: `a` or `b` is no `PluckerLine`, or `within` no number ≥ 0.
     """
+    check_tolerance(within, "within")
     return np.asarray(distance(a, b) <= within)
 
 
@@ -113,9 +123,16 @@ def reciprocal_product(a: PluckerLine, b: PluckerLine) -> Floats:
 
     Raises:
         WrongShape: the batch shapes do not fit together.
+        BadArgument: `a` or `b` is no `PluckerLine`.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2; Ball, A Treatise on the Theory of Screws, ch. 1.
     """
+    _check_pair(a, b)
     common_batch("a and b", a.batch_shape, b.batch_shape)
     seen_from_a = b.transfer_to(a.origin)
     return dot(a.direction, seen_from_a.moment) + dot(b.direction, a.moment)
+
+
+def _check_pair(a: object, b: object) -> None:
+    check_line(a, "a")
+    check_line(b, "b")

@@ -50,7 +50,7 @@ def find_convention(sequence: str, axes: Axes) -> Convention:
         found = _CONVENTIONS.get((sequence, axes))
         if found is not None:
             return found
-    if sequence not in SEQUENCES:
+    if not isinstance(sequence, str) or sequence not in SEQUENCES:
         spelling = isinstance(sequence, str) and sequence.lower() in SEQUENCES
         hint = "letter case carries no meaning: write it in lower case and say axes='moving' or axes='fixed'"
         raise UnknownName("sequence", sequence, SEQUENCES, hint if spelling else "")
@@ -61,5 +61,5 @@ def find_convention(sequence: str, axes: Axes) -> Convention:
 
 def check_at_lock(at_lock: AtLock) -> None:
     """Refuse anything but the two tie-breaks."""
-    if at_lock not in ("first", "third"):
+    if not isinstance(at_lock, str) or at_lock not in ("first", "third"):
         raise UnknownName("at_lock", at_lock, ("first", "third"))

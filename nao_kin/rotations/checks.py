@@ -43,7 +43,7 @@ def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]
         BadArgument, WrongShape: not numbers, or not of shape (..., 3, 3); a tolerance that is no number ≥ 0.
     """
     matrices = _as_matrices(R)
-    _check_tolerance(tolerance)
+    check_tolerance(tolerance)
     defects = _defects(matrices)
     fine = (np.abs(defects.determinant) <= tolerance) & (defects.orthogonality <= tolerance)
     return np.asarray(fine)
@@ -66,7 +66,7 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefect
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
     """
     matrices = _as_matrices(R)
-    _check_tolerance(tolerance)
+    check_tolerance(tolerance)
     refuse_non_finite(matrices, "rotation matrix")
     defects = _defects(matrices)
     bad = ~((np.abs(defects.determinant) <= tolerance) & (defects.orthogonality <= tolerance))
@@ -124,6 +124,16 @@ def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
     )
 
 
+def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
+    """Refuse anything but one number ≥ 0."""
+    try:
+        fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
+    except OverflowError:
+        fine = False
+    if not fine:
+        raise BadArgument(f"{what} must be a number ≥ 0, got {tolerance!r}")
+
+
 def as_rotations(R: ArrayLike) -> Floats:
     """`R` as an array of rotation matrices, shape (..., 3, 3), checked; not copied when it is one already."""
     matrices = _as_matrices(R)
@@ -148,11 +158,6 @@ def _as_matrices(R: ArrayLike) -> Floats:
     if matrices.shape[-2:] != (3, 3):
         raise WrongShape("rotation matrix", "(..., 3, 3)", matrices.shape)
     return matrices
-
-
-def _check_tolerance(tolerance: object) -> None:
-    if not isinstance(tolerance, numbers.Real) or not float(tolerance) >= 0.0:
-        raise BadArgument(f"tolerance must be a number ≥ 0, got {tolerance!r}")
 
 
 def _defects(matrices: Floats) -> RotationDefects:

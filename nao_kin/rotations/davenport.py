@@ -19,6 +19,8 @@ from nao_kin.rotations.invariants import matrix_from_natural
 
 # How far from perpendicular two unit axes may be; the matrix of the angles is then wrong by as much.
 _SKEW = 1e-9
+# Normalising two parallel axes of any lengths leaves at most this sine between them.
+_PARALLEL = 4.0 * 2.0**-52
 
 
 def davenport_angles(
@@ -40,7 +42,8 @@ def davenport_angles(
 
     Returns:
         Principal triple (its β in [−δ, π − δ] where δ ≥ 0, else in [−π − δ, −δ]: the half turn that holds β = 0), the
-        other triple (its β in the other half turn), and the lock mask. All angles in [−π, π].
+        other triple (its β in the other half turn), and the lock mask. All angles in [−π, π]. A first and a third axis
+        that are parallel up to rounding, |sin δ| ≤ 4 × 2⁻⁵², count as parallel: δ is 0 or π.
 
     Raises:
         BadArgument: consecutive axes that are not perpendicular to 1e-9: three turns about such axes do not reach every
@@ -61,7 +64,9 @@ def davenport_angles(
                 f"axes {name} and {other_name} must be perpendicular, or their turns do not reach every rotation; "
                 f"the angle between them is {between:.9g}°"
             )
-    delta = math.atan2(float(second @ np.cross(first, third)) + 0.0, float(first @ third))
+    sine = float(second @ np.cross(first, third))
+    # Exactly parallel then, or the sign of a rounding error would choose the principal triple.
+    delta = math.atan2(0.0 if abs(sine) <= _PARALLEL else sine, float(first @ third))
     # Turning the second axis round puts the half turn that holds β = 0 into the principal triple, tie-break included.
     side = 1.0 if delta >= 0.0 else -1.0
     second, delta = side * second, side * delta

@@ -17,7 +17,8 @@ from nao_kin.rotations.quaternions import quaternion_of
 def exp(v: ArrayLike) -> Floats:
     """Rotation matrix of a rotation vector, exp [v×] = 1 + (sin φ/φ) [v×] + ((1 − cos φ)/φ²) [v×]² with φ = ‖v‖.
 
-    Accurate to about 1e-15 in every entry, and relative to φ in the antisymmetric part, down to φ = 0.
+    Every entry is right to a few 1e-16 · max(1, φ), for the angle within a turn is what is left of φ's digits: beyond
+    φ = 1e16 none. The antisymmetric part is right to a few 1e-16 · φ, down to φ = 0.
 
     Args:
         v: axis times angle, shape (..., 3) [rad]; any length.

@@ -14,8 +14,9 @@ from nao_kin.rotations.checks import nearest_rotation
 
 Method = Literal["least_squares", "triads"]
 
-# Points this thin, as a part of their length, have lost half of the digits of the turn about their line.
-_THINNEST = 1e-8
+# σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the turn about it as 1/thinness, least
+# squares as its square, for the product of both point sets has the squares of their singular values.
+_THINNEST = {"triads": 1e-8, "least_squares": 1e-6}
 
 
 def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method = "least_squares") -> Floats:
@@ -25,7 +26,8 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
     for n ≥ 3 points.
     triads: R = [e1' e2' e3'] [e1 e2 e3]ᵀ from exactly three points a, b, c, with e1 along b − c, e2 along the part of
     a − (b + c)/2 normal to e1, and e3 = e1 × e2; it maps the line of b and c exactly, and the plane of the three.
-    For points of a rigid body without errors both give the same R.
+    For points of a rigid body without errors both give the same R. Of points near one line, the turn about it is right
+    to about 1e-16/thinness by triads and 1e-16/thinness² by least squares, with thinness their width by their length.
 
     Args:
         before: points before the motion, shape (..., n, 3) [m].
@@ -36,15 +38,16 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
         Rotation matrices, shape (..., 3, 3), determinant +1 also where the points lie in a plane.
 
     Raises:
-        DegeneratePoints: fewer than three points, points on one line (thinner than 1e-8 of their length), or after
-            points that are as near to a mirror image as to a rotated one, so that no single rotation fits best.
+        DegeneratePoints: fewer than three points, points on one line (thinner than 1e-6 of their length for least
+            squares, 1e-8 for triads), or after points that are as near to a mirror image as to a rotated one, so that
+            no single rotation fits best.
         WrongShape: not of shape (..., n, 3), different n, mismatched batch shapes, n ≠ 3 for triads.
         UnknownName: no such method.
         BadArgument, NotFinite: not numbers, beyond ±1e150, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
     """
-    if method not in ("least_squares", "triads"):
+    if not isinstance(method, str) or method not in ("least_squares", "triads"):
         raise UnknownName("method", method, ("least_squares", "triads"))
     P, Q = _as_points(before, "points before"), _as_points(after, "points after")
     count = P.shape[-2]
@@ -53,7 +56,8 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
     if method == "triads" and count != 3:
         raise WrongShape("points for two triads", "(..., 3, 3)", P.shape)
     common_batch("points before and after", P.shape[:-2], Q.shape[:-2])
-    P, Q = _centred(P, "points before"), _centred(Q, "points after")
+    thinnest = _THINNEST[method]
+    P, Q = _centred(P, "points before", thinnest), _centred(Q, "points after", thinnest)
     if method == "triads":
         return np.asarray(_triad(Q) @ np.swapaxes(_triad(P), -1, -2))
     try:
@@ -71,7 +75,7 @@ def _as_points(value: ArrayLike, what: str) -> Floats:
     return as_vectors(points, what)
 
 
-def _centred(points: Floats, what: str) -> Floats:
+def _centred(points: Floats, what: str, thinnest: float) -> Floats:
     """Points about their centroid, at a scale of about 1; collinear ones refused."""
     arms: Floats = points - points.mean(axis=-2, keepdims=True)
     scale = np.abs(arms).max(axis=(-2, -1), keepdims=True, initial=0.0)
@@ -79,11 +83,13 @@ def _centred(points: Floats, what: str) -> Floats:
     rounding = 1e-15 * np.abs(points).max(axis=(-2, -1), keepdims=True, initial=0.0)
     arms /= np.where(scale > 0.0, scale, 1.0)
     sigma = np.linalg.svd(arms, compute_uv=False)
-    thin = (sigma[..., 1] <= _THINNEST * sigma[..., 0]) | (scale <= rounding)[..., 0, 0]
+    thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | (scale <= rounding)[..., 0, 0]
     if thin.any():
         index = first_index(thin)
         where = f" at index {list(index)}" if index else ""
-        raise DegeneratePoints(f"{what}{where} lie on one line: a turn about it would not be seen")
+        raise DegeneratePoints(
+            f"{what}{where} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
+        )
     return arms
 
 
