@@ -13,7 +13,7 @@ def write_text(path: Path | str, text: str) -> None:
     """Write `text` (UTF-8) to `path` through a temporary file in the same folder and one rename.
 
     Raises:
-        BadArgument: the folder does not exist or cannot be written to.
+        BadArgument: no path, or the folder does not exist or cannot be written to.
     """
     write_bytes(path, text.encode("utf-8"))
 
@@ -22,11 +22,13 @@ def write_bytes(path: Path | str, content: bytes) -> None:
     """Write `content` to `path` through a temporary file in the same folder and one rename.
 
     Raises:
-        BadArgument: the folder does not exist or cannot be written to.
+        BadArgument: no path, or the folder does not exist or cannot be written to.
     """
-    target = Path(path)
     temporary = ""
     try:
+        target = Path(path)
+        if not target.name:
+            raise ValueError("no file name")
         with tempfile.NamedTemporaryFile("wb", dir=target.parent, prefix=f".{target.name}.", delete=False) as file:
             temporary = file.name
             file.write(content)
@@ -35,7 +37,9 @@ def write_bytes(path: Path | str, content: bytes) -> None:
         os.umask(mask)
         os.chmod(temporary, 0o666 & ~mask)
         os.replace(temporary, target)
-    except OSError as error:
+    except (OSError, ValueError, TypeError) as error:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-        raise BadArgument(f"cannot write {target}: {error.strerror or error}") from None
+        if isinstance(error, OSError):
+            raise BadArgument(f"cannot write {path}: {error.strerror or error}") from None
+        raise BadArgument(f"cannot write {path!r}: {error}") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import tempfile
 import time
@@ -12,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, made_of, opened, read_png
+from viewer_pages import Page, chromium, made_of, opened, processes, read_png
 
 import nao_kin as nk
 from nao_kin.errors import NoBrowser
@@ -97,6 +96,11 @@ def test_both_hips_move_with_either_slider(page: Page, nao: nk.NaoModel) -> None
         assert np.abs(after - nao.fk(q, ["LLeg", "RLeg"])).max() < 1e-6
 
 
+def test_both_hips_and_nothing_else_bear_the_sign_of_one_motor(page: Page) -> None:
+    marked = page.run("() => [...document.querySelectorAll('.joint:has(i)')].map((row) => row.dataset.joint)")
+    assert sorted(marked) == ["LHipYawPitch", "RHipYawPitch"]
+
+
 def test_the_hand_slider_opens_the_fingers(page: Page, nao: nk.NaoModel) -> None:
     fingers = tuple(name for name in nao.mimics if name.startswith("LHand"))
     assert len(fingers) == 8
@@ -111,11 +115,20 @@ def test_the_hand_slider_opens_the_fingers(page: Page, nao: nk.NaoModel) -> None
 def test_typed_numbers_are_degrees_and_stay_inside_the_limits(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("StandInit"))
     field = page.tab.locator('.joint[data-joint="HeadYaw"] input[type="text"]')
-    for text, degrees in (("30", 30.0), ("-12,5", -12.5), ("nonsense", -12.5), ("", -12.5), ("9999", None)):
+    for text, degrees in (
+        ("30", 30.0),
+        ("-12,5", -12.5),
+        ("nonsense", -12.5),
+        ("", -12.5),
+        ("0x10", -12.5),
+        ("9999", None),
+        ("99999", None),
+    ):
         field.fill(text)
         field.blur()
         expected = nao.upper[0] if degrees is None else math.radians(degrees)
         assert page.q[0] == pytest.approx(expected, abs=1e-12)
+        assert field.input_value() == f"{math.degrees(expected):.1f}"
 
 
 def test_posture_buttons_take_the_robot_there(page: Page, nao: nk.NaoModel) -> None:
@@ -247,6 +260,30 @@ def test_a_slider_takes_over_from_the_clip(page: Page, nao: nk.NaoModel) -> None
     assert page.q[nao.joint_names.index("HeadYaw")] == pytest.approx(0.5)
 
 
+def test_a_clip_does_not_lie_down_with_the_posture_before_it(page: Page) -> None:
+    for start in ("naoKin.player.seek(0.5)", "naoKin.player.toggle()"):
+        page.run("() => { naoKin.posture('LyingBack'); naoKin.settle(); }")
+        assert page.run("() => naoKin.up") == [1.0, -0.015, 0.003]
+        page.run(f"() => {{ {start}; naoKin.player.pause(); naoKin.settle(); }}")
+        assert page.run("() => naoKin.up") is None
+        assert _in_the_room(page, "torso")[2, 2] > 0.9
+
+
+def test_the_legend_holds_colours_and_kinds_of_joints_at_once(page: Page) -> None:
+    colour = "(stops) => naoKin.colour({links: [], label: 'heat', low: '1', high: '2', stops})"
+    axes = "(on) => naoKin.show({axes: on})"
+    legend, stops = page.tab.locator("#legend"), [[0, 0, 1], [1, 0, 0]]
+    both = {"heat", "1", "2", "revolute", "spherical", "universal"}
+    for first, second in (((colour, stops), (axes, True)), ((axes, True), (colour, stops))):
+        page.run(*first)
+        page.run(*second)
+        assert set(legend.inner_text().split()) == both
+        page.run(axes, False)
+        assert set(legend.inner_text().split()) == {"heat", "1", "2"}
+        page.run(colour, None)
+        assert not legend.is_visible()
+
+
 def test_joints_outside_their_limits_are_red(page: Page, nao: nk.NaoModel) -> None:
     red = "() => [...document.querySelectorAll('.joint.outside')].map((row) => row.dataset.joint)"
     page.set(nao.posture("StandInit"))
@@ -269,7 +306,7 @@ def test_the_page_and_the_library_agree_on_what_is_outside(page: Page, nao: nk.N
         assert {nao.joint_names[column] for column in columns} == {v.joint for v in nao.limit_violations(q)}
 
 
-def test_whole_body_cameras_show_the_whole_robot_and_little_else(page: Page, nao: nk.NaoModel) -> None:
+def test_whole_body_cameras_show_the_whole_robot_and_little_else(browser: Any, document: Path) -> None:
     corners = """(name) => {
         naoKin.camera(name);
         const { camera } = naoKin.viewer;
@@ -279,16 +316,27 @@ def test_whole_body_cameras_show_the_whole_robot_and_little_else(page: Page, nao
             i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z,
         ).project(camera).toArray());
     }"""
-    for posture in ("StandZero", "LyingBack"):
-        page.run("(name) => naoKin.posture(name)", posture)
-        for name in ("front", "side", "three-quarter"):
-            seen = np.array(page.run(corners, name))[:, :2]
-            assert np.abs(seen).max() < 0.95
-            assert np.ptp(seen, axis=0).max() > 1.2
+    with opened(browser, document, (900, 600)) as page:
+        page.draw(False)
+        box = page.tab.locator("#top").bounding_box()
+        lowest_button = box["y"] + box["height"]
+        bar = 1.0 - 2.0 * lowest_button / 600.0
+        assert bar < 0.9
+        for posture in ("StandZero", "LyingBack"):
+            page.run("(name) => naoKin.posture(name)", posture)
+            for name in ("front", "side", "three-quarter"):
+                seen = np.array(page.run(corners, name))[:, :2]
+                assert np.abs(seen).max() < 0.95
+                assert seen[:, 1].max() < bar + 1e-6
+                assert np.ptp(seen, axis=0).max() > 1.08
+        page.run("() => { naoKin.notice('The program behind this page has ended.'); naoKin.show({axes: true}); }")
+        tops = [page.tab.locator(where).bounding_box()["y"] for where in ("#notice", "#legend", "#player")]
+        assert min(tops) > lowest_button
 
 
 def test_four_cameras_see_something_and_see_it_move(page: Page, nao: nk.NaoModel) -> None:
     pictures = {}
+    page.tab.set_viewport_size({"width": 900, "height": 420})
     page.draw(True)
     for name in ("front", "side", "three-quarter", "hands", "feet"):
         page.set(nao.posture("StandInit"))
@@ -300,6 +348,7 @@ def test_four_cameras_see_something_and_see_it_move(page: Page, nao: nk.NaoModel
         assert (np.abs(still.astype(int) - moved.astype(int)).max(axis=2) > 20).mean() > 0.005, name
         pictures[name] = still
     page.draw(False)
+    page.tab.set_viewport_size({"width": 760, "height": 420})
     names = list(pictures)
     for index, name in enumerate(names):
         for other in names[index + 1 :]:
@@ -431,15 +480,6 @@ def test_a_killed_page_does_no_harm(browser: Any, nao: nk.NaoModel) -> None:
             assert np.array_equal(page.q, q)
 
 
-def _processes(mark: str) -> list[str]:
-    """Command lines of the running processes that name something."""
-    found = []
-    for process in Path("/proc").glob("[0-9]*/cmdline"):
-        with contextlib.suppress(OSError):
-            found.append(process.read_bytes().replace(b"\0", b" ").decode("utf-8", "replace"))
-    return [line for line in found if mark in line]
-
-
 def test_a_picture_needs_no_page_and_leaves_nothing_behind(
     browser: Any, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -452,5 +492,5 @@ def test_a_picture_needs_no_page_and_leaves_nothing_behind(
     with pytest.raises(NoBrowser, match=r"within 0.2 s"):
         viewer.save_png(tmp_path / "never.png", timeout=0.2)
     assert viewer._server is None
-    assert _processes(str(tmp_path)) == []
+    assert processes(str(tmp_path)) == []
     assert [path.name for path in tmp_path.iterdir()] == ["front.png"]

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.request
 from pathlib import Path
 
 import numpy as np
 import pytest
-from viewer_pages import messages_of, read_png
+from viewer_pages import messages_of, processes, read_png
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -188,6 +190,36 @@ def test_a_machine_without_a_browser_says_so(capsys: pytest.CaptureFixture, monk
     assert err.startswith("nao-kin: no web browser to open http://127.0.0.1:")
 
 
-def test_no_wait_ends_at_once(capsys: pytest.CaptureFixture) -> None:
-    assert run(["view", "--no-wait"]) == 0
-    assert capsys.readouterr().out.startswith("http://127.0.0.1:")
+def test_an_address_that_is_dead_at_once_is_refused(capsys: pytest.CaptureFixture) -> None:
+    assert "--no-wait without --open shows nothing" in _refused(capsys, "--no-wait")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_picture_cut_short_leaves_nothing_behind(tmp_path: Path, number: signal.Signals) -> None:
+    try:
+        find_browser()
+    except NoBrowser as error:
+        pytest.skip(f"no browser to draw with: {error}")
+
+    def running() -> bool:
+        return processes(str(tmp_path)) != []
+
+    process = subprocess.Popen(
+        [sys.executable, "-m", "nao_kin", "view", "--png", "x.png"],
+        cwd=tmp_path,
+        env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": str(Path(nk.__file__).parent.parent)},
+    )
+    try:
+        end = time.monotonic() + 30.0
+        while not running() and time.monotonic() < end and process.poll() is None:
+            time.sleep(0.02)
+        assert running()
+        process.send_signal(number)
+        assert process.wait(20.0) == 128 + number
+        assert not running()
+        assert list(tmp_path.iterdir()) == []
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()

@@ -316,6 +316,8 @@ def test_the_file_is_written_whole_or_not_at_all(
 def test_an_unwritable_path_is_refused(viewer: Viewer, tmp_path: Path) -> None:
     with pytest.raises(BadArgument, match="cannot write"):
         viewer.save_html(tmp_path / "no" / "such" / "folder.html")
+    with pytest.raises(BadArgument, match="cannot write '': no file name"):
+        viewer.save_html("")
 
 
 def test_a_notebook_gets_the_page(viewer: Viewer) -> None:
@@ -368,6 +370,16 @@ def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
         lambda: viewer.display("Stand"),
         lambda: Viewer("nao_v6"),
         lambda: viewer.save_png("x.png", size=(0, 10)),
+        lambda: viewer.save_png("x.png", size=3),
+        lambda: viewer.save_png("x.png", timeout="x"),
+        lambda: viewer.wait("x"),
+        lambda: viewer.show_frames(5),
+        lambda: viewer.show_targets([1]),
+        lambda: viewer.color_links(3),
+        lambda: viewer.save_html(3),
+        lambda: viewer.save_html("x\0y"),
+        lambda: Viewer(nao, host=5).url,
+        lambda: Viewer(nao, port=True).url,
     ):
         with pytest.raises(BadArgument):
             call()
@@ -400,6 +412,8 @@ def test_unknown_names_are_answered_with_the_nearest(viewer: Viewer) -> None:
         viewer.save_png("x.png", camera="frnt")
     with pytest.raises(UnknownName, match="unknown link 'Heed' .*Head"):
         viewer.color_links({"Heed": 1.0})
+    with pytest.raises(UnknownName, match="unknown posture 'Sitt' .*Sit"):
+        viewer.rest("Sitt")
 
 
 def test_outside_the_limits_is_shown_and_warned_of_once(nao: nk.NaoModel) -> None:

@@ -263,6 +263,7 @@ def test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page(viewer:
         '{"kind": "picture", "id": 12345, "data": "x"}',
         '{"kind": {"a": 1}}',
         "\x00",
+        "[" * 100_000,
     ],
 )
 def test_nonsense_from_a_page_changes_nothing(viewer: Viewer, answer: str) -> None:

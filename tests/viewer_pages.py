@@ -6,7 +6,7 @@ import base64
 import io
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -122,3 +122,12 @@ def read_png(data: bytes) -> np.ndarray:
 def made_of(nao: nk.NaoModel) -> list[np.ndarray]:
     """Configurations to look at: every posture, and a few at random, coupled limits included."""
     return [*(nao.posture(name) for name in nao.posture_names), *nao.random(7, 5)]
+
+
+def processes(mark: str) -> list[str]:
+    """Command lines of the running processes that name something."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):
+            found.append(process.read_bytes().replace(b"\0", b" ").decode("utf-8", "replace"))
+    return [line for line in found if mark in line]

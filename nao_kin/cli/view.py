@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import threading
 import warnings
-from collections.abc import Iterable
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -45,7 +47,9 @@ def view(
         str, typer.Option(metavar="NAME", help="Look from here: front, side, three-quarter, hands, feet.")
     ] = "three-quarter",
     open_: Annotated[bool, typer.Option("--open", help="Open the live page in this machine's browser.")] = False,
-    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="Serve the live page until Ctrl-C.")] = True,
+    wait: Annotated[
+        bool, typer.Option("--wait/--no-wait", help="Serve until Ctrl-C; --no-wait needs --open, --html or --png.")
+    ] = True,
     host: Annotated[
         str, typer.Option(metavar="ADDRESS", help="Address to serve on; 0.0.0.0 lets others in.")
     ] = "127.0.0.1",
@@ -62,10 +66,12 @@ def view(
     """
     if file is not None and (posture is not None or joint):
         raise BadArgument("a trajectory gives whole configurations; leave out --posture and --joint")
+    if not (wait or open_ or html is not None or png is not None):
+        raise BadArgument("--no-wait without --open shows nothing: add --open, --html or --png")
     model = load(version, urdf, robot)
     from nao_kin.viewer import OutsideLimitsWarning, Viewer
 
-    with warnings.catch_warnings(record=True) as caught, ExitStack() as cleanup:
+    with _tidy_ending(), warnings.catch_warnings(record=True) as caught, ExitStack() as cleanup:
         warnings.simplefilter("always")
         viewer = Viewer(model, host=host, port=port)
         cleanup.callback(viewer.close)
@@ -90,6 +96,30 @@ def view(
             threading.Event().wait()
         elif open_:
             viewer.wait(30.0)
+
+
+@contextmanager
+def _tidy_ending() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP end the command as an exception does, so that no browser and no folder is left behind."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        for each in before:
+            signal.signal(each, signal.SIG_IGN)  # a second one must not cut the tidying short
+        raise SystemExit(128 + number)
+
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in numbers}
+    # What nohup ignores stays ignored; None is a handler that Python does not know and could not put back.
+    before = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
+    if threading.current_thread() is not threading.main_thread():
+        before = {}
+    for number in before:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _show(

@@ -67,8 +67,10 @@ def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes
 
     Raises:
         UnknownName: no such frame.
-        BadArgument: a size that is not positive.
+        BadArgument: no names, or a size that is not positive.
     """
+    if not isinstance(names, Iterable):
+        raise BadArgument(f"show_frames takes frame names, got {names!r}")
     chosen = [names] if isinstance(names, str) else list(names)
     for name in chosen:
         if name not in robot.frame_names:
@@ -93,6 +95,8 @@ def targets(poses: Mapping[str, ArrayLike]) -> bytes:
     Raises:
         WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
     """
+    if not isinstance(poses, Mapping):
+        raise BadArgument(f"targets are a mapping from names to positions or poses, got {type(poses).__name__}")
     rows = []
     for name, target in poses.items():
         array = as_floats(target, (), f"target {name}")
@@ -131,6 +135,8 @@ def colours(
         UnknownName: no such link.
         NotFinite, BadArgument: no numbers, or no scale from low to high.
     """
+    if not isinstance(values, Mapping):
+        raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
     for name in values:
         if name not in links:
             raise UnknownName("link", name, tuple(links))

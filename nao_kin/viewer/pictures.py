@@ -36,7 +36,11 @@ class Photographer:
             BadArgument: a size out of range.
             NoBrowser: there is none, or it gives no picture in time.
         """
-        if len(size) != 2 or not all(isinstance(edge, int) and edge in _EDGES for edge in size):
+        if (
+            not isinstance(size, (tuple, list))
+            or len(size) != 2
+            or not all(isinstance(edge, int) and edge in _EDGES for edge in size)
+        ):
             raise BadArgument(f"size must be two whole numbers from {_EDGES[0]} to {_EDGES[-1]}, got {size!r}")
         end = time.monotonic() + timeout
         mine = next(self._numbers)

@@ -186,7 +186,7 @@ class _Page(tornado.websocket.WebSocketHandler):
     def on_message(self, message: str | bytes) -> None:
         try:
             answer = json.loads(message)
-        except ValueError:
+        except (ValueError, RecursionError):
             return
         if isinstance(answer, dict):
             self.server._answered(self, answer)
@@ -223,7 +223,9 @@ class _Page(tornado.websocket.WebSocketHandler):
 
 def _listen(host: str, port: int | None) -> socket.socket:
     """A socket on the port asked for, or on the first free one."""
-    if port is not None and not (isinstance(port, int) and 0 <= port <= 0xFFFF):
+    if not isinstance(host, str):
+        raise BadArgument(f"host must be an address or a name, got {host!r}")
+    if port is not None and not (isinstance(port, int) and not isinstance(port, bool) and 0 <= port <= 0xFFFF):
         raise BadArgument(f"port must be a number from 0 to 65535, got {port!r}")
     wanted = [port] if port is not None else [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]
     for number in wanted:
@@ -232,7 +234,7 @@ def _listen(host: str, port: int | None) -> socket.socket:
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 raise BadArgument(f"cannot listen on {host!r} port {number}: {error.strerror or error}") from None
-        except UnicodeError:
+        except ValueError:
             raise BadArgument(f"{host!r} is no address") from None
     raise BadArgument(f"port {port} on {host} is in use; leave it out to take the next free one")
 

@@ -115,7 +115,14 @@ class Viewer:
         self._show_joints(array, vertical)
 
     def rest(self, posture: str) -> tuple[float, float, float] | None:
-        """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles."""
+        """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles.
+
+        Raises:
+            UnknownName: no such posture.
+        """
+        names = self.robot.posture_names if isinstance(self.robot, NaoModel) else ()
+        if posture not in names:
+            raise UnknownName("posture", posture, names)
         return self._presets.rest.get(posture)
 
     def animate(self, qs: ArrayLike, fps: float = 30.0, *, play: bool = True, loop: bool = True) -> None:
@@ -155,7 +162,7 @@ class Viewer:
 
         Raises:
             UnknownName: no such frame.
-            BadArgument: a size that is not positive.
+            BadArgument: no names, or a size that is not positive.
         """
         self._stage.put("frames", overlays.frames(self.robot, names, size))
 
@@ -252,7 +259,10 @@ class Viewer:
 
         Raises:
             NoBrowser: none did in time, or the viewer was closed.
+            BadArgument, NotFinite: a timeout that is no number.
         """
+        if timeout is not None:
+            timeout = overlays.number(timeout, "timeout")
         if not self._started().wait_for_page(timeout):
             raise NoBrowser("no browser opened the page" + ("" if timeout is None else f" within {timeout:g} s"))
 
@@ -316,12 +326,13 @@ class Viewer:
         Raises:
             UnknownName: no such camera.
             NoBrowser: there is none, or it gives no picture in time.
-            BadArgument: the file cannot be written; a size out of range.
+            BadArgument: the file cannot be written; a size out of range; a timeout that is no number.
         """
         self._check_camera(camera)
+        seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:
-            picture = self._photographer.picture(self._started(), self.url, camera, size, timeout)
+            picture = self._photographer.picture(self._started(), self.url, camera, size, seconds)
         finally:
             if not running:
                 self.close()

@@ -19,7 +19,7 @@ NaoKin.App = class {
       this.drawn += 1;
     };
     this.studio = new NaoKin.Studio(viewer);
-    this.player = new NaoKin.Player(viewer, this.byId("player"));
+    this.player = new NaoKin.Player(viewer, this.byId("player"), () => (this.up = null));
     this.source = String(Math.random());
     this.shown = { frames: false, axes: false, com: false, support: false };
     const texts = { frames: "Frames", axes: "Joint axes", com: "Centre of mass", support: "Support" };
@@ -28,6 +28,7 @@ NaoKin.App = class {
       button.dataset.shown = name;
       this.byId("shown").append(button);
     }
+    this.legends = { colours: [], pairs: [] };
     this.settled = null;
     this.up = null;
   }
@@ -173,7 +174,8 @@ NaoKin.App = class {
   camera(name) {
     const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
     this.settle();
-    this.studio.look(preset, this.robot);
+    const bar = this.byId("top");
+    this.studio.look(preset, this.robot, (bar.offsetTop + bar.offsetHeight) / this.byId("pane").clientHeight);
   }
 
   colour({ links, label, low, high, stops }) {
@@ -181,7 +183,7 @@ NaoKin.App = class {
     const css = (rgb) => `rgb(${rgb.map((value) => Math.round(255 * value)).join(",")})`;
     const bar = NaoKin.element("span", { className: "bar" });
     if (stops) bar.style.background = `linear-gradient(to right, ${stops.map(css).join(",")})`;
-    this.legend(stops ? [`${label} ${low}`.trim(), bar, `${high}`] : []);
+    this.legend("colours", stops ? [`${label} ${low}`.trim(), bar, `${high}`] : []);
   }
 
   legendOfPairs(kinds) {
@@ -190,13 +192,16 @@ NaoKin.App = class {
       dot.style.background = colour;
       return NaoKin.element("span", { className: "entry" }, dot, kind);
     };
-    this.legend([...kinds].map(entry));
+    this.legend("pairs", [...kinds].map(entry));
   }
 
-  legend(children) {
+  // Colours of links and kinds of joints each have their own part of the legend.
+  legend(part, children) {
+    this.legends[part] = children;
+    const parts = Object.values(this.legends).filter(({ length }) => length > 0);
     const legend = this.byId("legend");
-    legend.replaceChildren(...children);
-    legend.hidden = children.length === 0;
+    legend.replaceChildren(...parts.map((entries) => NaoKin.element("span", { className: "part" }, ...entries)));
+    legend.hidden = parts.length === 0;
   }
 
   notice(...children) {

@@ -18,9 +18,9 @@ NaoKin.Marks = class {
 
   showFrames(names, size) {
     this.clear(this.frames);
-    for (const name of names) {
+    for (const [index, name] of names.entries()) {
       const triad = NaoKin.triad(size);
-      triad.add(NaoKin.label(name, size));
+      triad.add(NaoKin.label(name, size, index));
       this.robot.nodes[this.robot.frames.get(name)].add(NaoKin.mark(triad));
       this.frames.push(triad);
     }
@@ -114,7 +114,7 @@ NaoKin.Marks = class {
       const colour = stands ? 0x2f9e64 : 0xd6453d;
       const area = new T.Mesh(
         new T.ShapeGeometry(new T.Shape(hull)),
-        new T.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.22, depthTest: false }),
+        new T.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.22, depthWrite: false }),
       );
       area.position.z = 0.0006;
       area.renderOrder = 15;
@@ -137,8 +137,9 @@ NaoKin.Marks = class {
       down.renderOrder = 19;
       const foot = new T.Mesh(
         new T.RingGeometry(0.011 * size, 0.016 * size, 40),
-        new T.MeshBasicMaterial({ color: 0x20242c, side: T.DoubleSide }),
+        new T.MeshBasicMaterial({ color: 0x20242c, side: T.DoubleSide, depthTest: false, transparent: true }),
       );
+      foot.renderOrder = 18;
       foot.position.set(centre.x, centre.y, 0.0015);
       this.balance.add(ball, down, foot);
     }
@@ -269,8 +270,8 @@ NaoKin.target = (size, oriented) => {
   return mark;
 };
 
-// A name that keeps its size on the screen.
-NaoKin.label = (text, lift) => {
+// A name that keeps its size on the screen; the names of neighbours go to different corners.
+NaoKin.label = (text, lift, index = 0) => {
   const T = MeshCat.THREE;
   const canvas = document.createElement("canvas");
   let ink = canvas.getContext("2d");
@@ -293,7 +294,7 @@ NaoKin.label = (text, lift) => {
   const material = new T.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false, toneMapped: false });
   const sprite = new T.Sprite(material);
   sprite.scale.set((0.0135 * canvas.width) / canvas.height, 0.0135, 1);
-  sprite.center.set(0, 0);
+  sprite.center.set(...[[0, 0], [1, 1], [0, 1], [1, 0]][index % 4]);
   sprite.position.z = 0.25 * lift;
   sprite.renderOrder = 30;
   return sprite;

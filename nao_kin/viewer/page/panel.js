@@ -8,6 +8,8 @@ NaoKin.Panel = class {
     const { about } = this.robot;
     const { element } = NaoKin;
     this.rows = [];
+    const shown = about.chains.flatMap(({ joints }) => joints).filter(({ follows }) => follows);
+    this.followers = new Map(shown.map(({ name, follows }) => [follows, name]));
     this.state = element("span", { className: "state" });
     const freedoms = about.coordinates.length;
     const notes = element("p", { className: "notes", hidden: about.notes.length === 0 }, about.notes.join("; "));
@@ -49,7 +51,8 @@ NaoKin.Panel = class {
     const slider = element("input", { type: "range", step: "any", min: bounds[0], max: bounds[1], ariaLabel: joint.name });
     const number = element("input", { type: "text", inputMode: "decimal", ariaLabel: `${joint.name} in ${unit.name}` });
     const label = element("span", { className: "name" }, joint.name);
-    if (joint.follows) label.append(element("i", { title: `One motor with ${joint.follows}` }, "⚭"));
+    const partner = joint.follows || this.followers.get(joint.name);
+    if (partner) label.append(element("i", { title: `One motor with ${partner}` }, "⚭"));
     const row = element("label", { className: "joint" }, label, slider, number, element("span", { className: "unit" }, unit.sign));
     row.dataset.joint = joint.name;
     const set = (value) => {
@@ -59,9 +62,10 @@ NaoKin.Panel = class {
     slider.oninput = () => set(Number(slider.value));
     number.onfocus = () => number.select();
     number.onchange = () => {
-      const value = Number(number.value.replace(",", ".")) / unit.scale;
-      if (Number.isFinite(value) && number.value.trim()) set(Math.min(Math.max(value, bounds[0]), bounds[1]));
-      else this.refresh();
+      const text = number.value.trim().replace(",", ".");
+      const value = NaoKin.DECIMAL.test(text) ? Number(text) / unit.scale : NaN;
+      if (Number.isFinite(value)) set(Math.min(Math.max(value, bounds[0]), bounds[1]));
+      this.refresh(number);
     };
     number.onkeydown = ({ key }) => key === "Enter" && number.blur();
     this.rows.push({ joint, coordinate, unit, slider, number, row, bounds });
@@ -93,13 +97,14 @@ NaoKin.Panel = class {
     );
   }
 
-  refresh() {
+  // What is being typed is left alone, unless it is `finished`.
+  refresh(finished = null) {
     const { q } = this.app;
     const outside = this.robot.outside(q);
     for (const { joint, coordinate, unit, slider, number, row, bounds } of this.rows) {
       const value = joint.multiplier * q[joint.column] + joint.offset;
       slider.value = value;
-      if (document.activeElement !== number) number.value = (value * unit.scale).toFixed(unit.digits).replace(/^-(0(\.0*)?)$/, "$1");
+      if (document.activeElement !== number || number === finished) number.value = (value * unit.scale).toFixed(unit.digits).replace(/^-(0(\.0*)?)$/, "$1");
       const share = (x) => `${(100 * (Math.min(Math.max(x, bounds[0]), bounds[1]) - bounds[0])) / (bounds[1] - bounds[0] || 1)}%`;
       const [from, to] = [share(0), share(value)];
       slider.style.setProperty("--from", parseFloat(from) < parseFloat(to) ? from : to);
@@ -130,6 +135,8 @@ NaoKin.Panel = class {
     );
   }
 };
+
+NaoKin.DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 NaoKin.UNITS = {
   rad: { name: "degrees", sign: "°", scale: 180 / Math.PI, digits: 1, open: [-Math.PI, Math.PI] },

@@ -2,8 +2,10 @@
 
 // The bar under the view that plays a clip; meshcat's animator does the work.
 NaoKin.Player = class {
-  constructor(viewer, bar) {
+  // `begin` is called before the clip, rather than anything else, says how the robot stands.
+  constructor(viewer, bar, begin) {
     this.viewer = viewer;
+    this.begin = begin;
     this.bar = bar;
     this.looping = true;
     this.button = NaoKin.element("button", { type: "button", onclick: () => this.toggle() });
@@ -30,7 +32,8 @@ NaoKin.Player = class {
     // An action that is not under way does not hear of seeking.
     for (const action of this.animator.actions) action.play();
     this.setLoop(!(options.repetitions <= 1));
-    if (!this.animator.playing) this.seek(0);
+    if (this.animator.playing) this.begin();
+    else this.seek(0);
     this.refresh();
   }
 
@@ -44,6 +47,7 @@ NaoKin.Player = class {
     if (this.animator.playing) return this.pause();
     const { animator } = this;
     if (animator.time >= animator.duration) this.seek(0);
+    this.begin();
     animator.play();
     this.viewer.set_dirty();
     this.refresh();
@@ -56,6 +60,7 @@ NaoKin.Player = class {
 
   seek(time) {
     this.pause();
+    this.begin();
     for (const action of this.animator.actions) {
       action.paused = false;
       action.play();

@@ -109,8 +109,8 @@ NaoKin.Studio = class {
     }
   }
 
-  // Move the camera so that what a preset looks at just fills the view.
-  look(preset, robot) {
+  // Move the camera so that what a preset looks at just fills the view, under a bar that takes a share of its height.
+  look(preset, robot, bar = 0) {
     const { Vector3, MathUtils } = MeshCat.THREE;
     const { camera, controls } = this.viewer;
     camera.fov = 28;
@@ -123,8 +123,10 @@ NaoKin.Studio = class {
     const back = new Vector3(x, z, -y).normalize();
     const right = new Vector3(0, 1, 0).cross(back).normalize();
     const up = back.clone().cross(right);
-    const tall = Math.tan(MathUtils.degToRad(camera.fov / 2)) * 0.9;
-    const wide = tall * camera.aspect;
+    const half = Math.tan(MathUtils.degToRad(camera.fov / 2));
+    const hidden = Math.min(Math.max(2 * bar - 0.1, 0), 0.5);
+    const tall = half * (0.9 - hidden / 2);
+    const wide = 0.9 * half * camera.aspect;
     let distance = preset.links.length ? 0 : this.size;
     for (let i = 0; i < 8; i++) {
       const corner = new Vector3(
@@ -137,6 +139,11 @@ NaoKin.Studio = class {
     }
     // The camera sits in meshcat's node that turns z up again; its coordinates are those of the world.
     camera.position.copy(centre).addScaledVector(back, distance);
+    // The picture moves down by half of what the bar hides; the camera still turns about the middle of the robot.
+    const { aspect } = camera;
+    camera.setViewOffset(1, 1, 0, -hidden / 4, 1, 1);
+    camera.aspect = aspect;
+    camera.updateProjectionMatrix();
     controls.target.copy(centre);
     controls.update();
     this.viewer.set_dirty();
