@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from nao_kin._arrays import Floats
@@ -84,7 +83,6 @@ def fk(
         from nao_kin.configuration_files import read_configurations
 
         q, many = read_configurations(model, file, limits=limits, degrees=deg)
-        q = np.atleast_2d(q)
     frames = frame or _default_frames(model)
     model.fk(q[0], frames, reference=reference)  # refuses unknown frames before anything is printed
     chunks = _poses(model, q, frames, reference)

@@ -12,7 +12,9 @@ from nao_kin.errors import BadArgument, CouplingViolated, UnknownName
 from nao_kin.urdf_reader import Mimic
 
 # Two values for the two ends of one motor agree when they differ by less than single precision can tell.
-_COUPLING_TOLERANCE = 1e-6
+COUPLING_TOLERANCE = 1e-6
+# A quaternion within this of norm 1 is meant to be one; what is left of the norm is divided out.
+UNIT_TOLERANCE = 1e-6
 
 
 class Coordinates:
@@ -82,7 +84,7 @@ def _check_coupling(tie: Mimic, name: str, driver: Floats, value: Floats) -> Non
     driver, value = np.broadcast_arrays(driver, value)
     expected = tie.multiplier * driver + tie.offset
     difference = np.abs(expected - value)
-    if np.any(difference > _COUPLING_TOLERANCE):
+    if np.any(difference > COUPLING_TOLERANCE):
         worst = int(np.argmax(difference))
         raise CouplingViolated(
             tie.joint, name, float(driver.flat[worst]), float(value.flat[worst]), float(expected.flat[worst])

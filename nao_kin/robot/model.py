@@ -17,7 +17,7 @@ from nao_kin._arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, NotFinite, OutsideLimits, UnknownName
 from nao_kin.parameters import CoupledLimit
 from nao_kin.robot.build import Base, ModelSource, numbers_of, restore_numbers, source_of_tree
-from nao_kin.robot.coordinates import Coordinates
+from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
 from nao_kin.robot.limits import JointLimits, LimitViolation
 from nao_kin.robot.workspace import Selection, Workspace, expression_named, over_batch, selection_of
 from nao_kin.urdf_reader import Mimic, read_urdf
@@ -367,7 +367,7 @@ class RobotModel:
             raise NotFinite("q", error.index, error.value, name) from None
         if self.base == "floating":
             norms = np.linalg.norm(array[..., 3:7], axis=-1)
-            if np.any(np.abs(norms - 1.0) > 1e-6):
+            if np.any(np.abs(norms - 1.0) > UNIT_TOLERANCE):
                 worst = float(norms.flat[np.argmax(np.abs(norms - 1.0))])
                 raise BadArgument(f"q[..., 3:7] must be a unit quaternion (x, y, z, w), got one of norm {worst:.6g}")
             array = array.copy()

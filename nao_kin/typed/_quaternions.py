@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._arrays import Floats, as_floats
 from nao_kin.errors import BadArgument
-
-# As `RobotModel` has it for the orientation of a floating base.
-_NORM = 1e-6
+from nao_kin.robot.coordinates import UNIT_TOLERANCE
 
 
 class Quaternions:
@@ -35,7 +33,7 @@ class Quaternions:
         parts = typed[..., self._columns]
         with np.errstate(over="ignore"):
             norms = np.sqrt(np.sum(parts * parts, axis=-1))
-        wrong = ~(np.abs(norms - 1.0) <= _NORM)
+        wrong = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
         if wrong.any():
             place = tuple(int(i) for i in np.argwhere(wrong)[0])
             index, which, norm = list(place[:-1]), place[-1], float(norms[place])

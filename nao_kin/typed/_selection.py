@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
+from nao_kin.robot.coordinates import COUPLING_TOLERANCE
+from nao_kin.robot.limits import TOLERANCE as LIMIT_TOLERANCE
 from nao_kin.typed._layout import Ball, Reading
 from nao_kin.typed._turns import near, shifted, turns_of_quaternion, uncertainty, unlocked, wrapped
 
-# Two values for one motor agree when they differ by less than single precision can tell, as everywhere in the library.
-_COUPLING = 1e-6
-# A limit missed by less than this is met, as everywhere in the library.
-_LIMIT = 1e-9
 # A value better known than this needs no second source.
 _SURE = 1e-13
 # No limit of a turn is larger than this [rad].
@@ -151,7 +149,9 @@ class Selection:
                 candidates += _as_told(ball, angles, told, doubt, middles[2])
             for candidate in [*candidates, *(turned for each in candidates for turned in self._wound_up(ball, each))]:
                 off = candidate - middles
-                excess = np.maximum(np.abs(off) - halves - _LIMIT, 0.0) if reference is None else candidate - target
+                excess = (
+                    np.maximum(np.abs(off) - halves - LIMIT_TOLERANCE, 0.0) if reference is None else candidate - target
+                )
                 astray = np.zeros_like(off)
                 for k, says in enumerate(told):
                     if says is not None:
@@ -197,7 +197,7 @@ class Selection:
             shift = np.zeros_like(value)
             for follower, gap in zip(mine, gaps, strict=True):
                 other = read(follower.name)[1] / abs(follower.multiplier)
-                explained = np.abs(gap / follower.multiplier) <= _COUPLING + doubt + other
+                explained = np.abs(gap / follower.multiplier) <= COUPLING_TOLERANCE + doubt + other
                 better = (doubt > _SURE) & (other < doubt) & explained
                 shift = np.where(better, gap / follower.multiplier, shift)
                 doubt = np.where(better, other, doubt)
@@ -207,7 +207,7 @@ class Selection:
             weight = 1.0 + sum(follower.multiplier**2 for follower in mine)
             pull = sum((follower.multiplier * gap for follower, gap in zip(mine, gaps, strict=True)), np.zeros(1))
             for follower, gap in zip(mine, gaps, strict=True):
-                allowed = _COUPLING + abs(follower.multiplier) * doubt + read(follower.name)[1]
+                allowed = COUPLING_TOLERANCE + abs(follower.multiplier) * doubt + read(follower.name)[1]
                 violated = np.abs(gap) > allowed
                 stated = follower.multiplier * value + follower.offset + gap
                 mismatches.append(Mismatch(follower, value, stated, violated, value + pull / weight))
