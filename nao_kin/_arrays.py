@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NotFinite, WrongShape
 
 Floats = NDArray[np.float64]
@@ -52,7 +53,7 @@ def as_numbers(value: ArrayLike, what: str) -> Floats:
             raise TypeError
         return array.astype(np.float64)
     except (TypeError, ValueError):
-        raise BadArgument(f"{what} must be real numbers, got {_abbreviated(value)}") from None
+        raise BadArgument(f"{what} must be real numbers, got {quoted(value, 60)}") from None
 
 
 def refuse_non_finite(array: Floats, what: str) -> None:
@@ -61,8 +62,3 @@ def refuse_non_finite(array: Floats, what: str) -> None:
     if not finite.all():
         index = tuple(int(i) for i in np.argwhere(~finite)[0])
         raise NotFinite(what, index, float(array[index]))
-
-
-def _abbreviated(value: object, longest: int = 60) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= longest else text[: longest - 1] + "…"

@@ -11,6 +11,20 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from nao_kin._text import MOST_ECHOED, abbreviated, quoted
+
+
+class NaoKinWarning(UserWarning):
+    """Base of all warnings of nao_kin: what was asked is done, and is likely not what was meant."""
+
+
+class DegreesWarning(NaoKinWarning):
+    """Joint values that make sense as degrees, where radians are expected."""
+
+
+class RenamedFrameWarning(NaoKinWarning):
+    """A frame is asked for by a name that a link of the URDF and a joint share: the joint's frame answers."""
+
 
 class NaoKinError(Exception):
     """Base of all errors raised by nao_kin; one line, whatever names from outside hold."""
@@ -32,6 +46,7 @@ def _revived(kind: type[NaoKinError], args: tuple[Any, ...], state: dict[str, An
 
 def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str, ...]:
     """The valid names that look most like `name`, best first; letter case counts for nothing."""
+    name = name[:MOST_ECHOED]
     by_lower: dict[str, list[str]] = {}
     for candidate in valid:
         by_lower.setdefault(candidate.lower(), []).append(candidate)
@@ -58,7 +73,7 @@ class UnknownName(NaoKinError):
             advice = f"valid: {', '.join(valid)}" if valid else "there are none"
         else:
             advice = f"{len(valid)} valid names, from {valid[0]} to {valid[-1]}"
-        super().__init__(f"unknown {kind} {self.name!r} ({advice}){'; ' + hint if hint else ''}")
+        super().__init__(f"unknown {kind} {quoted(self.name)} ({abbreviated(advice)}){'; ' + hint if hint else ''}")
 
 
 class BadArgument(NaoKinError):

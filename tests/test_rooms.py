@@ -13,6 +13,7 @@ ROOMS = {
     "errors": 1,
     "_arrays": 1,
     "_scalars": 1,
+    "_text": 1,
     "_vectors": 1,
     "atomic": 1,
     "files": 1,
