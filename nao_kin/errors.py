@@ -176,12 +176,21 @@ class CouplingViolated(NaoKinError):
         primary_value: value given for the driving joint.
         mimic_value: value given for the joint that follows.
         expected: value the driving joint asks of it.
+        index: which configuration of the batch.
     """
 
-    def __init__(self, primary: str, mimic: str, primary_value: float, mimic_value: float, expected: float) -> None:
-        self.primary, self.mimic = primary, mimic
+    def __init__(
+        self,
+        primary: str,
+        mimic: str,
+        primary_value: float,
+        mimic_value: float,
+        expected: float,
+        index: tuple[int, ...] = (),
+    ) -> None:
+        self.primary, self.mimic, self.index = primary, mimic, index
         self.primary_value, self.mimic_value, self.expected = primary_value, mimic_value, expected
-        super().__init__(self.describe())
+        super().__init__(f"{self.describe()}{f' (configuration {_listed(index)})' if index else ''}")
 
     def describe(self, *, degrees: bool = False) -> str:
         """The message, with the values taken for angles and given in degrees if wanted."""
@@ -251,13 +260,18 @@ class DisagreeingJoints(CouplingViolated):
     def __init__(self, violations: Sequence[Any]) -> None:
         self.violations = tuple(violations)
         first = self.violations[0]
-        super().__init__(first.primary, first.mimic, first.primary_value, first.mimic_value, first.expected)
+        values = first.primary_value, first.mimic_value, first.expected
+        super().__init__(first.primary, first.mimic, *values, tuple(first.index))
         self.nearest = float(first.nearest)
         more = f"; and {len(self.violations) - 1} more" if len(self.violations) > 1 else ""
-        where = f" (configuration {', '.join(map(str, first.index))})" if first.index else ""
+        where = f" (configuration {_listed(first.index)})" if first.index else ""
         nearest = f"nearest consistent: {first.primary} = {self.nearest:.9g}"
         NaoKinError.__init__(self, f"{self.describe()}; {nearest}{where}{more}")
 
 
 class NoBrowser(NaoKinError):
     """A web browser is needed and there is none, or none has shown up in time."""
+
+
+def _listed(index: Sequence[int]) -> str:
+    return ", ".join(map(str, index))

@@ -1,23 +1,32 @@
-"""The NAO: its versions, chains, postures, and NAOqi's Body order."""
+"""The NAO: its versions, what its parts mean, and NAOqi's Body order."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
+import functools
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._arrays import Floats, as_floats
-from nao_kin.errors import UnknownName
 from nao_kin.files import nao_urdf_path
-from nao_kin.parameters import BODY_ORDER, CHAINS, FINGER_RATIO, FINGERS, POSTURES, nao_parameters, version_named
-from nao_kin.parameters.rows import Version
-from nao_kin.robot.build import Base, ModelSource
-from nao_kin.robot.model import LimitPolicy, RobotModel
-from nao_kin.urdf_reader import Mimic
-
-_POSTURES = {row.name: row.body for row in POSTURES}
+from nao_kin.parameters import (
+    BODY_ORDER,
+    CAMERAS,
+    CHAINS,
+    END_EFFECTORS,
+    POSTURES,
+    REST,
+    SOLES,
+    VIEWS,
+    NaoParameters,
+    Version,
+    nao_parameters,
+    version_named,
+)
+from nao_kin.robot import Base, LimitPolicy, RobotModel
+from nao_kin.semantics import Posture, Semantics, View
+from nao_kin.urdf import UrdfTree, read_urdf
 
 
 class NaoModel(RobotModel):
@@ -27,39 +36,20 @@ class NaoModel(RobotModel):
 
     Attributes:
         version: "v3.2" … "v6".
-        chains: NAOqi's chains, name → joints from the trunk outwards; both HipYawPitch joints are listed.
+        parameters: the numbers it is made of, row by row with unit and source.
         body_order: NAOqi's 26 joint names in the order of "Body".
-        posture_names: NAOqi's predefined postures.
     """
 
-    chains: Mapping[str, tuple[str, ...]] = MappingProxyType(CHAINS)
     body_order: tuple[str, ...] = BODY_ORDER
-    posture_names: tuple[str, ...] = tuple(_POSTURES)
 
     def __init__(self, version: str = "v6", *, base: Base = "fixed") -> None:
         self.version: Version = version_named(version)
-        parameters = nao_parameters(self.version)
-        path = nao_urdf_path(self.version)
-        mimics = {joint.name: Mimic(joint.mimic) for joint in parameters.joints if joint.mimic is not None}
-        hands = [joint.name for joint in parameters.joints if joint.unit == "1"]
-        mimics |= {f"{hand}{finger.name}": Mimic(hand, FINGER_RATIO) for hand in hands for finger in FINGERS}
-        super().__init__(
-            ModelSource(f"nao_{self.version}", path.read_text(encoding="utf-8"), base),
-            path,
-            mimics=mimics,
-            units=dict.fromkeys(hands, "1"),
-            coupled_limits=parameters.coupled_limits,
-        )
+        super().__init__(_tree(self.version), _semantics(self.version), base=base)
 
-    def posture(self, name: str) -> Floats:
-        """One of NAOqi's predefined postures, shape (nq,).
-
-        Raises:
-            UnknownName: no such posture.
-        """
-        if not isinstance(name, str) or name not in _POSTURES:
-            raise UnknownName("posture", name, self.posture_names)
-        return self.from_body(_POSTURES[name])
+    @property
+    def parameters(self) -> NaoParameters:
+        """The numbers of this version, each with its unit and its source."""
+        return nao_parameters(self.version)
 
     def to_body(self, q: ArrayLike) -> Floats:
         """Joint values in NAOqi's Body order: 26 values, RHipYawPitch repeating LHipYawPitch.
@@ -83,11 +73,18 @@ class NaoModel(RobotModel):
             q, shape (..., nq).
 
         Raises:
-            CouplingViolated: the two HipYawPitch values differ by more than 1e-6.
+            CouplingViolated: the two HipYawPitch values differ by more than 1e-6; carries which configuration.
             WrongShape, NotFinite, OutsideLimits: as everywhere.
         """
         values = as_floats(body, (len(BODY_ORDER),), "Body values")
         return self.configuration(dict(zip(BODY_ORDER, np.moveaxis(values, -1, 0), strict=True)), limits=limits)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "version": self.version}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.version = state["version"]
+        super().__setstate__(state)
 
 
 def load_nao(version: str = "v6", *, base: Base = "fixed") -> NaoModel:
@@ -102,3 +99,29 @@ def load_nao(version: str = "v6", *, base: Base = "fixed") -> NaoModel:
         BadArgument: no such base.
     """
     return NaoModel(version, base=base)
+
+
+@functools.cache
+def _tree(version: Version) -> UrdfTree:
+    """The URDF of a version, read once in a process: the package's own files do not change."""
+    return read_urdf(nao_urdf_path(version))
+
+
+@functools.cache
+def _semantics(version: Version) -> Semantics:
+    """What the parts of a NAO mean."""
+    parameters = nao_parameters(version)
+    return Semantics(
+        chains=CHAINS,
+        end_effectors=END_EFFECTORS,
+        soles=SOLES,
+        cameras=CAMERAS,
+        postures={
+            row.name: Posture(dict(zip(BODY_ORDER, row.body, strict=True)), REST.get(row.name)) for row in POSTURES
+        },
+        start="StandInit",
+        coupled_limits=parameters.coupled_limits,
+        units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
+        views={name: View(direction, joints) for name, direction, joints in VIEWS},
+        root="torso",
+    )

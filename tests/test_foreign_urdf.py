@@ -274,10 +274,60 @@ def test_limits_come_along_when_a_coupling_is_turned_round(write: Write) -> None
     assert (robot.lower[0], robot.upper[0]) == pytest.approx((0.5, 0.9))
 
 
-def test_limits_that_suit_nobody_are_refused(write: Write) -> None:
-    follower = _joint("B", "base", "b", inside=_mimic("A", 1.0, 5.0))
+def test_limits_that_suit_nobody_are_refused_where_a_joint_cannot_move_alone(write: Write) -> None:
+    follower = _joint("B", "base", "b", inside=_mimic("A", 1.0, 5.0)).replace('upper="1"', 'upper="-1"')
     with pytest.raises(BadModel, match="'B' follows 'A', and no value suits both their limits"):
         nk.RobotModel.from_urdf(write(_links("base", "a", "b") + _joint("A", "base", "a") + follower))
+
+
+@pytest.mark.parametrize(
+    ("driver", "multiplier", "offset", "how_many"),
+    [((0.0, 0.8), -1.0, 0.0, "a single"), ((-1.0, 1.0), 1.0, 5.0, "no"), ((0.0, 0.8), -1.0, -0.1, "no")],
+)
+def test_limits_copied_from_joint_to_joint_do_not_lock_the_driver(
+    write: Write, driver: tuple[float, float], multiplier: float, offset: float, how_many: str
+) -> None:
+    limits = f'lower="{driver[0]}" upper="{driver[1]}"'
+    parts = [_joint("A", "base", "a"), _joint("B", "base", "b", inside=_mimic("A", multiplier, offset))]
+    robot = nk.RobotModel.from_urdf(
+        write(_links("base", "a", "b") + "".join(parts).replace('lower="-1" upper="1"', limits))
+    )
+    assert (robot.lower[0], robot.upper[0]) == driver
+    (note,) = robot.load_notes
+    assert note.startswith("joint 'A' keeps its own range [")
+    assert f"the limits of 'B' that follow it would leave it {how_many} value" in note
+    q = robot.configuration({"A": 0.5})
+    assert robot.check_limits(q).tolist() == [0.5]
+    _agrees_with_yourdfpy(robot)
+
+
+def test_two_followers_that_leave_nothing_together_do_not_lock_the_driver(write: Write) -> None:
+    above, below = (_joint(n, "base", n.lower(), inside=_mimic("A")) for n in "BC")
+    above, below = above.replace('lower="-1"', 'lower="0.25"'), below.replace('upper="1"', 'upper="0"')
+    robot = nk.RobotModel.from_urdf(write(_links("base", "a", "b", "c") + _joint("A", "base", "a") + above + below))
+    assert (robot.lower[0], robot.upper[0]) == (-1.0, 1.0)
+    assert "'B', 'C'" in robot.load_notes[0]
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+@pytest.mark.parametrize(
+    ("limit", "note"),
+    [
+        ('velocity="2" effort="3"', "joint 'A' has a limit without lower and upper: taken as unlimited"),
+        ('lower="2" upper="1" velocity="2" effort="3"', "joint 'A' has lower limit 2 above upper limit 1: unlimited"),
+    ],
+)
+def test_a_limit_that_says_nothing_is_none(write: Write, kind: str, limit: str, note: str) -> None:
+    joint = _joint("A", "base", "a", kind).replace('lower="-1" upper="1" velocity="2" effort="3"', limit)
+    robot = nk.RobotModel.from_urdf(write(_links("base", "a") + joint))
+    assert (robot.lower[0], robot.upper[0]) == (-math.inf, math.inf)
+    assert (robot.velocity_limits[0], robot.effort_limits[0]) == (2.0, 3.0)
+    assert robot.load_notes == (note,)
+
+
+def test_one_bound_alone_has_the_other_at_zero(write: Write) -> None:
+    joint = _joint("A", "base", "a").replace('lower="-1" ', "")
+    assert nk.RobotModel.from_urdf(write(_links("base", "a") + joint)).lower[0] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -414,7 +464,6 @@ def test_meshes_beside_the_file_are_not_missing(write: Write, tmp_path: Path) ->
         (_links("a", "b") + _joint("J", "a", "b", axis="0 0 0"), "axis '0 0 0', which has no direction"),
         (_links("a", "b") + _joint("J", "a", "b", axis="0 1"), "axis '0 1', expected three numbers"),
         (_links("a", "b") + _joint("J", "a", "b", axis="0 nan 1"), "expected three numbers"),
-        (_links("a", "b") + _joint("J", "a", "b").replace('lower="-1"', 'lower="2"'), "limit 2 above upper limit 1"),
         (_links("a", "b") + _joint("J", "a", "b").replace('lower="-1"', 'lower="x"'), "lower 'x', expected a number"),
         (_links("a", "b") + _joint("J", "a", "b").replace('<parent link="a"/>', ""), "names no parent link"),
         (_links("a", "b") + _joint("J", "a", "b").replace('"0.1 0 0"', '"1_0 0 0"'), "origin xyz '1_0 0 0', expected"),

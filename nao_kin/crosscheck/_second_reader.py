@@ -10,7 +10,7 @@ import numpy as np
 
 from nao_kin._arrays import Floats
 from nao_kin.robot import RobotModel
-from nao_kin.urdf_reader import Mimic, read_urdf
+from nao_kin.semantics import Mimic
 
 # trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
 _STALE = np.full((4, 4), np.nan)
@@ -33,7 +33,7 @@ class SecondReader:
             self._oracle = yourdfpy.URDF.load(str(robot.urdf_path), load_meshes=False, load_collision_meshes=False)
         joints = {joint.name: joint for joint in self._oracle.robot.joints}
         # By joints, not by links: a link that shares its name with a joint is called something else in the model.
-        tree = read_urdf(robot.urdf_path)
+        tree = robot.tree
         link_of = {tree.root: self._oracle.base_link}
         link_of |= {joint.child: joints[joint.name].child for joint in tree.joints}
         link_of |= {joint.name: joints[joint.name].child for joint in tree.joints if joint.kind != "fixed"}

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from nao_kin.nao import NaoModel
 from nao_kin.parameters import CAMERAS, FINGER_RATIO, FINGERS, OPTICAL_RPY, NaoParameters, nao_parameters
 from nao_kin.robot import RobotModel
-from nao_kin.urdf_reader import Mimic, UrdfTree, read_urdf
+from nao_kin.semantics import Mimic
+from nao_kin.urdf import UrdfTree
 
 Vector = tuple[float, float, float]
 Turns = tuple[tuple[str, float], ...]
@@ -55,7 +56,7 @@ def steps_of(robot: RobotModel) -> tuple[Step, ...]:
     """
     if isinstance(robot, NaoModel):
         return steps_of_nao(nao_parameters(robot.version))
-    return steps_of_tree(read_urdf(robot.urdf_path))
+    return steps_of_tree(robot.tree)
 
 
 def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
@@ -80,7 +81,7 @@ def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
     """The steps of a URDF, made of the numbers it prints; every moving joint is a frame beside the link it moves."""
     steps = [Step(tree.root, None)]
     for joint in tree.joints:
-        held = Step(joint.child, joint.parent, _three(joint.xyz), _turns(_three(joint.rpy)))
+        held = Step(joint.child, joint.parent, joint.origin.xyz, _turns(joint.origin.rpy))
         if joint.kind == "fixed":
             steps.append(held)
             continue
@@ -104,8 +105,3 @@ def _turns(rpy: Vector) -> Turns:
     """The turns of R = Rz(yaw) Ry(pitch) Rx(roll); none for no rotation."""
     roll, pitch, yaw = rpy
     return (("z", yaw), ("y", pitch), ("x", roll)) if any(rpy) else ()
-
-
-def _three(text: str) -> Vector:
-    x, y, z = map(float, text.split())
-    return x, y, z

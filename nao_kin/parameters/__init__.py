@@ -4,7 +4,8 @@ from nao_kin.parameters.frames import CAMERAS, FRAMES, OPTICAL_RPY
 from nao_kin.parameters.inertials import INERTIALS, PLACEHOLDER
 from nao_kin.parameters.joints import FINGER_RATIO, FINGERS, JOINTS
 from nao_kin.parameters.limits import ACTUATORS, COUPLED_LIMITS, LIMITS
-from nao_kin.parameters.nao import CoupledLimit, Frame, Joint, NaoParameters, nao_parameters, version_named
+from nao_kin.parameters.meaning import END_EFFECTORS, REST, SOLES, VIEWS
+from nao_kin.parameters.nao import Frame, Joint, NaoParameters, nao_parameters, version_named
 from nao_kin.parameters.offsets import OFFSETS
 from nao_kin.parameters.postures import BODY_ORDER, CHAINS, POSTURES
 from nao_kin.parameters.rows import VERSIONS, Version
@@ -20,6 +21,7 @@ __all__ = [
     "COLLISION_SHAPES",
     "COLOURS",
     "COUPLED_LIMITS",
+    "END_EFFECTORS",
     "FINGERS",
     "FINGER_RATIO",
     "FRAMES",
@@ -30,10 +32,12 @@ __all__ = [
     "OPTICAL_RPY",
     "PLACEHOLDER",
     "POSTURES",
+    "REST",
+    "SOLES",
     "SOURCES",
     "VERSIONS",
+    "VIEWS",
     "VISUALS",
-    "CoupledLimit",
     "Frame",
     "Joint",
     "NaoParameters",

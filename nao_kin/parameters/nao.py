@@ -16,6 +16,7 @@ from nao_kin.parameters.joints import JOINTS
 from nao_kin.parameters.limits import ACTUATORS, COUPLED_LIMITS, LIMITS
 from nao_kin.parameters.offsets import OFFSETS
 from nao_kin.parameters.rows import VERSIONS, Coordinate, InertialRow, Vector, Version
+from nao_kin.semantics import CoupledLimit
 
 
 @dataclass(frozen=True)
@@ -68,25 +69,6 @@ class Frame:
     parent: str
     xyz: Vector
     rpy: Vector
-
-
-@dataclass(frozen=True)
-class CoupledLimit:
-    """Range of one joint as a piecewise linear function of another.
-
-    Attributes:
-        joint: the joint whose range this is.
-        of: the joint it depends on.
-        at: values of `of` where the range bends, ascending [rad].
-        lower: smallest value of `joint` there [rad].
-        upper: largest value of `joint` there [rad].
-    """
-
-    joint: str
-    of: str
-    at: tuple[float, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
 
 
 @dataclass(frozen=True)

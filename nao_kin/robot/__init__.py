@@ -1,7 +1,30 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
+from nao_kin.robot.build import LIMIT_ARRAYS, Base
+from nao_kin.robot.coordinates import UNIT_TOLERANCE
+from nao_kin.robot.joint_axes import JointAxes
+from nao_kin.robot.kinematics import Expression, Kinematics, expression_named
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LimitViolation
-from nao_kin.robot.model import WORLD, RobotModel, check_robot
+from nao_kin.robot.model import WORLD, LimitPolicy, RobotModel, check_robot
+from nao_kin.robot.topology import SharedMotor, Topology, topology
 
-__all__ = ["WORLD", "LimitViolation", "RobotModel", "check_robot", "load_robot", "robot_names"]
+__all__ = [
+    "LIMIT_ARRAYS",
+    "UNIT_TOLERANCE",
+    "WORLD",
+    "Base",
+    "Expression",
+    "JointAxes",
+    "Kinematics",
+    "LimitPolicy",
+    "LimitViolation",
+    "RobotModel",
+    "SharedMotor",
+    "Topology",
+    "check_robot",
+    "expression_named",
+    "load_robot",
+    "robot_names",
+    "topology",
+]

@@ -1,16 +1,15 @@
-"""What a Pinocchio model is built from, and building it: once on loading, and again on unpickling."""
+"""A Pinocchio model from the tree of a URDF: once on loading, and again on unpickling."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from typing import Any, Literal
-from xml.etree import ElementTree as ET
 
+import numpy as np
 import pinocchio as pin
 
 from nao_kin.errors import BadArgument, BadModel
-from nao_kin.urdf_reader import UrdfInertial, UrdfJoint, UrdfTree
+from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
 
 Base = Literal["fixed", "floating"]
 
@@ -26,75 +25,115 @@ LIMIT_ARRAYS = (
     "upperEffortLimit",
 )
 # Arrays of a model that its owner may change after loading.
-_NUMBERS = ("armature", "rotorGearRatio", "rotorInertia", *LIMIT_ARRAYS)
+_NUMBERS = (
+    "armature",
+    "damping",
+    "lowerDryFrictionLimit",
+    "upperDryFrictionLimit",
+    "rotorGearRatio",
+    "rotorInertia",
+    *LIMIT_ARRAYS,
+)
+
+_REVOLUTE = {(1, 0, 0): pin.JointModelRX, (0, 1, 0): pin.JointModelRY, (0, 0, 1): pin.JointModelRZ}
+_PRISMATIC = {(1, 0, 0): pin.JointModelPX, (0, 1, 0): pin.JointModelPY, (0, 0, 1): pin.JointModelPZ}
+_HERE = pin.SE3.Identity()
 
 
-@dataclass(frozen=True)
-class ModelSource:
-    """A URDF text that Pinocchio takes, and what the text cannot say.
+def build_model(tree: UrdfTree, base: Base) -> pin.Model:
+    """The model that Pinocchio's own parser makes of such a URDF: the same joints, frames and bodies in the same order.
 
-    Attributes:
-        name: name of the robot.
-        xml: the URDF text.
-        base: "fixed" or "floating".
-        names: joint names in the text → names in the model.
-        joints: joints whose limits are not those of the text.
-    """
+    Made joint by joint, and not by that parser, because the parser orders siblings by name, knows no unlimited joint of
+    one coordinate, and calls itself once for every link of a chain.
 
-    name: str
-    xml: str = field(repr=False)
-    base: Base = "fixed"
-    names: Mapping[str, str] = field(default_factory=dict, repr=False)
-    joints: tuple[UrdfJoint, ...] = field(default=(), repr=False)
-
-    def __post_init__(self) -> None:
-        if self.base not in ("fixed", "floating"):
-            raise BadArgument(f"base must be 'fixed' or 'floating', got {self.base!r}")
-
-    def build(self) -> pin.Model:
-        """The model.
-
-        Raises:
-            BadModel: Pinocchio refuses the text.
-        """
-        root = (pin.JointModelFreeFlyer(),) if self.base == "floating" else ()
-        try:
-            model = pin.buildModelFromXML(self.xml, *root, mimic=True)
-        except (RuntimeError, ValueError) as error:
-            raise BadModel(f"{self.name}: Pinocchio refuses the model: {' '.join(str(error).split())}") from None
-        model.name = self.name
-        if self.names:
-            _rename(model, self.names)
-        for joint in self.joints:
-            index = model.joints[model.getJointId(joint.name)]
-            model.lowerPositionLimit[index.idx_q] = joint.lower
-            model.upperPositionLimit[index.idx_q] = joint.upper
-            model.upperVelocityLimit[index.idx_v] = joint.velocity
-            model.upperEffortLimit[index.idx_v] = joint.effort
-        # The parser leaves the velocity bound positive on both sides.
-        model.lowerVelocityLimit = -model.upperVelocityLimit
-        model.lowerEffortLimit = -model.upperEffortLimit
-        return model
-
-
-def source_of_tree(tree: UrdfTree, base: Base) -> ModelSource:
-    """The source of a mended tree: its joints in the tree's order, its limits and its couplings.
+    Args:
+        tree: the URDF as read.
+        base: "fixed" holds the root link in the world, "floating" puts a free-flyer before it.
 
     Raises:
+        BadArgument: no such base.
         BadModel: more joints than Pinocchio can take.
     """
-    moving = sum(joint.kind != "fixed" for joint in tree.joints)
-    if moving > MOST_JOINTS:
-        raise BadModel(f"{tree.name}: {moving} moving joints; Pinocchio's memory grows too fast beyond {MOST_JOINTS}")
-    # The parser takes siblings in alphabetical order, so joints go in under names that sort as the tree does.
-    sortable = {joint.name: f"{index:06d}:{joint.name}" for index, joint in enumerate(tree.joints)}
-    return ModelSource(
-        name=tree.name,
-        xml=ET.tostring(_minimal_urdf(tree, sortable), encoding="unicode"),
-        base=base,
-        names={short: name for name, short in sortable.items()},
-        joints=tuple(joint for joint in tree.joints if joint.kind != "fixed" and joint.mimic is None),
+    if base not in ("fixed", "floating"):
+        raise BadArgument(f"base must be 'fixed' or 'floating', got {base!r}")
+    if len(tree.moving_joints) > MOST_JOINTS:
+        raise BadModel(
+            f"{tree.name}: {len(tree.moving_joints)} moving joints; "
+            f"Pinocchio's memory grows too fast beyond {MOST_JOINTS}"
+        )
+    model = pin.Model()
+    model.name = tree.name
+    joint = frame = 0
+    if base == "floating":
+        joint = model.addJoint(0, pin.JointModelFreeFlyer(), _HERE, "root_joint")
+        frame = model.addJointFrame(joint)
+        model.appendBodyToJoint(joint, _inertia(tree, tree.root), _HERE)
+        frame = model.addBodyFrame(tree.root, joint, _HERE, frame)
+    else:
+        body = pin.Frame(tree.root, joint, frame, _HERE, pin.FrameType.BODY, _inertia(tree, tree.root))
+        frame = model.addFrame(body)
+    # Link → the joint that moves it, its pose in that joint's frame, and its place among the frames.
+    links = {tree.root: (joint, _HERE, frame)}
+    for row in tree.joints:
+        joint, placement, frame = links[row.parent]
+        placement = _placed(placement, row.origin)
+        if row.kind == "fixed":
+            body = _inertia(tree, row.child)
+            frame = model.addFrame(pin.Frame(row.name, joint, frame, placement, pin.FrameType.FIXED_JOINT, body))
+        else:
+            joint = model.addJoint(joint, _motion(row, model), placement, row.name)
+            frame = model.addJointFrame(joint, frame)
+            placement = _HERE
+            model.appendBodyToJoint(joint, _inertia(tree, row.child), placement)
+            if row.mimic is None:
+                _set_limits(model, row)
+        links[row.child] = joint, placement, model.addBodyFrame(row.child, joint, placement, frame)
+    return model
+
+
+def _motion(row: UrdfJoint, model: pin.Model) -> pin.JointModel:
+    """The joint's motion; of a joint that follows another one, by the coordinate of that one."""
+    aligned, free = (
+        (_PRISMATIC, pin.JointModelPrismaticUnaligned)
+        if row.kind == "prismatic"
+        else (_REVOLUTE, pin.JointModelRevoluteUnaligned)
     )
+    motion = aligned[row.axis]() if row.axis in aligned else free(np.array(row.axis))
+    if row.mimic is None:
+        return motion
+    driver = model.joints[model.getJointId(row.mimic.joint)]
+    motion.setIndexes(driver.id, driver.idx_q, driver.idx_v, driver.idx_vExtended)
+    return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), row.mimic.multiplier, row.mimic.offset))
+
+
+def _set_limits(model: pin.Model, row: UrdfJoint) -> None:
+    joint = model.joints[model.getJointId(row.name)]
+    model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q] = row.lower, row.upper
+    model.lowerVelocityLimit[joint.idx_v], model.upperVelocityLimit[joint.idx_v] = -row.velocity, row.velocity
+    model.lowerEffortLimit[joint.idx_v], model.upperEffortLimit[joint.idx_v] = -row.effort, row.effort
+    model.damping[joint.idx_v] = row.damping
+    model.lowerDryFrictionLimit[joint.idx_v], model.upperDryFrictionLimit[joint.idx_v] = -row.friction, row.friction
+
+
+def _placed(placement: pin.SE3, origin: Origin) -> pin.SE3:
+    """The pose `origin` in the frame at `placement`."""
+    if not any(origin.rpy) and not any(origin.xyz):
+        return placement
+    return placement * pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
+
+
+def _inertia(tree: UrdfTree, link: str) -> pin.Inertia:
+    """Mass, centre and tensor of a link in its frame, as the file has them: published tensors need not be physical."""
+    body = pin.Inertia.Zero()
+    row = tree.inertials.get(link)
+    if row is not None:
+        xx, xy, xz, yy, yz, zz = row.inertia
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if any(row.origin.rpy):
+            R = pin.rpy.rpyToMatrix(*row.origin.rpy)
+            tensor = R @ tensor @ R.T
+        body.mass, body.lever, body.inertia = row.mass, np.array(row.origin.xyz), tensor
+    return body
 
 
 def numbers_of(model: pin.Model) -> dict[str, Any]:
@@ -122,48 +161,3 @@ def restore_numbers(model: pin.Model, numbers: Mapping[str, Any]) -> None:
         frame.placement = placement
     for name in _NUMBERS:
         setattr(model, name, numbers[name])
-
-
-def _minimal_urdf(tree: UrdfTree, names: Mapping[str, str]) -> ET.Element:
-    robot = ET.Element("robot", name=tree.name)
-    for name in tree.links:
-        link = ET.SubElement(robot, "link", name=name)
-        if name in tree.inertials:
-            _add_inertial(link, tree.inertials[name])
-    for joint in tree.joints:
-        element = ET.SubElement(robot, "joint", name=names[joint.name], type=joint.kind)
-        ET.SubElement(element, "parent", link=joint.parent)
-        ET.SubElement(element, "child", link=joint.child)
-        ET.SubElement(element, "origin", xyz=joint.xyz, rpy=joint.rpy)
-        if joint.kind != "fixed":
-            _add_motion(element, joint, names)
-    return robot
-
-
-def _add_inertial(link: ET.Element, inertial: UrdfInertial) -> None:
-    element = ET.SubElement(link, "inertial")
-    ET.SubElement(element, "origin", xyz=_numbers(inertial.xyz), rpy=_numbers(inertial.rpy))
-    ET.SubElement(element, "mass", value=repr(inertial.mass))
-    labels = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    ET.SubElement(element, "inertia", {k: repr(v) for k, v in zip(labels, inertial.inertia, strict=True)})
-
-
-def _add_motion(element: ET.Element, joint: UrdfJoint, names: Mapping[str, str]) -> None:
-    ET.SubElement(element, "axis", xyz=_numbers(joint.axis))
-    # Placeholders: the parser knows no infinity; the true limits are set on the model.
-    ET.SubElement(element, "limit", lower="0", upper="0", velocity="0", effort="0")
-    if joint.mimic is not None:
-        tie = joint.mimic
-        values = {"joint": names[tie.joint], "multiplier": repr(tie.multiplier), "offset": repr(tie.offset)}
-        ET.SubElement(element, "mimic", values)
-
-
-def _numbers(values: Iterable[float]) -> str:
-    return " ".join(map(repr, values))
-
-
-def _rename(model: pin.Model, names: Mapping[str, str]) -> None:
-    for index in range(model.njoints):
-        model.names[index] = names.get(model.names[index], model.names[index])
-    for frame in model.frames:
-        frame.name = names.get(frame.name, frame.name)

@@ -1,7 +1,8 @@
-"""Joint values by name and as an array, with joints that follow others taken at their word or refused."""
+"""Joint values by name and as an array; joints that follow others must agree with them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from nao_kin._arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, CouplingViolated, UnknownName
-from nao_kin.urdf_reader import Mimic
+from nao_kin.semantics import Mimic
 
+_PLAIN = (float, int, np.float64)
 # Two values for the two ends of one motor agree when they differ by less than single precision can tell.
 COUPLING_TOLERANCE = 1e-6
 # A quaternion within this of norm 1 is meant to be one; what is left of the norm is divided out.
@@ -41,16 +43,40 @@ class Coordinates:
         for name in named:
             joints[..., self.column[name]] = given[name]
         for name, value in given.items():
-            tie = self.mimics.get(name)
-            if tie is None:
+            mimic = self.mimics.get(name)
+            if mimic is None:
                 continue
-            driver = joints[..., self.column[tie.joint]]
-            if tie.joint not in named and tie.multiplier != 0.0:
-                driver[...] = (value - tie.offset) / tie.multiplier
-                named.add(tie.joint)
+            driver = joints[..., self.column[mimic.joint]]
+            if mimic.joint not in named and mimic.multiplier != 0.0:
+                driver[...] = mimic.driver_value(value)
+                named.add(mimic.joint)
             else:
-                _check_coupling(tie, name, driver, value)
+                _check_coupling(mimic, name, driver, value)
         return joints, named
+
+    def plain_values(self, angles: Mapping[str, ArrayLike]) -> dict[str, float] | None:
+        """Own joint → value, where `angles` is a dictionary of plain finite numbers without contradiction; else None.
+
+        None says no more than that the arrays must look at it.
+        """
+        if type(angles) is not dict:
+            return None
+        values: dict[str, float] = {}
+        for name, value in angles.items():
+            if type(value) not in _PLAIN:
+                return None
+            if name in self.column:
+                values[name] = float(value)
+        for name, value in angles.items():
+            if name in values:
+                continue
+            mimic = self.mimics.get(name)
+            if mimic is None or mimic.multiplier == 0.0:
+                return None
+            asked = (float(value) - mimic.offset) / mimic.multiplier
+            if abs(values.setdefault(mimic.joint, asked) - asked) * abs(mimic.multiplier) > COUPLING_TOLERANCE:
+                return None
+        return values if all(map(math.isfinite, values.values())) else None
 
     def by_name(self, joints: Floats) -> dict[str, Floats | float]:
         """Name → value, or → array of values of the batch shape."""
@@ -62,11 +88,11 @@ class Coordinates:
         """Values (..., len(names)) of any joints, those that follow another one included."""
         values = np.empty((*joints.shape[:-1], len(names)))
         for index, name in enumerate(names):
-            tie = self.mimics.get(name)
-            if tie is None:
+            mimic = self.mimics.get(name)
+            if mimic is None:
                 values[..., index] = joints[..., self.column[name]]
             else:
-                values[..., index] = tie.multiplier * joints[..., self.column[tie.joint]] + tie.offset
+                values[..., index] = mimic.value(joints[..., self.column[mimic.joint]])
         return values
 
     def _arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
@@ -80,12 +106,17 @@ class Coordinates:
         return given
 
 
-def _check_coupling(tie: Mimic, name: str, driver: Floats, value: Floats) -> None:
+def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> None:
     driver, value = np.broadcast_arrays(driver, value)
-    expected = tie.multiplier * driver + tie.offset
+    expected = mimic.value(driver)
     difference = np.abs(expected - value)
     if np.any(difference > COUPLING_TOLERANCE):
-        worst = int(np.argmax(difference))
+        index = np.unravel_index(int(np.argmax(difference > COUPLING_TOLERANCE)), difference.shape)
         raise CouplingViolated(
-            tie.joint, name, float(driver.flat[worst]), float(value.flat[worst]), float(expected.flat[worst])
+            mimic.joint,
+            name,
+            float(driver[index]),
+            float(value[index]),
+            float(expected[index]),
+            tuple(int(i) for i in index),
         )

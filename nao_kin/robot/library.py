@@ -36,7 +36,7 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     files = _files()
     if not isinstance(name, str) or name not in files:
         raise UnknownName("robot", name, tuple(files))
-    return RobotModel.from_urdf(files[name], base=base)
+    return RobotModel.from_urdf(files[name], base=base, semantics=_srdf(files[name]))
 
 
 def _files() -> dict[str, Path]:
@@ -49,3 +49,9 @@ def _files() -> dict[str, Path]:
         file.stem: Path(str(file.locate())) for file in installed if file.suffix == ".urdf" and "robots" in file.parts
     }
     return dict(sorted(found.items()))
+
+
+def _srdf(urdf: Path) -> Path | None:
+    """The SRDF of the same name, which example-robot-data keeps in the folder srdf beside that of the URDF."""
+    path = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
+    return path if path.is_file() else None

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from bisect import bisect_right
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
-from nao_kin.parameters import CoupledLimit
+from nao_kin.semantics import CoupledLimit
 
 # Limits written in degrees come back from radians with rounding; a value that misses by less than this is on the limit.
 TOLERANCE = 1e-9
@@ -64,7 +65,15 @@ class LimitViolation:
 
 
 class JointLimits:
-    """The limits of all joints of a robot, for values (..., n) in the order of `names`."""
+    """The limits of all joints of a robot, for values (..., n) in the order of `names`.
+
+    Attributes:
+        names: the joints.
+        lower: smallest values, shape (n,).
+        upper: largest values, shape (n,).
+        units: unit of each joint.
+        tables: the ranges that depend on another joint.
+    """
 
     def __init__(
         self,
@@ -74,9 +83,35 @@ class JointLimits:
         units: tuple[str, ...],
         tables: Sequence[CoupledLimit],
     ) -> None:
-        self.names, self.lower, self.upper, self.units = names, lower, upper, units
+        self.names, self.lower, self.upper, self.units, self.tables = names, lower, upper, units, tuple(tables)
         column = {name: index for index, name in enumerate(names)}
-        self._tables = [(table, column[table.joint], column[table.of]) for table in tables]
+        # Each table with the columns of its joint and of the joint that sets the range.
+        self._tables = [(table, column[table.joint], column[table.of]) for table in self.tables]
+        self._boxes = {name: (float(lower[i]), float(upper[i])) for name, i in column.items()}
+        self._tables_of = {name: [t for t in self.tables if name in (t.joint, t.of)] for name in names}
+
+    def inside(self, values: Floats) -> NDArray[np.bool_]:
+        """Which joints are inside their boxes and tables, shape (..., n)."""
+        boxes, tables = self._outside(values, None)
+        for (_, column, _), outside in zip(self._tables, tables, strict=True):
+            boxes[..., column] |= outside
+        return np.logical_not(boxes)
+
+    def surely_inside(self, named: Collection[str], values: Mapping[str, float]) -> bool:
+        """Whether the named joints of one configuration are inside; joints without a value are at zero.
+
+        A quick answer for a few joints: "no" only where the arrays say so too.
+        """
+        for name in named:
+            value = values[name]
+            lower, upper = self._boxes[name]
+            if not lower - TOLERANCE <= value <= upper + TOLERANCE:
+                return False
+            for table in self._tables_of[name]:
+                low, high = _range_at(table, values.get(table.of, 0.0))
+                if not low - TOLERANCE <= values.get(table.joint, 0.0) <= high + TOLERANCE:
+                    return False
+        return True
 
     def count(self, values: Floats, joints: Collection[str] | None = None) -> int:
         """How many joints of all configurations are outside a limit."""
@@ -97,25 +132,28 @@ class JointLimits:
         affected = boxes.any(axis=-1)
         for outside in tables:
             affected = affected | outside
-        found = []
+        found: list[LimitViolation] = []
         for place in np.argwhere(affected)[:most].tolist():
             at = tuple(place)
-            here = [
-                LimitViolation(name, float(v), float(low), float(high), unit, at)
-                for name, v, low, high, unit, bad in zip(
-                    self.names, values[at], self.lower, self.upper, self.units, boxes[at], strict=True
-                )
-                if bad
+            row = values[at].tolist()
+            here = [self._box_violation(row, column, at) for column in np.flatnonzero(boxes[at]).tolist()]
+            here += [
+                self._table_violation(row, *table, at)
+                for table, outside in zip(self._tables, tables, strict=True)
+                if outside[at]
             ]
-            for (table, column, of), outside in zip(self._tables, tables, strict=True):
-                if outside[at]:
-                    driver = float(values[at][of])
-                    lower, upper = _range(table, np.array(driver))
-                    bounds = float(lower), float(upper)
-                    violation = LimitViolation(table.joint, float(values[at][column]), *bounds, self.units[column], at)
-                    here.append(replace(violation, of=table.of, of_value=driver))
             found += sorted(here, key=lambda violation: -violation.excess)
         return tuple(found)
+
+    def _box_violation(self, row: Sequence[float], column: int, at: tuple[int, ...]) -> LimitViolation:
+        name = self.names[column]
+        return LimitViolation(name, row[column], *self._boxes[name], self.units[column], at)
+
+    def _table_violation(
+        self, row: Sequence[float], table: CoupledLimit, column: int, of: int, at: tuple[int, ...]
+    ) -> LimitViolation:
+        lower, upper = _range_at(table, row[of])
+        return LimitViolation(table.joint, row[column], lower, upper, self.units[column], at, table.of, row[of])
 
     def _outside(
         self, values: Floats, joints: Collection[str] | None
@@ -126,7 +164,7 @@ class JointLimits:
             boxes &= np.array([name in joints for name in self.names], dtype=np.bool_)
         tables = []
         for table, column, of in self._tables:
-            lower, upper = _range(table, values[..., of])
+            lower, upper = table.range(values[..., of])
             outside = (values[..., column] < lower - TOLERANCE) | (values[..., column] > upper + TOLERANCE)
             named = joints is None or table.joint in joints or table.of in joints
             # Where the box is already violated, the table adds nothing.
@@ -137,10 +175,7 @@ class JointLimits:
         """The nearest values inside the boxes, then inside the tables at those values; a copy."""
         inside: Floats = np.clip(values, self.lower, self.upper)
         for table, column, of in self._tables:
-            lower, upper = _range(table, inside[..., of])
-            inside[..., column] = np.clip(
-                inside[..., column], np.maximum(lower, self.lower[column]), np.minimum(upper, self.upper[column])
-            )
+            inside[..., column] = np.clip(inside[..., column], *self._narrowed(table, column, inside[..., of]))
         return inside
 
     def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
@@ -151,15 +186,26 @@ class JointLimits:
         high = np.where(np.isfinite(self.upper), self.upper, low + 2 * np.pi)
         values = low + (high - low) * rng.random((*shape, len(self.names)))
         for table, column, of in self._tables:
-            lower, upper = _range(table, values[..., of])
-            lower, upper = np.maximum(lower, self.lower[column]), np.minimum(upper, self.upper[column])
+            lower, upper = self._narrowed(table, column, values[..., of])
             fraction = (values[..., column] - low[column]) / (high[column] - low[column])
             values[..., column] = lower + (upper - lower) * fraction
         return values
 
+    def _narrowed(self, table: CoupledLimit, column: int, of: Floats) -> tuple[Floats, Floats]:
+        """The range of a table, within the box of its joint."""
+        lower, upper = table.range(of)
+        return np.maximum(lower, self.lower[column]), np.minimum(upper, self.upper[column])
 
-def _range(table: CoupledLimit, at: Floats) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+
+def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
+    """What `CoupledLimit.range` says at one value, without arrays."""
+    right = bisect_right(table.at, of)
+    if right == 0 or right == len(table.at):
+        end = min(right, len(table.at) - 1)
+        return table.lower[end], table.upper[end]
+    left = right - 1
+    share = (of - table.at[left]) / (table.at[right] - table.at[left])
     return (
-        np.asarray(np.interp(at, table.at, table.lower)),
-        np.asarray(np.interp(at, table.at, table.upper)),
+        table.lower[left] + share * (table.lower[right] - table.lower[left]),
+        table.upper[left] + share * (table.upper[right] - table.upper[left]),
     )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import math
 import operator
-import threading
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -11,23 +11,29 @@ from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._arrays import Floats, as_floats
-from nao_kin.errors import BadArgument, NotFinite, OutsideLimits, UnknownName
-from nao_kin.parameters import CoupledLimit
-from nao_kin.robot.build import Base, ModelSource, numbers_of, restore_numbers, source_of_tree
+from nao_kin._scalars import whole_number
+from nao_kin._warnings import warn_caller
+from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName
+from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
+from nao_kin.robot.frames import FrameTable
+from nao_kin.robot.kinematics import Expression, FrameIds, Kinematics, expression_named
 from nao_kin.robot.limits import JointLimits, LimitViolation
-from nao_kin.robot.workspace import Selection, Workspace, expression_named, over_batch, selection_of
-from nao_kin.urdf_reader import Mimic, read_urdf
+from nao_kin.robot.meaning import checked_semantics, semantics_beside
+from nao_kin.semantics import CoupledLimit, Mimic, Semantics
+from nao_kin.urdf import UrdfTree, read_urdf
 
 LimitPolicy = Literal["raise", "clamp", "ignore"]
 WORLD = "world"
 
 _POLICIES = ("raise", "clamp", "ignore")
 # An error about a batch carries the violations of this many configurations, and counts the rest.
-_MOST_TOLD = 100
+_MOST_LISTED = 100
+_TURN = 2.0 * math.pi
+_FLOAT64 = np.dtype(np.float64)
 
 
 class RobotModel:
@@ -41,13 +47,16 @@ class RobotModel:
 
     Attributes:
         model: the Pinocchio model, nq coordinates and nv velocities.
+        tree: the URDF as read: links, joints, inertias and looks.
+        semantics: what the robot means beyond its URDF: chains, end effectors, postures, coupled limits.
         urdf_path: the file it came from.
         base: "fixed" or "floating".
         load_notes: what had to be changed on loading, one line each.
         joint_names: names of the joints with a coordinate of their own, in the order of q.
         joint_units: unit of each: "rad", "m", or "1" for a ratio.
         mimics: the joints that follow another one, by name.
-        frame_names: every name `fk` takes: links and joints. A joint's frame moves with the joint.
+        frame_names: every name `fk` takes: links and joints. A joint's frame moves with the joint; a name that the URDF
+            gives to a link and to a joint means the link.
         link_names: the links, in the order in which `fk(q)` returns them.
         lower: smallest joint values, shape (n,).
         upper: largest joint values, shape (n,).
@@ -57,47 +66,49 @@ class RobotModel:
     The limits are those of the file; changing them in `model` changes what Pinocchio knows, not what this class checks.
     """
 
-    def __init__(
-        self,
-        source: ModelSource,
-        urdf_path: Path,
-        *,
-        mimics: Mapping[str, Mimic] | None = None,
-        units: Mapping[str, str] | None = None,
-        coupled_limits: Sequence[CoupledLimit] = (),
-        load_notes: Sequence[str] = (),
-    ) -> None:
-        self._source = source
-        self.model = model = source.build()
-        self.urdf_path = Path(urdf_path)
-        self.base: Base = source.base
-        self.load_notes = tuple(load_notes)
-        self.coupled_limits = tuple(coupled_limits)
-        self.mimics: Mapping[str, Mimic] = MappingProxyType(dict(mimics or {}))
-        self._units = dict(units or {})
+    def __init__(self, tree: UrdfTree, semantics: Semantics | None = None, *, base: Base = "fixed") -> None:
+        """A robot from the tree of its URDF.
 
-        moving = [joint for joint in list(model.joints)[1:] if joint.nq == 1]
-        self.joint_names: tuple[str, ...] = tuple(model.names[joint.id] for joint in moving)
-        self.joint_units = tuple(self._units.get(name, "rad") for name in self.joint_names)
-        self._q_offset = moving[0].idx_q if moving else model.nq
+        Args:
+            tree: the URDF as `nao_kin.urdf.read_urdf` reads it.
+            semantics: what the robot means beyond it.
+            base: "fixed", or "floating" for a free base.
+
+        Raises:
+            BadArgument: no such base.
+            BadModel: more joints than Pinocchio can take, or semantics that name what the robot does not have.
+        """
+        self.model = model = build_model(tree, base)
+        self.tree, self.urdf_path, self.load_notes = tree, tree.path, tree.notes
+        self.base: Base = base
+        self.mimics: Mapping[str, Mimic] = MappingProxyType(tree.mimics)
+        own = [joint for joint in tree.moving_joints if joint.mimic is None]
+        self.joint_names: tuple[str, ...] = tuple(joint.name for joint in own)
+        self.semantics = checked_semantics(semantics or Semantics(), tree)
+        self._units = {joint.name: "m" if joint.kind == "prismatic" else "rad" for joint in tree.moving_joints}
+        self._units |= self.semantics.units
+        self.joint_units = tuple(self._units[name] for name in self.joint_names)
+        self._q_offset = model.nq - len(own)
         self._coordinates = Coordinates(self.joint_names, self.mimics)
-
-        joints = slice(self._q_offset, None)
-        self.lower, self.upper = _frozen(model.lowerPositionLimit[joints]), _frozen(model.upperPositionLimit[joints])
-        velocities = slice(model.nv - len(moving), None)
-        self.velocity_limits = _frozen(model.upperVelocityLimit[velocities])
-        self.effort_limits = _frozen(model.upperEffortLimit[velocities])
-        self._one = (int(model.nq),)
-        self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
-
-        ids, self.link_names = _frame_table(model)
-        self.frame_names = tuple(ids)
-        self._frames = {name: (frame_id, selection_of([frame_id])[0]) for name, frame_id in ids.items()}
-        self._link_selection = selection_of([ids[name] for name in self.link_names])
-        self._local = threading.local()
+        self.lower, self.upper = _frozen([joint.lower for joint in own]), _frozen([joint.upper for joint in own])
+        self.velocity_limits = _frozen([joint.velocity for joint in own])
+        self.effort_limits = _frozen([joint.effort for joint in own])
+        self._limits = JointLimits(
+            self.joint_names, self.lower, self.upper, self.joint_units, self.semantics.coupled_limits
+        )
+        self._neutral: Floats = _frozen(pin.neutral(model))
+        self._frames = FrameTable(model, tree)
+        self.frame_names, self.link_names = self._frames.names, self._frames.link_names
+        self._kinematics = Kinematics(model)
+        self._postures = {
+            name: _frozen(self.configuration(posture.angles, limits="ignore"))
+            for name, posture in self.semantics.postures.items()
+        }
 
     @classmethod
-    def from_urdf(cls, path: Path | str, *, base: Base = "fixed") -> RobotModel:
+    def from_urdf(
+        cls, path: Path | str, *, base: Base = "fixed", semantics: Semantics | Path | str | None = None
+    ) -> RobotModel:
         """A robot from any URDF, with every joint coupling kept.
 
         Couplings that Pinocchio refuses are mended (see `load_notes`): joints are ordered so that the driving one comes
@@ -107,19 +118,24 @@ class RobotModel:
         Args:
             path: the URDF file.
             base: "fixed", or "floating" for a free base.
+            semantics: what the robot means beyond its URDF: a `Semantics`, or the path of a TOML file (as
+                `nao_kin.semantics.read_semantics` takes it) or of an SRDF. None for the file of the URDF's name with
+                the ending .toml or .srdf beside it, if there is one.
 
         Raises:
-            BadModel: the file cannot be read or describes no tree of revolute, continuous, prismatic and fixed joints.
+            BadModel: the file cannot be read or describes no tree of revolute, continuous, prismatic and fixed joints;
+                or the semantics name what the robot does not have.
+            BadInputFile: the TOML file cannot be read.
         """
-        path = Path(path).absolute()
-        tree = read_urdf(path)
-        return RobotModel(
-            source_of_tree(tree, base),
-            path,
-            mimics={joint.name: joint.mimic for joint in tree.joints if joint.mimic is not None},
-            units={joint.name: "m" for joint in tree.joints if joint.kind == "prismatic"},
-            load_notes=tree.notes,
-        )
+        try:
+            tree = read_urdf(Path(path).absolute())
+        except TypeError:
+            tree = read_urdf(path)  # which says what it expects
+        notes: list[str] = []
+        meaning = semantics_beside(tree, semantics, notes)
+        robot = RobotModel(tree, meaning, base=base)
+        robot.load_notes = (*tree.notes, *notes)
+        return robot
 
     @property
     def name(self) -> str:
@@ -139,8 +155,22 @@ class RobotModel:
     @property
     def mass(self) -> float:
         """Mass of the whole robot, root link included [kg]."""
-        # With a fixed base, Pinocchio counts only what moves: the rest is bolted to the world.
-        return float(pin.computeTotalMass(self.model) + self.model.inertias[0].mass)
+        return self._kinematics.mass
+
+    @property
+    def coupled_limits(self) -> tuple[CoupledLimit, ...]:
+        """Tables in which one joint's range depends on another's value."""
+        return self.semantics.coupled_limits
+
+    @property
+    def chains(self) -> Mapping[str, tuple[str, ...]]:
+        """Named chains, each with its joints from the trunk outwards; none where the semantics name none."""
+        return self.semantics.chains
+
+    @property
+    def posture_names(self) -> tuple[str, ...]:
+        """Names that `posture` takes."""
+        return tuple(self._postures)
 
     def unit(self, joint: str) -> str:
         """Unit of a joint's value, of a joint that follows another one too: "rad", "m", or "1" for a ratio.
@@ -148,9 +178,9 @@ class RobotModel:
         Raises:
             UnknownName: no such joint.
         """
-        if joint not in self.joint_names and joint not in self.mimics:
+        if not isinstance(joint, str) or joint not in self._units:
             raise UnknownName("joint", joint, (*self.joint_names, *self.mimics))
-        return self._units.get(joint, "rad")
+        return self._units[joint]
 
     # --- configurations -------------------------------------------------------------------------------------------
 
@@ -160,7 +190,17 @@ class RobotModel:
         Zero is the configuration that the frames are defined in. It need not lie inside the limits: NAO's elbows
         stop 2° before it.
         """
-        return self._neutral(())
+        return np.array(self._neutral)
+
+    def posture(self, name: str) -> Floats:
+        """A predefined posture, shape (nq,); joints that it leaves open are at zero.
+
+        Raises:
+            UnknownName: no such posture.
+        """
+        if not isinstance(name, str) or name not in self._postures:
+            raise UnknownName("posture", name, self.posture_names)
+        return np.array(self._postures[name])
 
     def random(self, rng: np.random.Generator | int | None = None, n: int | tuple[int, ...] | None = None) -> Floats:
         """Configurations inside all limits, coupled ones included, each joint uniform in its range.
@@ -184,7 +224,7 @@ class RobotModel:
             raise BadArgument(f"random needs a generator or a seed, and a number or a shape: {error}") from None
         if any(length < 0 for length in shape):
             raise BadArgument(f"n must not be negative, got {n}")
-        q = self._neutral(shape)
+        q = self._neutrals(shape)
         q[..., self._q_offset :] = self._limits.random(generator, shape)
         return q
 
@@ -207,8 +247,15 @@ class RobotModel:
             OutsideLimits: a named joint is outside its limits.
             WrongShape, NotFinite, BadArgument: values that are no numbers of one batch shape.
         """
+        values = self._coordinates.plain_values(angles)
+        if values is not None and (limits == "ignore" or self._limits.surely_inside(values, values)):
+            _check_policy(limits)
+            q: Floats = np.array(self._neutral)
+            for name, value in values.items():
+                q[self._q_offset + self._coordinates.column[name]] = value
+            return q
         joints, given = self._coordinates.values(angles)
-        q = self._neutral(joints.shape[:-1])
+        q = self._neutrals(joints.shape[:-1])
         q[..., self._q_offset :] = joints
         return self._within(q, limits, given)
 
@@ -250,19 +297,14 @@ class RobotModel:
             WrongShape, NotFinite: q is no configuration.
             OutsideLimits: with limits="raise".
         """
-        q = self._within(self._checked(q), limits)
-        workspace = self._workspace()
-        if not self._is_root(reference):
-            return self._relative_fk(q, frame, str(reference))
-        if isinstance(frame, str):
-            frame_id, selection = self._frame(frame)
-            if q.ndim == 1:
-                return workspace.pose(q, frame_id, selection)
-            return over_batch(q, (4, 4), lambda row: workspace.pose(row, frame_id, selection))
-        selection = self._selection(frame)
-        if q.ndim == 1:
-            return workspace.poses(q, selection)
-        return over_batch(q, selection.shape, lambda row: workspace.poses(row, selection))
+        q = self._within(self._posed(q), limits)
+        one = isinstance(frame, str)
+        ids = self._frames.ids((frame,) if one else frame)  # type: ignore[arg-type]
+        if self._is_root(reference):
+            poses = self._kinematics.poses(q, ids)
+        else:
+            poses = self._kinematics.relative_poses(q, ids, self._frames.id(reference))
+        return poses[..., 0, :, :] if one else poses
 
     def rotation(
         self, q: ArrayLike, frame: str | Sequence[str] | None = None, *, reference: str | None = None
@@ -276,7 +318,7 @@ class RobotModel:
         """Positions of frame origins in the reference; arguments as in `fk`, shape (..., 3) or (..., n, 3) [m]."""
         return np.array(self.fk(q, frame, reference=reference)[..., :3, 3])
 
-    def jacobian(self, q: ArrayLike, frame: str, expressed_in: Literal["frame", "root", "mixed"] = "mixed") -> Floats:
+    def jacobian(self, q: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
         """Geometric Jacobian of a frame with respect to the root: J(q) · velocity = twist (linear; angular).
 
         Args:
@@ -293,10 +335,8 @@ class RobotModel:
             UnknownName: no such frame or expression.
             WrongShape, NotFinite: q is no configuration.
         """
-        q = self._checked(q)
-        frame_id, expression = self._frame(frame)[0], expression_named(expressed_in)
-        workspace = self._workspace()
-        return over_batch(q, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
+        q, expression = self._posed(q), expression_named(expressed_in)
+        return self._kinematics.jacobians(q, self._frames.id(frame), expression)
 
     def com(self, q: ArrayLike, *, reference: str | None = None) -> Floats:
         """Centre of mass of the whole robot, the root link included.
@@ -311,14 +351,10 @@ class RobotModel:
         Raises:
             BadArgument: the robot has no mass.
         """
-        q = self._checked(q)
-        fixed, moving_mass = self.model.inertias[0], float(pin.computeTotalMass(self.model))
-        mass = moving_mass + float(fixed.mass)
-        if mass <= 0.0:
+        q = self._posed(q)
+        if self.mass <= 0.0:
             raise BadArgument(f"{self.name} has no mass, so no centre of mass")
-        workspace = self._workspace()
-        moving = over_batch(q, (3,), workspace.com) if moving_mass > 0.0 else np.zeros((*q.shape[:-1], 3))
-        centres: Floats = (moving_mass * moving + fixed.mass * np.asarray(fixed.lever)) / mass
+        centres = self._kinematics.centres_of_mass(q)
         if self._is_root(reference):
             return centres
         T_root_reference = self.fk(q, str(reference))
@@ -328,9 +364,40 @@ class RobotModel:
 
     # --- limits ---------------------------------------------------------------------------------------------------
 
-    def limit_violations(self, q: ArrayLike) -> tuple[LimitViolation, ...]:
-        """Every joint outside its limits, by configuration and then by how far; empty when all are inside."""
-        return self._limits.violations(self._checked(q)[..., self._q_offset :])
+    def within_limits(self, q: ArrayLike, *, per_joint: bool = False) -> NDArray[np.bool_]:
+        """Which configurations are inside all limits, the tables of coupled limits included.
+
+        The answer for many configurations: `(~nao.within_limits(q, per_joint=True)).sum(axis=0)` counts, joint by
+        joint, how many of a million are outside.
+
+        Args:
+            q: configurations, shape (..., nq).
+            per_joint: one answer for each joint, in the order of `joint_names`.
+
+        Returns:
+            Shape (...), or with `per_joint` (..., n).
+
+        Raises:
+            WrongShape, NotFinite: q is no configuration.
+        """
+        inside = self._limits.inside(self._checked(q)[..., self._q_offset :])
+        return inside if per_joint else np.asarray(inside.all(axis=-1))
+
+    def limit_violations(self, q: ArrayLike, *, most: int | None = None) -> tuple[LimitViolation, ...]:
+        """Every joint outside its limits, by configuration and then by how far; empty when all are inside.
+
+        A row for each takes time and memory where there are many: `within_limits` answers with arrays.
+
+        Args:
+            q: configurations, shape (..., nq).
+            most: stop after this many configurations with a violation; None for all.
+
+        Raises:
+            WrongShape, NotFinite: q is no configuration.
+            BadArgument: `most` is no count.
+        """
+        limit = None if most is None else whole_number(most, "most", 0)
+        return self._limits.violations(self._checked(q)[..., self._q_offset :], most=limit)
 
     def check_limits(self, q: ArrayLike) -> Floats:
         """`q` as an array when every joint is inside its limits, the tables of coupled limits included.
@@ -344,21 +411,38 @@ class RobotModel:
         """The nearest configurations inside the limits: first every joint into its box, then into its table."""
         return self._within(self._checked(q), "clamp")
 
+    # --- for the other rooms --------------------------------------------------------------------------------------
+
+    def frame_ids(self, frames: Sequence[str] | None) -> FrameIds:
+        """Places of frames in Pinocchio's list; of all links for None.
+
+        Raises:
+            UnknownName: no such frame.
+        """
+        return self._frames.ids(frames)
+
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _neutral(self, shape: tuple[int, ...]) -> Floats:
-        return np.tile(pin.neutral(self.model), (*shape, 1)).reshape(*shape, self.nq)
+    def _neutrals(self, shape: tuple[int, ...]) -> Floats:
+        q = np.empty((*shape, self.nq))
+        q[...] = self._neutral
+        return q
+
+    def _posed(self, q: ArrayLike) -> Floats:
+        """`q` as configurations for poses, which come out whatever the unit: with a warning where it is degrees."""
+        if type(q) is np.ndarray and q.shape == self._neutral.shape and q.dtype is _FLOAT64 and self.base == "fixed":
+            # The common case in as few steps as possible: within a turn of zero nothing is infinite or in degrees.
+            values = q.tolist()
+            if not values or (max(values) <= _TURN and min(values) >= -_TURN and math.isfinite(sum(values))):
+                return q
+        array = self._checked(q)
+        joints = array[..., self._q_offset :]
+        if joints.size and max(float(joints.max()), -float(joints.min())) > _TURN:
+            self._warn_of_degrees(joints)
+        return array
 
     def _checked(self, q: ArrayLike) -> Floats:
-        # The common case, one good configuration, in as few steps as possible; everything else takes the long way.
-        if (
-            type(q) is np.ndarray
-            and q.shape == self._one
-            and q.dtype == np.float64
-            and self.base == "fixed"
-            and np.isfinite(q).all()
-        ):
-            return q
+        """`q` as configurations: finite, of the right shape, with a unit quaternion for a floating base."""
         try:
             array = as_floats(q, (self.nq,), "q")
         except NotFinite as error:
@@ -374,6 +458,19 @@ class RobotModel:
             array[..., 3:7] /= norms[..., None]  # what is left of the norm would end up in the rotation matrices
         return array
 
+    def _warn_of_degrees(self, joints: Floats) -> None:
+        """Warn where a turning joint with limits is outside of them and more than a turn from zero."""
+        bounded = np.array([u == "rad" for u in self.joint_units]) & np.isfinite(self.lower) & np.isfinite(self.upper)
+        outside = (joints < self.lower) | (joints > self.upper)
+        wrong = (np.abs(joints) > _TURN) & outside & bounded
+        if wrong.any():
+            place = tuple(np.argwhere(wrong)[0])
+            joint, value = self.joint_names[place[-1]], float(joints[place])
+            warn_caller(
+                f"{joint} = {value:.6g} rad is more than a full turn; q is in radians, np.deg2rad(q) converts degrees",
+                DegreesWarning,
+            )
+
     def _within(self, q: Floats, limits: str, joints: Collection[str] | None = None) -> Floats:
         if limits == "ignore":
             return q
@@ -382,7 +479,7 @@ class RobotModel:
         if limits == "raise":
             count = self._limits.count(values, joints)
             if count:
-                raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_TOLD), count)
+                raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_LISTED), count)
             return q
         inside = np.array(q)
         clamped = self._limits.clamp(values)
@@ -395,56 +492,23 @@ class RobotModel:
 
     def _is_root(self, reference: str | None) -> bool:
         """Whether `reference` is the root; a link that is called "world" is a link like any other."""
-        return reference is None or (reference == WORLD and WORLD not in self._frames)
-
-    def _frame(self, name: str) -> tuple[int, Selection]:
-        try:
-            return self._frames[name]
-        except (KeyError, TypeError):
-            raise UnknownName("frame", name, self.frame_names) from None
-
-    def _selection(self, frames: Sequence[str] | None) -> Selection:
-        if frames is None:
-            return self._link_selection
-        if not isinstance(frames, Iterable):
-            raise UnknownName("frame", frames, self.frame_names)
-        return selection_of([self._frame(name)[0] for name in frames])
-
-    def _relative_fk(self, q: Floats, frame: str | Sequence[str] | None, reference: str) -> Floats:
-        """T_reference_frame = T_root_reference⁻¹ T_root_frame, from one pass over the configurations."""
-        selection = self._selection([frame] if isinstance(frame, str) else frame)
-        both = np.concatenate([selection, self._selection([reference])])
-        workspace = self._workspace()
-        poses = over_batch(q, both.shape, lambda row: workspace.poses(row, both))
-        frames, origin = poses[..., :-1, :, :], poses[..., -1:, :, :]
-        inverse = np.swapaxes(origin[..., :3, :3], -1, -2)
-        relative = frames.copy()
-        relative[..., :3, :3] = inverse @ frames[..., :3, :3]
-        relative[..., :3, 3:] = inverse @ (frames[..., :3, 3:] - origin[..., :3, 3:])
-        return np.array(relative[..., 0, :, :]) if isinstance(frame, str) else relative
-
-    def _workspace(self) -> Workspace:
-        try:
-            workspace: Workspace = self._local.workspace
-        except AttributeError:
-            workspace = self._local.workspace = Workspace(self.model)
-        return workspace
+        return reference is None or (
+            isinstance(reference, str) and reference == WORLD and WORLD not in self._frames.names
+        )
 
     def __getstate__(self) -> dict[str, Any]:
-        state = self.__dict__.copy()
-        state["model"] = numbers_of(self.model)
-        state["mimics"] = dict(self.mimics)
-        del state["_local"]
-        return state
+        return {
+            "tree": self.tree,
+            "semantics": self.semantics,
+            "base": self.base,
+            "load_notes": self.load_notes,
+            "numbers": numbers_of(self.model),
+        }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self.mimics = MappingProxyType(state["mimics"])
-        self.model = self._source.build()
-        restore_numbers(self.model, state["model"])
-        for array in (self.lower, self.upper, self.velocity_limits, self.effort_limits):
-            array.flags.writeable = False
-        self._local = threading.local()
+        RobotModel.__init__(self, state["tree"], state["semantics"], base=state["base"])
+        self.load_notes = state["load_notes"]
+        restore_numbers(self.model, state["numbers"])
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}: {self.nv} degrees of freedom, {len(self.link_names)} links>"
@@ -460,20 +524,6 @@ def _frozen(array: ArrayLike) -> Floats:
 def _check_policy(limits: str) -> None:
     if not isinstance(limits, str) or limits not in _POLICIES:
         raise UnknownName("limits policy", limits, _POLICIES)
-
-
-def _frame_table(model: pin.Model) -> tuple[dict[str, int], tuple[str, ...]]:
-    """Frame name → id in the model's order, and the names of the links.
-
-    The frames of fixed joints are left out, for the links they hold stand at the same place; where two frames share a
-    name, the link has it.
-    """
-    links = {frame.name: index for index, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
-    table = {}
-    for index, frame in enumerate(model.frames):
-        if index > 0 and frame.type != pin.FrameType.FIXED_JOINT and frame.name not in table:
-            table[frame.name] = links.get(frame.name, index)
-    return table, tuple(links)
 
 
 def check_robot(robot: object) -> None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -17,8 +16,7 @@ from nao_kin._vectors import common_batch
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName
 from nao_kin.joints import JointGroups, Rule, TypedJoint, group_joints
 from nao_kin.joints.tree import read_tree
-from nao_kin.robot import RobotModel
-from nao_kin.robot.workspace import Workspace, expression_named, over_batch, selection_of
+from nao_kin.robot import Expression, Kinematics, RobotModel, expression_named
 from nao_kin.rotations import EulerAngles
 from nao_kin.typed._assembly import Assembly
 from nao_kin.typed._layout import Ball
@@ -91,9 +89,7 @@ class TypedModel:
         self._selection = Selection(self._balls, [reading for reading in merged if reading.follows])
         self._own = [reading for reading in merged if not reading.follows]
         self._mass = sum(float(inertia.mass) for inertia in self.model.inertias)
-        # The robot's frames come first and in the robot's order, so its table of names holds here.
-        self._frames = {name: self._frame_id(name) for name in robot.frame_names}
-        self._local = threading.local()
+        self._kinematics = Kinematics(self.model)
 
     @property
     def nq(self) -> int:
@@ -257,17 +253,13 @@ class TypedModel:
             WrongShape, NotFinite: no typed configuration.
         """
         typed = self._typed_configuration(q_typed)
-        names = self.robot.link_names if frame is None else [frame] if isinstance(frame, str) else frame
-        if not isinstance(names, Iterable):
-            raise UnknownName("frame", names, self.robot.frame_names)
-        selection = selection_of([self._frame(name) for name in names])
-        workspace = self._workspace()
-        poses = over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
-        return np.array(poses[..., 0, :, :]) if isinstance(frame, str) else poses
+        one = isinstance(frame, str)
+        # The robot's frames come first and in the robot's order, so its table of names holds here.
+        ids = self.robot.frame_ids((frame,) if one else frame)  # type: ignore[arg-type]
+        poses = self._kinematics.poses(typed, ids)
+        return poses[..., 0, :, :] if one else poses
 
-    def jacobian(
-        self, q_typed: ArrayLike, frame: str, expressed_in: Literal["frame", "root", "mixed"] = "mixed"
-    ) -> Floats:
+    def jacobian(self, q_typed: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
         """Geometric Jacobian of a frame with respect to the velocities of the typed model.
 
         Args:
@@ -284,9 +276,8 @@ class TypedModel:
             WrongShape, NotFinite: no typed configuration.
         """
         typed = self._typed_configuration(q_typed)
-        frame_id, expression = self._frame(frame), expression_named(expressed_in)
-        workspace = self._workspace()
-        return over_batch(typed, (6, self.nv), lambda row: workspace.jacobian(row, frame_id, expression))
+        (frame_id,), expression = self.robot.frame_ids((frame,)), expression_named(expressed_in)
+        return self._kinematics.jacobians(typed, frame_id, expression)
 
     def com(self, q_typed: ArrayLike) -> Floats:
         """Centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
@@ -298,11 +289,7 @@ class TypedModel:
         typed = self._typed_configuration(q_typed)
         if self._mass <= 0.0:
             raise BadArgument(f"{self.robot.name} has no mass, so no centre of mass")
-        root = self.model.inertias[0]
-        workspace = self._workspace()
-        moving = self._mass - float(root.mass)
-        centres = over_batch(typed, (3,), workspace.com) if moving > 0.0 else np.zeros((*typed.shape[:-1], 3))
-        return np.asarray((moving * centres + float(root.mass) * np.array(root.lever)) / self._mass)
+        return self._kinematics.centres_of_mass(typed)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -340,26 +327,6 @@ class TypedModel:
     @staticmethod
     def _ball_angles(ball: Ball, q: Floats) -> Floats:
         return np.stack([reading.of(q) for reading in ball.readings], axis=-1)
-
-    def _frame(self, name: str) -> int:
-        try:
-            return self._frames[name]
-        except (KeyError, TypeError):
-            raise UnknownName("frame", name, self.robot.frame_names) from None
-
-    def _frame_id(self, name: str) -> int:
-        model = self.robot.model
-        for kind in (pin.FrameType.BODY, pin.FrameType.JOINT):
-            if model.existFrame(name, kind):
-                return int(model.getFrameId(name, kind))
-        return int(model.getFrameId(name))
-
-    def _workspace(self) -> Workspace:
-        try:
-            workspace: Workspace = self._local.workspace
-        except AttributeError:
-            workspace = self._local.workspace = Workspace(self.model)
-        return workspace
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance)

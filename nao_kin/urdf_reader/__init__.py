@@ -1,6 +1,6 @@
-"""Reading URDF files that others wrote."""
+"""`nao_kin.urdf` under its former name."""
 
-from nao_kin.urdf_reader.reader import read_urdf
-from nao_kin.urdf_reader.tree import Mimic, UrdfInertial, UrdfJoint, UrdfTree
+from nao_kin.semantics import Mimic
+from nao_kin.urdf import UrdfJoint, UrdfTree, read_urdf
 
-__all__ = ["Mimic", "UrdfInertial", "UrdfJoint", "UrdfTree", "read_urdf"]
+__all__ = ["Mimic", "UrdfJoint", "UrdfTree", "read_urdf"]

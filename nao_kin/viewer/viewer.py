@@ -19,7 +19,6 @@ from nao_kin._arrays import Floats
 from nao_kin.errors import BadArgument, NaoKinError, NoBrowser, UnknownName, WrongShape
 from nao_kin.nao import NaoModel
 from nao_kin.robot import RobotModel
-from nao_kin.urdf_reader import read_urdf
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import describe
 from nao_kin.viewer.messages import panel_message, set_animation, typed_array
@@ -70,7 +69,7 @@ class Viewer:
         path = getattr(robot, "urdf_path", None)
         if path is None:
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
-        tree = read_urdf(path)
+        tree = robot.tree
         visuals, self.notes = read_visuals(robot, tree)
         self._presets = presets = presets_of(robot, tree)
         self.robot, self.host, self._port = robot, host, port

@@ -1,0 +1,91 @@
+"""The frames of a robot by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pinocchio as pin
+
+from nao_kin._warnings import warn_caller
+from nao_kin.errors import RenamedFrameWarning, UnknownName
+from nao_kin.robot.kinematics import FrameIds
+from nao_kin.urdf import UrdfTree
+
+
+class FrameTable:
+    """Frame name → id in a Pinocchio model.
+
+    The frames of fixed joints are left out, for the links they hold stand at the same place. A name that the URDF gives
+    to a link and to a joint means the link, as in every tool that knows links only. Where the joint's own frame is
+    another one, whoever asks for the name is warned once: the joint's frame goes by the name of the link it moves.
+
+    Attributes:
+        names: every name, in the order of the model.
+        link_names: the links.
+    """
+
+    def __init__(self, model: pin.Model, tree: UrdfTree) -> None:
+        frames = list(model.frames)
+        links: dict[str, int] = {
+            frame.name: index for index, frame in enumerate(frames) if frame.type == pin.FrameType.BODY
+        }
+        joints: dict[str, int] = {
+            frame.name: index
+            for index, frame in enumerate(frames)
+            if index > 0 and frame.type not in (pin.FrameType.BODY, pin.FrameType.FIXED_JOINT)
+        }
+        self._ids = {name: links[link] for name, link in tree.shared_names.items()} | links
+        moved = {joint.name: joint.child for joint in tree.moving_joints}
+        # Shared name → the link it means, and the link that has the joint's frame.
+        self._ambiguous = {
+            name: (link, moved[name])
+            for name, link in tree.shared_names.items()
+            if name in moved and moved[name] != link
+        }
+        for name, index in joints.items():
+            self._ids.setdefault(name, index)
+        order = self._ids | joints
+        self.names = tuple(sorted(self._ids, key=order.__getitem__))
+        self.link_names = tuple(links)
+        self._link_ids = tuple(links.values())
+        self._sets: dict[tuple[str, ...], FrameIds] = {}
+
+    def id(self, name: object) -> int:
+        """The frame called `name`.
+
+        Raises:
+            UnknownName: there is none.
+        """
+        if not isinstance(name, str) or name not in self._ids:
+            raise UnknownName("frame", name, self.names)
+        if self._ambiguous and name in self._ambiguous:
+            link, moved = self._ambiguous.pop(name)
+            warn_caller(
+                f"frame {name!r}: the URDF has a link and a joint of this name. This is the link's frame "
+                f"({link!r}); the joint's own frame is {moved!r}",
+                RenamedFrameWarning,
+            )
+        return self._ids[name]
+
+    def ids(self, names: Sequence[str] | None) -> FrameIds:
+        """The frames of these names; all links for None.
+
+        Raises:
+            UnknownName: there is no such frame, or `names` are no names.
+        """
+        if names is None:
+            return self._link_ids
+        try:
+            key = tuple(names)
+            return self._sets[key]
+        except (TypeError, KeyError):
+            pass
+        try:
+            key = tuple(names)
+        except TypeError:  # one thing that is no name, where several names are expected
+            raise UnknownName("frame", names, self.names) from None
+        found = tuple(self.id(name) for name in key)
+        if len(self._sets) > 1000:
+            self._sets.clear()
+        self._sets[key] = found
+        return found

@@ -1,0 +1,193 @@
+"""The one place where configurations become poses, Jacobians and centres of mass.
+
+Pinocchio keeps the placements of all frames in one block of memory: twelve doubles each, the columns of R, then p. A
+pose as a 4×4 matrix is therefore a fixed selection of that block; its zeros and its one are found in the first frame,
+the universe, whose placement is always the identity. Selecting takes a tenth of the time of reading the placements one
+by one.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterable, Sequence
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from nao_kin._arrays import Floats
+from nao_kin.errors import UnknownName
+
+Expression = Literal["frame", "root", "mixed"]
+FrameIds = tuple[int, ...]
+
+_DOUBLES = 12
+_ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero
+# Up to here, placing frames one by one is faster than placing all.
+_FEW = 10
+# Sets of frames whose selection is kept: more than anyone asks for in turn.
+_MOST_SELECTIONS = 256
+
+# Where a twist is taken and in whose axes, by the names that methods use for it.
+_EXPRESSIONS = {
+    "frame": pin.ReferenceFrame.LOCAL,
+    "root": pin.ReferenceFrame.WORLD,
+    "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
+}
+
+
+def expression_named(name: str) -> pin.ReferenceFrame:
+    """Pinocchio's reference frame for "frame", "root" or "mixed".
+
+    Raises:
+        UnknownName: none of the three.
+    """
+    if not isinstance(name, str) or name not in _EXPRESSIONS:
+        raise UnknownName("expression", name, tuple(_EXPRESSIONS))
+    return _EXPRESSIONS[name]
+
+
+class Kinematics:
+    """What a Pinocchio model answers, for checked configurations of any batch shape (..., nq).
+
+    May be called from several threads at once: each has Pinocchio data of its own.
+    """
+
+    def __init__(self, model: pin.Model) -> None:
+        self.model = model
+        self._local = threading.local()
+        self._selections: dict[FrameIds, NDArray[np.intp]] = {}
+
+    def poses(self, q: Floats, frame_ids: FrameIds) -> Floats:
+        """T_root_frame of several frames, shape (..., frames, 4, 4); a fresh array."""
+        workspace, selection = self._workspace(), self._selection(frame_ids)
+        if q.ndim == 1:
+            workspace.place(q, frame_ids)
+            pose: Floats = workspace.placements().take(selection)
+            return pose
+        poses = np.empty((*q.shape[:-1], *selection.shape))
+        for row, T in _rows(q, poses, selection.ndim):
+            workspace.place(row, frame_ids)
+            workspace.placements().take(selection, out=T, mode="clip")
+        return poses
+
+    def relative_poses(self, q: Floats, frame_ids: FrameIds, reference_id: int) -> Floats:
+        """T_reference_frame = T_root_reference⁻¹ T_root_frame of several frames, shape (..., frames, 4, 4)."""
+        poses = self.poses(q, (*frame_ids, reference_id))
+        if poses.shape == (2, 4, 4):  # the same as below, where plain indices save half of the time
+            T, T_reference = poses[0], poses[1]
+            T[:3, 3] -= T_reference[:3, 3]
+            relative: Floats = T.copy()
+            np.matmul(T_reference[:3, :3].T, T[:3], out=relative[:3])
+            return relative[None]
+        T, T_reference = poses[..., :-1, :, :], poses[..., -1:, :, :]
+        T[..., :3, 3] -= T_reference[..., :3, 3]
+        relative = T.copy()
+        np.matmul(T_reference[..., :3, :3].swapaxes(-1, -2), T[..., :3, :], out=relative[..., :3, :])
+        return relative
+
+    def jacobians(self, q: Floats, frame_id: int, expression: pin.ReferenceFrame) -> Floats:
+        """The geometric Jacobians of one frame, linear rows first, shape (..., 6, nv); a fresh array."""
+        model, data = self.model, self._workspace().data
+        shape = 6, model.nv  # with one degree of freedom, a vector comes back
+        if q.ndim == 1:
+            jacobian: Floats = pin.computeFrameJacobian(model, data, q, frame_id, expression)
+            return jacobian.reshape(shape)
+        jacobians = np.empty((*q.shape[:-1], *shape))
+        for row, J in _rows(q, jacobians, 2):
+            J[...] = pin.computeFrameJacobian(model, data, row, frame_id, expression).reshape(shape)
+        return jacobians
+
+    def centres_of_mass(self, q: Floats) -> Floats:
+        """Centres of mass of all bodies, those held to the world included, shape (..., 3); the robot has some mass."""
+        model, data = self.model, self._workspace().data
+        # Pinocchio counts only what moves, and divides by its mass.
+        held, moving = model.inertias[0], pin.computeTotalMass(model)
+        total = moving + held.mass
+        share, moment = moving / total, held.lever * (held.mass / total)
+        if q.ndim == 1 and moving > 0.0:
+            return np.asarray(pin.centerOfMass(model, data, q) * share + moment)
+        centres = np.zeros((*q.shape[:-1], 3))
+        if moving > 0.0:
+            for row, centre in _rows(q, centres, 1):
+                centre[...] = pin.centerOfMass(model, data, row)
+        return np.asarray(centres * share + moment)
+
+    @property
+    def mass(self) -> float:
+        """Mass of all bodies, those held to the world included [kg]."""
+        return float(pin.computeTotalMass(self.model) + self.model.inertias[0].mass)
+
+    def _workspace(self) -> _Workspace:
+        try:
+            workspace: _Workspace = self._local.workspace
+        except AttributeError:
+            workspace = self._local.workspace = _Workspace(self.model)
+        return workspace
+
+    def _selection(self, frame_ids: FrameIds) -> NDArray[np.intp]:
+        try:
+            return self._selections[frame_ids]
+        except KeyError:
+            if len(self._selections) >= _MOST_SELECTIONS:
+                self._selections.clear()
+            selection = self._selections[frame_ids] = _selection_of(frame_ids)
+            return selection
+
+
+def _rows(q: Floats, results: Floats, axes: int) -> Iterable[tuple[Floats, Floats]]:
+    """Each configuration with the place for its result, which has so many axes."""
+    count = math.prod(q.shape[:-1])
+    flat = results.reshape(count, *results.shape[results.ndim - axes :])
+    return zip(q.reshape(count, q.shape[-1]), flat, strict=True)
+
+
+def _selection_of(frame_ids: Sequence[int]) -> NDArray[np.intp]:
+    """Where in the block the entries of the poses of these frames stand, shape (n, 4, 4)."""
+    selection = np.full((len(frame_ids), 4, 4), _ZERO, dtype=np.intp)
+    row, column = np.indices((3, 4))
+    selection[:, :3] = _DOUBLES * np.asarray(frame_ids, dtype=np.intp)[:, None, None] + 3 * column + row
+    selection[:, 3, 3] = _ONE
+    return selection
+
+
+class _Workspace:
+    """One thread's Pinocchio data, and a view of all its placements."""
+
+    def __init__(self, model: pin.Model) -> None:
+        self._model = model
+        self.data = model.createData()
+        self._block = _block_of(self.data, model.nframes)
+
+    def place(self, q: Floats, frame_ids: FrameIds) -> None:
+        """Compute the placements of these frames at one configuration."""
+        if len(frame_ids) > _FEW:
+            pin.framesForwardKinematics(self._model, self.data, q)
+            return
+        pin.forwardKinematics(self._model, self.data, q)
+        for frame_id in frame_ids:
+            pin.updateFramePlacement(self._model, self.data, frame_id)
+
+    def placements(self) -> Floats:
+        """The placements of all frames, twelve doubles each, flat."""
+        if self._block is not None:
+            return self._block
+        return np.concatenate([np.append(pose.rotation.T, pose.translation) for pose in self.data.oMf])
+
+
+def _block_of(data: pin.Data, count: int) -> Floats | None:
+    """A view of all placements as one array; None when this Pinocchio lays them out otherwise."""
+    first: Floats = data.oMf[0].rotation
+    start = _address(first)
+    for i in {0, count // 2, count - 1}:
+        rotation, translation = data.oMf[i].rotation, data.oMf[i].translation
+        expected = start + i * _DOUBLES * 8
+        if _address(rotation) != expected or _address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
+            return None
+    return np.lib.stride_tricks.as_strided(first, shape=(count * _DOUBLES,), strides=(8,), writeable=False)
+
+
+def _address(array: Floats) -> int:
+    return int(array.__array_interface__["data"][0])

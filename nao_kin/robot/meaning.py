@@ -1,0 +1,82 @@
+"""The semantics of a robot: found beside its URDF, and held against what the URDF has."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
+from nao_kin.semantics import Semantics, read_semantics
+from nao_kin.urdf import UrdfTree, read_srdf
+
+
+def semantics_beside(tree: UrdfTree, given: Semantics | Path | str | None, notes: list[str]) -> Semantics:
+    """The semantics given, or those of the file of the URDF's name with the ending .toml or .srdf beside it.
+
+    Args:
+        tree: the URDF as read.
+        given: semantics, the path of a TOML file or an SRDF, or None to look beside the URDF.
+        notes: gets a line for what was found, or could not be used.
+
+    Raises:
+        BadArgument: neither semantics nor a path.
+        BadInputFile, BadModel: a file that was given cannot be read.
+    """
+    if isinstance(given, Semantics):
+        return given
+    if given is not None:
+        try:
+            path = Path(given)
+        except TypeError:
+            raise BadArgument(
+                f"semantics must be a Semantics or the path of a .toml or .srdf file, got {quoted(given)}"
+            ) from None
+        return _read(path, tree, notes)
+    for ending in (".toml", ".srdf"):
+        path = tree.path.with_suffix(ending)
+        if path.is_file():
+            try:
+                semantics = checked_semantics(_read(path, tree, notes), tree)
+            except NaoKinError as error:
+                # Whoever asked for the URDF alone gets the robot all the same.
+                notes.append(f"{path.name} beside the URDF is not used: {error}")
+            else:
+                notes.append(f"chains, effectors and postures from {path.name} beside the URDF")
+                return semantics
+    return Semantics()
+
+
+def _read(path: Path, tree: UrdfTree, notes: list[str]) -> Semantics:
+    return read_srdf(path, tree, notes) if path.suffix.lower() == ".srdf" else read_semantics(path)
+
+
+def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
+    """The semantics, when the robot has everything they name.
+
+    Raises:
+        BadModel: a joint, a frame or a posture is named that is not there; a coupled limit of a joint that follows.
+    """
+    moving = [joint.name for joint in tree.moving_joints]
+    _check(semantics.joints(), moving, "joint", tree.name)
+    _check(semantics.frames(), {*moving, *tree.links, *tree.shared_names}, "frame", tree.name)
+    if semantics.start and semantics.start not in semantics.postures:
+        raise BadModel(
+            f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which is not there"
+        )
+    for table in semantics.coupled_limits:
+        for name in (table.joint, table.of):
+            if name in tree.mimics:
+                raise BadModel(
+                    f"semantics of {tree.name}: a coupled limit names {quoted(name)}, which follows another joint"
+                )
+    return semantics
+
+
+def _check(named: object, valid: Collection[str], kind: str, robot: str) -> None:
+    known = set(valid)
+    for name, where in named:  # type: ignore[attr-defined]
+        if name not in known:
+            near = ", ".join(nearest_names(name, valid))
+            advice = f" (nearest: {near})" if near else ""
+            raise BadModel(f"semantics of {robot}: {where} names the {kind} {quoted(name)}, which is not there{advice}")
