@@ -118,7 +118,7 @@ def overlaid(
             raise UnknownName(what, key, tuple(rows))
         rows[key] = []
     for row in changes:
-        if row.key in rows and row.key not in without:
+        if row.key in rows:
             rows[row.key] = [row]
         else:
             beside = [key for key, place in places.items() if place is not None and place == row.place]
