@@ -18,7 +18,9 @@ _TABLES = {
     "Inertia [kg, m, kg m²]": parameters.INERTIALS,
     "Frames [m, rad]": parameters.FRAMES,
     "Fingers [m, rad]": parameters.FINGERS,
+    "Placeholder of links without a mass of their own [kg, m, kg m²]": (parameters.PLACEHOLDER,),
     "Collision shapes [m]": parameters.COLLISION_SHAPES,
+    "Meshes": parameters.VISUALS,
     "Postures, in Body order [rad; 0 to 1 for hands]": parameters.POSTURES,
 }
 
@@ -34,7 +36,9 @@ def write_tables(path: Path) -> None:
 
 def _table(rows: Iterable[Any]) -> str:
     rows = list(rows)
-    names = [field.name for field in dataclasses.fields(rows[0])]
+    fields = [field.name for field in dataclasses.fields(rows[0])]
+    last = [name for name in ("versions", "source") if name in fields]
+    names = [name for name in fields if name not in last] + last
     lines = ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|" + "---|" * len(names)]
     lines += ["| " + " | ".join(_text(getattr(row, name)) for name in names) + " |" for row in rows]
     return "\n".join(lines)

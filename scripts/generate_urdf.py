@@ -13,8 +13,7 @@ from pathlib import Path
 
 from nao_kin.atomic import write_text
 from nao_kin.files import urdf_name
-from nao_kin.parameters import VERSIONS, nao_parameters
-from nao_kin.urdf_writer import urdf_text
+from nao_kin.parameters import VERSIONS, nao_parameters, urdf_text
 
 URDF = Path(__file__).resolve().parent.parent / "urdf"
 

@@ -19,8 +19,7 @@ from manifold3d import Manifold, Mesh
 
 import nao_kin as nk
 from nao_kin.files import nao_urdf_path
-from nao_kin.parameters import COLLISION_SHAPES, COLOURS, VERSIONS, VISUALS, nao_parameters
-from nao_kin.parameters.rows import ShapeRow
+from nao_kin.parameters import COLLISION_SHAPES, COLOURS, VERSIONS, VISUALS, ShapeRow, nao_parameters
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"

@@ -25,11 +25,10 @@ from nao_kin.atomic import write_bytes, write_text
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated
 from nao_kin.files import nao_urdf_path
-from nao_kin.parameters import VERSIONS, nao_parameters
+from nao_kin.parameters import VERSIONS, nao_parameters, urdf_text
 from nao_kin.robot.coordinates import Coordinates
 from nao_kin.robot.limits import JointLimits
 from nao_kin.urdf_reader import Mimic
-from nao_kin.urdf_writer import urdf_text
 
 # --- building and unpickling ------------------------------------------------------------------------------------------
 

@@ -24,7 +24,6 @@ ROOMS = {
     "semantics": 2,
     "urdf": 2,
     "parameters": 2,
-    "urdf_writer": 2,
     "urdf_reader": 2,
     "joints": 3,
     "robot": 3,

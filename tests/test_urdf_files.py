@@ -15,8 +15,7 @@ import yourdfpy
 
 import nao_kin as nk
 from nao_kin.files import nao_urdf_path
-from nao_kin.parameters import VERSIONS, nao_parameters
-from nao_kin.urdf_writer import urdf_text
+from nao_kin.parameters import VERSIONS, nao_parameters, urdf_text
 
 ROOT = Path(__file__).resolve().parent.parent
 ROS_NAMES = (

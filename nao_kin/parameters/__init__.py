@@ -1,17 +1,47 @@
-"""The NAO's numbers: typed rows with unit, version and source, and all of them together for one version."""
+"""The NAO's numbers: typed rows with unit and source, and all of them together for one version.
 
-from nao_kin.parameters.frames import CAMERAS, FRAMES, OPTICAL_RPY
-from nao_kin.parameters.inertials import INERTIALS, PLACEHOLDER
-from nao_kin.parameters.joints import FINGER_RATIO, FINGERS, JOINTS
-from nao_kin.parameters.limits import ACTUATORS, COUPLED_LIMITS, LIMITS
+`nao_parameters` gives the numbers of a version, resolved and in SI units. The tables hold the rows as published, those
+of all versions, each with the versions that it holds for.
+"""
+
+from nao_kin.parameters.bodies import COLLISION_SHAPES, COLOURS
+from nao_kin.parameters.frames import CAMERAS, OPTICAL_RPY
+from nao_kin.parameters.gather import (
+    ACTUATORS,
+    FRAMES,
+    INERTIALS,
+    LIMITS,
+    OFFSETS,
+    PLACEHOLDER,
+    VISUALS,
+    nao_parameters,
+    version_named,
+)
 from nao_kin.parameters.meaning import END_EFFECTORS, REST, SOLES, VIEWS
-from nao_kin.parameters.nao import Frame, Joint, NaoParameters, nao_parameters, version_named
-from nao_kin.parameters.offsets import OFFSETS
-from nao_kin.parameters.postures import BODY_ORDER, CHAINS, POSTURES
-from nao_kin.parameters.rows import VERSIONS, Version
-from nao_kin.parameters.shapes import COLLISION_SHAPES
-from nao_kin.parameters.sources import SOURCES
-from nao_kin.parameters.visuals import COLOURS, VISUALS
+from nao_kin.parameters.overlay import VersionPage
+from nao_kin.parameters.postures import POSTURES
+from nao_kin.parameters.ranges import COUPLED_LIMITS
+from nao_kin.parameters.robot_parameters import Finger, Frame, Joint, NaoParameters
+from nao_kin.parameters.rows import (
+    SOURCES,
+    VERSIONS,
+    ActuatorRow,
+    CoupledLimitRow,
+    FingerRow,
+    FrameRow,
+    InertialRow,
+    JointRow,
+    LimitRow,
+    Offset,
+    OffsetRow,
+    PostureRow,
+    ShapeRow,
+    Vector,
+    Version,
+    VisualRow,
+)
+from nao_kin.parameters.skeleton import BODY_ORDER, CHAINS, FINGER_RATIO, FINGERS, JOINTS
+from nao_kin.parameters.urdf_text import MESH_FOLDER, urdf_text
 
 __all__ = [
     "ACTUATORS",
@@ -28,6 +58,7 @@ __all__ = [
     "INERTIALS",
     "JOINTS",
     "LIMITS",
+    "MESH_FOLDER",
     "OFFSETS",
     "OPTICAL_RPY",
     "PLACEHOLDER",
@@ -38,10 +69,26 @@ __all__ = [
     "VERSIONS",
     "VIEWS",
     "VISUALS",
+    "ActuatorRow",
+    "CoupledLimitRow",
+    "Finger",
+    "FingerRow",
     "Frame",
+    "FrameRow",
+    "InertialRow",
     "Joint",
+    "JointRow",
+    "LimitRow",
     "NaoParameters",
+    "Offset",
+    "OffsetRow",
+    "PostureRow",
+    "ShapeRow",
+    "Vector",
     "Version",
+    "VersionPage",
+    "VisualRow",
     "nao_parameters",
+    "urdf_text",
     "version_named",
 ]

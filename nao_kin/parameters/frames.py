@@ -1,4 +1,4 @@
-"""Sensor and effector frames.
+"""Sensor and effector frames of V6.
 
 Where a source prints π or π/2 with five to seven digits (3.14159, 1.5708), the exact value is meant and stands here.
 """
@@ -7,67 +7,53 @@ from __future__ import annotations
 
 import math
 
-from nao_kin.parameters.rows import VERSIONS, FrameRow, Version
-
-_V3: tuple[Version, ...] = ("v3.2", "v3.3")
-_V33_ON: tuple[Version, ...] = ("v3.3", "v4", "v5", "v6")
-_V4_ON: tuple[Version, ...] = ("v4", "v5", "v6")
-_TO_V5: tuple[Version, ...] = ("v3.2", "v3.3", "v4", "v5")
-_V6: tuple[Version, ...] = ("v6",)
+from nao_kin.parameters.rows import FrameRow
+from nao_kin.parameters.skeleton import FOOT_HEIGHT, HAND_OFFSET_X, HAND_OFFSET_Z, LEG_EFFECTOR_HEIGHT
 
 # fmt: off
-FRAMES: tuple[FrameRow, ...] = (
-    FrameRow("Accelerometer", "ImuTorsoAccelerometer_frame", "torso", (-0.008, 0.00606, 0.027), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("ChestBoard/Button", "ChestButton_frame", "torso", (0.049871, 0.001588, 0.055163), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("Gyrometer", "ImuTorsoGyrometer_frame", "torso", (-0.008, 0.006, 0.029), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("Sonar/Left", "LSonar_frame", "torso", (0.00558253, 0.0192068, 0.0623853), (-0.00478508, 0.0436497, 0.392441), VERSIONS, "U6"),
-    FrameRow("Sonar/Right", "RSonar_frame", "torso", (0.00558253, -0.0192068, 0.0623853), (0.00478508, 0.0436497, -0.392441), VERSIONS, "U6"),
-    FrameRow("CameraBottom", "CameraBottom_frame", "HeadPitch", (0.05071, 0.0, 0.01774), (0.0, 0.692896, 0.0), _V4_ON, "U6"),
-    FrameRow("CameraBottom", "CameraBottom_frame", "HeadPitch", (0.0488, 0.0, 0.02381), (0.0, 0.6981, 0.0), _V3, "U33"),
-    FrameRow("CameraTop", "CameraTop_frame", "HeadPitch", (0.05871, 0.0, 0.06364), (0.0, 0.0209435, 0.0), _V4_ON, "U6"),
-    FrameRow("CameraTop", "CameraTop_frame", "HeadPitch", (0.0539, 0.0, 0.0679), (0.0, 0.0, 0.0), _V3, "U33"),
-    FrameRow("Gaze", "gaze", "HeadPitch", (0.043, 0.0, 0.0428), (0.0, 0.0, 0.0), _V6, "U6"),
-    FrameRow("Gaze", "gaze", "HeadPitch", (0.05871, 0.0, 0.06364), (0.0, 0.0, 0.0), _TO_V5, "U5"),
-    FrameRow("Head/Touch/Front", "HeadTouchFront_frame", "HeadPitch", (0.0312, 0.0, 0.1014), (0.0, -1.1861, 0.0), VERSIONS, "U6"),
-    FrameRow("Head/Touch/Middle", "HeadTouchMiddle_frame", "HeadPitch", (0.001, 0.0, 0.1099), (0.0, -math.pi / 2, 0.0), VERSIONS, "U6"),
-    FrameRow("Head/Touch/Rear", "HeadTouchRear_frame", "HeadPitch", (-0.0257, 0.0, 0.1045), (math.pi, -1.33319, math.pi), VERSIONS, "U6"),
-    FrameRow("MicroFrontLeft", None, "HeadPitch", (0.020626, 0.030938, 0.098582), (0.0, 0.0, 0.0), _V6, "U6"),
-    FrameRow("MicroFrontRight", None, "HeadPitch", (0.020626, -0.030938, 0.098582), (0.0, 0.0, 0.0), _V6, "U6"),
-    FrameRow("MicroRearLeft", None, "HeadPitch", (-0.021544, 0.055772, 0.077426), (0.0, 0.0, 0.0), _V6, "U6"),
-    FrameRow("MicroRearRight", None, "HeadPitch", (-0.021544, -0.055772, 0.077426), (0.0, 0.0, 0.0), _V6, "U6"),
-    FrameRow("MicrophoneFrame", None, "HeadPitch", (-0.000459, 0.0, 0.088004), (0.0, 0.0, 0.0), _V6, "U6"),
-    FrameRow("MicroFrontCenter", "MicroFrontCenter_frame", "HeadPitch", (0.041, 0.0, 0.091), (0.0, 0.0, 0.0), _TO_V5, "U4"),
-    FrameRow("MicroRearCenter", "MicroRearCenter_frame", "HeadPitch", (-0.0577, 0.0, 0.0693), (0.0, 0.0, 0.0), _TO_V5, "U4"),
-    FrameRow("MicroSurroundLeft", "MicroSurroundLeft_frame", "HeadPitch", (-0.0195, 0.0606, 0.0331), (0.0, 0.0, 0.0), _TO_V5, "U4"),
-    FrameRow("MicroSurroundRight", "MicroSurroundRight_frame", "HeadPitch", (-0.0195, -0.0606, 0.0331), (0.0, 0.0, 0.0), _TO_V5, "U4"),
-    FrameRow("InfraredL", "LInfraRed_frame", "HeadPitch", (0.0441, 0.0257, 0.0466), (0.0, 0.0, 0.0), _TO_V5, "U5"),
-    FrameRow("InfraredR", "RInfraRed_frame", "HeadPitch", (0.0441, -0.0257, 0.0466), (0.0, 0.0, 0.0), _TO_V5, "U5"),
-    FrameRow("SpeakerLeft", None, "HeadPitch", (0.0038, 0.0453, 0.0526), (0.0, 0.0, math.pi / 2), VERSIONS, "U6"),
-    FrameRow("SpeakerRight", None, "HeadPitch", (0.0038, -0.0453, 0.0526), (0.0, 0.0, -math.pi / 2), VERSIONS, "U6"),
-    FrameRow("LArm", "l_gripper", "LWristYaw", ("HandOffsetX", 0.0, "-HandOffsetZ"), (0.0, 0.0, 0.0), VERSIONS, "BP6"),
-    FrameRow("LHand/Touch/Back", "LHandTouchBack_frame", "LWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), _V33_ON, "U6"),
-    FrameRow("LHand/Touch/Left", "LHandTouchLeft_frame", "LWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), _V33_ON, "U6"),
-    FrameRow("LHand/Touch/Right", "LHandTouchRight_frame", "LWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), _V33_ON, "U6"),
-    FrameRow("LLeg", "l_sole", "LAnkleRoll", (0.0, 0.0, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "MIM"),
-    FrameRow("LFoot/Bumper/Left", "LFootBumperLeft_frame", "LAnkleRoll", (0.0876, 0.019, -0.0353), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("LFoot/Bumper/Right", "LFootBumperRight_frame", "LAnkleRoll", (0.0876, -0.014, -0.0353), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("LFoot/FSR/FrontLeft", "LFsrFL_frame", "LAnkleRoll", (0.07025, 0.0299, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("LFoot/FSR/FrontRight", "LFsrFR_frame", "LAnkleRoll", (0.07025, -0.0231, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("LFoot/FSR/RearLeft", "LFsrRL_frame", "LAnkleRoll", (-0.03025, 0.0299, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("LFoot/FSR/RearRight", "LFsrRR_frame", "LAnkleRoll", (-0.02965, -0.0191, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("LFoot/Sole", None, "LAnkleRoll", (0.0, 0.0, "-FootHeight"), (0.0, 0.0, 0.0), VERSIONS, "L6"),
-    FrameRow("RLeg", "r_sole", "RAnkleRoll", (0.0, 0.0, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "MIM"),
-    FrameRow("RFoot/Bumper/Left", "RFootBumperLeft_frame", "RAnkleRoll", (0.0876, 0.014, -0.0353), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("RFoot/Bumper/Right", "RFootBumperRight_frame", "RAnkleRoll", (0.0876, -0.019, -0.0353), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("RFoot/FSR/FrontLeft", "RFsrFL_frame", "RAnkleRoll", (0.07025, 0.0231, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("RFoot/FSR/FrontRight", "RFsrFR_frame", "RAnkleRoll", (0.07025, -0.0299, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("RFoot/FSR/RearLeft", "RFsrRL_frame", "RAnkleRoll", (-0.03025, 0.0191, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("RFoot/FSR/RearRight", "RFsrRR_frame", "RAnkleRoll", (-0.02965, -0.0299, "-LegEffectorHeight"), (0.0, 0.0, 0.0), VERSIONS, "U6"),
-    FrameRow("RFoot/Sole", None, "RAnkleRoll", (0.0, 0.0, "-FootHeight"), (0.0, 0.0, 0.0), VERSIONS, "L6"),
-    FrameRow("RArm", "r_gripper", "RWristYaw", ("HandOffsetX", 0.0, "-HandOffsetZ"), (0.0, 0.0, 0.0), VERSIONS, "BP6"),
-    FrameRow("RHand/Touch/Back", "RHandTouchBack_frame", "RWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), _V33_ON, "U6"),
-    FrameRow("RHand/Touch/Left", "RHandTouchLeft_frame", "RWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), _V33_ON, "U6"),
-    FrameRow("RHand/Touch/Right", "RHandTouchRight_frame", "RWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), _V33_ON, "U6"),
+V6_FRAMES: tuple[FrameRow, ...] = (
+    FrameRow("Accelerometer", "ImuTorsoAccelerometer_frame", "torso", (-0.008, 0.00606, 0.027), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("ChestBoard/Button", "ChestButton_frame", "torso", (0.049871, 0.001588, 0.055163), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("Gyrometer", "ImuTorsoGyrometer_frame", "torso", (-0.008, 0.006, 0.029), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("Sonar/Left", "LSonar_frame", "torso", (0.00558253, 0.0192068, 0.0623853), (-0.00478508, 0.0436497, 0.392441), "U6"),
+    FrameRow("Sonar/Right", "RSonar_frame", "torso", (0.00558253, -0.0192068, 0.0623853), (0.00478508, 0.0436497, -0.392441), "U6"),
+    FrameRow("CameraBottom", "CameraBottom_frame", "HeadPitch", (0.05071, 0.0, 0.01774), (0.0, 0.692896, 0.0), "U6"),
+    FrameRow("CameraTop", "CameraTop_frame", "HeadPitch", (0.05871, 0.0, 0.06364), (0.0, 0.0209435, 0.0), "U6"),
+    FrameRow("Gaze", "gaze", "HeadPitch", (0.043, 0.0, 0.0428), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("Head/Touch/Front", "HeadTouchFront_frame", "HeadPitch", (0.0312, 0.0, 0.1014), (0.0, -1.1861, 0.0), "U6"),
+    FrameRow("Head/Touch/Middle", "HeadTouchMiddle_frame", "HeadPitch", (0.001, 0.0, 0.1099), (0.0, -math.pi / 2, 0.0), "U6"),
+    FrameRow("Head/Touch/Rear", "HeadTouchRear_frame", "HeadPitch", (-0.0257, 0.0, 0.1045), (math.pi, -1.33319, math.pi), "U6"),
+    FrameRow("MicroFrontLeft", None, "HeadPitch", (0.020626, 0.030938, 0.098582), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("MicroFrontRight", None, "HeadPitch", (0.020626, -0.030938, 0.098582), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("MicroRearLeft", None, "HeadPitch", (-0.021544, 0.055772, 0.077426), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("MicroRearRight", None, "HeadPitch", (-0.021544, -0.055772, 0.077426), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("MicrophoneFrame", None, "HeadPitch", (-0.000459, 0.0, 0.088004), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("SpeakerLeft", None, "HeadPitch", (0.0038, 0.0453, 0.0526), (0.0, 0.0, math.pi / 2), "U6"),
+    FrameRow("SpeakerRight", None, "HeadPitch", (0.0038, -0.0453, 0.0526), (0.0, 0.0, -math.pi / 2), "U6"),
+    FrameRow("LArm", "l_gripper", "LWristYaw", (HAND_OFFSET_X, 0.0, -HAND_OFFSET_Z), (0.0, 0.0, 0.0), "BP6"),
+    FrameRow("LHand/Touch/Back", "LHandTouchBack_frame", "LWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), "U6"),
+    FrameRow("LHand/Touch/Left", "LHandTouchLeft_frame", "LWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), "U6"),
+    FrameRow("LHand/Touch/Right", "LHandTouchRight_frame", "LWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), "U6"),
+    FrameRow("LLeg", "l_sole", "LAnkleRoll", (0.0, 0.0, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "MIM"),
+    FrameRow("LFoot/Bumper/Left", "LFootBumperLeft_frame", "LAnkleRoll", (0.0876, 0.019, -0.0353), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("LFoot/Bumper/Right", "LFootBumperRight_frame", "LAnkleRoll", (0.0876, -0.014, -0.0353), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("LFoot/FSR/FrontLeft", "LFsrFL_frame", "LAnkleRoll", (0.07025, 0.0299, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("LFoot/FSR/FrontRight", "LFsrFR_frame", "LAnkleRoll", (0.07025, -0.0231, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("LFoot/FSR/RearLeft", "LFsrRL_frame", "LAnkleRoll", (-0.03025, 0.0299, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("LFoot/FSR/RearRight", "LFsrRR_frame", "LAnkleRoll", (-0.02965, -0.0191, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("LFoot/Sole", None, "LAnkleRoll", (0.0, 0.0, -FOOT_HEIGHT), (0.0, 0.0, 0.0), "L6"),
+    FrameRow("RLeg", "r_sole", "RAnkleRoll", (0.0, 0.0, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "MIM"),
+    FrameRow("RFoot/Bumper/Left", "RFootBumperLeft_frame", "RAnkleRoll", (0.0876, 0.014, -0.0353), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("RFoot/Bumper/Right", "RFootBumperRight_frame", "RAnkleRoll", (0.0876, -0.019, -0.0353), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("RFoot/FSR/FrontLeft", "RFsrFL_frame", "RAnkleRoll", (0.07025, 0.0231, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("RFoot/FSR/FrontRight", "RFsrFR_frame", "RAnkleRoll", (0.07025, -0.0299, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("RFoot/FSR/RearLeft", "RFsrRL_frame", "RAnkleRoll", (-0.03025, 0.0191, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("RFoot/FSR/RearRight", "RFsrRR_frame", "RAnkleRoll", (-0.02965, -0.0299, -LEG_EFFECTOR_HEIGHT), (0.0, 0.0, 0.0), "U6"),
+    FrameRow("RFoot/Sole", None, "RAnkleRoll", (0.0, 0.0, -FOOT_HEIGHT), (0.0, 0.0, 0.0), "L6"),
+    FrameRow("RArm", "r_gripper", "RWristYaw", (HAND_OFFSET_X, 0.0, -HAND_OFFSET_Z), (0.0, 0.0, 0.0), "BP6"),
+    FrameRow("RHand/Touch/Back", "RHandTouchBack_frame", "RWristYaw", (0.038, 0.0, 0.025), (0.0, -math.pi / 2, 0.0), "U6"),
+    FrameRow("RHand/Touch/Left", "RHandTouchLeft_frame", "RWristYaw", (0.032, 0.025, 0.003), (0.0, 0.0, math.pi / 2), "U6"),
+    FrameRow("RHand/Touch/Right", "RHandTouchRight_frame", "RWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), "U6"),
 )
 # fmt: on
 

@@ -1,15 +1,8 @@
-"""NAOqi's orders of the joints and its predefined postures."""
+"""NAOqi's predefined postures."""
 
 from __future__ import annotations
 
-from nao_kin.parameters.joints import JOINTS
 from nao_kin.parameters.rows import PostureRow
-
-BODY_ORDER: tuple[str, ...] = tuple(row.name for row in JOINTS)
-
-CHAINS: dict[str, tuple[str, ...]] = {
-    chain: tuple(row.name for row in JOINTS if row.chain == chain) for chain in ("Head", "LArm", "LLeg", "RLeg", "RArm")
-}
 
 # Single-precision values as NAOqi holds them; residues below 1e-9 (1.4e-45, 1.1e-13 …) are written as the zero they mean.
 # fmt: off

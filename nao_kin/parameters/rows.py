@@ -1,32 +1,84 @@
-"""The kinds of rows the robot's numbers stand in: each with its unit, the robot versions it holds for, and its source."""
+"""The kinds of rows that the robot's numbers stand in, each with its unit and the code of its source."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, get_args
 
 Version = Literal["v3.2", "v3.3", "v4", "v5", "v6"]
-VERSIONS: tuple[Version, ...] = ("v3.2", "v3.3", "v4", "v5", "v6")
+VERSIONS: tuple[Version, ...] = get_args(Version)
 
-# A coordinate is a number [m], or the name of an offset, with a minus sign where it points backwards.
-Coordinate = float | str
 Vector = tuple[float, float, float]
 ShapeKind = Literal["sphere", "cylinder", "box"]
 
 
 @dataclass(frozen=True)
-class OffsetRow:
-    """A distance between two joints.
+class Offset:
+    """A distance between two joints, as a coordinate: `-THIGH_LENGTH` points against the axis.
 
     Attributes:
-        name: Aldebaran's name of it.
-        value_mm: length [mm].
+        name: Aldebaran's name of the distance.
+        sign: 1.0 along the axis, -1.0 against it.
     """
 
     name: str
+    sign: float = 1.0
+
+    def __neg__(self) -> Offset:
+        return replace(self, sign=-self.sign)
+
+    def __str__(self) -> str:
+        return self.name if self.sign > 0 else f"-{self.name}"
+
+
+# A coordinate is a number [m] or an offset.
+Coordinate = float | Offset
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """A row that a version's page can change.
+
+    Attributes:
+        versions: the versions it holds for, the oldest first; filled in when the pages are laid over each other.
+    """
+
+    versions: tuple[Version, ...] = ()
+
+    # The fields that say what the row is about, and the one that says what carries it, where rows may come and go.
+    _KEY: ClassVar[tuple[str, ...]] = ()
+    _PLACE: ClassVar[str | None] = None
+
+    @property
+    def key(self) -> str:
+        """What it is about; a table holds one row of a key for each version."""
+        return "/".join(getattr(self, name) for name in self._KEY)
+
+    @property
+    def place(self) -> str | None:
+        """The joint that carries it, where rows may come and go; None where every version has the row."""
+        return None if self._PLACE is None else str(getattr(self, self._PLACE))
+
+
+@dataclass(frozen=True)
+class OffsetRow(Row):
+    """The length of an offset.
+
+    Attributes:
+        offset: the distance.
+        value_mm: length [mm].
+    """
+
+    _KEY = ("name",)
+
+    offset: Offset
     value_mm: float
-    versions: tuple[Version, ...]
     source: str
+
+    @property
+    def name(self) -> str:
+        """Aldebaran's name of it."""
+        return self.offset.name
 
 
 @dataclass(frozen=True)
@@ -74,7 +126,7 @@ class FingerRow:
 
 
 @dataclass(frozen=True)
-class LimitRow:
+class LimitRow(Row):
     """Range of one joint.
 
     Attributes:
@@ -84,16 +136,17 @@ class LimitRow:
         unit: "deg" for turning joints, "1" for the opening of a hand.
     """
 
+    _KEY = ("joint",)
+
     joint: str
     lower: float
     upper: float
     unit: Literal["deg", "1"]
-    versions: tuple[Version, ...]
     source: str
 
 
 @dataclass(frozen=True)
-class ActuatorRow:
+class ActuatorRow(Row):
     """Speed and torque of one joint as the official URDF prints them.
 
     Attributes:
@@ -102,10 +155,11 @@ class ActuatorRow:
         effort: largest torque [N m].
     """
 
+    _KEY = ("joint",)
+
     joint: str
     velocity: float
     effort: float
-    versions: tuple[Version, ...]
     source: str
 
 
@@ -126,7 +180,7 @@ class CoupledLimitRow:
 
 
 @dataclass(frozen=True)
-class InertialRow:
+class InertialRow(Row):
     """Mass, centre of mass and inertia of the link that a joint moves.
 
     Attributes:
@@ -136,16 +190,17 @@ class InertialRow:
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass, axes parallel to the joint frame [kg m²].
     """
 
+    _KEY = ("link",)
+
     link: str
     mass_kg: float
     com_m: Vector
     inertia: tuple[float, float, float, float, float, float]
-    versions: tuple[Version, ...]
     source: str
 
 
 @dataclass(frozen=True)
-class FrameRow:
+class FrameRow(Row):
     """A sensor or effector frame.
 
     Attributes:
@@ -156,12 +211,14 @@ class FrameRow:
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
     """
 
+    _KEY = ("name",)
+    _PLACE = "parent"
+
     name: str
     ros_name: str | None
     parent: str
     xyz: tuple[Coordinate, Coordinate, Coordinate]
     rpy: Vector
-    versions: tuple[Version, ...]
     source: str
 
 
@@ -188,6 +245,30 @@ class ShapeRow:
 
 
 @dataclass(frozen=True)
+class VisualRow(Row):
+    """The meshes of one link: a file per colour, in the frame of the joint that moves the link.
+
+    Attributes:
+        parent: the joint that moves the link, "torso", or a phalanx without its side ("Finger11").
+        part: name of the part.
+        colours: its colours; colour c stands in the file `{part}_{c}.obj`.
+    """
+
+    _KEY = ("parent", "part")
+    _PLACE = "parent"
+
+    parent: str
+    part: str
+    colours: tuple[str, ...]
+    source: str = "GEN"
+
+    @property
+    def meshes(self) -> tuple[str, ...]:
+        """Names of the meshes, in the order of the colours."""
+        return tuple(f"{self.part}_{colour}" for colour in self.colours)
+
+
+@dataclass(frozen=True)
 class PostureRow:
     """A predefined posture.
 
@@ -199,3 +280,22 @@ class PostureRow:
     name: str
     body: tuple[float, ...]
     source: str
+
+
+# The public source behind each code that a row carries.
+SOURCES: dict[str, str] = {
+    "L6": "Aldebaran documentation 2.8, NAO6 links: doc.aldebaran.com/2-8/family/nao_technical/links_naov6.html",
+    "L33": "Aldebaran documentation 2.5, H25 V3.3 links: family/nao_h25/links_h25_v33.html",
+    "L32": "Aldebaran documentation 2.5, V3.2 links: family/robots/links_robot_v32.html",
+    "J6": "Aldebaran documentation 2.8, NAO6 joints: doc.aldebaran.com/2-8/family/nao_technical/joints_naov6.html",
+    "J32": "Aldebaran documentation 2.4, V3.2 joints: doc.aldebaran.com/2-4/family/nao_h21/joints_h21_v32.html",
+    "BP6": "Aldebaran documentation 2.8, NAO6 body parts: doc.aldebaran.com/2-8/family/nao_technical/bodyparts_naov6.html",
+    "U6": "official URDF NAOH25V60 as published in HULKs/hulk, webots/protos/NAO.urdf",
+    "U5": "official URDF NAOH25V50 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV50_generated_urdf",
+    "U4": "official URDF NAOH25V40 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV40_generated_urdf",
+    "U33": "official URDF NAOH25V33 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV33_generated_urdf",
+    "U32": "official URDF NAOH25V32 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV32_generated_urdf",
+    "QB": "softbankrobotics-research/qibullet, qibullet/robot_posture.py (Apache-2.0)",
+    "MIM": "ALMotion.getPosition recordings of LennonNM/NaoMimic: the foot height that makes both feet fit one HipYawPitch",
+    "GEN": "drawn for this library",
+}

@@ -1,25 +1,61 @@
-"""The joints, their axes, and the fingers they drive."""
+"""What holds the robot together: the distances between the joints, the joints, and the fingers that the hands drive.
+
+Distances are those of V6; `nao_kin.parameters.versions` says where another version differs.
+"""
 
 from __future__ import annotations
 
 import math
 
-from nao_kin.parameters.rows import FingerRow, JointRow
+from nao_kin.parameters.rows import FingerRow, JointRow, Offset, OffsetRow
+
+NECK_OFFSET_Z = Offset("NeckOffsetZ")
+SHOULDER_OFFSET_Y = Offset("ShoulderOffsetY")
+SHOULDER_OFFSET_Z = Offset("ShoulderOffsetZ")
+ELBOW_OFFSET_Y = Offset("ElbowOffsetY")
+UPPER_ARM_LENGTH = Offset("UpperArmLength")
+LOWER_ARM_LENGTH = Offset("LowerArmLength")
+HAND_OFFSET_X = Offset("HandOffsetX")
+HAND_OFFSET_Z = Offset("HandOffsetZ")
+HIP_OFFSET_Y = Offset("HipOffsetY")
+HIP_OFFSET_Z = Offset("HipOffsetZ")
+THIGH_LENGTH = Offset("ThighLength")
+TIBIA_LENGTH = Offset("TibiaLength")
+# The documentation's foot height, and the one that NAOqi's own leg effector has: they differ by 0.08 mm.
+FOOT_HEIGHT = Offset("FootHeight")
+LEG_EFFECTOR_HEIGHT = Offset("LegEffectorHeight")
+
+V6_OFFSETS: tuple[OffsetRow, ...] = (
+    OffsetRow(NECK_OFFSET_Z, 126.5, "L6"),
+    OffsetRow(SHOULDER_OFFSET_Y, 98.0, "L6"),
+    OffsetRow(SHOULDER_OFFSET_Z, 100.0, "L6"),
+    OffsetRow(ELBOW_OFFSET_Y, 15.0, "L6"),
+    OffsetRow(UPPER_ARM_LENGTH, 105.0, "L6"),
+    OffsetRow(LOWER_ARM_LENGTH, 55.95, "L6"),
+    OffsetRow(HAND_OFFSET_X, 57.75, "L6"),
+    OffsetRow(HAND_OFFSET_Z, 12.31, "L6"),
+    OffsetRow(HIP_OFFSET_Y, 50.0, "L6"),
+    OffsetRow(HIP_OFFSET_Z, 85.0, "L6"),
+    OffsetRow(THIGH_LENGTH, 100.0, "L6"),
+    OffsetRow(TIBIA_LENGTH, 102.9, "L6"),
+    OffsetRow(FOOT_HEIGHT, 45.19, "L6"),
+    OffsetRow(LEG_EFFECTOR_HEIGHT, 45.11, "MIM"),
+)
 
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 _HERE = (0.0, 0.0, 0.0)
-_ELBOW_L, _ELBOW_R = ("UpperArmLength", "ElbowOffsetY", 0.0), ("UpperArmLength", "-ElbowOffsetY", 0.0)
-_SHOULDER_L, _SHOULDER_R = (0.0, "ShoulderOffsetY", "ShoulderOffsetZ"), (0.0, "-ShoulderOffsetY", "ShoulderOffsetZ")
-_HIP_L, _HIP_R = (0.0, "HipOffsetY", "-HipOffsetZ"), (0.0, "-HipOffsetY", "-HipOffsetZ")
-_WRIST = ("LowerArmLength", 0.0, 0.0)
-_HAND = ("HandOffsetX", 0.0, "-HandOffsetZ")
-_KNEE = (0.0, 0.0, "-ThighLength")
-_ANKLE = (0.0, 0.0, "-TibiaLength")
+_ELBOW_L, _ELBOW_R = (UPPER_ARM_LENGTH, ELBOW_OFFSET_Y, 0.0), (UPPER_ARM_LENGTH, -ELBOW_OFFSET_Y, 0.0)
+_SHOULDER_L, _SHOULDER_R = (0.0, SHOULDER_OFFSET_Y, SHOULDER_OFFSET_Z), (0.0, -SHOULDER_OFFSET_Y, SHOULDER_OFFSET_Z)
+_HIP_L, _HIP_R = (0.0, HIP_OFFSET_Y, -HIP_OFFSET_Z), (0.0, -HIP_OFFSET_Y, -HIP_OFFSET_Z)
+_WRIST = (LOWER_ARM_LENGTH, 0.0, 0.0)
+_HAND = (HAND_OFFSET_X, 0.0, -HAND_OFFSET_Z)
+_KNEE = (0.0, 0.0, -THIGH_LENGTH)
+_ANKLE = (0.0, 0.0, -TIBIA_LENGTH)
 
 # In NAOqi's Body order. Roll turns about x, pitch about y, yaw about z, except in the arm, whose names follow
 # the arm hanging down: ShoulderRoll and ElbowRoll turn about z, ElbowYaw and WristYaw about x.
 JOINTS: tuple[JointRow, ...] = (
-    JointRow("HeadYaw", "Head", "torso", "Neck", (0.0, 0.0, "NeckOffsetZ"), _Z, "twist", "J6"),
+    JointRow("HeadYaw", "Head", "torso", "Neck", (0.0, 0.0, NECK_OFFSET_Z), _Z, "twist", "J6"),
     JointRow("HeadPitch", "Head", "HeadYaw", "Head", _HERE, _Y, "front/back", "J6"),
     JointRow("LShoulderPitch", "LArm", "torso", "LShoulder", _SHOULDER_L, _Y, "front/back", "J6"),
     JointRow("LShoulderRoll", "LArm", "LShoulderPitch", "LBicep", _HERE, _Z, "right/left", "J6"),
@@ -46,6 +82,12 @@ JOINTS: tuple[JointRow, ...] = (
     JointRow("RWristYaw", "RArm", "RElbowRoll", "r_wrist", _WRIST, _X, "twist", "J6"),
     JointRow("RHand", "RArm", "RWristYaw", "RHand_link", _HAND, _X, "open/close", "J6"),
 )
+
+BODY_ORDER: tuple[str, ...] = tuple(row.name for row in JOINTS)
+
+CHAINS: dict[str, tuple[str, ...]] = {
+    chain: tuple(row.name for row in JOINTS if row.chain == chain) for chain in ("Head", "LArm", "LLeg", "RLeg", "RArm")
+}
 
 # Every phalanx turns about its z axis by FINGER_RATIO [rad] times the opening; at opening 1 the fingers are straight.
 FINGER_RATIO = 0.999899

@@ -13,19 +13,10 @@ import math
 from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
-from nao_kin.parameters import (
-    CAMERAS,
-    COLLISION_SHAPES,
-    COLOURS,
-    FINGER_RATIO,
-    FINGERS,
-    OPTICAL_RPY,
-    PLACEHOLDER,
-    VISUALS,
-    Joint,
-    NaoParameters,
-)
-from nao_kin.parameters.rows import InertialRow, ShapeRow, Vector, Version
+from nao_kin.parameters.bodies import COLOURS
+from nao_kin.parameters.frames import CAMERAS, OPTICAL_RPY
+from nao_kin.parameters.robot_parameters import Finger, Joint, NaoParameters
+from nao_kin.parameters.rows import InertialRow, ShapeRow, Vector
 
 ROOT_LINK = "base_link"
 TRUNK = "torso"
@@ -56,8 +47,10 @@ def urdf_text(parameters: NaoParameters) -> str:
     for joint in parameters.joints:
         robot.append(_body(parameters, joint.name, joint.link))
         _add_joint(robot, joint, link_of[joint.parent])
-        if joint.name in ("LHand", "RHand"):
-            _add_fingers(robot, joint, link_of[joint.parent], parameters.version)
+        for finger in parameters.fingers:
+            if finger.driver == joint.name:
+                robot.append(_phalanx(parameters, finger))
+                _add_finger_joint(robot, finger)
     for alias, body in _BODY_ALIASES.items():
         _add_fixed(robot, alias, body)
     for frame in parameters.frames:
@@ -65,7 +58,7 @@ def urdf_text(parameters: NaoParameters) -> str:
         if frame.ros_name is not None:
             twin = ET.Element("link", name=frame.ros_name)
             if "/FSR/" in frame.name:
-                _add_placeholder(twin, parameters.version)
+                _add_placeholder(twin, parameters)
             _add_fixed(robot, frame.ros_name, frame.name, link=twin)
         if frame.name in CAMERAS:
             _add_fixed(robot, f"{frame.name}_optical_frame", frame.name, rpy=OPTICAL_RPY)
@@ -74,23 +67,31 @@ def urdf_text(parameters: NaoParameters) -> str:
 
 
 def _body(parameters: NaoParameters, key: str, name: str) -> ET.Element:
-    """A link with the inertia, the looks and the collision shapes of what joint `key` moves."""
+    """A link with the inertia, the meshes and the collision shapes of what joint `key` moves."""
     link = ET.Element("link", name=name)
     if key in parameters.inertials:
         _add_inertial(link, parameters.inertials[key])
     else:
-        _add_placeholder(link, parameters.version)
-    _add_visuals(link, key, parameters.version)
-    for shape in COLLISION_SHAPES:
+        _add_placeholder(link, parameters)
+    _add_visuals(link, parameters, key)
+    for shape in parameters.collision_shapes:
         if shape.parent == key:
             _add_collision(link, shape)
     return link
 
 
-def _add_visuals(link: ET.Element, key: str, version: Version) -> None:
-    """The meshes that `key` wears, in the frame of the link; file names are relative to the URDF."""
-    for row in VISUALS:
-        if row.parent == key and version in row.versions:
+def _phalanx(parameters: NaoParameters, finger: Finger) -> ET.Element:
+    """The link of one phalanx."""
+    link = ET.Element("link", name=finger.link)
+    _add_placeholder(link, parameters)
+    _add_visuals(link, parameters, finger.phalanx)
+    return link
+
+
+def _add_visuals(link: ET.Element, parameters: NaoParameters, key: str) -> None:
+    """The meshes of what `key` moves, in the frame of the link; file names are relative to the URDF."""
+    for row in parameters.visuals:
+        if row.parent == key:
             for mesh, colour in zip(row.meshes, row.colours, strict=True):
                 visual = ET.SubElement(link, "visual", name=mesh)
                 _add_origin(visual, _ZERO)
@@ -106,9 +107,9 @@ def _add_inertial(link: ET.Element, row: InertialRow) -> None:
     ET.SubElement(inertial, "inertia", {k: _number(v) for k, v in zip(labels, row.inertia, strict=True)})
 
 
-def _add_placeholder(link: ET.Element, version: Version) -> None:
-    if version in PLACEHOLDER.versions:
-        _add_inertial(link, PLACEHOLDER)
+def _add_placeholder(link: ET.Element, parameters: NaoParameters) -> None:
+    if parameters.placeholder is not None:
+        _add_inertial(link, parameters.placeholder)
 
 
 def _add_joint(robot: ET.Element, joint: Joint, parent_link: str) -> None:
@@ -120,24 +121,12 @@ def _add_joint(robot: ET.Element, joint: Joint, parent_link: str) -> None:
         ET.SubElement(element, "mimic", joint=joint.mimic, multiplier="1", offset="0")
 
 
-def _add_fingers(robot: ET.Element, hand: Joint, wrist_link: str, version: Version) -> None:
-    """The phalanges of one hand, each turning with the opening.
-
-    Their joints are named after the hand ("LHandFinger11"), so that they sort after it: a parser that takes siblings in
-    alphabetical order then meets the driving joint first, as Pinocchio needs.
-    """
-    side = hand.name[0]
-    for finger in FINGERS:
-        parent = wrist_link if finger.parent == "WristYaw" else f"{side}{finger.parent}_link"
-        link = f"{side}{finger.name}_link"
-        phalanx = ET.SubElement(robot, "link", name=link)
-        _add_placeholder(phalanx, version)
-        _add_visuals(phalanx, finger.name, version)
-        element = ET.SubElement(robot, "joint", name=f"{hand.name}{finger.name}", type="revolute")
-        _add_ends(element, parent, link, finger.xyz_m, finger.rpy)
-        ET.SubElement(element, "axis", xyz="0 0 1")
-        _add_limit(element, 0.0, FINGER_RATIO, FINGER_RATIO * hand.velocity, hand.effort)
-        ET.SubElement(element, "mimic", joint=hand.name, multiplier=_number(FINGER_RATIO), offset="0")
+def _add_finger_joint(robot: ET.Element, finger: Finger) -> None:
+    element = ET.SubElement(robot, "joint", name=finger.name, type="revolute")
+    _add_ends(element, finger.parent_link, finger.link, finger.xyz, finger.rpy)
+    ET.SubElement(element, "axis", xyz=_numbers(finger.axis))
+    _add_limit(element, finger.lower, finger.upper, finger.velocity, finger.effort)
+    ET.SubElement(element, "mimic", joint=finger.driver, multiplier=_number(finger.multiplier), offset="0")
 
 
 def _add_fixed(
