@@ -44,9 +44,11 @@ def all_finite(array: Floats) -> bool:
 
 
 def as_numbers(value: ArrayLike, what: str) -> Floats:
-    """`value` as a float64 array of any shape; ragged, textual and complex input refused."""
+    """`value` as a float64 array of any shape; ragged, textual and complex input and masked entries refused."""
     if type(value) is np.ndarray and value.dtype == np.float64:
         return value
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise BadArgument(f"{what} has masked entries; fill them first, as in {what}.filled(0.0)")
     try:
         array: NDArray[Any] = np.asarray(value)
         if array.dtype.kind not in "fiub":

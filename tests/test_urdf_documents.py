@@ -1,0 +1,101 @@
+"""XML as people write it: what a URDF may hold beside links and joints, and what makes it no URDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import BadModel
+
+BODY = '<link name="a"/><link name="b"/><joint name="J" type="{kind}"><parent link="a"/><child link="b"/></joint>'
+FIXED = BODY.format(kind="fixed")
+
+
+def _load(folder: Path, text: str | bytes, name: str = "robot.urdf") -> nk.RobotModel:
+    path = folder / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return nk.RobotModel.from_urdf(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        (f'<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:property name="x" value="1"/>{FIXED}</robot>',
+         "1 leftover elements of xacro left out: <xacro:property>"),
+        (f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="x" value="${{pi}}"/>'
+         f'<xacro:include filename="$(find y)/z.xacro"/>{FIXED}</robot>',
+         "2 leftover elements of xacro left out: <xacro:property>, <xacro:include>"),
+        (f'<robot name="r">{FIXED}<gazebo><xacro:wheel name="w"/></gazebo></robot>',
+         "1 leftover elements of xacro left out: <xacro:wheel>"),
+        (f'<robot name="r" xmlns:x="http://wiki.ros.org/xacro"><x:arg name="n"/>{FIXED}</robot>',
+         "1 leftover elements of xacro left out: <xacro:arg>"),
+    ],
+    ids=["property", "definitions", "anywhere, prefix not bound", "another prefix"],
+)  # fmt: skip
+def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str, note: str) -> None:
+    robot = _load(tmp_path, text)
+    assert robot.link_names == ("a", "b")
+    assert robot.load_notes == (note,)
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<xacro:macro name="m"/>' + FIXED,
+        FIXED.replace('name="J"', 'name="${prefix}J"'),
+        '<xacro:if value="${flag}"><link name="c"/></xacro:if>' + FIXED,
+    ],
+    ids=["macro", "value", "condition"],
+)
+def test_a_xacro_source_is_refused_with_the_command_that_expands_it(tmp_path: Path, inside: str) -> None:
+    text = f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>'
+    with pytest.raises(BadModel, match=r"xacro source with 1 .*; expand it first: xacro arm\.xacro -o arm\.urdf$"):
+        _load(tmp_path, text, "arm.xacro")
+    with pytest.raises(BadModel, match=r"xacro robot\.urdf -o expanded\.urdf$"):
+        _load(tmp_path, text)
+
+
+def test_an_expression_that_no_element_uses_keeps_nothing_from_loading(tmp_path: Path) -> None:
+    assert _load(tmp_path, f'<robot name="r"><!-- ${{x}} -->{FIXED}</robot>').load_notes == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'\n\n  <?xml version="1.0"?>\n<robot name="r">{FIXED}</robot>',
+        f'<robot name="r" xmlns="http://drake.mit.edu">{FIXED}</robot>',
+        f'<robot name="r">{FIXED}<sensor:camera sensor:name="c"/><controller:gazebo/></robot>',
+        f'<?xml version="1.0" encoding="latin-1"?><robot name="r">{FIXED}<!-- é --></robot>'.encode("latin-1"),
+        b"\xef\xbb\xbf" + f'<robot name="r">{FIXED}</robot>'.encode(),
+    ],
+    ids=["blank lines", "default namespace", "unbound prefixes", "latin-1", "byte order mark"],
+)
+def test_what_strict_xml_refuses_and_everybody_reads_is_read(tmp_path: Path, text: str | bytes) -> None:
+    robot = _load(tmp_path, text)
+    assert (robot.link_names, robot.load_notes) == (("a", "b"), ())
+
+
+def test_the_line_of_a_mistake_counts_the_blank_ones_before(tmp_path: Path) -> None:
+    with pytest.raises(BadModel, match=r"line 4, column \d+: not well-formed XML \(mismatched tag\)"):
+        _load(tmp_path, '\n\n<?xml version="1.0"?>\n<robot><link name="a"></robot>')
+
+
+def test_a_chain_of_thousands_of_fixed_links_loads(tmp_path: Path) -> None:
+    links = "".join(f'<link name="l{i}"/>' for i in range(6000))
+    joints = "".join(
+        f'<joint name="j{i}" type="fixed"><origin xyz="0.001 0 0"/><parent link="l{i}"/><child link="l{i + 1}"/>'
+        "</joint>"
+        for i in range(5999)
+    )
+    robot = _load(tmp_path, f'<robot name="r">{links}{joints}</robot>')
+    assert robot.position([], "l5999").tolist() == pytest.approx([5.999, 0.0, 0.0])
+
+
+def test_names_from_a_file_do_not_flood_the_message(tmp_path: Path) -> None:
+    text = f'<robot name="r">{FIXED}</robot>'
+    for huge in (text.replace('"b"', f'"{"b" * 10_000}"', 1), text.replace('"fixed"', f'"{"x" * 10_000}"')):
+        with pytest.raises(BadModel) as caught:
+            _load(tmp_path, huge)
+        assert len(str(caught.value)) < 600 + len(str(tmp_path))
