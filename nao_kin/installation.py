@@ -11,10 +11,11 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nao_kin._ending import before_ending, uninterrupted
+from nao_kin._ending import before_ending, kill_group, uninterrupted
 from nao_kin._text import abbreviated
 
 # Distribution name → module name.
@@ -162,8 +163,9 @@ def _model_problem(variables: Mapping[str, str]) -> list[str]:
                 stderr=subprocess.PIPE,
                 text=True,
                 env=dict(variables),
+                start_new_session=True,
             )
-            take_back = before_ending(probe.kill)
+            take_back = before_ending(partial(kill_group, probe.pid))
     except OSError as error:
         return [f"the model could not be tried: {error}"]
     try:

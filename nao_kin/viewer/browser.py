@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-from nao_kin._ending import before_ending, uninterrupted
+from nao_kin._ending import before_ending, kill_group, uninterrupted
 from nao_kin._text import quoted
 from nao_kin.errors import NoBrowser
 
@@ -46,7 +46,6 @@ _OPTIONS = (
     "--password-store=basic",
 )
 _END_SECONDS = 5.0
-_KILL_SECONDS = 0.3
 _REMOVE_SECONDS = 0.3
 
 
@@ -91,7 +90,7 @@ def headless(url: str, *, size: tuple[int, int]) -> Iterator[subprocess.Popen[by
                     start_new_session=True,
                     env={**os.environ, "TMPDIR": str(profile)},
                 )
-                take_back = before_ending(partial(_kill, process.pid))
+                take_back = before_ending(partial(kill_group, process.pid))
         except OSError as error:
             raise NoBrowser(f"{program} does not start: {error.strerror or error}") from None
         try:
@@ -128,14 +127,3 @@ def _end(process: subprocess.Popen[bytes]) -> None:
             os.killpg(process.pid, number)
         with suppress(subprocess.TimeoutExpired):
             process.wait(_END_SECONDS)
-
-
-def _kill(group: int) -> None:
-    """Kill a group of processes, and wait for a moment until it is gone."""
-    end = time.monotonic() + _KILL_SECONDS
-    with suppress(OSError):  # no such group any more
-        while time.monotonic() < end:
-            os.killpg(group, signal.SIGKILL)
-            with suppress(ChildProcessError):
-                os.waitpid(group, os.WNOHANG)
-            time.sleep(0.005)
