@@ -122,7 +122,10 @@ end_on_signals()
 def _stubborn(body: str) -> tuple[int, str, float]:
     process = _program("-c", _STUBBORN.format(body=body))
     start = time.monotonic()
-    out, err = process.communicate(timeout=20.0)
+    try:
+        out, err = process.communicate(timeout=20.0)
+    finally:
+        _kill_group(process)
     assert err == b""
     return process.returncode, out.decode(), time.monotonic() - start
 
