@@ -21,7 +21,7 @@ import numpy as np
 from nao_kin._arrays import Floats
 from nao_kin._scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadInputFile, CouplingViolated, OutsideLimits, nearest_names
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, nearest_names
 from nao_kin.robot import RobotModel
 from nao_kin.robot.model import LimitPolicy
 
@@ -44,11 +44,14 @@ def read_configurations(
         q, shape (n, nq), and whether the file holds a list: False for one JSON object.
 
     Raises:
+        BadArgument: no file name.
         BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
             missing or named twice, a value that is no finite number, two joints of one motor that disagree, a joint
             outside its limits.
     """
     name = str(path)
+    if not name:
+        raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
     text = _read(name)
     if not text.strip():
         raise BadInputFile(name, "empty; expected joint names and values")

@@ -254,6 +254,8 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--csv", "--json"), "two formats"),
         (("fk", "--clamp", "--ignore-limits"), "contradict"),
         (("fk", "x.csv", "--posture", "Stand"), "leave out --posture and --joint"),
+        (("fk", ""), "no file name"),
+        (("info", "--urdf", ""), "--urdf is empty"),
         (("fk", "none.csv"), "none.csv: cannot be read: No such file"),
         (("info", "--urdf", "none.urdf"), "none.urdf: No such file"),
         (("info", "--urdf", "a", "--robot", "b"), "give one"),
@@ -482,11 +484,16 @@ def test_closed_streams_are_named_or_done_without(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
 
 
-def test_a_reader_that_stops_early_is_no_error(trajectory: Path) -> None:
-    code = f"{sys.executable} -m nao_kin fk {trajectory} --csv | head -n 1"
+@pytest.mark.parametrize("arguments", ["fk {} --csv", "fk {}", "fk {} --json", "joints"])
+def test_a_reader_that_stops_early_is_no_error(nao: nk.NaoModel, tmp_path: Path, arguments: str) -> None:
+    path, rows = tmp_path / "walk.csv", nao.random(0, 500).tolist()  # more than a pipe holds
+    path.write_text("\n".join(",".join(map(str, row)) for row in [nao.joint_names, *rows]))
+    code = f"{sys.executable} -m nao_kin {arguments.format(path)} | head -c 10"
     done = subprocess.run(["bash", "-o", "pipefail", "-c", code], capture_output=True, text=True)
-    assert done.stderr == ""
-    assert done.stdout.startswith("row,frame")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(done.stdout) == 10
+    if "--csv" in arguments:
+        assert done.stdout == "row,frame,"
 
 
 def _wait_until_read(pipe: io.TextIOWrapper) -> None:

@@ -68,8 +68,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"{error} (see nao-kin doctor)")
     except (KeyboardInterrupt, typer.Abort):
         return 130
-    except BrokenPipeError:
-        # Whoever read the output has seen enough; keep the interpreter from complaining when it flushes at exit.
+    except (BrokenPipeError, SystemExit):
+        # Whoever read the output has seen enough: typer and rich then leave. Keep the interpreter from complaining
+        # when it flushes at exit.
         _discard_output()
         return 0
     except OSError as error:

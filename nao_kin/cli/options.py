@@ -59,11 +59,13 @@ def load(version: str, urdf: str | None, robot: str | None) -> RobotModel:
     """The robot that the options name.
 
     Raises:
-        NaoKinError: the robot does not load.
+        NaoKinError: no name, or the robot does not load.
     """
     from nao_kin import RobotModel, load_nao, load_robot
 
     if urdf is not None:
+        if not urdf:
+            raise BadArgument("--urdf is empty; expected a URDF file")
         return RobotModel.from_urdf(urdf)
     if robot is not None:
         return load_robot(robot)
