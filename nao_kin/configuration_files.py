@@ -20,9 +20,13 @@ import numpy as np
 
 from nao_kin._arrays import Floats
 from nao_kin._scalars import decimal
-from nao_kin.errors import BadInputFile, CouplingViolated, OutsideLimits, nearest_names
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, nearest_names
 from nao_kin.robot import RobotModel
 from nao_kin.robot.model import LimitPolicy
+
+# Characters of a name or a value in a message; the line holds more than it.
+_MOST_SHOWN = 40
 
 
 def read_configurations(
@@ -40,11 +44,14 @@ def read_configurations(
         q, shape (n, nq), and whether the file holds a list: False for one JSON object.
 
     Raises:
+        BadArgument: no file name.
         BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
             missing or named twice, a value that is no finite number, two joints of one motor that disagree, a joint
             outside its limits.
     """
     name = str(path)
+    if not name:
+        raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
     text = _read(name)
     if not text.strip():
         raise BadInputFile(name, "empty; expected joint names and values")
@@ -61,8 +68,8 @@ def read_configurations(
     except CouplingViolated as error:
         column = names.index(error.mimic)
         row = int(np.argmax(values[:, column] == error.mimic_value))
-        told = error.describe(degrees=degrees and robot.unit(error.mimic) == robot.unit(error.primary) == "rad")
-        raise BadInputFile(name, told, *_place(lines[row], column)) from None
+        reason = error.describe(degrees=degrees and robot.unit(error.mimic) == robot.unit(error.primary) == "rad")
+        raise BadInputFile(name, reason, *_place(lines[row], column)) from None
     except OutsideLimits as error:
         first = error.violations[0]
         more = f" (and {error.count - 1} more)" if error.count > 1 else ""
@@ -83,6 +90,8 @@ def _place(line: int, column: int) -> tuple[int, int]:
 def _read(name: str) -> str:
     try:
         if name == "-":
+            if sys.stdin is None:
+                raise BadInputFile(name, "closed; there is nothing to read")
             return sys.stdin.buffer.read().decode("utf-8-sig")
         return Path(name).read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -120,20 +129,24 @@ def _numbers(name: str, fields: Sequence[str], names: Sequence[str], line: int) 
     values = []
     for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=1):
         try:
-            values.append(decimal(field))
+            value = decimal(field)
         except ValueError:
-            reason = f"{joint} is {field.strip()!r}, expected a finite number"
-            raise BadInputFile(name, reason, line, column) from None
+            value = math.nan
+        if not math.isfinite(value):
+            raise BadInputFile(
+                name, f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number", line, column
+            )
+        values.append(value)
     return values
 
 
 def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]], list[int], bool]:
     try:
-        document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_constant)
+        document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_Constant)
     except json.JSONDecodeError as error:
         raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
-        raise BadInputFile(name, f"JSON beyond all measure: {error}") from None
+        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
     objects = document if isinstance(document, list) else [document]
     if not objects:
         raise BadInputFile(name, "a list of no configurations")
@@ -148,7 +161,9 @@ def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list
             _check_names(name, names, robot, 0, where)
         elif entry.keys() != set(names):
             odd = sorted(entry.keys() ^ set(names))
-            raise BadInputFile(name, f"{where}names other joints than configuration 0: {', '.join(odd[:3])}")
+            raise BadInputFile(
+                name, f"{where}names other joints than configuration 0: {abbreviated(', '.join(odd[:3]))}"
+            )
         for joint, value in entry.items():
             if not _is_finite_number(value):
                 raise BadInputFile(name, f"{where}{joint} is {_kind(value)}, expected a finite number")
@@ -167,19 +182,24 @@ def _object(name: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     seen = dict[str, Any]()
     for key, value in pairs:
         if key in seen:
-            raise BadInputFile(name, f"joint {key!r} is given twice in one object")
+            raise BadInputFile(name, f"joint {quoted(key)} is given twice in one object")
         seen[key] = value
     return seen
 
 
-def _constant(text: str) -> float:
-    """JSON knows no NaN and no infinity; Python's reader does, and the check of the values refuses them by name."""
-    return float(text.replace("Infinity", "inf"))
+class _Constant(str):
+    """NaN, Infinity or -Infinity, which JSON does not know and Python's reader takes; kept to be refused by name."""
 
 
 def _kind(value: Any) -> str:
-    text = json.dumps(value) if not isinstance(value, (dict, list)) else f"a {type(value).__name__}"
-    return text if len(text) < 40 else f"{text[:39]}…"
+    """What stands in a JSON file where a number was expected."""
+    if isinstance(value, (dict, list)):
+        return "an object" if isinstance(value, dict) else "a list"
+    if isinstance(value, _Constant):
+        return str(value)
+    if isinstance(value, float) and math.isinf(value):
+        return "a number too large for floating point"
+    return abbreviated(json.dumps(value, ensure_ascii=False), _MOST_SHOWN)
 
 
 def _check_names(name: str, names: Sequence[str], robot: RobotModel, line: int, where: str = "") -> None:
@@ -188,11 +208,10 @@ def _check_names(name: str, names: Sequence[str], robot: RobotModel, line: int, 
         if joint not in known:
             near = ", ".join(nearest_names(joint, [*robot.joint_names, *robot.mimics]))
             advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
-            shown = joint if len(joint) <= 40 else f"{joint[:39]}…"
-            what = f"unknown joint {shown!r} ({advice})" if joint else "a column without a name"
+            what = f"unknown joint {quoted(joint, _MOST_SHOWN)} ({advice})" if joint else "a column without a name"
             raise BadInputFile(name, where + what, line, column if line else 0)
         if joint in names[: column - 1]:
-            raise BadInputFile(name, f"{where}joint {joint!r} is given twice", line, column if line else 0)
+            raise BadInputFile(name, f"{where}joint {quoted(joint)} is given twice", line, column if line else 0)
     missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]
     if missing:
         shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")

@@ -1,4 +1,4 @@
-"""What is installed, from where, and what is known to clash; asks without importing, so that it can tell of a crash."""
+"""What is installed, from where, and what is known to clash; asks without importing, so that it can report a crash."""
 
 from __future__ import annotations
 
@@ -11,8 +11,12 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+from nao_kin._ending import before_ending, kill_group, uninterrupted
+from nao_kin._text import abbreviated
 
 # Distribution name → module name.
 _LIBRARIES = {
@@ -34,6 +38,7 @@ import nao_kin
 nao = nao_kin.load_nao()
 print(nao.nv, *nao.position(nao.neutral(), "LArm"))
 """
+_PROBE_SECONDS = 120
 
 
 @dataclass(frozen=True)
@@ -150,13 +155,32 @@ def _major_minor(version: str) -> tuple[int, int]:
 def _model_problem(variables: Mapping[str, str]) -> list[str]:
     """Load the model in a process of its own: mixed binary libraries do not raise, they crash."""
     try:
-        probe = subprocess.run(
-            [sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=120, env=dict(variables)
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
+        with uninterrupted():
+            probe = subprocess.Popen(
+                [sys.executable, "-c", _PROBE],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                env=dict(variables),
+                start_new_session=True,
+            )
+            take_back = before_ending(partial(kill_group, probe.pid))
+    except OSError as error:
         return [f"the model could not be tried: {error}"]
-    if probe.returncode == 0 and probe.stdout.startswith("25 "):
+    try:
+        with probe:
+            try:
+                out, errors = probe.communicate(timeout=_PROBE_SECONDS)
+            except BaseException:
+                probe.kill()
+                raise
+    except subprocess.TimeoutExpired:
+        return [f"the model could not be tried: it did not load within {_PROBE_SECONDS} s"]
+    finally:
+        take_back()
+    if probe.returncode == 0 and out.startswith("25 "):
         return []
-    lines = probe.stderr.strip().splitlines()
-    reason = lines[-1] if lines else f"the process ended with code {probe.returncode}"
+    lines = errors.strip().splitlines()
+    reason = abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
     return [f"the NAO does not load: {reason}"]

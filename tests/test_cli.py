@@ -6,8 +6,11 @@ import json
 import math
 import os
 import signal
+import struct
 import subprocess
 import sys
+import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +18,7 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.cli.app import run
+from nao_kin.errors import NaoKinWarning
 
 COMMANDS = ("info", "joints", "fk", "check", "view", "doctor")
 
@@ -44,7 +48,7 @@ def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture, c
     assert "--json" in out
 
 
-def test_the_program_tells_its_version_and_its_commands(capsys: pytest.CaptureFixture) -> None:
+def test_the_program_prints_its_version_and_its_commands(capsys: pytest.CaptureFixture) -> None:
     assert run(["--version"]) == 0
     assert capsys.readouterr().out.strip() == nk.__version__
     assert run(["--help"]) == 0
@@ -250,6 +254,8 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--csv", "--json"), "two formats"),
         (("fk", "--clamp", "--ignore-limits"), "contradict"),
         (("fk", "x.csv", "--posture", "Stand"), "leave out --posture and --joint"),
+        (("fk", ""), "no file name"),
+        (("info", "--urdf", ""), "--urdf is empty"),
         (("fk", "none.csv"), "none.csv: cannot be read: No such file"),
         (("info", "--urdf", "none.urdf"), "none.urdf: No such file"),
         (("info", "--urdf", "a", "--robot", "b"), "give one"),
@@ -266,13 +272,131 @@ def test_bad_input_is_one_line_on_standard_error(
     assert message in _refused(capsys, *arguments)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("fk", "--version", "v5", "--version", "v6"), "--version is given twice; give it once"),
+        (("fk", "--version", "v5", "--version", "v5"), "--version is given twice; give it once"),
+        (("fk", "--posture", "Sit", "--posture", "Stand"), "--posture is given twice; give it once"),
+        (("fk", "--as", "rpy", "--as", "matrix", "--as=rpy"), "--as is given 3 times; give it once"),
+        (("info", "--json", "--json"), "--json is given twice; give it once"),
+        (("joints", "--rule", "a", "--rule", "b"), "--rule is given twice; give it once"),
+        (("check", "--seed", "1", "--seed", "2"), "--seed is given twice; give it once"),
+        (("doctor", "--json", "--json"), "--json is given twice; give it once"),
+        (("fk", "--urdf", "a", "--version", "v6"), "--version is a version of the NAO, and --urdf another robot"),
+        (("info", "--robot", "romeo", "--version", "v6"), "--version is a version of the NAO, and --robot another"),
+        (("joints", "--robot", "romeo", "--version", "v5"), "--version is a version of the NAO"),
+        (("check", "--robot", "romeo", "--version", "v5"), "--version is a version of the NAO"),
+        (("view", "--robot", "romeo", "--version", "v5"), "--version is a version of the NAO"),
+        (("check", "--urdf", "a", "--robot", "b"), "--urdf and --robot name two robots; give one"),
+        (("fk", "-", "--joint", "HeadYaw=1"), "leave out --posture and --joint"),
+    ],
+)
+def test_options_that_repeat_or_contradict_are_refused(
+    capsys: pytest.CaptureFixture, arguments: tuple[str, ...], message: str
+) -> None:
+    assert message in _refused(capsys, *arguments)
+
+
+def test_options_that_may_be_repeated_are_taken_together(capsys: pytest.CaptureFixture) -> None:
+    arguments = ("--joint", "HeadYaw=0.1", "--joint", "HeadPitch=0.1", "--frame", "Head", "--frame", "LArm", "--json")
+    assert list(_json(capsys, "fk", *arguments)["poses"]) == ["Head", "LArm"]
+    assert run(["fk", "--json", "--json", "--help"]) == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("fk", "--joint", "x" * 5000),
+        ("fk", "--joint", "HeadYaw=" + "1" * 5000),
+        ("fk", "--joint", f"{'x' * 5000}=1"),
+        ("fk", "--joint", f"{'x' * 5000}=1", "--joint", f"{'x' * 5000}=1"),
+        ("fk", "--frame", "x y " * 5000),
+        ("fk", "--posture", "x" * 5000),
+        ("fk", "--version", "x" * 5000),
+        ("fk", "--as", "x y " * 5000),
+        ("fk", "--" + "x" * 5000),
+        ("x" * 5000,),
+        ("check", "--samples", "x" * 5000),
+        ("view", "--html", "x" * 5000),
+        ("view", "--png", "x" * 5000),
+        ("view", "--camera", "x" * 5000),
+    ],
+    ids=lambda arguments: arguments[1][:9] if arguments[1:] else "command",
+)
+def test_messages_repeat_little_of_what_was_given(capsys: pytest.CaptureFixture, arguments: tuple[str, ...]) -> None:
+    message = _refused(capsys, *arguments)
+    assert max(message.count("x"), message.count("1")) <= 210
+    assert len(message) < 500
+
+
+def test_numbers_too_large_for_floating_point_are_refused(capsys: pytest.CaptureFixture) -> None:
+    assert "'HeadYaw=1e400': expected NAME=VALUE with a number" in _refused(
+        capsys, "fk", "--joint", "HeadYaw=1e400", "--ignore-limits"
+    )
+
+
+def _warned(*arguments: object, **options: object) -> nk.NaoModel:
+    for _ in range(2):
+        warnings.warn("careful:\ntwo lines", NaoKinWarning, stacklevel=2)
+    return nk.NaoModel()
+
+
+@pytest.mark.parametrize(
+    "command", [("info",), ("joints",), ("fk",), ("check", "--samples", "1"), ("view", "--html", "x")]
+)
+def test_a_warning_is_printed_once_as_one_line(
+    capsys: pytest.CaptureFixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(nk, "load_nao", _warned)
+    assert run([*command, "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert err == "nao-kin: careful: two lines\n"
+    assert json.loads(out)
+
+
+def test_warnings_of_others_are_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(nk, "load_nao", lambda version: warnings.warn("not ours", UserWarning, stacklevel=1))
+    with pytest.raises(UserWarning, match="not ours"):
+        run(["info"])
+
+
+def test_one_configuration_takes_one_pass_of_forward_kinematics(
+    capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = []
+    fk = nk.RobotModel.fk
+    monkeypatch.setattr(nk.RobotModel, "fk", lambda *args, **options: calls.append(1) or fk(*args, **options))
+    for reference in ((), ("--reference", "world"), ("--reference", "LLeg")):
+        assert run(["fk", "--posture", "StandInit", *reference]) == 0
+    assert len(calls) == 3
+    capsys.readouterr()
+    assert "unknown frame 'LHnd' (nearest: LHand" in _refused(capsys, "fk", "--frame", "Head", "--frame", "LHnd")
+    assert len(calls) == 3
+
+
+@pytest.mark.parametrize("limits", [(), ("--clamp",), ("--ignore-limits",)])
+def test_joints_on_a_posture_face_limits_as_a_whole(
+    capsys: pytest.CaptureFixture, nao: nk.NaoModel, limits: tuple[str, ...]
+) -> None:
+    # Inside its own range, but not with the head pitched as the posture has it.
+    arguments = ("fk", "--posture", "Sit", "--joint", "HeadYaw=1.1", "--joint", "HeadPitch=0.4", "--frame", "Head")
+    q = nao.configuration({**nao.angles(nao.posture("Sit")), "HeadYaw": 1.1, "HeadPitch": 0.4}, limits="ignore")
+    if limits:
+        poses = _json(capsys, *arguments, *limits, "--as", "matrix", "--json")["poses"]
+        assert np.array_equal(poses["Head"], nao.fk(nao.clamp(q) if limits == ("--clamp",) else q, "Head"))
+    else:
+        assert "HeadPitch = 0.4 not in" in _refused(capsys, *arguments)
+
+
 def test_a_bad_row_prints_nothing_of_the_good_ones(capsys: pytest.CaptureFixture, trajectory: Path) -> None:
     trajectory.write_text(trajectory.read_text().rstrip() + ",1\n")
     for output in ("--json", "--csv"):
         assert "line 6: 26 values" in _refused(capsys, "fk", str(trajectory), output)
 
 
-def test_info_tells_of_nao_and_of_others(capsys: pytest.CaptureFixture) -> None:
+def test_info_describes_nao_and_others(capsys: pytest.CaptureFixture) -> None:
     nao = _json(capsys, "info", "--version", "v5", "--json")
     assert (nao["degrees_of_freedom"], nao["version"], len(nao["postures"])) == (25, "v5", 8)
     romeo = _json(capsys, "info", "--robot", "romeo", "--json")
@@ -341,14 +465,49 @@ def test_errors_leave_with_code_2_and_one_line(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
 
-def test_a_reader_that_stops_early_is_no_error(trajectory: Path) -> None:
-    code = f"{sys.executable} -m nao_kin fk {trajectory} --csv | head -n 1"
+@pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell")
+def test_closed_streams_are_named_or_done_without(tmp_path: Path) -> None:
+    def shell(redirection: str, *arguments: str) -> subprocess.CompletedProcess:
+        command = f'exec "{sys.executable}" -m nao_kin {" ".join(arguments)} {redirection}'
+        return subprocess.run(["bash", "-c", command], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+
+    done = shell("<&-", "fk", "-")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "nao-kin: standard input: closed; there is nothing to read\n"
+    done = shell(f"0> {tmp_path / 'output'}", "fk", "-")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("nao-kin: standard input: cannot be read: ")
+    assert done.stderr.count("\n") == 1
+    done = shell(">&-", "fk")
+    assert (done.returncode, done.stderr) == (2, "nao-kin: standard output is closed\n")
+    done = shell("2>&-", "fk", "--joint", "HeadYaw=9")
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
+
+
+@pytest.mark.parametrize("arguments", ["fk {} --csv", "fk {}", "fk {} --json", "joints"])
+def test_a_reader_that_stops_early_is_no_error(nao: nk.NaoModel, tmp_path: Path, arguments: str) -> None:
+    path, rows = tmp_path / "walk.csv", nao.random(0, 500).tolist()  # more than a pipe holds
+    path.write_text("\n".join(",".join(map(str, row)) for row in [nao.joint_names, *rows]))
+    code = f"{sys.executable} -m nao_kin {arguments.format(path)} | head -c 10"
     done = subprocess.run(["bash", "-o", "pipefail", "-c", code], capture_output=True, text=True)
-    assert done.stderr == ""
-    assert done.stdout.startswith("row,frame")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(done.stdout) == 10
+    if "--csv" in arguments:
+        assert done.stdout == "row,frame,"
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGINT"), reason="needs signals")
+def _wait_until_read(pipe: io.TextIOWrapper) -> None:
+    """Until all that was written into a pipe has been read out of it."""
+    import fcntl
+    import termios
+
+    end = time.monotonic() + 30.0
+    while struct.unpack("i", fcntl.ioctl(pipe, termios.FIONREAD, bytes(4)))[0] > 0:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs signals and pipes")
 def test_an_interrupt_ends_without_a_traceback() -> None:
     child = subprocess.Popen(
         [sys.executable, "-m", "nao_kin", "fk", "-"], stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -356,9 +515,7 @@ def test_an_interrupt_ends_without_a_traceback() -> None:
     try:
         child.stdin.write("HeadYaw")
         child.stdin.flush()
-        import time
-
-        time.sleep(2.0)  # until it waits for the rest of its input
+        _wait_until_read(child.stdin)  # from then on it waits for the rest of its input
         os.kill(child.pid, signal.SIGINT)
         _, err = child.communicate(timeout=20)
     finally:

@@ -102,16 +102,24 @@ def test_a_byte_order_mark_blank_lines_and_spaces_do_no_harm(
             "line 3, column 1: outside the joint limits: HeadYaw = 9 ",
         ),
         (lambda t: t.replace("\n0.0,", '\n"0.0,', 1), "malformed CSV"),
+        (
+            lambda t: t.replace("\n0.0,", "\n1e400,", 1),
+            "poses.csv, line 2, column 1: HeadYaw is '1e400', expected a fin",
+        ),
+        (
+            lambda t: t.replace("\n0.0,", "\n-1e400,", 1),
+            "poses.csv, line 2, column 1: HeadYaw is '-1e400', expected a f",
+        ),
     ],
 )
-def test_bad_csv_is_told_with_line_and_column(nao: nk.NaoModel, tmp_path: Path, change, message: str) -> None:
+def test_bad_csv_names_line_and_column(nao: nk.NaoModel, tmp_path: Path, change, message: str) -> None:
     path = tmp_path / "poses.csv"
     path.write_text(change(_csv(nao, nao.posture("StandInit")[None], list(nao.joint_names))))
     with pytest.raises(BadInputFile, match=message):
         read_configurations(nao, path)
 
 
-def test_two_hips_that_disagree_are_told_with_their_line(nao: nk.NaoModel, tmp_path: Path) -> None:
+def test_two_hips_that_disagree_are_refused_with_their_line(nao: nk.NaoModel, tmp_path: Path) -> None:
     names = [*nao.joint_names, "RHipYawPitch"]
     text = _csv(nao, np.stack([nao.posture("StandInit"), nao.posture("Sit")]), names)
     path = tmp_path / "poses.csv"
@@ -133,14 +141,31 @@ def test_two_hips_that_disagree_are_told_with_their_line(nao: nk.NaoModel, tmp_p
         ('{"HeadYam": 1}', r"unknown joint 'HeadYam' \(nearest: HeadYaw"),
     ],
 )
-def test_bad_json_is_told_with_the_place(nao: nk.NaoModel, tmp_path: Path, text: str, message: str) -> None:
+def test_bad_json_names_the_place(nao: nk.NaoModel, tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "poses.json"
     path.write_text(text)
     with pytest.raises(BadInputFile, match=message):
         read_configurations(nao, path)
 
 
-@pytest.mark.parametrize(("value", "shown"), [("NaN", "NaN"), ("true", "true"), ('"1"', '"1"'), ("null", "null")])
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        ("NaN", "NaN"),
+        ("Infinity", "Infinity"),
+        ("-Infinity", "-Infinity"),
+        ("true", "true"),
+        ('"1"', '"1"'),
+        ("null", "null"),
+        ("[1]", "a list"),
+        ('{"a": 1}', "an object"),
+        ("1e400", "a number too large for floating point"),
+        ("-1e400", "a number too large for floating point"),
+        ("1" * 400, "1{39}…"),
+        (f'"{"é" * 5000}"', '"é{38}…'),
+    ],
+    ids=lambda text: text[:10],
+)
 def test_json_values_must_be_finite_numbers(nao: nk.NaoModel, tmp_path: Path, value: str, shown: str) -> None:
     angles = nao.angles(nao.posture("Stand"))
     text = json.dumps([angles, angles])
@@ -149,6 +174,45 @@ def test_json_values_must_be_finite_numbers(nao: nk.NaoModel, tmp_path: Path, va
     path.write_text(f'{head}"HeadYaw": {value}{tail}')
     with pytest.raises(BadInputFile, match=f"configuration 1: HeadYaw is {shown}, expected a finite number"):
         read_configurations(nao, path)
+
+
+@pytest.mark.parametrize("place", ["name", "second name", "value", "row", "quote"])
+def test_long_cells_are_shortened_in_the_message(nao: nk.NaoModel, tmp_path: Path, place: str) -> None:
+    names, values, long = list(nao.joint_names), ["0.0"] * len(nao.joint_names), "y" * 100_000
+    if place.endswith("name"):
+        names[-1] = long
+        names += [long] * (place == "second name")
+    elif place == "value":
+        values[3] = long
+    elif place == "row":
+        values += [long]
+    else:
+        values[3] = '"' + long + long
+    path = tmp_path / "poses.csv"
+    path.write_text("\n".join([",".join(names), ",".join(values)]) + "\n")
+    with pytest.raises(BadInputFile) as caught:
+        read_configurations(nao, path)
+    assert str(caught.value).count("y") <= 200
+    assert caught.value.line == (1 if "name" in place else 2)
+
+
+def test_long_keys_are_shortened_in_the_message(nao: nk.NaoModel, tmp_path: Path) -> None:
+    angles, long = nao.angles(nao.posture("Stand")), "y" * 100_000
+    path = tmp_path / "poses.json"
+    for text in (
+        json.dumps([{**angles, long: 1.0}]),
+        json.dumps([angles, {**angles, long: 1.0}]),
+        f'{{"{long}": 1, "{long}": 2}}',
+        json.dumps([angles, long]),
+        json.dumps({**angles, "HeadYaw": int("7" * 4000)}),
+        '{"HeadYaw": ' + "7" * 5000 + "}",
+        "[" * 100_000,
+    ):
+        path.write_text(text)
+        with pytest.raises(BadInputFile) as caught:
+            read_configurations(nao, path)
+        assert str(caught.value).count("y") <= 210
+        assert len(str(caught.value)) - len(str(path)) < 400
 
 
 def test_every_object_of_a_list_names_the_same_joints(nao: nk.NaoModel, tmp_path: Path) -> None:

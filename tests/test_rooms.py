@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "nao_kin"
 ROOMS = {
     "errors": 1,
     "_arrays": 1,
+    "_ending": 1,
     "_scalars": 1,
     "_text": 1,
     "_vectors": 1,

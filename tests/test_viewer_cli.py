@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 from pathlib import Path
@@ -19,7 +20,7 @@ from viewer_pages import messages_of, processes, read_png
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.errors import NoBrowser
+from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
 
@@ -109,12 +110,12 @@ def test_frames_may_be_listed_or_repeated(tmp_path: Path) -> None:
     assert message["names"] == ["LArm", "RArm", "CameraTop"]
 
 
-def test_joints_outside_their_limits_are_shown_and_said(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+def test_joints_outside_their_limits_are_shown_and_named(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     assert run(["view", "--posture", "StandInit", "--joint", "HeadYaw=3", "--html", str(tmp_path / "x.html")]) == 0
     assert capsys.readouterr().err == "nao-kin: outside the joint limits, shown in red: HeadYaw\n"
 
 
-def test_missing_meshes_are_said(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+def test_missing_meshes_are_named(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     urdf = tmp_path / "a.urdf"
     mesh = '<visual><geometry><mesh filename="no.stl"/></geometry></visual>'
     urdf.write_text(f'<robot name="a"><link name="l">{mesh}</link></robot>', encoding="utf-8")
@@ -149,6 +150,78 @@ def test_bad_input_is_refused_in_one_line(
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         assert "is in use" in _refused(capsys, "--port", str(taken.getsockname()[1]))
+
+
+def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_drawn(
+    capsys: pytest.CaptureFixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def drawn(*_: object, **__: object) -> None:
+        raise AssertionError("too late")
+
+    monkeypatch.setattr("nao_kin.cli.view.load", drawn)
+    monkeypatch.setattr("nao_kin.viewer.pictures.headless", drawn)
+    (tmp_path / "old.png").touch(0o444)
+    for option in ("--html", "--png"):
+        assert f"cannot write {tmp_path}: it is a folder" in _refused(capsys, option, str(tmp_path))
+        assert "old.png: it is read-only (mode 0444)" in _refused(capsys, option, str(tmp_path / "old.png"))
+        assert "No such file or directory" in _refused(capsys, option, str(tmp_path / "no" / "x"))
+    for name in ("x.jpg", "x.jpeg", "x.svg", "x.png.txt"):
+        path = tmp_path / name
+        assert f"cannot write {path}: a picture is written as PNG; end the name in .png" in _refused(
+            capsys, "--png", str(path)
+        )
+    assert "--html and --png name one file" in _refused(
+        capsys, "--html", str(tmp_path / "x.png"), "--png", str(tmp_path / "." / "x.png")
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["old.png"]
+    with pytest.raises(BadArgument, match=r"end the name in \.png"):
+        Viewer(nk.load_nao()).save_png(tmp_path / "x.jpg")
+
+
+def test_a_page_goes_through_a_link_and_a_pipe(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
+    pipe, received = tmp_path / "pipe", list[str]()
+    os.mkfifo(pipe)
+    (tmp_path / "link").symlink_to(pipe)
+    reader = threading.Thread(target=lambda: received.append(pipe.read_text(encoding="utf-8")), daemon=True)
+    reader.start()
+    assert run(["view", "--html", str(tmp_path / "link")]) == 0
+    reader.join(10.0)
+    assert received == [_with_camera(nao)]
+    assert capsys.readouterr() == (f"{tmp_path / 'link'}\n", "")
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_a_page_on_standard_output_has_nothing_behind_it(tmp_path: Path, nao: nk.NaoModel) -> None:
+    link = tmp_path / "stdout"
+    link.symlink_to("/proc/self/fd/1")
+    command = [sys.executable, "-m", "nao_kin", "view", "--html", str(link)]
+    with (tmp_path / "page.html").open("w") as file:
+        subprocess.run(command, stdout=file, check=True)
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == _with_camera(nao)
+    both = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
+    assert (both.returncode, both.stdout) == (2, "")
+    assert "and --json both write to standard output; give one" in both.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--fps", "50"), "--fps is the speed of a trajectory"),
+        (("--fps", "50", "--posture", "Sit"), "--fps is the speed of a trajectory"),
+        (("--wait", "--html", "x.html"), "--wait is for a live page"),
+        (("--wait", "--no-wait"), "--wait or --no-wait is given twice"),
+        (("--html", "x.html", "--port", "8000"), "--html needs no server"),
+        (("--html", "x.html", "--host", "0.0.0.0"), "--html needs no server"),
+        (("--host", ""), "--host is empty"),
+        (("--host", "  "), "--host is empty"),
+        (("--html", "a.html", "--html", "b.html"), "--html is given twice; give it once"),
+        (("--open", "--open", "--open"), "--open is given 3 times; give it once"),
+    ],
+)
+def test_options_that_repeat_or_contradict_are_refused(
+    capsys: pytest.CaptureFixture, arguments: tuple[str, ...], message: str
+) -> None:
+    assert message in _refused(capsys, *arguments)
 
 
 def test_a_picture_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
@@ -195,7 +268,7 @@ def test_an_address_that_is_dead_at_once_is_refused(capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_picture_cut_short_leaves_nothing_behind(tmp_path: Path, number: signal.Signals) -> None:
     try:
         find_browser()
@@ -211,12 +284,14 @@ def test_a_picture_cut_short_leaves_nothing_behind(tmp_path: Path, number: signa
         env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": str(Path(nk.__file__).parent.parent)},
     )
     try:
-        end = time.monotonic() + 30.0
+        end = time.monotonic() + 60.0
         while not running() and time.monotonic() < end and process.poll() is None:
             time.sleep(0.02)
         assert running()
         process.send_signal(number)
+        start = time.monotonic()
         assert process.wait(20.0) == 128 + number
+        assert time.monotonic() - start < 1.0
         assert not running()
         assert list(tmp_path.iterdir()) == []
     finally:

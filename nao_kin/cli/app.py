@@ -1,18 +1,28 @@
-"""The `nao-kin` program: its commands, and errors as one line."""
+"""The `nao-kin` program: its commands, and errors and warnings as one line each."""
 
 from __future__ import annotations
 
 import io
 import os
+import re
 import sys
-from collections.abc import Sequence
-from typing import Annotated, NoReturn
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Annotated, Any
 
 import typer
 
 import nao_kin
+from nao_kin._ending import before_ending
+from nao_kin._text import MOST_ECHOED, abbreviated
 from nao_kin.cli import check, doctor, fk, info, joints, view
-from nao_kin.errors import NaoKinError
+from nao_kin.cli.options import Command
+from nao_kin.cli.output import print_note
+from nao_kin.errors import NaoKinError, NaoKinWarning
+
+# A quoted text, or a word, that is longer than any message repeats.
+_LONG = re.compile(rf"'[^']{{{MOST_ECHOED},}}'|\S{{{MOST_ECHOED + 1},}}")
 
 app = typer.Typer(
     name="nao-kin",
@@ -25,50 +35,97 @@ app = typer.Typer(
 )
 for _command in (info, joints, fk, check, view, doctor):
     _command.register(app)
+for _registered in app.registered_commands:
+    _registered.cls = Command
 
 # typer carries its own copy of click; this is the class of its "you called it wrongly" errors, whichever copy it is.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
-def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the program and exit: 0 when all is well, 1 when a check failed, 2 for bad input, 130 when interrupted."""
-    sys.exit(run(arguments))
-
-
 def run(arguments: Sequence[str] | None = None) -> int:
     """The exit code of the program called with `arguments` (default: those of this process)."""
+    if sys.stderr is None:
+        # Without this, Python prints what is meant for standard error on standard output.
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     if sys.stdout is None:
         return _fail("standard output is closed")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without ° or … shows ? and goes on
     try:
-        code = app(args=None if arguments is None else list(arguments), prog_name="nao-kin", standalone_mode=False)
-        sys.stdout.flush()
-        return int(code or 0)
+        with _terminal_restored(), _warnings_as_lines():
+            code = app(args=None if arguments is None else list(arguments), prog_name="nao-kin", standalone_mode=False)
+            sys.stdout.flush()
+            return int(code or 0)
     except NaoKinError as error:
         return _fail(str(error))
     except _UsageError as error:
         context = getattr(error, "ctx", None)
         path = getattr(context, "command_path", "nao-kin")
         message = error.format_message() if hasattr(error, "format_message") else str(error)
-        return _fail(f"{message.rstrip('.')} (see {path} --help)")
+        return _fail(f"{_LONG.sub(_shortened, message.rstrip('.'))} (see {path} --help)")
     except ImportError as error:
         return _fail(f"{error} (see nao-kin doctor)")
     except (KeyboardInterrupt, typer.Abort):
         return 130
-    except BrokenPipeError:
-        # Whoever read the output has seen enough; keep the interpreter from complaining when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (BrokenPipeError, SystemExit):
+        # Whoever read the output has seen enough: typer and rich then leave. Keep the interpreter from complaining
+        # when it flushes at exit.
+        _discard_output()
         return 0
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _fail(f"cannot write the output: {error.strerror or error}")
+        _discard_output()
+        what = "write the output" if error.filename is None else f"use {abbreviated(error.filename)}"
+        return _fail(f"cannot {what}: {error.strerror or error}")
 
 
 def _fail(message: str) -> int:
-    print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
+    print_note(message)
     return 2
+
+
+def _shortened(match: re.Match[str]) -> str:
+    text = match.group()
+    return f"'{abbreviated(text[1:-1])}'" if text.startswith("'") and text.endswith("'") else abbreviated(text)
+
+
+def _discard_output() -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """Print the library's own warnings as one line each, and each only once; those of others as Python does."""
+    printed = set[str]()
+    with warnings.catch_warnings():
+        others = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if not issubclass(category, NaoKinWarning):
+                others(message, category, *place, **more)
+            elif str(message) not in printed:
+                printed.add(str(message))
+                print_note(str(message))
+
+        warnings.showwarning = show
+        warnings.simplefilter("always", NaoKinWarning)
+        yield
+
+
+@contextmanager
+def _terminal_restored() -> Iterator[None]:
+    """Have a signal leave a terminal with a cursor and without half a progress bar."""
+
+    def restore() -> None:
+        os.write(2, b"\r\x1b[K\x1b[?25h")
+
+    terminal = os.name == "posix" and os.isatty(2) and os.environ.get("TERM", "dumb") != "dumb"
+    take_back = before_ending(restore) if terminal else None
+    try:
+        yield
+    finally:
+        if take_back is not None:
+            take_back()
 
 
 def _print_version(wanted: bool) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin.cli.options import Json, Robot, Urdf, Version, load
+from nao_kin.cli.options import Json, Robot, Urdf, Version, as_nao, load
 from nao_kin.cli.output import print_json, print_table
 
 
@@ -15,8 +15,6 @@ def register(app: typer.Typer) -> None:
 
 def info(version: Version = "v6", urdf: Urdf = None, robot: Robot = None, json: Json = False) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
-    from nao_kin.nao import NaoModel
-
     model = load(version, urdf, robot)
     facts: dict[str, object] = {
         "name": model.name,
@@ -29,11 +27,12 @@ def info(version: Version = "v6", urdf: Urdf = None, robot: Robot = None, json: 
         "urdf": str(model.urdf_path),
         "load_notes": list(model.load_notes),
     }
-    if isinstance(model, NaoModel):
+    nao = as_nao(model)
+    if nao is not None:
         facts |= {
-            "version": model.version,
-            "chains": {chain: list(names) for chain, names in model.chains.items()},
-            "postures": list(model.posture_names),
+            "version": nao.version,
+            "chains": {chain: list(names) for chain, names in nao.chains.items()},
+            "postures": list(nao.posture_names),
         }
     if json:
         print_json(facts)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
-from nao_kin.cli.output import print_json, print_table
+from nao_kin.cli.output import print_json, print_table, without_sign_of_zero
 
 if TYPE_CHECKING:
     from nao_kin.joints import JointRow, JointTable
@@ -66,14 +66,13 @@ def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]
         columns = [model.joint_names.index(name) for name in drivers]
         row["velocity"] = [_finite(model.velocity_limits[i] * s) for i, s in zip(columns, scales, strict=True)]
         row["effort"] = [_finite(model.effort_limits[i]) for i in columns]
-        row["followed_by"] = [name for name, tie in model.mimics.items() if tie.joint in row["parts"]]
+        row["followed_by"] = [name for name, mimic in model.mimics.items() if mimic.joint in row["parts"]]
         row["units"] = ["deg" if scale != 1.0 else unit for unit, scale in zip(row["units"], scales, strict=True)]
     return document
 
 
 def _cells(model: RobotModel, row: JointRow, deg: bool) -> list[str]:
-    ties = [model.mimics.get(part) for part in row.parts]
-    names = [part if tie is None else f"{part} (with {tie.joint})" for part, tie in zip(row.parts, ties, strict=True)]
+    names = [f"{part} (with {model.mimics[part].joint})" if part in model.mimics else part for part in row.parts]
     ranges = []
     for lower, upper, unit in zip(row.lower, row.upper, row.units, strict=True):
         scale = _scale(unit, deg)
@@ -105,5 +104,4 @@ def _number(value: float) -> str:
 
 
 def _vector(values: tuple[float, ...], digits: int) -> str:
-    # Adding zero takes the sign off a negative zero.
-    return " ".join(f"{round(value, digits) + 0.0:.{digits}g}" for value in values)
+    return " ".join(f"{without_sign_of_zero(value, digits):.{digits}g}" for value in values)

@@ -1,14 +1,17 @@
-"""Options that several commands share."""
+"""What several commands share: options, the rules that hold between them, and the robot that they name."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from collections import Counter
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
+    from nao_kin.nao import NaoModel
     from nao_kin.robot import RobotModel
 
 Version = Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")]
@@ -17,20 +20,60 @@ Robot = Annotated[str | None, typer.Option("--robot", metavar="NAME", help="Anot
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Deg = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
 
+# Options of any command that cannot stand beside each other, by the names of their parameters, and why.
+_CONTRADICTIONS = (
+    ("urdf", "robot", "--urdf and --robot name two robots; give one"),
+    ("version", "urdf", "--version is a version of the NAO, and --urdf another robot; give one"),
+    ("version", "robot", "--version is a version of the NAO, and --robot another robot; give one"),
+    ("csv", "json", "--csv and --json are two formats; give one"),
+    ("clamp", "ignore_limits", "--clamp and --ignore-limits contradict each other; give one"),
+    ("file", "posture", "a file gives whole configurations; leave out --posture and --joint"),
+    ("file", "joint", "a file gives whole configurations; leave out --posture and --joint"),
+)
+
+
+class Command(TyperCommand):
+    """A command that refuses what click would settle in silence: an option given twice, options that contradict."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Look at what is given, and how often, before the values are."""
+        values, _, order = self.make_parser(ctx).parse_args(list(args))
+        if not any(parameter.is_eager for parameter in order):  # --help is answered whatever stands beside it
+            for parameter, times in Counter(order).items():
+                if times > 1 and not getattr(parameter, "multiple", False):
+                    option = " or ".join([*parameter.opts, *parameter.secondary_opts])
+                    raise BadArgument(f"{option} is given {'twice' if times == 2 else f'{times} times'}; give it once")
+            # An argument is listed whether it is given or not.
+            names = (str(parameter.name) for parameter in order)
+            _check_contradictions({name for name in names if name != "file" or isinstance(values.get(name), str)})
+        return list(super().parse_args(ctx, args))
+
+
+def _check_contradictions(given: set[str]) -> None:
+    for one, other, reason in _CONTRADICTIONS:
+        if one in given and other in given:
+            raise BadArgument(reason)
+
 
 def load(version: str, urdf: str | None, robot: str | None) -> RobotModel:
     """The robot that the options name.
 
     Raises:
-        BadArgument: both another file and another name.
-        NaoKinError: the robot does not load.
+        NaoKinError: no name, or the robot does not load.
     """
     from nao_kin import RobotModel, load_nao, load_robot
 
-    if urdf is not None and robot is not None:
-        raise BadArgument("--urdf and --robot name two robots; give one")
     if urdf is not None:
+        if not urdf:
+            raise BadArgument("--urdf is empty; expected a URDF file")
         return RobotModel.from_urdf(urdf)
     if robot is not None:
         return load_robot(robot)
     return load_nao(version)
+
+
+def as_nao(model: RobotModel) -> NaoModel | None:
+    """The robot as a NAO, which has chains, postures and a version; None for any other robot."""
+    from nao_kin.nao import NaoModel
+
+    return model if isinstance(model, NaoModel) else None

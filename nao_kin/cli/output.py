@@ -1,4 +1,4 @@
-"""Printing: tables for people, JSON for programs."""
+"""Printing: tables for people, JSON for programs, and what is not the result as lines on standard error."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+
+
+def print_note(message: str) -> None:
+    """One line on standard error, whatever line breaks the message holds."""
+    print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
 
 
 def print_json(document: Any) -> None:
@@ -41,3 +46,8 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, number
     console = Console(file=sys.stdout, highlight=False)
     console.width = console.measure(table, options=console.options.update(max_width=10_000)).maximum
     console.print(table)
+
+
+def without_sign_of_zero(value: float, digits: int) -> float:
+    """`value` rounded for printing; adding zero takes the sign off a negative zero."""
+    return round(value, digits) + 0.0

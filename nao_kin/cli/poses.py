@@ -1,54 +1,137 @@
-"""Poses as the numbers people write down."""
+"""Poses as the numbers people write down, and their printing: JSON, CSV, a table, or lines as they come."""
 
 from __future__ import annotations
 
+import csv
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from nao_kin import rotations
 from nao_kin._arrays import Floats
+from nao_kin.cli.output import print_json, print_json_list, print_table, without_sign_of_zero
+
+# First row and poses (n, frames, 4, 4) of one piece after another.
+Pieces = Iterator[tuple[int, Floats]]
 
 
-class PoseFormat(Enum):
+class PoseFormat(str, Enum):
     """How a pose is written.
 
-    MATRIX: the 16 entries of the homogeneous matrix, row by row, as NAOqi's getTransform has them.
-    POSITION6D: x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), as NAOqi's getPosition has them.
-    RPY: x, y, z, roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll).
-    QUATERNION: x, y, z and the unit quaternion r0, r1, r2, r3, scalar first.
+    matrix: the 16 entries of the homogeneous matrix, row by row, as NAOqi's getTransform has them.
+    position6d: x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), as NAOqi's getPosition has them.
+    rpy: x, y, z, roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll).
+    quaternion: x, y, z and the unit quaternion r0, r1, r2, r3, scalar first.
     """
 
-    MATRIX = "matrix"
-    POSITION6D = "position6d"
-    RPY = "rpy"
-    QUATERNION = "quaternion"
+    matrix = "matrix"
+    position6d = "position6d"
+    rpy = "rpy"
+    quaternion = "quaternion"
 
 
 _POSITION = ("x", "y", "z")
 _ORIENTATION = {
-    PoseFormat.POSITION6D: ("wx", "wy", "wz"),
-    PoseFormat.RPY: ("roll", "pitch", "yaw"),
-    PoseFormat.QUATERNION: ("r0", "r1", "r2", "r3"),
+    PoseFormat.position6d: ("wx", "wy", "wz"),
+    PoseFormat.rpy: ("roll", "pitch", "yaw"),
+    PoseFormat.quaternion: ("r0", "r1", "r2", "r3"),
 }
 
 
-def pose_columns(style: PoseFormat, *, degrees: bool) -> tuple[str, ...]:
-    """Names of the numbers; angles in degrees carry a _deg."""
-    if style is PoseFormat.MATRIX:
-        return tuple(f"t{i}{j}" for i in range(1, 5) for j in range(1, 5))
-    suffix = "_deg" if degrees and style is not PoseFormat.QUATERNION else ""
-    return (*_POSITION, *(name + suffix for name in _ORIENTATION[style]))
+@dataclass(frozen=True)
+class PosePrinter:
+    """Prints poses of named frames.
+
+    Attributes:
+        frames: the names.
+        style: how a pose is written.
+        degrees: angles in degrees.
+    """
+
+    frames: Sequence[str]
+    style: PoseFormat
+    degrees: bool
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the numbers of a pose; angles in degrees carry a _deg."""
+        if self.style is PoseFormat.matrix:
+            return tuple(f"t{i}{j}" for i in range(1, 5) for j in range(1, 5))
+        suffix = "_deg" if self.degrees and self.style is not PoseFormat.quaternion else ""
+        return (*_POSITION, *(name + suffix for name in _ORIENTATION[self.style]))
+
+    def numbers(self, T: Floats) -> Floats:
+        """Homogeneous matrices (..., 4, 4) as rows of numbers, in the order of `columns`."""
+        if self.style is PoseFormat.matrix:
+            return T.reshape(*T.shape[:-2], 16)
+        if self.style is PoseFormat.quaternion:
+            orientation = rotations.quat_from_matrix(T[..., :3, :3])
+        else:
+            orientation = rotations.rpy_from_matrix(T[..., :3, :3])
+            if self.degrees:
+                orientation = np.degrees(orientation)
+        return np.concatenate([T[..., :3, 3], orientation], axis=-1)
+
+    def print_json(self, pieces: Pieces, robot: str, reference: str | None, *, many: bool) -> None:
+        """One document: the poses of the one configuration, or of each of `many`."""
+        head = {
+            "robot": robot,
+            "reference": reference or "root",
+            "as": self.style.value,
+            "units": {"length": "m", "angle": "deg" if self.degrees else "rad"},
+        }
+        poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in self._rows(pieces))
+        if many:
+            print_json_list(head, "configurations", poses)
+        else:
+            print_json({**head, "poses": next(poses)})
+
+    def print_csv(self, pieces: Pieces) -> None:
+        """One line per configuration and frame, with a header."""
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerow(("row", "frame", *self.columns))
+        for index, rows in self._rows(pieces):
+            writer.writerows((index, name, *row) for name, row in zip(self.frames, rows, strict=True))
+
+    def print_table(self, pieces: Pieces) -> None:
+        """The poses of one configuration, laid out for a reader."""
+        matrix = self.style is PoseFormat.matrix
+        columns = ("x axis", "y axis", "z axis", "origin\n[m]") if matrix else self._headings()
+        table = []
+        for _, rows in self._rows(pieces):
+            for name, row in zip(self.frames, rows, strict=True):
+                cells = [_fixed(value) for value in row]
+                if matrix:  # the 4×4 matrix as it is written on paper; its columns are the axes and the origin
+                    cells = ["\n".join(cells[column::4]) for column in range(4)]
+                table.append([name, *cells])
+        print_table(["frame", *columns], table, numbers=columns)
+
+    def print_lines(self, pieces: Pieces) -> None:
+        """One line per row and frame as they come: no waiting until a table of many thousand rows is laid out."""
+        width = max(5, *map(len, self.frames))
+        print(f"{'row':>7}  {'frame':{width}}" + "".join(f"{name:>11}" for name in self.columns))
+        for index, rows in self._rows(pieces):
+            for name, row in zip(self.frames, rows, strict=True):
+                print(f"{index:>7}  {name:{width}}" + "".join(f"{_fixed(value):>11}" for value in row))
+
+    def _rows(self, pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
+        """Index of every configuration, and the numbers of each frame."""
+        for start, poses in pieces:
+            yield from enumerate(self.numbers(poses).tolist(), start)
+
+    def _json_pose(self, row: list[float]) -> object:
+        if self.style is PoseFormat.matrix:
+            return [row[i : i + 4] for i in range(0, 16, 4)]
+        return dict(zip(self.columns, row, strict=True))
+
+    def _headings(self) -> tuple[str, ...]:
+        unit = "" if self.style is PoseFormat.quaternion else "\n[°]" if self.degrees else "\n[rad]"
+        orientation = _ORIENTATION[self.style]
+        return (*(f"{name}\n[m]" for name in _POSITION), *(name + unit for name in orientation))
 
 
-def pose_numbers(T: Floats, style: PoseFormat, *, degrees: bool) -> Floats:
-    """Homogeneous matrices (..., 4, 4) as rows of numbers, in the order of `pose_columns`."""
-    if style is PoseFormat.MATRIX:
-        return T.reshape(*T.shape[:-2], 16)
-    if style is PoseFormat.QUATERNION:
-        orientation = rotations.quat_from_matrix(T[..., :3, :3])
-    else:
-        orientation = rotations.rpy_from_matrix(T[..., :3, :3])
-        if degrees:
-            orientation = np.degrees(orientation)
-    return np.concatenate([T[..., :3, 3], orientation], axis=-1)
+def _fixed(value: float) -> str:
+    return f"{without_sign_of_zero(value, 5):.5f}"

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import signal
+import os
 import sys
 import threading
-import warnings
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
-from types import FrameType
+from contextlib import closing
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nao_kin import atomic
 from nao_kin.cli.fk import one_configuration
 from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
-from nao_kin.cli.output import print_json
+from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
     from nao_kin.viewer import Viewer
+
+_FPS = 30.0
+_HOST = "127.0.0.1"
+_BROWSER_SECONDS = 30.0
 
 
 def register(app: typer.Typer) -> None:
@@ -37,7 +39,9 @@ def view(
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Set a joint; repeatable. Others are at zero.")
     ] = None,
     deg: Deg = False,
-    fps: Annotated[float, typer.Option(metavar="N", help="Configurations of the trajectory per second.")] = 30.0,
+    fps: Annotated[
+        float | None, typer.Option(metavar="N", help=f"Configurations of FILE per second. Default: {_FPS:g}.")
+    ] = None,
     frames: Annotated[
         list[str] | None, typer.Option(metavar="NAMES", help="Draw frames; several with commas, or repeated.")
     ] = None,
@@ -48,11 +52,15 @@ def view(
     ] = "three-quarter",
     open_: Annotated[bool, typer.Option("--open", help="Open the live page in this machine's browser.")] = False,
     wait: Annotated[
-        bool, typer.Option("--wait/--no-wait", help="Serve until Ctrl-C; --no-wait needs --open, --html or --png.")
-    ] = True,
+        bool | None,
+        typer.Option(
+            "--wait/--no-wait", help="Serve until Ctrl-C, the default; --no-wait needs --open, --html or --png."
+        ),
+    ] = None,
     host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Address to serve on; 0.0.0.0 lets others in.")
-    ] = "127.0.0.1",
+        str | None,
+        typer.Option(metavar="ADDRESS", help=f"Address to serve on; 0.0.0.0 lets others in. Default: {_HOST}."),
+    ] = None,
     port: Annotated[int | None, typer.Option(metavar="N", help="Port to serve on. Default: the next free one.")] = None,
     version: Version = "v6",
     urdf: Urdf = None,
@@ -64,62 +72,59 @@ def view(
     A trajectory names all joints in its header or keys, as in `nao-kin fk`; its rows are played at --fps. With --open
     and --no-wait the command ends once the browser has the scene: the page goes on working alone.
     """
-    if file is not None and (posture is not None or joint):
-        raise BadArgument("a trajectory gives whole configurations; leave out --posture and --joint")
-    if not (wait or open_ or html is not None or png is not None):
+    files = [path for path in (html, png) if path is not None]
+    live = open_ or not files
+    if not live and wait:
+        raise BadArgument("--wait is for a live page; with --html or --png, add --open to serve one too")
+    if wait is False and not (open_ or files):
         raise BadArgument("--no-wait without --open shows nothing: add --open, --html or --png")
-    model = load(version, urdf, robot)
-    from nao_kin.viewer import OutsideLimitsWarning, Viewer
+    if fps is not None and file is None:
+        raise BadArgument("--fps is the speed of a trajectory; name the FILE to play")
+    if not live and png is None and (host is not None or port is not None):
+        raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
+    if host is not None and not host.strip():
+        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
+    _check_files(html, png, json)
 
-    with _tidy_ending(), warnings.catch_warnings(record=True) as caught, ExitStack() as cleanup:
-        warnings.simplefilter("always")
-        viewer = Viewer(model, host=host, port=port)
-        cleanup.callback(viewer.close)
-        _show(viewer, model, file, posture, joint or [], deg, fps)
+    model = load(version, urdf, robot)
+    from nao_kin.viewer import Viewer
+
+    with closing(Viewer(model, host=_HOST if host is None else host, port=port)) as viewer:
+        _show(viewer, model, file, posture, joint or [], deg, _FPS if fps is None else fps)
         if frames is not None:
             viewer.show_frames([name.strip() for name in ",".join(frames).split(",") if name.strip()])
         viewer.camera(camera)
-        _say(viewer.notes)
-        _say(str(warning.message) for warning in caught if issubclass(warning.category, OutsideLimitsWarning))
+        for note in viewer.notes:
+            print_note(note)
         done: dict[str, str] = {}
         if html is not None:
             done["html"] = str(viewer.save_html(html))
         if png is not None:
             done["png"] = str(viewer.save_png(png, camera=camera))
-        live = open_ or not done
         if live:
             done["url"] = viewer.url
-        _report(done, json, serving=live and wait)
+        _report(done, json, serving=live and wait is not False)
         if open_:
             viewer.open()
-        if live and wait:
+        if live and wait is not False:
             threading.Event().wait()
         elif open_:
-            viewer.wait(30.0)
+            viewer.wait(_BROWSER_SECONDS)
 
 
-@contextmanager
-def _tidy_ending() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end the command as an exception does, so that no browser and no folder is left behind."""
+def _check_files(html: str | None, png: str | None, json: bool) -> None:
+    """Refuse files that could not be written, before anything is loaded or drawn."""
+    if html is not None:
+        atomic.check_writable(html)
+    if png is not None:
+        from nao_kin.viewer.pictures import check_picture_path
 
-    def end(number: int, frame: FrameType | None) -> None:
-        for each in before:
-            signal.signal(each, signal.SIG_IGN)  # a second one must not cut the tidying short
-        raise SystemExit(128 + number)
-
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.getsignal(number) for number in numbers}
-    # What nohup ignores stays ignored; None is a handler that Python does not know and could not put back.
-    before = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
-    if threading.current_thread() is not threading.main_thread():
-        before = {}
-    for number in before:
-        signal.signal(number, end)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        check_picture_path(png)
+    for option, path in (("--html", html), ("--png", png)):
+        if json and path is not None and atomic.leads_to_standard_output(path):
+            raise BadArgument(f"{option} {path} and --json both write to standard output; give one")
+    if html is not None and png is not None and os.path.realpath(html) == os.path.realpath(png):
+        raise BadArgument(f"--html and --png name one file, {html}; give two")
 
 
 def _show(
@@ -144,15 +149,13 @@ def _show(
         viewer.display(q, up=viewer.rest(posture) if posture is not None else None)
 
 
-def _say(lines: Iterable[str]) -> None:
-    for line in lines:
-        print(f"nao-kin: {line}", file=sys.stderr)
-
-
 def _report(done: dict[str, str], json: bool, *, serving: bool) -> None:
     if json:
         print_json(done)
     else:
         for what, where in done.items():
-            print(f"{where}  (Ctrl-C ends)" if what == "url" and serving else where)
+            if what == "url":
+                print(f"{where}  (Ctrl-C ends)" if serving else where)
+            elif not atomic.leads_to_standard_output(where):  # which has the file, and nothing behind it
+                print(where)
     sys.stdout.flush()

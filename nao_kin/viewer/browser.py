@@ -7,10 +7,14 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
+from nao_kin._ending import before_ending, kill_group, uninterrupted
+from nao_kin._text import quoted
 from nao_kin.errors import NoBrowser
 
 VARIABLE = "NAO_KIN_BROWSER"
@@ -42,6 +46,7 @@ _OPTIONS = (
     "--password-store=basic",
 )
 _END_SECONDS = 5.0
+_REMOVE_SECONDS = 0.3
 
 
 def find_browser() -> Path:
@@ -56,7 +61,7 @@ def find_browser() -> Path:
         if found is not None:
             return Path(found)
     if named:
-        raise NoBrowser(f"{VARIABLE} names {named!r}, which is no program")
+        raise NoBrowser(f"{VARIABLE} names {quoted(named)}, which is no program")
     raise NoBrowser(
         f"a picture needs Chromium or Chrome, and none was found: install one (Debian: apt install chromium) "
         f"or name it in {VARIABLE}"
@@ -71,27 +76,48 @@ def headless(url: str, *, size: tuple[int, int]) -> Iterator[subprocess.Popen[by
         NoBrowser: there is none, or it does not start.
     """
     program = find_browser()
-    profile = tempfile.mkdtemp(prefix="nao_kin_browser_")
-    options = [*_OPTIONS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"]
-    if hasattr(os, "geteuid") and os.geteuid() == 0:
-        options.append("--no-sandbox")  # Chromium refuses to run as root otherwise
-    try:
+    with _temporary_folder() as profile:
+        options = [*_OPTIONS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            options.append("--no-sandbox")  # Chromium refuses to run as root otherwise
         try:
-            process = subprocess.Popen(
-                [str(program), *options, url],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-            )
+            with uninterrupted():
+                process = subprocess.Popen(
+                    [str(program), *options, url],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    start_new_session=True,
+                    env={**os.environ, "TMPDIR": str(profile)},
+                )
+                take_back = before_ending(partial(kill_group, process.pid))
         except OSError as error:
             raise NoBrowser(f"{program} does not start: {error.strerror or error}") from None
         try:
             yield process
         finally:
             _end(process)
+            take_back()
+
+
+@contextmanager
+def _temporary_folder() -> Iterator[Path]:
+    """A folder of the browser's own, for all that it writes; whatever happens, it is gone afterwards."""
+    with uninterrupted():
+        folder = Path(tempfile.mkdtemp(prefix="nao_kin_browser_"))
+        take_back = before_ending(partial(_remove, folder))
+    try:
+        yield folder
     finally:
-        shutil.rmtree(profile, ignore_errors=True)
+        _remove(folder)
+        take_back()
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder in which a browser that was just killed may still be writing."""
+    end = time.monotonic() + _REMOVE_SECONDS
+    while folder.exists() and time.monotonic() < end:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

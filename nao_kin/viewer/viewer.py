@@ -16,14 +16,14 @@ from numpy.typing import ArrayLike
 
 from nao_kin import atomic
 from nao_kin._arrays import Floats
-from nao_kin.errors import BadArgument, NaoKinError, NoBrowser, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
 from nao_kin.nao import NaoModel
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import describe
 from nao_kin.viewer.messages import panel_message, set_animation, typed_array
 from nao_kin.viewer.page import live_page, static_page
-from nao_kin.viewer.pictures import Photographer
+from nao_kin.viewer.pictures import PictureRequests, check_picture_path
 from nao_kin.viewer.presets import presets_of
 from nao_kin.viewer.scene import ROBOT, link_paths, scene_messages
 from nao_kin.viewer.server import Answer, LiveServer
@@ -34,7 +34,7 @@ from nao_kin.viewer.visuals import carriers, read_visuals
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 
-class OutsideLimitsWarning(UserWarning):
+class OutsideLimitsWarning(NaoKinWarning):
     """A configuration on show has joints outside their limits."""
 
 
@@ -77,7 +77,7 @@ class Viewer:
         self._links = {name: index for index, name in enumerate(link_paths(tree))}
         self._carriers = carriers(tree, visuals)
         self._warned: set[str] = set()
-        self._photographer = Photographer()
+        self._pictures = PictureRequests()
         self._stage = Stage()
         for key, message in scene_messages(robot, tree, visuals):
             self._stage.put(key, message)
@@ -314,7 +314,7 @@ class Viewer:
         """Write a picture of what is on show, drawn by a headless Chromium or Chrome.
 
         Args:
-            path: the file.
+            path: the file; it ends in .png or has no suffix.
             camera: one of `camera_names`.
             size: width and height in pixels, 16 to 8192.
             timeout: seconds to wait for the browser.
@@ -325,13 +325,14 @@ class Viewer:
         Raises:
             UnknownName: no such camera.
             NoBrowser: there is none, or it gives no picture in time.
-            BadArgument: the file cannot be written; a size out of range; a timeout that is no number.
+            BadArgument: the file cannot be written, or is named as no PNG; a size out of range; no timeout.
         """
         self._check_camera(camera)
+        check_picture_path(path)
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:
-            picture = self._photographer.picture(self._started(), self.url, camera, size, seconds)
+            picture = self._pictures.picture(self._started(), self.url, camera, size, seconds)
         finally:
             if not running:
                 self.close()
@@ -358,7 +359,7 @@ class Viewer:
     def _hear(self, answer: Answer) -> None:
         """What a page says, in the server's thread."""
         if answer.get("kind") == "picture":
-            self._photographer.deliver(answer)
+            self._pictures.deliver(answer)
         elif answer.get("kind") == "joints":
             try:
                 q = overlays.one_configuration(self.robot, answer.get("q", ()))
