@@ -15,7 +15,7 @@ from nao_kin.viewer.server import Answer, LiveServer
 _EDGES = range(16, 8193)
 
 
-class Photographer:
+class Screenshots:
     """Opens a page of its own for every picture, and knows which answer belongs to which."""
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Photographer:
                 if not server.wait_for_page(max(0.0, end - time.monotonic()), role):
                     raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
                 request = {"id": mine, "camera": camera, "width": size[0], "height": size[1]}
-                server.say_once(panel_message("capture", request), role)
+                server.send_once(panel_message("capture", request), role)
                 answer = answers.get(timeout=max(0.01, end - time.monotonic()))
                 return base64.b64decode(str(answer["data"]).partition(",")[2], validate=True)
         except (queue.Empty, KeyError, ValueError):
