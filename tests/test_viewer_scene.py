@@ -16,7 +16,7 @@ from made_up_robots import J, made_up
 from viewer_pages import made_of, messages_of
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.errors import BadArgument, NaoKinWarning, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.urdf_reader import read_urdf
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
@@ -486,6 +486,22 @@ def test_outside_the_limits_is_shown_and_warned_of_once(nao: nk.NaoModel) -> Non
         viewer.display(q)
     with pytest.warns(OutsideLimitsWarning, match="in red: RKneePitch$"):
         viewer.animate([q, nao.configuration({"RKneePitch": -1.0, "HeadYaw": 3.0}, limits="ignore")])
+
+
+def test_only_joints_that_somebody_set_are_warned_of(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    viewer, neutral = Viewer(nao), nao.neutral()
+    assert {row.joint for row in nao.limit_violations(neutral)} == {"LElbowRoll", "RElbowRoll"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        viewer.display(neutral)
+        viewer.animate([neutral, -neutral])
+    with pytest.warns(NaoKinWarning, match="in red: LElbowRoll$"):
+        viewer.display(nao.configuration({"LElbowRoll": 0.1}, limits="ignore"))
+    # A joint at zero is out of range where another one, set by somebody, leaves it no zero.
+    at_zero = nk.LimitViolation("LAnkleRoll", 0.0, 0.1, 0.2, "rad", of="LAnklePitch", of_value=0.5)
+    monkeypatch.setattr(nk.NaoModel, "limit_violations", lambda self, q: (at_zero,))
+    with pytest.warns(OutsideLimitsWarning, match="in red: LAnkleRoll$"):
+        viewer.display(neutral)
 
 
 def test_nothing_given_is_aliased(viewer: Viewer, nao: nk.NaoModel) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin import atomic
 from nao_kin._arrays import Floats
-from nao_kin.errors import BadArgument, NaoKinError, NoBrowser, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.urdf_reader import read_urdf
 from nao_kin.viewer import overlays
@@ -33,8 +33,8 @@ from nao_kin.viewer.visuals import carriers, robot_drawables
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 
-class OutsideLimitsWarning(UserWarning):
-    """A configuration on show has joints outside their limits."""
+class OutsideLimitsWarning(NaoKinWarning):
+    """A configuration on show has joints outside their limits, and not because nobody moved them from zero."""
 
 
 class Viewer:
@@ -93,7 +93,8 @@ class Viewer:
     def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
         """Show a configuration.
 
-        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`).
+        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`) unless
+        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside.
 
         Args:
             q: one configuration, shape (nq,).
@@ -372,7 +373,8 @@ class Viewer:
         self._messages.put(f"shown {what}", panel_message("shown", {"shown": {what: bool(on)}}))
 
     def _warn(self, qs: Floats) -> None:
-        found = dict.fromkeys(violation.joint for violation in self.robot.limit_violations(qs))
+        violations = self.robot.limit_violations(qs)
+        found = dict.fromkeys(row.joint for row in violations if row.value != 0.0 or row.of_value != 0.0)
         new = [joint for joint in found if joint not in self._warned]
         self._warned.update(new)
         if new:
