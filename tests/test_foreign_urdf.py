@@ -14,7 +14,7 @@ import yourdfpy
 
 import nao_kin as nk
 from nao_kin.errors import BadModel
-from nao_kin.urdf_reader import read_urdf
+from nao_kin.urdf import read_urdf
 
 Write = Callable[[str], Path]
 

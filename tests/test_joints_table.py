@@ -9,8 +9,8 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.joint_axes import JointAxes
 from nao_kin.joints import joint_table
+from nao_kin.robot import JointAxes
 
 
 def test_untyped_there_is_a_row_for_every_joint_of_the_urdf_chain_by_chain(each_nao) -> None:

@@ -28,7 +28,7 @@ from nao_kin.files import nao_urdf_path
 from nao_kin.parameters import VERSIONS, nao_parameters, urdf_text
 from nao_kin.robot.coordinates import Coordinates
 from nao_kin.robot.limits import JointLimits
-from nao_kin.urdf_reader import Mimic
+from nao_kin.semantics import Mimic
 
 # --- building and unpickling ------------------------------------------------------------------------------------------
 

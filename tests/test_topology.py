@@ -7,8 +7,7 @@ import pytest
 import nao_kin as nk
 from nao_kin import crosscheck, joints
 from nao_kin.errors import BadArgument, MissingExtra
-from nao_kin.joint_axes import JointAxes
-from nao_kin.topology import SharedMotor, topology
+from nao_kin.robot import JointAxes, SharedMotor, topology
 
 VERSIONS = ["v3.2", "v3.3", "v4", "v5", "v6"]
 

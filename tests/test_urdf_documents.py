@@ -99,3 +99,11 @@ def test_names_from_a_file_do_not_flood_the_message(tmp_path: Path) -> None:
         with pytest.raises(BadModel) as caught:
             _load(tmp_path, huge)
         assert len(str(caught.value)) < 600 + len(str(tmp_path))
+
+
+def test_a_mesh_name_that_no_system_takes_is_a_missing_file(tmp_path: Path) -> None:
+    for name in ("x" * 5000, "package://" + "y" * 5000, "a&#0;b".replace("&#0;", "")):
+        shape = f'<link name="a"><visual><geometry><mesh filename="{name}"/></geometry></visual></link>'
+        (note,) = _load(tmp_path, f'<robot name="r">{shape}</robot>').load_notes
+        assert note.startswith("1 of 1 mesh files are not there, first ")
+        assert len(note) < 300

@@ -1,4 +1,4 @@
-"""What the viewer says to the page, without a browser: the tree of transforms, the shapes, the document."""
+"""What the viewer sends to the page, without a browser: the tree of transforms, the shapes, the document."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from made_up_robots import J, made_up
 from viewer_pages import made_of, messages_of
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.errors import BadArgument, NaoKinWarning, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.rotations import exp, matrix_from_rpy
-from nao_kin.urdf_reader import read_urdf
+from nao_kin.urdf import Box, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
-from nao_kin.viewer.meshes import UnreadableMesh, load_meshes
-from nao_kin.viewer.visuals import Box, Cylinder, Sphere, read_visuals
+from nao_kin.viewer.meshes import UnreadableMesh, load_meshes, mesh_path
+from nao_kin.viewer.visuals import robot_drawables
 
 
 @pytest.fixture(scope="module")
@@ -109,11 +109,11 @@ def test_names_that_differ_by_a_slash_stay_apart(tmp_path: Path) -> None:
 
 
 def test_only_a_configuration_is_sent_for_a_new_pose(viewer: Viewer, nao: nk.NaoModel) -> None:
-    before = {key: viewer._stage.get(key) for key in viewer._stage.names()}
+    before = {key: viewer._messages.get(key) for key in viewer._messages.names()}
     viewer.display(nao.posture("Crouch"))
-    changed = [key for key in viewer._stage.names() if viewer._stage.get(key) != before.get(key)]
+    changed = [key for key in viewer._messages.names() if viewer._messages.get(key) != before.get(key)]
     assert changed == ["joints"]
-    assert len(viewer._stage.get("joints")) < 8 * nao.nq + 80
+    assert len(viewer._messages.get("joints")) < 8 * nao.nq + 80
 
 
 # --- shapes -----------------------------------------------------------------------------------------------------------
@@ -129,6 +129,11 @@ def _visual(geometry: str, extra: str = "") -> str:
     return f"<visual>{extra}<geometry>{geometry}</geometry></visual>"
 
 
+def _fixed(parent: str, child: str) -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{parent} to {child}" type="fixed">{ends}</joint>'
+
+
 def test_primitives_poses_and_colours_are_read(tmp_path: Path) -> None:
     shapes = (
         _visual('<box size="1 2 3"/>', '<origin xyz="1 2 3" rpy="0.1 0.2 0.3"/><material name="red"/>')
@@ -137,7 +142,7 @@ def test_primitives_poses_and_colours_are_read(tmp_path: Path) -> None:
     )
     red = '<material name="red"><color rgba="1 0 0 1"/></material>'
     robot = _robot(tmp_path, f'<link name="a">{shapes}</link>', red)
-    (box, cylinder, sphere), notes = read_visuals(robot, read_urdf(robot.urdf_path))
+    (box, cylinder, sphere), notes = robot_drawables(robot.tree)
     assert notes == ()
     assert (box.shape, cylinder.shape, sphere.shape) == (Box((1.0, 2.0, 3.0)), Cylinder(0.5, 2.0), Sphere(0.25))
     assert np.array_equal(box.T_link_shape[:3, 3], [1, 2, 3])
@@ -145,8 +150,35 @@ def test_primitives_poses_and_colours_are_read(tmp_path: Path) -> None:
     assert (box.rgba, cylinder.rgba) == ((1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 0.5))
 
 
+def test_a_urdf_visual_holds_what_the_file_says_in_numbers(tmp_path: Path) -> None:
+    shapes = (
+        _visual('<mesh filename="package://a/b.dae" scale="1 -1 0.5"/>', '<origin xyz="1 2 3"/><material name="red"/>')
+        + _visual('<mesh filename="c.stl"/>', '<origin rpy="0.1 0.2 0.3"/><material name="unknown"/>')
+        + _visual('<sphere radius="1_0"/>')
+        + _visual('<sphere radius="1"/>', '<material name="bright"><color rgba="2 -1 0.5 1"/></material>')
+    )
+    red = '<material name="red"><color rgba="1 0 0 1"/></material>'
+    robot = _robot(tmp_path, f'<link name="a"/><link name="b">{shapes}</link>' + _fixed("a", "b"), red)
+    (first, second, third), (note,) = robot.tree.visuals, robot.tree.visual_notes
+    assert (first.link, first.origin) == ("b", Origin((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)))
+    assert first.geometry == MeshFile("package://a/b.dae", (1.0, -1.0, 0.5))
+    assert (first.material, first.rgba) == ("red", (1.0, 0.0, 0.0, 1.0))
+    assert (second.geometry, second.origin.rpy) == (MeshFile("c.stl"), (0.1, 0.2, 0.3))
+    assert (second.material, second.rgba) == ("unknown", None)
+    assert (third.material, third.rgba) == ("bright", (1.0, 0.0, 0.5, 1.0))
+    assert "a visual of b is not shown: sphere has radius '1_0', expected 1 finite number" in note
+
+
+def test_a_note_repeats_no_more_than_two_hundred_characters(tmp_path: Path) -> None:
+    long = "x" * 240
+    for geometry in (f'<sphere radius="{long}"/>', f'<mesh filename="{long}.stl"/>', f"<{long}/>"):
+        (note,) = Viewer(_robot(tmp_path, f'<link name="a">{_visual(geometry)}</link>')).notes
+        assert 150 * "x" in note
+        assert 201 * "x" not in note
+
+
 @pytest.mark.parametrize(
-    ("visual", "said"),
+    ("visual", "reason"),
     [
         ('<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>', "not found: nowhere.stl"),
         ('<visual><geometry><mesh filename="package://no/no.dae"/></geometry></visual>', "package://no/no.dae"),
@@ -159,14 +191,14 @@ def test_primitives_poses_and_colours_are_read(tmp_path: Path) -> None:
         ('<visual><geometry><mesh filename="shapes.urdf"/></geometry></visual>', "shapes.urdf"),
     ],
 )
-def test_what_cannot_be_shown_is_left_out_with_a_note(tmp_path: Path, visual: str, said: str) -> None:
+def test_what_cannot_be_shown_is_left_out_with_a_note(tmp_path: Path, visual: str, reason: str) -> None:
     (tmp_path / "broken.stl").write_bytes(b"solid nothing\nfacet normal")
     robot = _robot(
         tmp_path, f'<link name="a">{visual}<visual><geometry><sphere radius="1"/></geometry></visual></link>'
     )
     viewer = Viewer(robot)
     assert len(viewer.notes) == 1
-    assert said in viewer.notes[0]
+    assert reason in viewer.notes[0]
     assert sum(message["type"] == "set_object" for message in messages_of(viewer.static_html())) == 1
 
 
@@ -202,6 +234,27 @@ def test_sharp_edges_stay_sharp_and_round_ones_become_smooth(tmp_path: Path) -> 
     assert np.abs(ball.normals - ball.vertices).max() < 0.02
 
 
+def test_a_solid_without_any_smooth_edge_keeps_all_its_edges(tmp_path: Path) -> None:
+    trimesh.creation.icosahedron().convex_hull.export(tmp_path / "icosahedron.stl")  # its faces meet at 42°
+    (solid,) = load_meshes(tmp_path / "icosahedron.stl", np.ones(3))
+    assert len(solid.vertices) == 60
+    corners = solid.vertices[solid.faces]
+    outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    assert np.allclose(solid.normals[solid.faces], outwards[:, None], atol=1e-6)
+
+
+def test_a_flat_face_stays_flat_beside_a_rounding(tmp_path: Path) -> None:
+    profile = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.98), (0.99, 0.9973), (0.9727, 1.007), (0.0, 1.007)]
+    trimesh.creation.revolve(profile, sections=64).export(tmp_path / "button.stl")
+    (button,) = load_meshes(tmp_path / "button.stl", np.ones(3))
+    centre = np.linalg.norm(button.vertices - [0.0, 0.0, 1.007], axis=1) < 1e-6
+    rim = np.abs(np.linalg.norm(button.vertices - [0.0, 0.0, 1.007], axis=1) - 0.9727) < 1e-4
+    assert centre.sum() == 1
+    assert rim.sum() == 64
+    assert (button.normals[centre | rim, 2] > np.cos(np.radians(3.0))).all()
+
+
 @pytest.mark.parametrize(
     "name", ["ball.stl", "file://ball.stl", "package://meshes/ball.stl", "package:///meshes/ball.stl"]
 )
@@ -217,6 +270,11 @@ def test_mesh_files_are_found_wherever_a_urdf_points(
     assert Viewer(_robot(tmp_path / "urdf", f'<link name="a">{visual}</link>')).notes == ()
 
 
+def test_a_name_that_no_file_can_have_is_not_found(tmp_path: Path) -> None:
+    for name in ("x" * 5000, "file://" + "x" * 5000, "package://a/" + "x" * 5000, ""):
+        assert mesh_path(tmp_path / "a.urdf", name) is None
+
+
 def test_a_file_without_triangles_is_no_mesh(tmp_path: Path) -> None:
     path = tmp_path / "points.ply"
     trimesh.PointCloud(np.eye(3)).export(path)
@@ -225,10 +283,10 @@ def test_a_file_without_triangles_is_no_mesh(tmp_path: Path) -> None:
 
 
 def test_the_nao_is_shown_whole(viewer: Viewer, nao: nk.NaoModel) -> None:
-    visuals, notes = read_visuals(nao, read_urdf(nao.urdf_path))
+    drawables, notes = robot_drawables(nao.tree)
     assert notes == viewer.notes == ()
-    assert len({visual.link for visual in visuals}) > 30
-    assert len({visual.rgba for visual in visuals}) >= 5
+    assert len({drawable.link for drawable in drawables}) > 30
+    assert len({drawable.rgba for drawable in drawables}) >= 5
 
 
 @pytest.mark.skipif(importlib.util.find_spec("collada") is None, reason="pycollada reads Romeo's meshes")
@@ -284,7 +342,7 @@ def test_hundreds_of_displays_do_not_grow_the_page_or_the_memory(nao: nk.NaoMode
         viewer.color_links({"Head": 0.1 * index + 1.0, "torso": 0.0}, low=0.0, high=50.0)
         viewer.animate(qs[:3])
         if index % 100 == 0:
-            sizes.add(sum(len(message) for message in viewer._stage.messages()))
+            sizes.add(sum(len(message) for message in viewer._messages.messages()))
     assert len(sizes) == 1
     assert np.array_equal(viewer.q, qs[0])
 
@@ -427,6 +485,22 @@ def test_outside_the_limits_is_shown_and_warned_of_once(nao: nk.NaoModel) -> Non
         viewer.display(q)
     with pytest.warns(OutsideLimitsWarning, match="in red: RKneePitch$"):
         viewer.animate([q, nao.configuration({"RKneePitch": -1.0, "HeadYaw": 3.0}, limits="ignore")])
+
+
+def test_only_joints_that_somebody_set_are_warned_of(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    viewer, neutral = Viewer(nao), nao.neutral()
+    assert {row.joint for row in nao.limit_violations(neutral)} == {"LElbowRoll", "RElbowRoll"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        viewer.display(neutral)
+        viewer.animate([neutral, -neutral])
+    with pytest.warns(NaoKinWarning, match="in red: LElbowRoll$"):
+        viewer.display(nao.configuration({"LElbowRoll": 0.1}, limits="ignore"))
+    # A joint at zero is out of range where another one, set by somebody, leaves it no zero.
+    at_zero = nk.LimitViolation("LAnkleRoll", 0.0, 0.1, 0.2, "rad", of="LAnklePitch", of_value=0.5)
+    monkeypatch.setattr(nk.NaoModel, "limit_violations", lambda self, q: (at_zero,))
+    with pytest.warns(OutsideLimitsWarning, match="in red: LAnkleRoll$"):
+        viewer.display(neutral)
 
 
 def test_nothing_given_is_aliased(viewer: Viewer, nao: nk.NaoModel) -> None:

@@ -42,13 +42,13 @@ def chromium() -> Iterator[Any]:
 
 
 class Page:
-    """An open page, and what it said and asked for while it was open."""
+    """An open page, with the errors and requests that it made while it was open."""
 
     def __init__(self, browser: Any, url: str, size: tuple[int, int] = (760, 420)) -> None:
         self.errors: list[str] = []
         self.requests: list[str] = []
         self.tab = browser.new_page(viewport={"width": size[0], "height": size[1]})
-        self.tab.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+        self.tab.on("console", lambda line: self.errors.append(line.text) if line.type == "error" else None)
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.on("request", lambda request: self.requests.append(request.url))
         self.tab.goto(url)
@@ -72,10 +72,30 @@ class Page:
         return self.tab.locator(f'.joint[data-joint="{joint}"] input[type="range"]')
 
     def slide(self, joint: str, value: float) -> None:
-        """What a hand on the slider does: a new value, and the event that says so."""
+        """What a hand on the slider does: a new value, and the event that announces it."""
         self.slider(joint).evaluate(
             "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input', {bubbles: true})); }",
             value,
+        )
+
+    def type_number(self, joint: str, text: str) -> Any:
+        """Click into a joint's number, type over it and press Enter, key by key; gives the field."""
+        field = self.tab.locator(f'.joint[data-joint="{joint}"] input[type="text"]')
+        field.click()
+        self.tab.keyboard.press("ControlOrMeta+A")
+        self.tab.keyboard.press("Delete")
+        self.tab.keyboard.type(text)
+        self.tab.keyboard.press("Enter")
+        return field
+
+    def animation_frames(self, count: int) -> None:
+        """Wait until the page has gone through so many steps of its animation loop."""
+        self.run(
+            """(count) => new Promise((resolve) => {
+                const step = (left) => (left > 0 ? requestAnimationFrame(() => step(left - 1)) : resolve());
+                step(count);
+            })""",
+            count,
         )
 
     def draw(self, on: bool) -> None:

@@ -3,12 +3,17 @@
 from nao_kin.urdf.reader import read_urdf
 from nao_kin.urdf.srdf import read_srdf
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
-from nao_kin.urdf.visuals import Geometry, Origin, Visual
+from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual
 
 __all__ = [
+    "Box",
+    "Cylinder",
     "Geometry",
     "Inertial",
+    "MeshFile",
     "Origin",
+    "Rgba",
+    "Sphere",
     "UrdfJoint",
     "UrdfTree",
     "Visual",

@@ -79,10 +79,10 @@ class _Reader:
             links=tuple(link_names),
             inertials=inertials,
             joints=tuple(order),
-            visuals=tuple(visuals),
+            visuals=visuals,
             shared_names=renamed,
             notes=tuple(self.notes),
-            visual_notes=tuple(visual_notes),
+            visual_notes=visual_notes,
         )
 
     def _unique(self, tag: str) -> dict[str, ET.Element]:
@@ -279,17 +279,21 @@ class _Reader:
         return roots[0]
 
     def _note_missing_meshes(self) -> None:
+        folder = self.path.resolve().parent
         meshes = {mesh.get("filename", "") for mesh in self.document.iter("mesh")}
-        missing = sorted(name for name in meshes if not self._mesh_exists(name))
+        missing = sorted(name for name in meshes if not _mesh_exists(folder, name))
         if missing:
             self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are not there, first {quoted(missing[0])}")
 
-    def _mesh_exists(self, name: str) -> bool:
-        folder = self.path.resolve().parent
+
+def _mesh_exists(folder: Path, name: str) -> bool:
+    try:
         if not name.startswith("package://"):
             return (folder / name.removeprefix("file://")).is_file()
         inside = name.removeprefix("package://").lstrip("/")
         return any((parent / inside).is_file() for parent in folder.parents)
+    except (OSError, ValueError):  # a name that no system takes
+        return False
 
 
 def _name(owner: Owner) -> str:

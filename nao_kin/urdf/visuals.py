@@ -1,16 +1,17 @@
-"""What the links of a URDF look like: primitives and mesh files, where they stand, in which colours."""
+"""The `<visual>` elements of a URDF as data: where each stands, what it is, what colour it has."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
+from nao_kin._scalars import decimal
 from nao_kin._text import abbreviated, quoted
 
-Vector = tuple[float, float, float]
 Rgba = tuple[float, float, float, float]
+Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -27,81 +28,107 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """A shape.
+class Box:
+    """A box with its centre at the origin; edge lengths along x, y, z [m]."""
 
-    Attributes:
-        kind: "box", "cylinder", "sphere" or "mesh".
-        size: edge lengths of a box, (radius, length) of a cylinder about z, (radius,) of a sphere [m]; the scale of a
-            mesh along x, y, z.
-        filename: of a mesh, as the URDF writes it; "" for the others.
-    """
+    size: Vector
 
-    kind: str
-    size: tuple[float, ...]
-    filename: str = ""
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder about z with its centre at the origin [m]."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere about the origin [m]."""
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A mesh by the name that the URDF has for its file, scaled along its axes."""
+
+    filename: str
+    scale: Vector = (1.0, 1.0, 1.0)
+
+
+Geometry = Box | Cylinder | Sphere | MeshFile
 
 
 @dataclass(frozen=True)
 class Visual:
-    """One shape of one link.
+    """A visual of a link as read.
 
     Attributes:
         link: name of the link.
         origin: pose of the shape in the link's frame.
-        geometry: the shape.
-        rgba: its colour and opacity, each in [0, 1]; None where the URDF gives none.
+        geometry: what it is.
+        material: name of its material, "" without one.
+        rgba: colour and opacity of that material, each in [0, 1]; None where the URDF gives none.
     """
 
     link: str
     origin: Origin
     geometry: Geometry
-    rgba: Rgba | None
+    material: str = ""
+    rgba: Rgba | None = None
+
+
+def read_visuals(
+    document: ET.Element, links: Iterable[tuple[str, ET.Element]]
+) -> tuple[tuple[Visual, ...], tuple[str, ...]]:
+    """The visuals of a URDF, and one line for each that cannot be read: looks never keep a robot from loading.
+
+    Args:
+        document: the `<robot>`, which may name materials.
+        links: name and element of each link.
+    """
+    colours = {material.get("name", ""): rgba for material in document.findall("material") if (rgba := _rgba(material))}
+    visuals: list[Visual] = []
+    notes: list[str] = []
+    for link, element in links:
+        for visual in element.findall("visual"):
+            try:
+                visuals.append(_visual(link, visual, colours))
+            except _Unreadable as reason:
+                notes.append(f"a visual of {abbreviated(link)} is not shown: {reason}")
+    return tuple(visuals), tuple(notes)
 
 
 class _Unreadable(Exception):
     """Why a visual is left out."""
 
 
-def read_visuals(document: ET.Element, links: Iterable[tuple[str, ET.Element]]) -> tuple[list[Visual], list[str]]:
-    """The visuals of a URDF, and a note for each one that cannot be read: looks never keep a robot from loading.
-
-    Args:
-        document: the <robot> element, which may name materials.
-        links: name and element of each link.
-    """
-    palette = {material.get("name", ""): rgba for material in document.findall("material") if (rgba := _rgba(material))}
-    visuals: list[Visual] = []
-    notes: list[str] = []
-    for link, element in links:
-        for visual in element.findall("visual"):
-            try:
-                visuals.append(_visual(link, visual, palette))
-            except _Unreadable as reason:
-                notes.append(f"a visual of {abbreviated(link)} is not shown: {reason}")
-    return visuals, notes
-
-
-def _visual(link: str, element: ET.Element, palette: Mapping[str, Rgba]) -> Visual:
+def _visual(link: str, element: ET.Element, colours: dict[str, Rgba]) -> Visual:
     geometry = element.find("geometry")
     shape = next(iter(geometry), None) if geometry is not None else None
     if shape is None:
         raise _Unreadable("no geometry")
-    material, origin = element.find("material"), element.find("origin")
-    pose = Origin() if origin is None else Origin(_vector(origin, "xyz"), _vector(origin, "rpy"))
-    rgba = None if material is None else _rgba(material) or palette.get(material.get("name", ""))
-    return Visual(link, pose, _geometry(shape), rgba)
+    origin, material = element.find("origin"), element.find("material")
+    name = "" if material is None else material.get("name", "")
+    return Visual(
+        link=link,
+        origin=Origin() if origin is None else Origin(_vector(origin, "xyz", "0 0 0"), _vector(origin, "rpy", "0 0 0")),
+        geometry=_geometry(shape),
+        material=name,
+        rgba=None if material is None else _rgba(material) or colours.get(name),
+    )
 
 
 def _geometry(shape: ET.Element) -> Geometry:
     if shape.tag == "box":
-        return Geometry("box", _floats(shape, "size", 3))
+        return Box(_vector(shape, "size"))
     if shape.tag == "cylinder":
-        return Geometry("cylinder", _floats(shape, "radius", 1) + _floats(shape, "length", 1))
+        return Cylinder(_numbers(shape, "radius", 1)[0], _numbers(shape, "length", 1)[0])
     if shape.tag == "sphere":
-        return Geometry("sphere", _floats(shape, "radius", 1))
+        return Sphere(_numbers(shape, "radius", 1)[0])
     if shape.tag == "mesh":
-        return Geometry("mesh", _floats(shape, "scale", 3, "1 1 1"), shape.get("filename", ""))
+        return MeshFile(shape.get("filename", ""), _vector(shape, "scale", "1 1 1"))
     raise _Unreadable(f"geometry {quoted(shape.tag)} is unknown")
 
 
@@ -110,23 +137,23 @@ def _rgba(material: ET.Element) -> Rgba | None:
     if colour is None:
         return None
     try:
-        r, g, b, a = (min(max(value, 0.0), 1.0) for value in _floats(colour, "rgba", 4))
+        r, g, b, a = (min(max(value, 0.0), 1.0) for value in _numbers(colour, "rgba", 4))
     except _Unreadable:
         return None
     return r, g, b, a
 
 
-def _vector(element: ET.Element, attribute: str) -> Vector:
-    x, y, z = _floats(element, attribute, 3, "0 0 0")
+def _vector(element: ET.Element, attribute: str, default: str = "") -> Vector:
+    x, y, z = _numbers(element, attribute, 3, default)
     return x, y, z
 
 
-def _floats(element: ET.Element, attribute: str, count: int, default: str = "") -> tuple[float, ...]:
+def _numbers(element: ET.Element, attribute: str, count: int, default: str = "") -> list[float]:
     text = element.get(attribute, default)
     try:
-        values = tuple(float(word) for word in text.split())
+        values = [decimal(word) for word in text.split()]
     except ValueError:
-        values = ()
+        values = []
     if len(values) != count or not all(map(math.isfinite, values)):
         raise _Unreadable(f"{element.tag} has {attribute} {quoted(text)}, expected {count} finite numbers")
     return values

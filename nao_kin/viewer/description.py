@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from nao_kin.joints import group_joints
-from nao_kin.nao import NaoModel
 from nao_kin.robot import RobotModel
-from nao_kin.urdf_reader import UrdfTree
+from nao_kin.urdf import UrdfTree
 from nao_kin.viewer.presets import Presets
 from nao_kin.viewer.scene import link_paths
 
@@ -29,7 +28,7 @@ def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[s
     column = {name: offset + index for index, name in enumerate(robot.joint_names)}
     moving = [joint for joint in tree.joints if joint.kind != "fixed"]
     child = {joint.name: place[joint.child] for joint in moving}
-    ties = {joint.name: _tie(robot, column, joint.name) for joint in moving}
+    drivers = {joint.name: _driver(robot, column, joint.name) for joint in moving}
     pairs = {part: joint.pair.name for joint in group_joints(robot) for part in joint.joints}
     return {
         "name": robot.name,
@@ -40,7 +39,7 @@ def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[s
         "links": [{"name": name, "path": path.split("/")} for name, path in paths.items()],
         "joints": [
             {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
-            | {"pair": pairs.get(joint.name, ""), **ties[joint.name]}
+            | {"pair": pairs.get(joint.name, ""), **drivers[joint.name]}
             for joint in moving
         ],
         "coordinates": [
@@ -55,7 +54,7 @@ def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[s
             for table in robot.coupled_limits
         ],
         "chains": [
-            {"title": title, "joints": [{"name": name, **ties[name]} for name in names]}
+            {"title": title, "joints": [{"name": name, **drivers[name]} for name in names]}
             for title, names in presets.chains.items()
         ],
         "postures": _postures(robot, presets),
@@ -70,21 +69,23 @@ def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[s
     }
 
 
-def _tie(robot: RobotModel, column: Mapping[str, int], name: str) -> dict[str, Any]:
+def _driver(robot: RobotModel, column: Mapping[str, int], name: str) -> dict[str, Any]:
     """Value of the joint = multiplier · q[column] + offset."""
-    tie = robot.mimics.get(name)
-    if tie is None:
+    mimic = robot.mimics.get(name)
+    if mimic is None:
         return {"column": column[name], "multiplier": 1.0, "offset": 0.0, "follows": ""}
-    return {"column": column[tie.joint], "multiplier": tie.multiplier, "offset": tie.offset, "follows": tie.joint}
+    return {
+        "column": column[mimic.joint],
+        "multiplier": mimic.multiplier,
+        "offset": mimic.offset,
+        "follows": mimic.joint,
+    }
 
 
 def _postures(robot: RobotModel, presets: Presets) -> list[dict[str, Any]]:
-    """NAO's postures; any other robot has one, all joints at zero or where their limits come nearest to it."""
-    if isinstance(robot, NaoModel):
-        names = {name: robot.posture(name) for name in robot.posture_names}
-    else:
-        names = {"Zero": robot.clamp(robot.neutral())}
-    return [{"name": name, "q": q.tolist(), "up": presets.rest.get(name)} for name, q in names.items()]
+    """Those of the robot; one without any has all joints at zero, or where their limits come nearest to it."""
+    postures = presets.postures or {"Zero": robot.clamp(robot.neutral())}
+    return [{"name": name, "q": q.tolist(), "up": presets.rest.get(name)} for name, q in postures.items()]
 
 
 def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]:

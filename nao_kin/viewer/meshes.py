@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
-
-Rgba = tuple[float, float, float, float]
+from nao_kin._text import abbreviated
+from nao_kin.urdf import Rgba
 
 # Neighbouring faces that meet at less than this angle are one smooth surface [rad].
 _CREASE = np.radians(40.0)
@@ -51,7 +51,10 @@ def mesh_path(urdf: Path, filename: str) -> Path | None:
     else:
         inside = filename.removeprefix("package://").lstrip("/")
         candidates = [parent / inside for parent in folder.parents]
-    return next((path for path in candidates if path.is_file()), None)
+    try:
+        return next((path for path in candidates if path.is_file()), None)
+    except OSError:  # a name too long for any file
+        return None
 
 
 def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
@@ -67,34 +70,57 @@ def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
     import trimesh
 
     # Normals written in the file are the author's word on what is smooth; elsewhere the angle between faces decides.
-    given = path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()
+    has_normals = path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(path, process=False)
-            parts = list(_parts(scene, given))
+            parts = list(_parts(scene, has_normals))
     except Exception as error:  # whatever its many readers raise on a bad file
-        raise UnreadableMesh(" ".join(str(error).split()) or type(error).__name__) from None
+        raise UnreadableMesh(abbreviated(error) or type(error).__name__) from None
     if not parts:
         raise UnreadableMesh("no triangles in it")
     return tuple(_scaled(mesh, scale) for mesh in _by_colour(parts))
 
 
-def _parts(scene: Any, given: bool) -> Iterator[Mesh]:
+def _parts(scene: Any, has_normals: bool) -> Iterator[Mesh]:
     for node in scene.graph.nodes_geometry:
         T_file_part, name = scene.graph[node]
-        mesh = scene.geometry[name]
-        if not hasattr(mesh, "faces") or not len(mesh.faces):
+        part = scene.geometry[name]
+        if not hasattr(part, "faces") or not len(part.faces) or not np.isfinite(part.vertices[part.faces]).all():
             continue
-        vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.uint32)
-        if given:
-            normals = np.asarray(mesh.vertex_normals, dtype=np.float64)
+        colour = _colour(part)
+        if has_normals:
+            normals = np.asarray(part.vertex_normals, dtype=np.float64)
         else:
-            vertices, normals, faces = _creased(vertices, faces)
+            part = _split_at_creases(part)
+            normals = _area_normals(part)
+        vertices, faces = np.asarray(part.vertices, dtype=np.float64), np.asarray(part.faces, dtype=np.uint32)
         R_file_part = np.asarray(T_file_part[:3, :3], dtype=np.float64)
-        moved = Mesh(vertices @ R_file_part.T + T_file_part[:3, 3], _turned(normals, R_file_part), faces, _colour(mesh))
-        if np.isfinite(moved.vertices).all() and np.isfinite(moved.normals).all():
+        moved = Mesh(vertices @ R_file_part.T + T_file_part[:3, 3], _turned(normals, R_file_part), faces, colour)
+        if len(faces) and np.isfinite(moved.vertices).all() and np.isfinite(moved.normals).all():
             yield moved if np.linalg.det(R_file_part) > 0.0 else _flipped(moved)
+
+
+def _split_at_creases(part: Any) -> Any:
+    """The same faces, in patches that share no vertices: those that smooth edges join stay together."""
+    from trimesh import Trimesh
+    from trimesh.graph import smooth_shade
+
+    welded = Trimesh(part.vertices, part.faces, process=False)
+    welded.merge_vertices()
+    welded.update_faces(welded.area_faces > 0.0)
+    if (welded.face_adjacency_angles < _CREASE).any():
+        return smooth_shade(welded, angle=_CREASE, facet_minarea=None)
+    welded.unmerge_vertices()  # smooth_shade leaves a mesh without any smooth edge whole
+    return welded
+
+
+def _area_normals(part: Any) -> Floats:
+    """Sums of the faces' areas around each vertex, as vectors: a flat face keeps its normal beside a rounding."""
+    sums = np.zeros((len(part.vertices), 3))
+    np.add.at(sums, part.faces, (part.face_normals * part.area_faces[:, None])[:, None])
+    return sums
 
 
 def _by_colour(parts: list[Mesh]) -> Iterator[Mesh]:
@@ -115,7 +141,7 @@ def _scaled(mesh: Mesh, scale: Floats) -> Mesh:
 
 
 def _turned(normals: Floats, linear: Floats) -> Floats:
-    """Normals of a surface after a linear map: they go with the cofactors, so that they stay perpendicular."""
+    """Unit normals of a surface after a linear map: they go with the cofactors, so that they stay perpendicular."""
     cofactors = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
     turned = normals @ cofactors.T
     lengths = np.linalg.norm(turned, axis=1, keepdims=True)
@@ -125,36 +151,6 @@ def _turned(normals: Floats, linear: Floats) -> Floats:
 def _flipped(mesh: Mesh) -> Mesh:
     """The same surface after a reflection: its corners run the other way round, its normals keep pointing outwards."""
     return Mesh(mesh.vertices, -mesh.normals, mesh.faces[:, ::-1], mesh.colour)
-
-
-def _creased(vertices: Floats, faces: NDArray[np.uint32]) -> tuple[Floats, Floats, NDArray[np.uint32]]:
-    """Vertices, normals and faces with each vertex split where its faces meet at a sharp edge."""
-    points, place = np.unique(vertices, axis=0, return_inverse=True)
-    corners = place.reshape(-1)[faces]
-    edges = points[corners[:, 1:]] - points[corners[:, :1]]
-    areas = np.cross(edges[:, 0], edges[:, 1])
-    lengths = np.linalg.norm(areas, axis=1)
-    corners, areas, lengths = corners[lengths > 0.0], areas[lengths > 0.0], lengths[lengths > 0.0]
-    units = areas / lengths[:, None]
-    # Every pair of corners at one point, found by sorting the corners by point.
-    at, face = corners.reshape(-1), np.repeat(np.arange(len(corners)), 3)
-    order = np.argsort(at, kind="stable")
-    counts = np.bincount(at, minlength=len(points))[at[order]]
-    first = np.searchsorted(at[order], at[order])
-    mine = np.repeat(np.arange(len(order)), counts)
-    other = np.repeat(first, counts) + np.arange(len(mine)) - np.repeat(np.cumsum(counts) - counts, counts)
-    smooth = np.einsum("ij,ij->i", units[face[order[mine]]], units[face[order[other]]]) > np.cos(_CREASE)
-    normals = np.zeros((len(order), 3))
-    for axis in range(3):
-        weights = np.where(smooth, areas[face[order[other]], axis], 0.0)
-        normals[:, axis] = np.bincount(mine, weights, minlength=len(order))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    # Corners at one point with one normal are one vertex again.
-    keys = np.column_stack([at[order].astype(np.float64), np.round(normals, 4)])
-    _, kept, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    split = np.empty(len(order), dtype=np.uint32)
-    split[order] = vertex.reshape(-1)
-    return points[at[order][kept]], normals[kept], split.reshape(-1, 3)
 
 
 def _colour(mesh: Any) -> Rgba | None:

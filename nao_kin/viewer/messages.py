@@ -1,4 +1,4 @@
-"""What is said to the page: meshcat's own commands, and one message type of ours, as MessagePack.
+"""What is sent to the page, as MessagePack: meshcat's own commands, and one message type of ours.
 
 meshcat's JavaScript takes `set_object`, `set_transform` and `set_animation` as they are; messages of type "nao_kin"
 are for the panel beside it. Arrays travel as typed arrays, numbers as doubles.
@@ -6,8 +6,9 @@ are for the panel beside it. Arrays travel as typed arrays, numbers as doubles.
 
 from __future__ import annotations
 
+import threading
 import uuid
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,8 @@ import umsgpack
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
-from nao_kin.viewer.meshes import Rgba
-from nao_kin.viewer.visuals import Box, Cylinder, Shape, Sphere
+from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
+from nao_kin.viewer.visuals import Shape
 
 # MessagePack extension types of msgpack-lite, the reader inside meshcat.
 _TYPED_ARRAYS = {
@@ -27,6 +28,49 @@ _TYPED_ARRAYS = {
     "float64": ("Float64Array", 0x18),
 }
 _NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
+
+
+class RetainedMessages:
+    """The newest message under every key, kept for pages that open later; no history piles up.
+
+    May be used from several threads at once.
+    """
+
+    def __init__(self) -> None:
+        self._messages: dict[str, bytes] = {}
+        self._lock = threading.Lock()
+        self._watchers: list[Callable[[str], None]] = []
+
+    def put(self, key: str, message: bytes) -> None:
+        """Keep `message` instead of the one before it; its key keeps the place in the order that it took at first."""
+        with self._lock:
+            self._messages[key] = message
+        for watcher in self._watchers:
+            watcher(key)
+
+    def get(self, key: str) -> bytes | None:
+        """The newest message under `key`."""
+        return self._messages.get(key)
+
+    def names(self) -> tuple[str, ...]:
+        """All keys, in the order in which a page needs them."""
+        with self._lock:
+            return tuple(self._messages)
+
+    def messages(self) -> Iterator[bytes]:
+        """The newest messages, in that order."""
+        with self._lock:
+            kept = list(self._messages.values())
+        yield from kept
+
+    def watch(self, watcher: Callable[[str], None]) -> None:
+        """Call `watcher` with the key of every message put from now on, in the thread that puts it."""
+        self._watchers.append(watcher)
+
+    def unwatch(self, watcher: Callable[[str], None]) -> None:
+        """Stop calling `watcher`."""
+        if watcher in self._watchers:
+            self._watchers.remove(watcher)
 
 
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:

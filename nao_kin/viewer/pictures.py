@@ -31,7 +31,7 @@ def check_picture_path(path: Path | str) -> None:
         raise BadArgument(f"cannot write {abbreviated(path)}: a picture is written as PNG; end the name in {_SUFFIX}")
 
 
-class PictureRequests:
+class Screenshots:
     """Opens a page of its own for every picture, and knows which answer belongs to which."""
 
     def __init__(self) -> None:
@@ -67,7 +67,7 @@ class PictureRequests:
                 if not server.wait_for_page(max(0.0, end - time.monotonic()), role):
                     raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
                 request = {"id": mine, "camera": camera, "width": size[0], "height": size[1]}
-                server.say_once(panel_message("capture", request), role)
+                server.send_once(panel_message("capture", request), role)
                 answer = answers.get(timeout=max(0.01, end - time.monotonic()))
                 return base64.b64decode(str(answer["data"]).partition(",")[2], validate=True)
         except (queue.Empty, KeyError, ValueError):

@@ -3,33 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from nao_kin.nao import NaoModel
-from nao_kin.robot import RobotModel
-from nao_kin.topology import topology
-from nao_kin.urdf_reader import UrdfTree
+from nao_kin._arrays import Floats
+from nao_kin.robot import RobotModel, topology
+
+Vector = tuple[float, float, float]
 
 # Whole-body cameras: the direction from the robot to the camera.
-_BODY_CAMERAS: Mapping[str, tuple[float, float, float]] = {
+_BODY_CAMERAS: Mapping[str, Vector] = {
     "front": (1.0, 0.0, 0.12),
     "side": (0.0, 1.0, 0.12),
     "three-quarter": (1.0, 0.62, 0.38),
 }
-_NAO_CAMERAS: Mapping[str, tuple[tuple[float, float, float], tuple[str, ...]]] = {
-    "hands": ((1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
-    "feet": ((1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),
-}
-# NAOqi's postures say nothing about the trunk. Off its feet the robot rests where its centre of mass is lowest: the
-# vertical there in the torso's frame, found with the shapes of the V6 by turning them until no small turn lowers it.
-_NAO_REST: Mapping[str, tuple[float, float, float]] = {
-    "Sit": (0.384, -0.001, 0.923),
-    "SitRelax": (0.177, 0.010, 0.984),
-    "LyingBelly": (-0.976, -0.160, 0.146),
-    "LyingBack": (1.000, -0.015, 0.003),
-}
-_NAO_EFFECTORS = ("Head", "LArm", "RArm", "LLeg", "RLeg", "CameraTop", "CameraBottom")
-_NAO_SOLES = ("LLeg", "RLeg")
 
 
 @dataclass(frozen=True)
@@ -41,7 +27,7 @@ class Camera:
         links: look at these links and all they carry; empty for the whole robot.
     """
 
-    direction: tuple[float, float, float]
+    direction: Vector
     links: tuple[str, ...] = ()
 
 
@@ -54,6 +40,8 @@ class Presets:
         effectors: frames whose pose is asked for most.
         chains: title → joints from the trunk outwards.
         root: what to call the frame that poses are given in.
+        start: the configuration that a viewer opens with, shape (nq,).
+        postures: name → configuration, shape (nq,); none for a robot that has no postures.
         soles: links with the floor in their xy plane when the robot stands on them.
         rest: posture → the vertical in the root's frame; postures not named stand on the soles.
     """
@@ -62,22 +50,35 @@ class Presets:
     effectors: tuple[str, ...]
     chains: Mapping[str, tuple[str, ...]]
     root: str
-    soles: tuple[str, ...] = ()
-    rest: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    start: Floats
+    postures: Mapping[str, Floats]
+    soles: tuple[str, ...]
+    rest: Mapping[str, Vector]
 
 
-def presets_of(robot: RobotModel, tree: UrdfTree) -> Presets:
-    """NAO's own, or what the tree of any other robot suggests: branches as chains, their ends as effectors."""
+def presets_of(robot: RobotModel) -> Presets:
+    """What the robot means; what its semantics leave open, from its tree: branches as chains, ends as effectors."""
+    semantics, tree = robot.semantics, robot.tree
+    chains = {**semantics.chains, **_branches(robot)}
+    ends = tuple(dict.fromkeys(joints[-1] for joints in chains.values())) or robot.link_names[:1]
+    child = {joint.name: joint.child for joint in tree.joints}
     cameras = {name: Camera(direction) for name, direction in _BODY_CAMERAS.items()}
-    if isinstance(robot, NaoModel):
-        child = {joint.name: joint.child for joint in tree.joints}
-        for name, (direction, joints) in _NAO_CAMERAS.items():
-            cameras[name] = Camera(direction, tuple(child[joint] for joint in joints))
-        return Presets(cameras, _NAO_EFFECTORS, robot.chains, "torso", _NAO_SOLES, _NAO_REST)
-    chains = topology(robot).chains
+    for name, view in semantics.views.items():
+        cameras[name] = Camera(view.direction, tuple(child[joint] for joint in view.joints))
     return Presets(
-        cameras,
-        tuple(dict.fromkeys(chain[-1] for chain in chains)) or robot.link_names[:1],
-        {chain[0] if len(chain) == 1 else f"{chain[0]} … {chain[-1]}": chain for chain in chains},
-        tree.root,
+        cameras=cameras,
+        effectors=(*semantics.end_effectors, *semantics.cameras) or ends,
+        chains=chains,
+        root=semantics.root or tree.root,
+        start=robot.posture(semantics.start) if semantics.start else robot.clamp(robot.neutral()),
+        postures={name: robot.posture(name) for name in robot.posture_names},
+        soles=semantics.soles,
+        rest={name: posture.up for name, posture in semantics.postures.items() if posture.up is not None},
     )
+
+
+def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
+    """The joints that no chain of the semantics has, by the branches of the tree."""
+    named = {joint for joints in robot.chains.values() for joint in joints}
+    branches = (tuple(j for j in chain if j not in named) for chain in topology(robot).chains)
+    return {joints[0] if len(joints) == 1 else f"{joints[0]} … {joints[-1]}": joints for joints in branches if joints}

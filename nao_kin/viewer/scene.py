@@ -14,9 +14,9 @@ import numpy as np
 from nao_kin._arrays import Floats
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp
-from nao_kin.urdf_reader import UrdfJoint, UrdfTree
+from nao_kin.urdf import UrdfJoint, UrdfTree
 from nao_kin.viewer.messages import node_name, set_object, set_transform
-from nao_kin.viewer.visuals import Visual
+from nao_kin.viewer.visuals import Drawable
 
 ROBOT = "robot"
 
@@ -29,18 +29,18 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
     return paths
 
 
-def scene_messages(robot: RobotModel, tree: UrdfTree, visuals: tuple[Visual, ...]) -> Iterator[tuple[str, bytes]]:
+def scene_messages(robot: RobotModel, tree: UrdfTree, drawables: tuple[Drawable, ...]) -> Iterator[tuple[str, bytes]]:
     """Key and message of everything that stands still: placements and shapes."""
     paths = link_paths(tree)
     for joint, T_parent_joint in _placements(robot, tree):
         path = paths[joint.child] if joint.kind == "fixed" else _holder(paths, joint)
         yield f"place {path}", set_transform(path, T_parent_joint)
     count: dict[str, int] = {}
-    for visual in visuals:
-        index = count[visual.link] = count.get(visual.link, -1) + 1
-        path = f"{paths[visual.link]}/visual:{index}"
-        yield f"shape {path}", set_object(path, visual.shape, visual.rgba)
-        yield f"place {path}", set_transform(path, visual.T_link_shape)
+    for drawable in drawables:
+        index = count[drawable.link] = count.get(drawable.link, -1) + 1
+        path = f"{paths[drawable.link]}/visual:{index}"
+        yield f"shape {path}", set_object(path, drawable.shape, drawable.rgba)
+        yield f"place {path}", set_transform(path, drawable.T_link_shape)
 
 
 def motion(joint: UrdfJoint, value: float) -> Floats:
@@ -63,6 +63,6 @@ def _placements(robot: RobotModel, tree: UrdfTree) -> Iterator[tuple[UrdfJoint, 
     """T_parent_joint of every joint, from the model's own forward kinematics: what was calibrated stays calibrated."""
     poses = dict(zip(robot.link_names, robot.fk(robot.neutral()), strict=True))
     for joint in tree.joints:
-        tie = robot.mimics.get(joint.name)
-        moved = motion(joint, tie.offset if tie is not None else 0.0)
+        mimic = robot.mimics.get(joint.name)
+        moved = motion(joint, mimic.offset if mimic is not None else 0.0)
         yield joint, np.linalg.solve(poses[joint.parent], poses[joint.child]) @ np.linalg.inv(moved)

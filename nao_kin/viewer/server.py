@@ -23,8 +23,7 @@ import tornado.web
 import tornado.websocket
 
 from nao_kin.errors import BadArgument
-from nao_kin.viewer.messages import panel_message
-from nao_kin.viewer.stage import Stage
+from nao_kin.viewer.messages import RetainedMessages, panel_message
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
 _LARGEST_MESSAGE = 1 << 27
@@ -34,7 +33,7 @@ Answer = dict[str, Any]
 
 
 class LiveServer:
-    """Serves a stage on one port, from construction until `close`.
+    """Serves a page and its messages on one port, from construction until `close`.
 
     Attributes:
         host: the address it listens on.
@@ -45,15 +44,15 @@ class LiveServer:
     """
 
     def __init__(
-        self, stage: Stage, html: str, *, host: str, port: int | None, on_answer: Callable[[Answer], None]
+        self, messages: RetainedMessages, html: str, *, host: str, port: int | None, on_answer: Callable[[Answer], None]
     ) -> None:
         self.host = host
         listening = _listen(host, port)
         self.port = int(listening.getsockname()[1])
-        self._stage, self._on_answer = stage, on_answer
+        self._messages, self._on_answer = messages, on_answer
         self._pages: set[_Page] = set()
         self._changed: dict[str, None] = {}
-        self._waking = False
+        self._update_scheduled = False
         self._lock = threading.Lock()
         self._arrival = threading.Condition()
         self._application = tornado.web.Application(
@@ -65,11 +64,11 @@ class LiveServer:
         self._thread = threading.Thread(target=self._run, args=(listening, started), name="nao_kin viewer", daemon=True)
         self._thread.start()
         started.wait()
-        stage.watch(self._wake)
+        messages.watch(self._note_change)
 
     def close(self) -> None:
         """Close all pages' connections and the port; does nothing the second time."""
-        self._stage.unwatch(self._wake)
+        self._messages.unwatch(self._note_change)
         if self._thread.is_alive():
             self._call(self._stop.set)
             self._thread.join(_JOIN_SECONDS)
@@ -92,15 +91,15 @@ class LiveServer:
                 self._arrival.wait(1.0 if left is None else min(left, 1.0))
         return True
 
-    def say_once(self, message: bytes, role: str = "") -> None:
+    def send_once(self, message: bytes, role: str = "") -> None:
         """Send a message to the pages open now, in one role, without keeping it."""
 
-        def say() -> None:
+        def send() -> None:
             for page in tuple(self._pages):
                 if page.role == role:
-                    page.say(message)
+                    page.send_once(message)
 
-        self._call(say)
+        self._call(send)
 
     # --- the server's thread --------------------------------------------------------------------------------------
 
@@ -122,30 +121,30 @@ class LiveServer:
         with suppress(RuntimeError):  # the loop may just have been closed
             self._loop.call_soon_threadsafe(function)
 
-    def _wake(self, key: str) -> None:
-        """Note a change; one wake-up of the thread covers all changes until it runs."""
+    def _note_change(self, key: str) -> None:
+        """One update in the server's thread covers all changes until it runs."""
         with self._lock:
             self._changed[key] = None
-            wake = bool(self._pages) and not self._waking
-            self._waking |= wake
-        if wake:
-            self._call(self._spread)
+            schedule = bool(self._pages) and not self._update_scheduled
+            self._update_scheduled |= schedule
+        if schedule:
+            self._call(self._update_pages)
 
-    def _spread(self) -> None:
+    def _update_pages(self) -> None:
         with self._lock:
-            changed, self._changed, self._waking = self._changed, {}, False
+            changed, self._changed, self._update_scheduled = self._changed, {}, False
         for page in tuple(self._pages):
             page.refresh(changed)
 
-    def _came(self, page: _Page) -> None:
+    def _page_opened(self, page: _Page) -> None:
         self._pages.add(page)
-        page.refresh(dict.fromkeys(self._stage.names()))
-        page.say(panel_message("complete", {}))
+        page.refresh(dict.fromkeys(self._messages.names()))
+        page.send_once(panel_message("complete", {}))
 
-    def _went(self, page: _Page) -> None:
+    def _page_closed(self, page: _Page) -> None:
         self._pages.discard(page)
 
-    def _answered(self, page: _Page, answer: Answer) -> None:
+    def _page_answered(self, page: _Page, answer: Answer) -> None:
         if answer.get("kind") == "ready":
             page.ready = True
             with self._arrival:
@@ -153,7 +152,7 @@ class LiveServer:
         self._on_answer(answer)
 
     def _message(self, key: str) -> bytes | None:
-        return self._stage.get(key)
+        return self._messages.get(key)
 
 
 class _Document(tornado.web.RequestHandler):
@@ -167,21 +166,21 @@ class _Document(tornado.web.RequestHandler):
 
 
 class _Page(tornado.websocket.WebSocketHandler):
-    """One open page: the keys it has not heard of yet, and one task that tells it."""
+    """One open page: the keys of the messages it lacks, and one task that sends them."""
 
     def initialize(self, server: LiveServer) -> None:
         self.server, self.ready, self.role = server, False, ""
-        self._behind: dict[str, None] = {}
+        self._pending: dict[str, None] = {}
         self._once: list[bytes] = []
-        self._telling = False
+        self._sending = False
 
     def open(self, *_: str, **__: str) -> None:
         self.set_nodelay(True)
         self.role = self.get_argument("role", "")
-        self.server._came(self)
+        self.server._page_opened(self)
 
     def on_close(self) -> None:
-        self.server._went(self)
+        self.server._page_closed(self)
 
     def on_message(self, message: str | bytes) -> None:
         try:
@@ -189,26 +188,26 @@ class _Page(tornado.websocket.WebSocketHandler):
         except (ValueError, RecursionError):
             return
         if isinstance(answer, dict):
-            self.server._answered(self, answer)
+            self.server._page_answered(self, answer)
 
     def refresh(self, keys: dict[str, None]) -> None:
-        self._behind.update(keys)
-        self._start()
+        self._pending.update(keys)
+        self._start_sending()
 
-    def say(self, message: bytes) -> None:
+    def send_once(self, message: bytes) -> None:
         self._once.append(message)
-        self._start()
+        self._start_sending()
 
-    def _start(self) -> None:
-        if not self._telling:
-            self._telling = True
-            asyncio.get_running_loop().create_task(self._tell())
+    def _start_sending(self) -> None:
+        if not self._sending:
+            self._sending = True
+            asyncio.get_running_loop().create_task(self._send_pending())
 
-    async def _tell(self) -> None:
+    async def _send_pending(self) -> None:
         try:
-            while self._behind or self._once:
-                behind, self._behind = self._behind, {}
-                for key in behind:
+            while self._pending or self._once:
+                keys, self._pending = self._pending, {}
+                for key in keys:
                     message = self.server._message(key)
                     if message is not None:
                         await self.write_message(message, binary=True)
@@ -218,7 +217,7 @@ class _Page(tornado.websocket.WebSocketHandler):
         except (tornado.websocket.WebSocketClosedError, tornado.iostream.StreamClosedError):
             pass
         finally:
-            self._telling = False
+            self._sending = False
 
 
 def _listen(host: str, port: int | None) -> socket.socket:

@@ -17,25 +17,23 @@ from numpy.typing import ArrayLike
 from nao_kin import atomic
 from nao_kin._arrays import Floats
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
-from nao_kin.nao import NaoModel
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import describe
-from nao_kin.viewer.messages import panel_message, set_animation, typed_array
+from nao_kin.viewer.messages import RetainedMessages, panel_message, set_animation, typed_array
 from nao_kin.viewer.page import live_page, static_page
-from nao_kin.viewer.pictures import PictureRequests, check_picture_path
+from nao_kin.viewer.pictures import Screenshots, check_picture_path
 from nao_kin.viewer.presets import presets_of
 from nao_kin.viewer.scene import ROBOT, link_paths, scene_messages
 from nao_kin.viewer.server import Answer, LiveServer
-from nao_kin.viewer.stage import Stage
-from nao_kin.viewer.visuals import carriers, read_visuals
+from nao_kin.viewer.visuals import carriers, robot_drawables
 
 # A browser asked for an address that stands for all addresses would not know where to go.
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 
 class OutsideLimitsWarning(NaoKinWarning):
-    """A configuration on show has joints outside their limits."""
+    """A configuration on show has joints outside their limits, and not because nobody moved them from zero."""
 
 
 class Viewer:
@@ -66,24 +64,22 @@ class Viewer:
 
     def __init__(self, robot: RobotModel, *, host: str = "127.0.0.1", port: int | None = None) -> None:
         self._server: LiveServer | None = None
-        path = getattr(robot, "urdf_path", None)
-        if path is None:
+        if not isinstance(robot, RobotModel):
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
         tree = robot.tree
-        visuals, self.notes = read_visuals(robot, tree)
-        self._presets = presets = presets_of(robot, tree)
+        drawables, self.notes = robot_drawables(tree)
+        self._presets = presets = presets_of(robot)
         self.robot, self.host, self._port = robot, host, port
         self.camera_names = tuple(presets.cameras)
         self._links = {name: index for index, name in enumerate(link_paths(tree))}
-        self._carriers = carriers(tree, visuals)
+        self._carriers = carriers(tree, drawables)
         self._warned: set[str] = set()
-        self._pictures = PictureRequests()
-        self._stage = Stage()
-        for key, message in scene_messages(robot, tree, visuals):
-            self._stage.put(key, message)
-        self._stage.put("robot", panel_message("robot", {"about": describe(robot, tree, presets, self.notes)}))
-        start = robot.posture("StandInit") if isinstance(robot, NaoModel) else robot.clamp(robot.neutral())
-        self._show_joints(start, None)
+        self._screenshots = Screenshots()
+        self._messages = RetainedMessages()
+        for key, message in scene_messages(robot, tree, drawables):
+            self._messages.put(key, message)
+        self._messages.put("robot", panel_message("robot", {"about": describe(robot, tree, presets, self.notes)}))
+        self._show_joints(presets.start, None)
 
     # --- the configuration ----------------------------------------------------------------------------------------
 
@@ -95,11 +91,12 @@ class Viewer:
     def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
         """Show a configuration.
 
-        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`).
+        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`) unless
+        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside.
 
         Args:
             q: one configuration, shape (nq,).
-            up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest tells it,
+            up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest gives it,
                 shape (3,): (−1, 0, 0) lies on its belly. None stands a NAO on the sole that is under everything else;
                 where neither is, the trunk is upright.
 
@@ -109,8 +106,8 @@ class Viewer:
         array = overlays.one_configuration(self.robot, q)
         vertical = None if up is None else overlays.direction(up, "up")
         self._warn(array)
-        if self._stage.get("clip") is not None:
-            self._stage.put("clip", panel_message("still", {}))
+        if self._messages.get("clip") is not None:
+            self._messages.put("clip", panel_message("still", {}))
         self._show_joints(array, vertical)
 
     def rest(self, posture: str) -> tuple[float, float, float] | None:
@@ -119,9 +116,8 @@ class Viewer:
         Raises:
             UnknownName: no such posture.
         """
-        names = self.robot.posture_names if isinstance(self.robot, NaoModel) else ()
-        if posture not in names:
-            raise UnknownName("posture", posture, names)
+        if posture not in self._presets.postures:
+            raise UnknownName("posture", posture, tuple(self._presets.postures))
         return self._presets.rest.get(posture)
 
     def animate(self, qs: ArrayLike, fps: float = 30.0, *, play: bool = True, loop: bool = True) -> None:
@@ -148,7 +144,7 @@ class Viewer:
         self._warn(array)
         self._show_joints(array[0], None)
         repetitions = math.inf if loop else 1.0
-        self._stage.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions))
+        self._messages.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions))
 
     # --- what is drawn over it ------------------------------------------------------------------------------------
 
@@ -163,7 +159,7 @@ class Viewer:
             UnknownName: no such frame.
             BadArgument: no names, or a size that is not positive.
         """
-        self._stage.put("frames", overlays.frames(self.robot, names, size))
+        self._messages.put("frames", overlays.frames(self.robot, names, size))
 
     def show_joint_axes(self, on: bool = True) -> None:
         """Draw the joint axes as screws, turning or sliding.
@@ -187,7 +183,7 @@ class Viewer:
         Raises:
             WrongShape, NotFinite, BadArgument: q is no configuration.
         """
-        self._stage.put("ghost", overlays.ghost(self.robot, q))
+        self._messages.put("ghost", overlays.ghost(self.robot, q))
 
     def show_targets(self, targets: Mapping[str, ArrayLike]) -> None:
         """Mark points or poses in the robot's root frame, under any names; an empty mapping removes them.
@@ -198,7 +194,7 @@ class Viewer:
         Raises:
             WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
         """
-        self._stage.put("targets", overlays.targets(targets))
+        self._messages.put("targets", overlays.targets(targets))
 
     def color_links(
         self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
@@ -217,7 +213,7 @@ class Viewer:
             UnknownName: no such link.
             NotFinite, BadArgument: no numbers, or no scale from low to high.
         """
-        self._stage.put("colours", overlays.colours(self._links, self._carriers, values, low, high, label))
+        self._messages.put("colours", overlays.colours(self._links, self._carriers, values, low, high, label))
 
     def camera(self, name: str) -> None:
         """Look at the robot from one of `camera_names`.
@@ -226,7 +222,7 @@ class Viewer:
             UnknownName: no such camera.
         """
         self._check_camera(name)
-        self._stage.put("camera", panel_message("camera", {"name": name}))
+        self._messages.put("camera", panel_message("camera", {"name": name}))
 
     # --- the live page --------------------------------------------------------------------------------------------
 
@@ -289,7 +285,7 @@ class Viewer:
 
     def static_html(self) -> str:
         """The page with all that is on show inside: it needs no server and no network."""
-        return static_page(self.robot.name, self._stage.messages())
+        return static_page(self.robot.name, self._messages.messages())
 
     def save_html(self, path: Path | str) -> Path:
         """Write `static_html` to a file, whole or not at all.
@@ -332,7 +328,7 @@ class Viewer:
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:
-            picture = self._pictures.picture(self._started(), self.url, camera, size, seconds)
+            picture = self._screenshots.picture(self._started(), self.url, camera, size, seconds)
         finally:
             if not running:
                 self.close()
@@ -344,22 +340,22 @@ class Viewer:
     def _started(self) -> LiveServer:
         if self._server is None:
             # The server must not keep the viewer alive: whoever drops it drops the server too.
-            mine = weakref.WeakMethod(self._hear)
+            receiver = weakref.WeakMethod(self._receive)
 
             def on_answer(answer: Answer) -> None:
-                hear = mine()
-                if hear is not None:
-                    hear(answer)
+                receive = receiver()
+                if receive is not None:
+                    receive(answer)
 
             page = live_page(self.robot.name)
-            self._server = LiveServer(self._stage, page, host=self.host, port=self._port, on_answer=on_answer)
+            self._server = LiveServer(self._messages, page, host=self.host, port=self._port, on_answer=on_answer)
             weakref.finalize(self, self._server.close)
         return self._server
 
-    def _hear(self, answer: Answer) -> None:
-        """What a page says, in the server's thread."""
+    def _receive(self, answer: Answer) -> None:
+        """Take what a page sends; runs in the server's thread."""
         if answer.get("kind") == "picture":
-            self._pictures.deliver(answer)
+            self._screenshots.deliver(answer)
         elif answer.get("kind") == "joints":
             try:
                 q = overlays.one_configuration(self.robot, answer.get("q", ()))
@@ -370,13 +366,14 @@ class Viewer:
 
     def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
         self._q = q
-        self._stage.put("joints", panel_message("joints", {"q": typed_array(q), "up": up, "source": source}))
+        self._messages.put("joints", panel_message("joints", {"q": typed_array(q), "up": up, "source": source}))
 
     def _show(self, what: str, on: bool) -> None:
-        self._stage.put(f"shown {what}", panel_message("shown", {"shown": {what: bool(on)}}))
+        self._messages.put(f"shown {what}", panel_message("shown", {"shown": {what: bool(on)}}))
 
     def _warn(self, qs: Floats) -> None:
-        found = dict.fromkeys(violation.joint for violation in self.robot.limit_violations(qs))
+        violations = self.robot.limit_violations(qs)
+        found = dict.fromkeys(row.joint for row in violations if row.value != 0.0 or row.of_value != 0.0)
         new = [joint for joint in found if joint not in self._warned]
         self._warned.update(new)
         if new:

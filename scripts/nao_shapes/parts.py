@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nao_kin.parameters import nao_parameters
-from nao_shapes.arm import elbow, forearm, hinge, shoulder, shoulder_pad, upper_arm
-from nao_shapes.foot import foot
-from nao_shapes.hand import fingertip, palm, phalanx
-from nao_shapes.head import head, neck
-from nao_shapes.leg import ankle, hip, pelvis, shin, thigh
-from nao_shapes.obj import obj_text
-from nao_shapes.palette import Part
-from nao_shapes.surface import surface_of
-from nao_shapes.torso import torso
+from nao_shapes.arm import elbow, fingertip, forearm, hinge, palm, phalanx, shoulder, shoulder_pad, upper_arm
+from nao_shapes.leg import ankle, foot, hip, pelvis, shin, thigh
+from nao_shapes.solids import Part
+from nao_shapes.surface import obj_text, surface_of
+from nao_shapes.trunk import head, neck, torso
 
 
 def mesh_texts() -> Iterator[tuple[str, str]]:

@@ -6,8 +6,7 @@ import numpy as np
 
 import nao_kin as nk
 from nao_kin import lines
-from nao_kin.joint_axes import JointAxes
-from nao_kin.topology import topology
+from nao_kin.robot import JointAxes, topology
 from paper.rows import Erratum, Problem, Row
 
 

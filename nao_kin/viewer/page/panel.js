@@ -67,7 +67,10 @@ NaoKin.Panel = class {
       if (Number.isFinite(value)) set(Math.min(Math.max(value, bounds[0]), bounds[1]));
       this.refresh(number);
     };
-    number.onkeydown = ({ key }) => key === "Enter" && number.blur();
+    // A handler that gives false takes the key away from the field: braces, so that this one gives nothing.
+    number.onkeydown = ({ key }) => {
+      if (key === "Enter") number.blur();
+    };
     this.rows.push({ joint, coordinate, unit, slider, number, row, bounds });
     return row;
   }
