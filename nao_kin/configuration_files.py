@@ -22,8 +22,7 @@ from nao_kin._arrays import Floats
 from nao_kin._scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, nearest_names
-from nao_kin.robot import RobotModel
-from nao_kin.robot.model import LimitPolicy
+from nao_kin.robot import LimitPolicy, RobotModel
 
 # Characters of a name or a value in a message; the line holds more than it.
 _MOST_SHOWN = 40

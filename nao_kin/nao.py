@@ -123,5 +123,6 @@ def _semantics(version: Version) -> Semantics:
         coupled_limits=parameters.coupled_limits,
         units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
         views={name: View(direction, joints) for name, direction, joints in VIEWS},
+        version=version,
         root="torso",
     )

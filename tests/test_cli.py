@@ -259,7 +259,7 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "none.csv"), "none.csv: cannot be read: No such file"),
         (("info", "--urdf", "none.urdf"), "none.urdf: No such file"),
         (("info", "--urdf", "a", "--robot", "b"), "give one"),
-        (("fk", "--robot", "panda", "--posture", "Stand"), "has no predefined postures"),
+        (("fk", "--robot", "ur10_robot", "--posture", "Stand"), "has no predefined postures"),
         (("fk", "--as", "euler"), "'euler' is not one of"),
         (("fk", "--bogus"), "No such option"),
         (("bogus",), "No such command 'bogus'"),

@@ -11,17 +11,15 @@ import typer
 from nao_kin._arrays import Floats
 from nao_kin._scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, as_nao, load
+from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
 from nao_kin.cli.poses import Pieces, PoseFormat, PosePrinter
-from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits, UnknownName
+from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
-    from nao_kin.robot import RobotModel
-    from nao_kin.robot.model import LimitPolicy
+    from nao_kin.robot import LimitPolicy, RobotModel
 
 # One pass of the progress bar; small enough to move often, large enough to cost nothing.
 _CHUNK = 2000
-_EFFECTORS = ("Head", "LArm", "RArm", "LLeg", "RLeg", "CameraTop", "CameraBottom")
 _WORLD = "world"
 
 
@@ -67,7 +65,7 @@ def fk(
         q, many = read_configurations(model, file, limits=limits, degrees=deg)
     frames = frame or _default_frames(model)
     # Before anything is printed.
-    _check_frames(model, frames if reference is None or _is_world(model, reference) else [*frames, reference])
+    model.frame_ids(frames if reference is None or _is_world(model, reference) else [*frames, reference])
     poses = _poses(model, q, frames, reference)
     printer = PosePrinter(frames, as_, deg)
     if json:
@@ -88,15 +86,14 @@ def one_configuration(
     try:
         if posture is None:
             return model.configuration(values, limits=limits)
-        nao = as_nao(model)
-        if nao is None:
-            raise BadArgument(f"--posture is for NAO; {model.name} has no predefined postures")
-        q = nao.posture(posture)
-        given = nao.configuration(values, limits="ignore")
-        drivers = {nao.mimics[name].joint if name in nao.mimics else name for name in values}
-        columns = [nao.joint_names.index(name) for name in drivers]
+        if not model.posture_names:
+            raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
+        q = model.posture(posture)
+        given = model.configuration(values, limits="ignore")
+        drivers = {model.mimics[name].joint if name in model.mimics else name for name in values}
+        columns = [model.joint_names.index(name) for name in drivers]
         q[columns] = given[columns]
-        return q if limits == "ignore" else nao.clamp(q) if limits == "clamp" else nao.check_limits(q)
+        return q if limits == "ignore" else model.clamp(q) if limits == "clamp" else model.check_limits(q)
     except (OutsideLimits, CouplingViolated) as error:
         raise BadArgument(error.describe(degrees=deg)) from None
 
@@ -120,19 +117,12 @@ def _joint_values(model: RobotModel, settings: list[str], deg: bool) -> dict[str
 
 
 def _default_frames(model: RobotModel) -> list[str]:
-    return list(_EFFECTORS if set(_EFFECTORS) <= set(model.frame_names) else model.link_names)
+    return [*model.semantics.end_effectors, *model.semantics.cameras] or list(model.link_names)
 
 
 def _is_world(model: RobotModel, reference: str) -> bool:
     """Whether `reference` is the world, and not a link of that name."""
     return reference == _WORLD and _WORLD not in model.frame_names
-
-
-def _check_frames(model: RobotModel, names: list[str]) -> None:
-    known = set(model.frame_names)
-    for name in names:
-        if name not in known:
-            raise UnknownName("frame", name, model.frame_names)
 
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None) -> Pieces:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin.cli.options import Json, Robot, Urdf, Version, as_nao, load
+from nao_kin.cli.options import Json, Robot, Urdf, Version, load
 from nao_kin.cli.output import print_json, print_table
 
 
@@ -27,13 +27,12 @@ def info(version: Version = "v6", urdf: Urdf = None, robot: Robot = None, json: 
         "urdf": str(model.urdf_path),
         "load_notes": list(model.load_notes),
     }
-    nao = as_nao(model)
-    if nao is not None:
-        facts |= {
-            "version": nao.version,
-            "chains": {chain: list(names) for chain, names in nao.chains.items()},
-            "postures": list(nao.posture_names),
-        }
+    if model.semantics.version:
+        facts["version"] = model.semantics.version
+    if model.chains:
+        facts["chains"] = {chain: list(names) for chain, names in model.chains.items()}
+    if model.posture_names:
+        facts["postures"] = list(model.posture_names)
     if json:
         print_json(facts)
         return

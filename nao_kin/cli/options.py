@@ -11,7 +11,6 @@ from typer.core import TyperCommand
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.nao import NaoModel
     from nao_kin.robot import RobotModel
 
 Version = Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")]
@@ -70,10 +69,3 @@ def load(version: str, urdf: str | None, robot: str | None) -> RobotModel:
     if robot is not None:
         return load_robot(robot)
     return load_nao(version)
-
-
-def as_nao(model: RobotModel) -> NaoModel | None:
-    """The robot as a NAO, which has chains, postures and a version; None for any other robot."""
-    from nao_kin.nao import NaoModel
-
-    return model if isinstance(model, NaoModel) else None

@@ -18,7 +18,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 
 Expression = Literal["frame", "root", "mixed"]
 FrameIds = tuple[int, ...]
@@ -101,11 +101,17 @@ class Kinematics:
         return jacobians
 
     def centres_of_mass(self, q: Floats) -> Floats:
-        """Centres of mass of all bodies, those held to the world included, shape (..., 3); the robot has some mass."""
+        """Centres of mass of all bodies, those held to the world included, shape (..., 3).
+
+        Raises:
+            BadArgument: the robot has no mass.
+        """
         model, data = self.model, self._workspace().data
         # Pinocchio counts only what moves, and divides by its mass.
         held, moving = model.inertias[0], pin.computeTotalMass(model)
         total = moving + held.mass
+        if total <= 0.0:
+            raise BadArgument(f"{model.name} has no mass, so no centre of mass")
         share, moment = moving / total, held.lever * (held.mass / total)
         if q.ndim == 1 and moving > 0.0:
             return np.asarray(pin.centerOfMass(model, data, q) * share + moment)

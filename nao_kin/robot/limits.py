@@ -97,13 +97,9 @@ class JointLimits:
             boxes[..., column] |= outside
         return np.logical_not(boxes)
 
-    def surely_inside(self, named: Collection[str], values: Mapping[str, float]) -> bool:
-        """Whether the named joints of one configuration are inside; joints without a value are at zero.
-
-        A quick answer for a few joints: "no" only where the arrays say so too.
-        """
-        for name in named:
-            value = values[name]
+    def surely_inside(self, values: Mapping[str, float]) -> bool:
+        """Whether these joints of one configuration are inside, all others being at zero: a quick answer for a few."""
+        for name, value in values.items():
             lower, upper = self._boxes[name]
             if not lower - TOLERANCE <= value <= upper + TOLERANCE:
                 return False

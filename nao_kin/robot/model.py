@@ -248,12 +248,11 @@ class RobotModel:
             WrongShape, NotFinite, BadArgument: values that are no numbers of one batch shape.
         """
         values = self._coordinates.plain_values(angles)
-        if values is not None and (limits == "ignore" or self._limits.surely_inside(values, values)):
-            _check_policy(limits)
-            q: Floats = np.array(self._neutral)
+        if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
+            plain = self._neutral.tolist()
             for name, value in values.items():
-                q[self._q_offset + self._coordinates.column[name]] = value
-            return q
+                plain[self._q_offset + self._coordinates.column[name]] = value
+            return np.array(plain)
         joints, given = self._coordinates.values(angles)
         q = self._neutrals(joints.shape[:-1])
         q[..., self._q_offset :] = joints
@@ -297,7 +296,7 @@ class RobotModel:
             WrongShape, NotFinite: q is no configuration.
             OutsideLimits: with limits="raise".
         """
-        q = self._within(self._posed(q), limits)
+        q = self._posed(q) if limits == "ignore" else self._within(self._checked(q), limits)
         one = isinstance(frame, str)
         ids = self._frames.ids((frame,) if one else frame)  # type: ignore[arg-type]
         if self._is_root(reference):
@@ -352,12 +351,10 @@ class RobotModel:
             BadArgument: the robot has no mass.
         """
         q = self._posed(q)
-        if self.mass <= 0.0:
-            raise BadArgument(f"{self.name} has no mass, so no centre of mass")
         centres = self._kinematics.centres_of_mass(q)
         if self._is_root(reference):
             return centres
-        T_root_reference = self.fk(q, str(reference))
+        T_root_reference = self._kinematics.poses(q, (self._frames.id(reference),))[..., 0, :, :]
         lever = centres - T_root_reference[..., :3, 3]
         com: Floats = np.einsum("...ji,...j->...i", T_root_reference[..., :3, :3], lever)
         return com
@@ -432,8 +429,7 @@ class RobotModel:
         """`q` as configurations for poses, which come out whatever the unit: with a warning where it is degrees."""
         if type(q) is np.ndarray and q.shape == self._neutral.shape and q.dtype is _FLOAT64 and self.base == "fixed":
             # The common case in as few steps as possible: within a turn of zero nothing is infinite or in degrees.
-            values = q.tolist()
-            if not values or (max(values) <= _TURN and min(values) >= -_TURN and math.isfinite(sum(values))):
+            if math.hypot(*q.tolist()) <= _TURN:
                 return q
         array = self._checked(q)
         joints = array[..., self._q_offset :]
@@ -477,6 +473,9 @@ class RobotModel:
         _check_policy(limits)
         values = q[..., self._q_offset :]
         if limits == "raise":
+            if joints is None and values.ndim == 1:
+                if self._limits.surely_inside(dict(zip(self.joint_names, values.tolist(), strict=True))):
+                    return q
             count = self._limits.count(values, joints)
             if count:
                 raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_LISTED), count)

@@ -52,6 +52,7 @@ class Semantics:
         coupled_limits: tables in which one joint's range depends on another's value.
         units: joint → unit, where it is neither "rad" for a turning joint nor "m" for a sliding one.
         views: close views by name.
+        version: which version of the robot this is; "" where there is but one.
         root: what people call the frame that poses are given in; "" for the name of the root link.
     """
 
@@ -64,6 +65,7 @@ class Semantics:
     coupled_limits: tuple[CoupledLimit, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     views: Mapping[str, View] = field(default_factory=dict)
+    version: str = ""
     root: str = ""
 
     def __post_init__(self) -> None:

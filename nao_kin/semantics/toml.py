@@ -161,5 +161,6 @@ _READERS: dict[str, _Reader] = {
     "coupled_limits": _list_of(_coupled_limit),
     "units": _table_of(_text),
     "views": _table_of(_view),
+    "version": _text,
     "root": _text,
 }

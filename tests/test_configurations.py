@@ -1,0 +1,226 @@
+"""Configurations at the door: units, masks, names, limits as arrays, and the quick way for plain numbers."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_up_robots import J, made_up
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
+
+# --- degrees ----------------------------------------------------------------------------------------------------------
+
+
+def _poses(nao: nk.NaoModel) -> list:
+    return [
+        lambda q: nao.fk(q, "LArm"),
+        lambda q: nao.fk(q),
+        lambda q: nao.fk(q, ["Head"], reference="LLeg"),
+        lambda q: nao.rotation(q, "LArm"),
+        lambda q: nao.position(q, "LArm"),
+        lambda q: nao.jacobian(q, "LArm"),
+        lambda q: nao.com(q),
+    ]
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (2, 2)])
+@pytest.mark.parametrize("kind", [np.asarray, np.float32, np.ndarray.tolist])
+def test_degrees_in_place_of_radians_are_warned_of(nao: nk.NaoModel, shape: tuple[int, ...], kind) -> None:
+    q = nao.random(0, shape)
+    q[(*(0 for _ in shape), 5)] = 45.0
+    for call in _poses(nao):
+        with pytest.warns(DegreesWarning, match=r"= 45 rad is more than a full turn; .* np\.deg2rad\(q\)") as caught:
+            call(kind(q))
+        assert len(caught) == 1
+        assert caught[0].filename == __file__
+        assert nao.joint_names[5] in str(caught[0].message)
+
+
+def test_a_call_in_a_loop_warns_once(nao: nk.NaoModel) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        for angle in (10.0, 20.0, 30.0):
+            nao.fk(np.full(25, angle), "LArm")
+        nao.fk(np.full(25, 10.0), "LArm")
+    assert len([w for w in caught if "HeadYaw = 10 rad" in str(w.message)]) == 2  # one for each of the two lines
+    assert {w.lineno for w in caught} != {caught[0].lineno}
+
+
+def test_what_may_turn_that_far_is_not_taken_for_degrees(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("free", kind="continuous"),
+        J("wide", limits=(-20.0, 20.0)),
+        J("slide", kind="prismatic"),
+        J("bound"),
+    )
+    robot.fk([100.0, 15.0, 50.0, 6.0], "bound_l")  # no more than a turn outside is no sign of degrees
+    for q, joint in (([0.0, 30.0, 0.0, 0.0], "wide"), ([0.0, 0.0, 0.0, -6.4], "bound")):
+        with pytest.warns(DegreesWarning, match=f"^{joint} ="):
+            robot.fk(q, "bound_l")
+
+
+def test_whoever_looks_at_the_limits_needs_no_warning(nao: nk.NaoModel) -> None:
+    q = np.full((2, 25), 45.0)
+    assert not nao.within_limits(q).any()
+    assert nao.limit_violations(q)
+    nao.clamp(q)
+    nao.angles(q)
+    with pytest.raises(OutsideLimits):
+        nao.fk(nao.configuration({"HeadYaw": 45.0}, limits="ignore") * 0 + 45.0, "Head", limits="raise")
+
+
+# --- masks, names, rows -----------------------------------------------------------------------------------------------
+
+
+def test_masked_entries_are_refused(nao: nk.NaoModel) -> None:
+    q = np.ma.array(nao.neutral(), mask=False)
+    assert np.array_equal(nao.fk(q, "LArm"), nao.fk(nao.neutral(), "LArm"))
+    q[3] = np.ma.masked
+    for call in (lambda: nao.fk(q, "LArm"), lambda: nao.check_limits(q), lambda: nk.rotations.exp(q[2:5])):
+        with pytest.raises(BadArgument, match=r"has masked entries; fill them first"):
+            call()
+
+
+@pytest.mark.parametrize("name", [np.zeros(3), np.array("LArm"), 5, b"LArm", [["LArm"]], None, np.array(["LArm", "x"])])
+def test_what_is_no_name_is_refused_as_one(nao: nk.NaoModel, name: object) -> None:
+    q = nao.neutral()
+    calls = [
+        lambda: nao.jacobian(q, name),
+        lambda: nao.posture(name),
+        lambda: nao.unit(name),
+        lambda: nk.load_robot(name),
+    ]
+    calls += [] if name is None else [lambda: nao.com(q, reference=name), lambda: nao.fk(q, "LArm", reference=name)]
+    calls += [] if name is None else [lambda: nao.fk(q, name)]
+    for call in calls:
+        with pytest.raises(UnknownName) as caught:
+            call()
+        assert len(str(caught.value)) < 400
+
+
+def test_an_array_of_names_is_several_names(nao: nk.NaoModel) -> None:
+    q = nao.random(0)
+    assert np.array_equal(nao.fk(q, np.array(["LArm", "RArm"])), nao.fk(q, ["LArm", "RArm"]))
+    assert np.array_equal(nao.fk(q, (name for name in ("LArm", "RArm"))), nao.fk(q, ["LArm", "RArm"]))
+
+
+def test_the_row_of_a_batch_whose_hips_disagree_is_named(nao: nk.NaoModel) -> None:
+    body = nao.to_body(nao.random(0, (4, 5)))
+    body[2, 3, nao.body_order.index("RHipYawPitch")] += 0.1
+    body[3, 0, nao.body_order.index("RHipYawPitch")] += 0.2
+    with pytest.raises(CouplingViolated, match=r"\(configuration 2, 3\)$") as caught:
+        nao.from_body(body)
+    assert caught.value.index == (2, 3)
+    assert caught.value.mimic_value == body[2, 3, nao.body_order.index("RHipYawPitch")]
+
+
+# --- limits as arrays -------------------------------------------------------------------------------------------------
+
+
+def test_the_mask_of_a_batch_says_what_the_rows_say(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(0)
+    q = nao.random(rng, (40, 50)) + rng.choice([0.0, 0.3], (40, 50, 25), p=[0.98, 0.02])
+    joints, inside = nao.within_limits(q, per_joint=True), nao.within_limits(q)
+    assert joints.shape == (40, 50, 25)
+    assert np.array_equal(inside, joints.all(axis=-1))
+    expected = np.ones_like(joints)
+    for violation in nao.limit_violations(q):
+        expected[(*violation.index, nao.joint_names.index(violation.joint))] = False
+    assert np.array_equal(joints, expected)
+    assert 0 < inside.sum() < inside.size
+    assert (~joints).any(axis=(0, 1))[nao.joint_names.index("HeadPitch")]  # by its table, too
+    assert nao.within_limits(nao.posture("Stand")).shape == ()
+
+
+def test_as_many_rows_of_violations_as_asked_for(nao: nk.NaoModel) -> None:
+    q = np.full((1000, 25), 3.0)
+    assert {violation.index for violation in nao.limit_violations(q, most=2)} == {(0,), (1,)}
+    assert nao.limit_violations(q, most=0) == ()
+    for bad in (-1, 1.5, "2"):
+        with pytest.raises(BadArgument, match="most must be"):
+            nao.limit_violations(q, most=bad)  # type: ignore[arg-type]
+
+
+def test_clamping_by_a_table_stays_in_the_box(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", limits=(-0.5, 0.25)))
+    table = nk.semantics.CoupledLimit("b", "a", (-1.0, 1.0), (-2.0, -0.1), (2.0, 0.1))
+    robot = nk.RobotModel.from_urdf(robot.urdf_path, semantics=nk.semantics.Semantics(coupled_limits=(table,)))
+    for a in np.linspace(-1.0, 1.0, 9):
+        for b in (-9.0, 9.0):
+            inside = robot.clamp([a, b])
+            assert robot.within_limits(inside), (a, b)
+            assert -0.5 <= inside[1] <= 0.25
+    assert robot.clamp([-1.0, 9.0])[1] == 0.25
+    assert robot.clamp([1.0, 9.0])[1] == pytest.approx(0.1)
+
+
+# --- couplings --------------------------------------------------------------------------------------------------------
+
+
+def test_a_follower_shares_its_speed_limit_by_its_multiplier(tmp_path: Path) -> None:
+    for multiplier in (-4.0, 0.25):
+        robot = made_up(tmp_path, J("a"), J("b", follows=("a", multiplier, 0.0), limits=(-30.0, 30.0)))
+        assert robot.velocity_limits[0] == pytest.approx(min(2.0, 2.0 / abs(multiplier)))
+
+
+@pytest.mark.parametrize("difference", [1.1e-6, -1.1e-6, 1e-4, 1e-3])
+def test_joints_of_one_motor_agree_to_single_precision(nao: nk.NaoModel, difference: float) -> None:
+    for values in ([0.1, 0.1 + difference], [np.array([0.1]), np.array([0.1 + difference])]):
+        with pytest.raises(CouplingViolated):
+            nao.configuration({"LHipYawPitch": values[0], "RHipYawPitch": values[1]})
+    nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.1 + 0.9e-6 * math.copysign(1.0, difference)})
+
+
+# --- the quick way ----------------------------------------------------------------------------------------------------
+
+_JOINTS = nk.load_nao().joint_names
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.dictionaries(
+        st.sampled_from(
+            (*_JOINTS, "RHipYawPitch", "LHandFinger11", "HeadPitch", "HeadYaw", "LAnkleRoll", "LAnklePitch")
+        ),
+        st.one_of(st.floats(-0.6, 0.6), st.floats(-3.0, 3.0), st.integers(-2, 2), st.just(math.nan), st.just(1e400)),
+        max_size=6,
+    ),
+    st.sampled_from(["raise", "clamp", "ignore"]),
+)
+def test_plain_numbers_take_the_same_way_as_arrays(angles: dict[str, float], limits: str) -> None:
+    nao = nk.load_nao()
+
+    def answer(values: object) -> object:
+        try:
+            return np.atleast_2d(nao.configuration(values, limits=limits)).tolist()  # type: ignore[arg-type]
+        except nk.NaoKinError as error:
+            return type(error), str(error).replace(" (configuration 0)", "").replace(" at index [0]", "")
+
+    assert answer(angles) == answer({name: np.array([value], dtype=np.float64) for name, value in angles.items()})
+
+
+def test_not_a_number_is_named_on_every_way(nao: nk.NaoModel) -> None:
+    q = nao.neutral()
+    for value in (math.nan, math.inf, -math.inf):
+        q[7] = value
+        for shaped in (q, q[None], q.tolist(), np.tile(q, (200, 1))):
+            with pytest.raises(NotFinite, match=nao.joint_names[7]):
+                nao.fk(shaped, "LArm")
+        with pytest.raises(NotFinite, match="HeadYaw"):
+            nao.configuration({"HeadYaw": value}, limits="ignore")
+    # Squares that overflow hide nothing, and are not taken for infinity.
+    large = np.zeros((200, 25))
+    large[150, 3] = 1e200
+    with pytest.warns(DegreesWarning):
+        nao.fk(large, "LArm")
+    large[151, 4] = math.nan
+    with pytest.raises(NotFinite, match=r"index \[151, 4\]"):
+        nao.fk(large, "LArm")
