@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nao_kin.rotations._sequences import SEQUENCES
 from nao_kin.rotations.checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
-from nao_kin.rotations.davenport import davenport_angles, matrix_from_davenport
+from nao_kin.rotations.davenport import are_davenport_axes, davenport_angles, matrix_from_davenport
 from nao_kin.rotations.elementary import rot_x, rot_y, rot_z
 from nao_kin.rotations.euler import EulerAngles, euler_from_matrix, matrix_from_euler, matrix_from_rpy, rpy_from_matrix
 from nao_kin.rotations.exponential import exp, log
@@ -32,6 +32,7 @@ __all__ = [
     "SEQUENCES",
     "EulerAngles",
     "RotationDefects",
+    "are_davenport_axes",
     "check_rotation",
     "davenport_angles",
     "euler_from_matrix",
