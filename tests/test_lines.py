@@ -475,7 +475,6 @@ def test_the_jacobian_moves_points_as_finite_turns_about_the_axes_do(shape) -> N
 LINE = PluckerLine.through([0, 0, 0], [1, 0, 0])
 TWO, THREE = (PluckerLine.from_point_direction(np.zeros((n, 3)), [1, 0, 0]) for n in (2, 3))
 GRID = PluckerLine.from_point_direction(np.zeros((2, 5, 3)), [1, 0, 0])
-GRID = PluckerLine.from_point_direction(np.zeros((2, 5, 3)), [1, 0, 0])
 REFUSED = {
     "coincident points": (lambda: PluckerLine.through([1, 2, 3], [1, 2, 3]), DegeneratePoints),
     "points at the rounding": (lambda: PluckerLine.through([1, 2, 3], [1, 2, 3 + 4e-16]), DegeneratePoints),
