@@ -16,6 +16,7 @@ from nao_kin import lines
 from nao_kin.errors import (
     BadArgument,
     DegeneratePoints,
+    NaoKinError,
     NotARotation,
     NotFinite,
     WrongShape,
@@ -264,9 +265,46 @@ def test_lines_of_a_batch_are_picked_by_index() -> None:
     np.testing.assert_array_equal(batch[1, 2].point, [15, 16, 0])
     assert batch[:, 1:].batch_shape == (2, 2)
     assert batch[0].batch_shape == (3,)
-    assert len(list(batch[0])) == 3
     with pytest.raises(IndexError):
         batch[2]
+
+
+def test_a_batch_is_iterated_over_along_its_first_axis() -> None:
+    batch = PluckerLine.from_point_direction(np.arange(18.0).reshape(2, 3, 3), [0, 0, 1])
+    assert [row.batch_shape for row in batch] == [(3,), (3,)]
+    assert [line.point.tolist() for line in batch[1]] == [[9, 10, 0], [12, 13, 0], [15, 16, 0]]
+    assert list(batch[:0]) == []
+
+
+def test_a_single_line_is_not_iterated_over() -> None:
+    line = PluckerLine.through([0, 0, 0], [1, 0, 0])
+    for walk in (iter, list, lambda line: [*line]):
+        with pytest.raises(NaoKinError, match="a single PluckerLine holds no lines to iterate over"):
+            walk(line)
+    with pytest.raises(TypeError):
+        iter(line)
+    assert not np.iterable(line)
+
+
+@pytest.mark.parametrize(
+    ("ulps", "is_line"), [(-5, False), (-1, False), (0, False), (1, False), (5, False), (8, True), (-8, True)]
+)
+def test_two_points_are_one_up_to_four_roundings_of_their_largest_coordinate(ulps, is_line) -> None:
+    p, q = np.array([1.0, -0.5, 3.0]), np.array([1.0, -0.5, 3.0 + ulps * 2 * EPS])
+    for scale in (1.0, 2.0**-400, 2.0**300):
+        if is_line:
+            np.testing.assert_array_equal(PluckerLine.through(scale * p, scale * q).direction, [0, 0, np.sign(ulps)])
+        else:
+            with pytest.raises(DegeneratePoints):
+                PluckerLine.through(scale * p, scale * q)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3])
+def test_a_pitch_up_to_1e_9_of_the_moment_is_taken_for_rounding(size) -> None:
+    PluckerLine([0, 1, 0], [size, 0.99e-9 * size, 0])
+    for pitch in (1.01e-9, 1e-7, 1e-3):
+        with pytest.raises(BadArgument, match="screw of pitch"):
+            PluckerLine([0, 1, 0], [size, pitch * size, 0])
 
 
 # --- two lines
@@ -390,6 +428,63 @@ def test_what_counts_as_parallel_and_as_coincident_can_be_chosen() -> None:
     assert lines.incident(
         PluckerLine.through([0, 0, 0], [1, 0, 0]), PluckerLine.through([0, 0, 2], [0, 1, 2]), within=3
     )
+
+
+def test_lines_within_1e_12_coincide_and_those_within_1e_9_share_a_point() -> None:
+    a = PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
+    for apart, coincides, meets in (
+        (0.99e-12, True, True),
+        (1.01e-12, False, True),
+        (1e-11, False, True),
+        (0.99e-9, False, True),
+        (1.01e-9, False, False),
+        (1e-6, False, False),
+    ):
+        for direction in ([1, 0, 0], [-1, 0, 0]):
+            b = PluckerLine.from_point_direction([0, apart, 0], direction)
+            normal = lines.common_normal(a, b)
+            np.testing.assert_array_equal(normal.direction, [0, 0 if coincides else 1, 0])
+            assert normal.offset == lines.distance(a, b) == apart
+            assert lines.incident(a, b) == meets
+        crossing = PluckerLine.from_point_direction([0, 0, apart], [0, 1, 0])
+        assert lines.incident(a, crossing) == meets
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("angle", "parallel"), [(0.0, True), (0.99e-13, True), (1.01e-13, False), (1e-12, False)])
+def test_lines_count_as_parallel_under_1e_13_rad(angle, parallel, sign) -> None:
+    a = PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
+    for other in ([sign, angle, 0], [sign, 0, -angle]):
+        assert lines.common_normal(a, PluckerLine.from_point_direction([0, 0, 1], other)).parallel == parallel
+
+
+def exactly_off(line: PluckerLine, p: np.ndarray) -> float:
+    """Distance of a point from the line through `line.point` along `line.direction`, at 60 digits."""
+    with mpmath.workdps(60):
+        arm, e = (mpmath.matrix([mpmath.mpf(float(x)) for x in v]) for v in (p, line.direction))
+        arm -= mpmath.matrix([mpmath.mpf(float(x)) for x in line.point])
+        along = mpmath.fsum(arm[i] * e[i] for i in range(3)) / mpmath.fsum(x * x for x in e)
+        return float(mpmath.norm(arm - along * e))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("angle", [0.0, 2e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.5, 1.5])
+def test_the_second_foot_is_the_first_moved_along_the_normal_and_both_lie_on_their_lines(angle, sign) -> None:
+    rng = np.random.default_rng(9)
+    p, d, q, f, o = rng.normal(size=(5, 40, 3))
+    e = d / np.linalg.norm(d, axis=-1, keepdims=True)
+    aside = np.cross(e, f)
+    aside /= np.linalg.norm(aside, axis=-1, keepdims=True)
+    # Every second pair has a line whose origin is far away, and whose closest point with it.
+    o[::2] += 1e6 * e[::2]
+    a = PluckerLine.from_point_direction(p, e, origin=o)
+    b = PluckerLine.from_point_direction(q, sign * (np.cos(angle) * e + np.sin(angle) * aside))
+    for one, other in ((a, b), (b, a), (a, a)):
+        normal = lines.common_normal(one, other)
+        np.testing.assert_array_equal(normal.foot_b, normal.foot_a + normal.offset[:, None] * normal.direction)
+        for i in range(40):
+            for line, foot in ((one[i], normal.foot_a[i]), (other[i], normal.foot_b[i])):
+                assert exactly_off(line, foot) <= 8 * EPS * max(np.abs(foot).max(), np.abs(line.point).max())
 
 
 def test_reciprocal_product_is_the_same_about_every_origin() -> None:

@@ -473,6 +473,7 @@ _ERRORS = [
     errors.MissingExtra(_LINES, _LINES),
     errors.SingularMatrix(_LINES, _LINES, (0,)),
     errors.NoBrowser(_LINES),
+    errors.NotABatch(_LINES),
 ]
 
 

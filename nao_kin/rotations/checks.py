@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numbers
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._scalars import check_tolerance
 from nao_kin._vectors import first_index
 from nao_kin.errors import BadArgument, NotARotation, WrongShape
 from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
@@ -122,16 +122,6 @@ def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
         m00 * m02 + m10 * m12 + m20 * m22,
         m01 * m02 + m11 * m12 + m21 * m22,
     )
-
-
-def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
-    """Refuse anything but one number ≥ 0."""
-    try:
-        fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
-    except OverflowError:
-        fine = False
-    if not fine:
-        raise BadArgument(f"{what} must be a number ≥ 0, got {tolerance!r}")
 
 
 def as_rotations(R: ArrayLike) -> Floats:
