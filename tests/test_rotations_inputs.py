@@ -239,6 +239,17 @@ def test_what_is_no_array_of_numbers_is_refused(bad):
         rotations.matrix_from_linear(bad, 1.0)
 
 
+@pytest.mark.parametrize("count", [1, 5000])
+def test_numbers_whose_squares_overflow_are_finite_and_a_nan_among_them_is_found(count):
+    quats = np.full((count, 4), 1e200)
+    assert (rotations.quat_canonical(-quats) == quats).all()
+    for bad in (math.nan, math.inf, -math.inf):
+        quats[-1, 2] = bad
+        with pytest.raises(NotFinite) as caught:
+            rotations.quat_canonical(quats)
+        assert caught.value.index == (count - 1, 2)
+
+
 def test_mismatched_batches_are_refused():
     for call in (rotations.matrix_from_natural, rotations.matrix_from_linear, rotations.matrix_from_euler_rodrigues):
         with pytest.raises(WrongShape, match="batch axes"):

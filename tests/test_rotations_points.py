@@ -148,6 +148,15 @@ def test_points_near_one_line_give_the_turn_about_it_to_the_digits_they_have(met
             assert worst(rotation_from_points(points, points @ R.T, method=method), R) < 1e-15 / thinness**power
 
 
+@pytest.mark.parametrize("thinness", [*(10.0**-k for k in range(8)), 1.1e-8])
+def test_triads_give_a_rotation_to_the_last_digits_however_thin_the_points(thinness):
+    for seed, R in enumerate(random_rotations(100, seed=5)):
+        points = thin_cloud(thinness, 2 * seed + 1)
+        defects = check_rotation(rotation_from_points(points, points @ R.T, method="triads"))
+        assert defects.orthogonality < 2e-15
+        assert abs(defects.determinant) < 2e-15
+
+
 @pytest.mark.parametrize(
     ("method", "thinness"),
     [("least_squares", 0.99e-6), ("least_squares", 1e-7), ("least_squares", 1e-12), ("triads", 0.9e-8)],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nao_kin.rotations._kernels import LARGEST_SQUARE, Functions, Number, OutOfScale
+from nao_kin.rotations._kernels import LARGEST_SQUARE, SMALLEST_NORMAL, Functions, Number, OutOfScale
 
 
 def rodrigues(x: Number, y: Number, z: Number, A: Number, B: Number) -> tuple[Number, ...]:
@@ -19,8 +19,8 @@ def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple
     square = x * x + y * y + z * z
     if not f.within(square, LARGEST_SQUARE):
         raise OutOfScale
-    # Below 1e-100 both quotients have long become constant; the floor keeps 0/0 away.
-    square = f.larger(square, 1e-200)
+    # The floor keeps 0/0 away; both quotients are constant to the last digit from φ = 1e-8 down.
+    square = f.larger(square, SMALLEST_NORMAL)
     half = 0.5 * f.sqrt(square)
     # One tangent of the half angle gives sine and cosine: 2t/(1 + t²) and (1 − t²)/(1 + t²), at half their price.
     quotient = f.tan(half) / half

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._arrays import Floats, as_numbers
-from nao_kin._vectors import as_vectors, common_batch, first_index, unit
+from nao_kin._vectors import as_vectors, common_batch, dot, first_index, unit
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
 from nao_kin.rotations.checks import nearest_rotation
 
@@ -98,4 +98,6 @@ def _triad(points: Floats) -> Floats:
     a, b, c = points[..., 0, :], points[..., 1, :], points[..., 2, :]
     e1, _ = unit(b - c, "b − c")
     e3, _ = unit(np.cross(e1, a - 0.5 * (b + c)), "normal of the points")
+    # Of points near one line the product is short, and its rounding leans it towards the line.
+    e3, _ = unit(e3 - dot(e3, e1)[..., None] * e1, "normal of the points")
     return np.stack([e1, np.cross(e3, e1), e3], axis=-1)
