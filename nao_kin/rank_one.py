@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._arrays import Floats
-from nao_kin._vectors import as_vectors, common_batch, dot, first_index, norm, unit
+from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import SingularMatrix
 
 # Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; below it a zero cannot be told from what is not one.
@@ -110,7 +110,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
     defective = sheared & ~singular & (np.abs(cosine) <= _ROUNDING * dot(np.abs(along_u), np.abs(normal_v)))
 
     w1 = _perpendicular_to_both(normal_v, along_u)
-    w2 = np.cross(w1, normal_v)
+    w2 = cross(w1, normal_v)
     # A shear's u lies in the plane ⟂ v, so that w2 is u up to rounding: one name for one vector.
     w2 = np.where(defective[..., None], along_u, w2)
 
@@ -149,8 +149,8 @@ def _is_minus_one(product: Floats, u: Floats, v: Floats) -> NDArray[np.bool_]:
 
 def _perpendicular_to_both(a: Floats, b: Floats) -> Floats:
     """Unit vectors ⟂ the unit vector a, and ⟂ b where b is not nearly along a."""
-    crossed = np.cross(a, b)
+    crossed = cross(a, b)
     # Where b gives no clear direction, the coordinate axis farthest from a does.
     axis = np.eye(3)[np.abs(a).argmin(axis=-1)]
     clear = norm(crossed) > 0.1
-    return unit(np.where(clear[..., None], crossed, np.cross(a, axis)), "normal")[0]
+    return unit(np.where(clear[..., None], crossed, cross(a, axis)), "normal")[0]

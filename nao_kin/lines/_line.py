@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import as_vectors, common_batch, dot, first_index, norm, unit
+from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch
 from nao_kin.rotations import check_rotation
 
@@ -103,7 +103,7 @@ class PluckerLine:
         p_near, q_near = p - o, q - o
         # The nearer point gives the moment the smaller rounding error.
         arm = np.where((norm(p_near) <= norm(q_near))[..., None], p_near, q_near)
-        return cls._of(e, np.cross(arm, e), o)
+        return cls._of(e, cross(arm, e), o)
 
     @classmethod
     def from_point_direction(
@@ -124,7 +124,7 @@ class PluckerLine:
         o = as_vectors(origin, "origin")
         common_batch("point, direction and origin", p.shape[:-1], d.shape[:-1], o.shape[:-1])
         e, _ = unit(d, "direction")
-        return cls._of(e, np.cross(p - o, e), o)
+        return cls._of(e, cross(p - o, e), o)
 
     @classmethod
     def from_coordinates(cls, coordinates: ArrayLike, *, origin: ArrayLike = _CENTRE) -> PluckerLine:
@@ -155,7 +155,7 @@ class PluckerLine:
     @property
     def point(self) -> Floats:
         """The point of the line closest to its origin, o + e × n, shape (..., 3) [m]."""
-        return self.origin + np.cross(self.direction, self.moment)
+        return self.origin + cross(self.direction, self.moment)
 
     def closest_point(self, to: ArrayLike) -> Floats:
         """The point of the line closest to the point `to`, shape (..., 3) [m]."""
@@ -176,7 +176,7 @@ class PluckerLine:
         """
         o = as_vectors(origin, "origin")
         common_batch("line and origin", self.batch_shape, o.shape[:-1])
-        return self._of(self.direction, self.moment + np.cross(self.origin - o, self.direction), o)
+        return self._of(self.direction, self.moment + cross(self.origin - o, self.direction), o)
 
     def transformed(self, T_ab: ArrayLike) -> PluckerLine:
         """A line given in frame b, in the coordinates of frame a; or a line of a, carried along by the motion T_ab.
@@ -198,7 +198,7 @@ class PluckerLine:
         e, _ = unit(np.einsum("...ij,...j->...i", R, self.direction), "direction")
         n = np.einsum("...ij,...j->...i", R, self.moment)
         moved_origin = np.einsum("...ij,...j->...i", R, self.origin) + t
-        return self._of(e, n + np.cross(moved_origin - self.origin, e), self.origin)
+        return self._of(e, n + cross(moved_origin - self.origin, e), self.origin)
 
     def __getitem__(self, index: Any) -> PluckerLine:
         """The lines that `index`, any NumPy index over the batch axes, picks; IndexError outside them."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
 from nao_kin._scalars import check_tolerance
-from nao_kin._vectors import common_batch, dot, norm
+from nao_kin._vectors import common_batch, cross, dot, norm
 from nao_kin.lines._line import PluckerLine, check_line
 
 
@@ -71,15 +71,15 @@ def common_normal(
     p_a, p_b = a.point, b.point
     cosine = dot(e_a, e_b)
     # e_a × e_b, taken from a difference that is exact where the two are nearly equal or nearly opposite.
-    crossed = np.cross(e_a, e_b - np.copysign(1.0, cosine)[..., None] * e_a)
+    crossed = cross(e_a, e_b - np.copysign(1.0, cosine)[..., None] * e_a)
     sine = norm(crossed)
     parallel = sine <= parallel_below
 
     safe_sine = np.where(parallel, 1.0, sine)[..., None]
     normal = crossed / safe_sine
     a_to_b = p_b - p_a
-    along_a = dot(a_to_b, np.cross(e_b, normal))[..., None] / safe_sine
-    along_b = dot(a_to_b, np.cross(e_a, normal))[..., None] / safe_sine
+    along_a = dot(a_to_b, cross(e_b, normal))[..., None] / safe_sine
+    along_b = dot(a_to_b, cross(e_a, normal))[..., None] / safe_sine
     skew_offset = dot(a_to_b, normal)
     # Feet of nearly parallel lines lie far away; the line with the shorter way to its own tells where they are.
     from_a = p_a + along_a * e_a

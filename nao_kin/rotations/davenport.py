@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import common_batch, unit
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch, common_batch, unit
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.rotations._kernels import evaluate, rescaled
 from nao_kin.rotations._sequences import AtLock, check_at_lock, find_convention
@@ -123,7 +123,7 @@ def matrix_from_davenport(angles: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: A
         ZeroNorm: a zero axis.
         BadArgument, WrongShape, NotFinite: not numbers, wrong shapes, NaN or infinity.
     """
-    values = as_floats(angles, (3,), "angles")
+    values = as_batch(angles, (3,), "angles")
     axes = [unit(_single_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate((a1, a2, a3), 1)]
     turns = [matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(axes)]
     return np.asarray(turns[0] @ turns[1] @ turns[2])
@@ -131,7 +131,7 @@ def matrix_from_davenport(angles: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: A
 
 def _scaled_axis(axis: ArrayLike, what: str) -> Floats:
     """The axis at a length from 1 to √3, shape (..., 3); zero refused."""
-    return rescaled(as_floats(axis, (3,), what), what)
+    return rescaled(as_batch(axis, (3,), what), what)
 
 
 def _single_axis(axis: ArrayLike, what: str) -> Floats:

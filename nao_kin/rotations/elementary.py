@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch
 from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
 
 
@@ -55,7 +56,7 @@ def rot_z(angle: ArrayLike) -> Floats:
 
 
 def _turn(kernel: Kernel, angle: ArrayLike) -> Floats:
-    angles = as_floats(angle, (), "angle")
+    angles = as_batch(angle, (), "angle")
     return evaluate(kernel, [angles[..., np.newaxis]], (3, 3))[0]
 
 

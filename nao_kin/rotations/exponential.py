@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import first_index
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch, first_index
 from nao_kin.errors import BadArgument
 from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate
 from nao_kin.rotations._rodrigues import from_rotation_vector
@@ -32,7 +32,7 @@ def exp(v: ArrayLike) -> Floats:
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
     """
-    vectors = as_floats(v, (3,), "rotation vector")
+    vectors = as_batch(v, (3,), "rotation vector")
     try:
         return evaluate(from_rotation_vector, [vectors], (3, 3))[0]
     except OutOfScale:

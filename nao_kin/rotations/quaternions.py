@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import as_vectors, common_batch, first_index, unit
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch, as_vectors, common_batch, first_index, unit
 from nao_kin.errors import BadArgument, ZeroNorm
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin.rotations._rodrigues import from_quaternion
@@ -54,7 +54,7 @@ def matrix_from_quat(q: ArrayLike) -> Floats:
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
     """
-    quats = as_floats(q, (4,), "quaternion")
+    quats = as_batch(q, (4,), "quaternion")
     try:
         return evaluate(from_quaternion, [quats], (3, 3))[0]
     except OutOfScale:
@@ -93,7 +93,7 @@ def quat_conjugate(q: ArrayLike) -> Floats:
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    return as_floats(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
+    return as_batch(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
 
 
 def quat_canonical(q: ArrayLike) -> Floats:
@@ -109,7 +109,7 @@ def quat_canonical(q: ArrayLike) -> Floats:
         ZeroNorm: a zero quaternion; carries its index.
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    quats = as_floats(q, (4,), "quaternion")
+    quats = as_batch(q, (4,), "quaternion")
     nonzero = quats != 0.0
     if not nonzero.any(axis=-1).all():
         raise ZeroNorm("quaternion", first_index(~nonzero.any(axis=-1)))
@@ -138,7 +138,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
 
     Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
     """
-    P, Q, parts = as_floats(p, (4,), "quaternion p"), as_floats(q, (4,), "quaternion q"), as_floats(t, (), "t")
+    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_batch(t, (), "t")
     if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
         raise BadArgument(f"t must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
     batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
@@ -159,7 +159,7 @@ def quat_to_xyzw(q: ArrayLike) -> Floats:
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    return as_floats(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
+    return as_batch(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
 
 
 def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
@@ -174,7 +174,7 @@ def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    return as_floats(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
+    return as_batch(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
 
 
 def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
