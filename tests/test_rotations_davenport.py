@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rotation_strata import DISTANCES, PROPERTY, angles, axes, integer_rotations, matrices, random_rotations, worst
+from rotation_samples import DISTANCES, PROPERTY, angles, axes, integer_rotations, matrices, random_rotations, worst
 from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, ZeroNorm

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotation_strata import CONVENTIONS, DISTANCES, PROPERTY, integer_rotations, random_rotations, worst
+from rotation_samples import CONVENTIONS, DISTANCES, PROPERTY, integer_rotations, random_rotations, worst
 
 import nao_kin.rotations as rotations
 from nao_kin.errors import BadArgument, NaoKinError, NotARotation, NotFinite, WrongShape

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rotation_strata import PROPERTY, integer_rotations, matrices, quaternions, random_rotations, worst
+from rotation_samples import PROPERTY, integer_rotations, matrices, quaternions, random_rotations, worst
 from scipy.spatial.transform import Rotation, Slerp
 
 from nao_kin.errors import BadArgument, WrongShape, ZeroNorm

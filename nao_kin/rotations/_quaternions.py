@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from nao_kin._arrays import Floats
 from nao_kin._vectors import as_batch, as_vectors, common_batch, first_index, unit
 from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin.rotations._checks import evaluate_rotations
+from nao_kin.rotations._elementary import from_quaternion
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.rotations._rodrigues import from_quaternion
-from nao_kin.rotations.checks import evaluate_rotations
 
 _LARGEST_PART = 1e15
 

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 from nao_kin._arrays import Floats
 from nao_kin._vectors import as_batch, first_index
 from nao_kin.errors import BadArgument
+from nao_kin.rotations._checks import evaluate_rotations
+from nao_kin.rotations._elementary import from_rotation_vector
 from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate
-from nao_kin.rotations._rodrigues import from_rotation_vector
-from nao_kin.rotations.checks import evaluate_rotations
-from nao_kin.rotations.quaternions import quaternion_of
+from nao_kin.rotations._quaternions import quaternion_of
 
 
 def exp(v: ArrayLike) -> Floats:

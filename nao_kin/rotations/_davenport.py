@@ -10,12 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._arrays import Floats
 from nao_kin._vectors import as_batch, common_batch, unit
 from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.rotations._checks import as_rotations
+from nao_kin.rotations._euler import EulerAngles
+from nao_kin.rotations._invariants import matrix_from_natural
 from nao_kin.rotations._kernels import evaluate, rescaled
-from nao_kin.rotations._sequences import AtLock, check_at_lock, find_convention
-from nao_kin.rotations._three_angles import extraction
-from nao_kin.rotations.checks import as_rotations
-from nao_kin.rotations.euler import EulerAngles
-from nao_kin.rotations.invariants import matrix_from_natural
+from nao_kin.rotations._three_angles import AtLock, check_at_lock, extraction, find_convention
 
 # |cos| up to which two axes count as perpendicular; the matrix of the angles is then wrong by as much.
 _PERPENDICULAR = 1e-9

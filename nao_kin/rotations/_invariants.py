@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 from nao_kin._arrays import Floats
 from nao_kin._vectors import as_batch, common_batch, first_index
 from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
+from nao_kin.rotations._elementary import from_linear, from_natural
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.rotations._rodrigues import from_linear, from_natural
-from nao_kin.rotations.checks import TOLERANCE, evaluate_rotations
-from nao_kin.rotations.quaternions import matrix_from_quat, quaternion_of
+from nao_kin.rotations._quaternions import matrix_from_quat, quaternion_of
 
 # Where cos φ rounds to −1: of the axis in sin φ e, eight digits and more are gone.
 _SINE_NEAR_PI = 2.0**-26

@@ -9,10 +9,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._arrays import Floats
 from nao_kin._vectors import as_batch
+from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._kernels import evaluate
-from nao_kin.rotations._sequences import REQUIRED, AtLock, Axes, check_at_lock, find_convention
-from nao_kin.rotations._three_angles import composition, extraction
-from nao_kin.rotations.checks import evaluate_rotations
+from nao_kin.rotations._three_angles import (
+    REQUIRED,
+    AtLock,
+    Axes,
+    check_at_lock,
+    composition,
+    extraction,
+    find_convention,
+)
 
 
 @dataclass(frozen=True, eq=False)
