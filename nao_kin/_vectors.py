@@ -22,7 +22,8 @@ def as_batch(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
         BadArgument, NotFinite: as in `as_floats`.
     """
     array = as_floats(value, tail, what)
-    _check_batch_axes(array.ndim - len(tail), tail, what)
+    if array.ndim - len(tail) > MOST_BATCH_AXES:
+        raise _too_many_axes(array.ndim - len(tail), tail, what)
     return array
 
 
@@ -35,7 +36,9 @@ def as_vectors(value: ArrayLike, what: str, size: int = 3, *, rows: bool = False
     """
     with np.errstate(over="ignore"):
         vectors = as_floats(value, (size,), what)
-    _check_batch_axes(vectors.ndim - (2 if rows else 1), (size,), what)
+    batch_axes = vectors.ndim - (2 if rows else 1)
+    if batch_axes > MOST_BATCH_AXES:
+        raise _too_many_axes(batch_axes, (size,), what)
     if vectors.size and np.abs(vectors).max() > _LARGEST:
         raise BadArgument(f"{what} must not exceed {_LARGEST:.0e} in magnitude, got {np.abs(vectors).max():.3g}")
     return vectors
@@ -86,6 +89,8 @@ def common_batch(what: str, *batch_shapes: tuple[int, ...]) -> tuple[int, ...]:
     Raises:
         WrongShape: there is none.
     """
+    if len(set(batch_shapes)) == 1:
+        return batch_shapes[0]
     # Not by np.broadcast_shapes, which ends at 32 axes.
     longest = max(map(len, batch_shapes))
     common = []
@@ -102,7 +107,6 @@ def first_index(mask: NDArray[np.bool_]) -> tuple[int, ...]:
     return tuple(int(i) for i in np.argwhere(mask)[0])
 
 
-def _check_batch_axes(count: int, tail: tuple[int, ...], what: str) -> None:
-    if count > MOST_BATCH_AXES:
-        shape = f"(..., {', '.join(map(str, tail))})" if tail else "(...)"
-        raise WrongShape(what, f"{shape} with at most {MOST_BATCH_AXES} batch axes", f"{count} of them")
+def _too_many_axes(count: int, tail: tuple[int, ...], what: str) -> WrongShape:
+    shape = f"(..., {', '.join(map(str, tail))})" if tail else "(...)"
+    return WrongShape(what, f"{shape} with at most {MOST_BATCH_AXES} batch axes", f"{count} of them")
