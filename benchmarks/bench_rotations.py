@@ -157,7 +157,7 @@ def _race(conversion: Conversion, values: Array, repeats: int) -> tuple[float, f
 
 
 def _errors(conversion: Conversion) -> tuple[float, float]:
-    """Worst error of each library over the strata."""
+    """Worst error of each library over samples where it is hard."""
     with warnings.catch_warnings():
         # scipy warns at gimbal lock.
         warnings.simplefilter("ignore", UserWarning)

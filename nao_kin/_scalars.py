@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import operator
 import re
 from typing import SupportsIndex
@@ -38,3 +39,17 @@ def whole_number(value: SupportsIndex, what: str, least: int) -> int:
     if number < least:
         raise BadArgument(f"{what} must be at least {least}, got {number}")
     return number
+
+
+def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
+    """Refuse anything but one number ≥ 0.
+
+    Raises:
+        BadArgument: no real number, NaN, or a negative one.
+    """
+    try:
+        fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
+    except OverflowError:
+        fine = False
+    if not fine:
+        raise BadArgument(f"{what} must be a number ≥ 0, got {tolerance!r}")

@@ -273,5 +273,9 @@ class NoBrowser(NaoKinError):
     """A web browser is needed and there is none, or none has shown up in time."""
 
 
+class NotABatch(NaoKinError, TypeError):
+    """A single value is iterated over as if it were a batch; also a TypeError, as Python's own iteration raises."""
+
+
 def _listed(index: Sequence[int]) -> str:
     return ", ".join(map(str, index))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._arrays import Floats
-from nao_kin._vectors import as_vectors, common_batch, dot, first_index, norm, unit
+from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import SingularMatrix
 
 # Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; below it a zero cannot be told from what is not one.
@@ -27,15 +27,16 @@ class RankOneEigen:
 
     Attributes:
         values: eigenvalues (1, 1, 1 + u·v), shape (..., 3).
-        vectors: unit eigenvectors as columns, shape (..., 3, 3): two at right angles to v and to one another, then
-            u/‖u‖. Where T is defective the last two columns are the same vector; where ‖u‖ ‖v‖ ≤ 1e-300, and T with it
-            the identity, the last is v/‖v‖ (u/‖u‖ for v = 0) and the three are orthonormal.
+        vectors: unit eigenvectors as columns, shape (..., 3, 3): two at right angles to v and to one another, the first
+            also to u where the sine of the angle between u and v exceeds 0.1, then u/‖u‖. Where T is defective the last
+            two columns are the same vector; where ‖u‖ ‖v‖ ≤ 1e-300, and T with it the identity, the last is v/‖v‖
+            (u/‖u‖ for v = 0) and the three are orthonormal.
         defective: where u·v = 0 with ‖u‖ ‖v‖ > 1e-300, shape (...): the eigenvalue 1 counts three times and has only
             two independent eigenvectors.
         singular: where u·v = −1, shape (...).
         jordan_basis: columns P with T P = P J, shape (..., 3, 3): the eigenvectors, where T is defective with the
             generalised one g = v/(‖u‖ ‖v‖²) last, for which T g = g + u/‖u‖. |det P| is |cos ∠(u, v)|, where T is
-            defective 1/(‖u‖ ‖v‖), where it is the identity 1: invertible, but for a singular T whose ‖u‖ ‖v‖ beyond
+            defective 1/(‖u‖ ‖v‖), where it is the identity 1: invertible, but for a singular T whose ‖u‖ ‖v‖ above
             1e15 leaves a cosine that rounding cannot tell from 0.
         jordan_form: J, shape (..., 3, 3): diagonal; where T is defective, its last block is [[1, 1], [0, 1]].
     """
@@ -60,7 +61,7 @@ def matrix(u: ArrayLike, v: ArrayLike) -> Floats:
 
     Raises:
         WrongShape, NotFinite: in either argument.
-        BadArgument: components beyond 1e150, whose product may overflow.
+        BadArgument: components outside ±1e150, whose product may overflow.
     """
     return _matrix(*_checked(u, v))
 
@@ -109,7 +110,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
     defective = sheared & ~singular & (np.abs(cosine) <= _ROUNDING * dot(np.abs(along_u), np.abs(normal_v)))
 
     w1 = _perpendicular_to_both(normal_v, along_u)
-    w2 = np.cross(w1, normal_v)
+    w2 = cross(w1, normal_v)
     # A shear's u lies in the plane ⟂ v, so that w2 is u up to rounding: one name for one vector.
     w2 = np.where(defective[..., None], along_u, w2)
 
@@ -148,8 +149,8 @@ def _is_minus_one(product: Floats, u: Floats, v: Floats) -> NDArray[np.bool_]:
 
 def _perpendicular_to_both(a: Floats, b: Floats) -> Floats:
     """Unit vectors ⟂ the unit vector a, and ⟂ b where b is not nearly along a."""
-    crossed = np.cross(a, b)
+    crossed = cross(a, b)
     # Where b gives no clear direction, the coordinate axis farthest from a does.
     axis = np.eye(3)[np.abs(a).argmin(axis=-1)]
     clear = norm(crossed) > 0.1
-    return unit(np.where(clear[..., None], crossed, np.cross(a, axis)), "normal")[0]
+    return unit(np.where(clear[..., None], crossed, cross(a, axis)), "normal")[0]

@@ -16,6 +16,7 @@ from nao_kin import lines
 from nao_kin.errors import (
     BadArgument,
     DegeneratePoints,
+    NaoKinError,
     NotARotation,
     NotFinite,
     WrongShape,
@@ -253,6 +254,30 @@ def test_every_function_takes_every_batch_shape_and_treats_each_line_alone(shape
             assert_near(result(i), whole[i], atol=1e-13, err_msg=name)
 
 
+def test_batches_may_have_62_axes_and_no_more() -> None:
+    many = (1,) * 62
+    p, q, T = np.zeros((*many, 3)), np.ones((*many, 3)), np.eye(4).reshape(*many, 4, 4)
+    line = PluckerLine.through(p, q)
+    for moved in (line, line.transfer_to(q), line.transformed(T), PluckerLine.from_point_direction(p, q), line[...]):
+        assert PluckerLine.from_coordinates(moved.coordinates, origin=moved.origin).batch_shape == many
+    assert line.closest_point(q).shape == p.shape
+    normal = lines.common_normal(line, PluckerLine.through(p, [1, 0, 0]))
+    assert normal.foot_a.shape == normal.foot_b.shape == p.shape
+    assert lines.incident(line, line).shape == lines.reciprocal_product(line, line).shape == many
+    assert lines.transfer_matrix(p, q).shape == lines.motion_matrix(T).shape == (*many, 6, 6)
+    assert lines.geometric_jacobian(line, at=p[0]).shape == (*many[1:], 6, 1)
+    assert len(list(line)) == 1
+    for call in (
+        lambda: PluckerLine.through(p[None], [1, 0, 0]),
+        lambda: PluckerLine.from_point_direction([0, 0, 0], q[None]),
+        lambda: PluckerLine.from_coordinates(np.ones((*many, 1, 6))),
+        lambda: line.transfer_to(p[None]),
+        lambda: lines.transfer_matrix(p[None], [0, 0, 0]),
+    ):
+        with pytest.raises(WrongShape, match="with at most 62 batch axes, got 63 of them"):
+            call()
+
+
 def test_arguments_broadcast_against_each_other() -> None:
     grid = PluckerLine.through(np.zeros((4, 1, 3)), np.eye(3), origin=[1.0, 2.0, 3.0])
     assert grid.batch_shape == grid.moment.shape[:-1] == grid.origin.shape[:-1] == (4, 3)
@@ -264,9 +289,46 @@ def test_lines_of_a_batch_are_picked_by_index() -> None:
     np.testing.assert_array_equal(batch[1, 2].point, [15, 16, 0])
     assert batch[:, 1:].batch_shape == (2, 2)
     assert batch[0].batch_shape == (3,)
-    assert len(list(batch[0])) == 3
     with pytest.raises(IndexError):
         batch[2]
+
+
+def test_a_batch_is_iterated_over_along_its_first_axis() -> None:
+    batch = PluckerLine.from_point_direction(np.arange(18.0).reshape(2, 3, 3), [0, 0, 1])
+    assert [row.batch_shape for row in batch] == [(3,), (3,)]
+    assert [line.point.tolist() for line in batch[1]] == [[9, 10, 0], [12, 13, 0], [15, 16, 0]]
+    assert list(batch[:0]) == []
+
+
+def test_a_single_line_is_not_iterated_over() -> None:
+    line = PluckerLine.through([0, 0, 0], [1, 0, 0])
+    for walk in (iter, list, lambda line: [*line]):
+        with pytest.raises(NaoKinError, match="a single PluckerLine holds no lines to iterate over"):
+            walk(line)
+    with pytest.raises(TypeError):
+        iter(line)
+    assert not np.iterable(line)
+
+
+@pytest.mark.parametrize(
+    ("ulps", "is_line"), [(-5, False), (-1, False), (0, False), (1, False), (5, False), (8, True), (-8, True)]
+)
+def test_two_points_are_one_up_to_four_roundings_of_their_largest_coordinate(ulps, is_line) -> None:
+    p, q = np.array([1.0, -0.5, 3.0]), np.array([1.0, -0.5, 3.0 + ulps * 2 * EPS])
+    for scale in (1.0, 2.0**-400, 2.0**300):
+        if is_line:
+            np.testing.assert_array_equal(PluckerLine.through(scale * p, scale * q).direction, [0, 0, np.sign(ulps)])
+        else:
+            with pytest.raises(DegeneratePoints):
+                PluckerLine.through(scale * p, scale * q)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3])
+def test_a_pitch_up_to_1e_9_of_the_moment_is_taken_for_rounding(size) -> None:
+    PluckerLine([0, 1, 0], [size, 0.99e-9 * size, 0])
+    for pitch in (1.01e-9, 1e-7, 1e-3):
+        with pytest.raises(BadArgument, match="screw of pitch"):
+            PluckerLine([0, 1, 0], [size, pitch * size, 0])
 
 
 # --- two lines
@@ -392,6 +454,63 @@ def test_what_counts_as_parallel_and_as_coincident_can_be_chosen() -> None:
     )
 
 
+def test_lines_within_1e_12_coincide_and_those_within_1e_9_share_a_point() -> None:
+    a = PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
+    for apart, coincides, meets in (
+        (0.99e-12, True, True),
+        (1.01e-12, False, True),
+        (1e-11, False, True),
+        (0.99e-9, False, True),
+        (1.01e-9, False, False),
+        (1e-6, False, False),
+    ):
+        for direction in ([1, 0, 0], [-1, 0, 0]):
+            b = PluckerLine.from_point_direction([0, apart, 0], direction)
+            normal = lines.common_normal(a, b)
+            np.testing.assert_array_equal(normal.direction, [0, 0 if coincides else 1, 0])
+            assert normal.offset == lines.distance(a, b) == apart
+            assert lines.incident(a, b) == meets
+        crossing = PluckerLine.from_point_direction([0, 0, apart], [0, 1, 0])
+        assert lines.incident(a, crossing) == meets
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("angle", "parallel"), [(0.0, True), (0.99e-13, True), (1.01e-13, False), (1e-12, False)])
+def test_lines_count_as_parallel_under_1e_13_rad(angle, parallel, sign) -> None:
+    a = PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
+    for other in ([sign, angle, 0], [sign, 0, -angle]):
+        assert lines.common_normal(a, PluckerLine.from_point_direction([0, 0, 1], other)).parallel == parallel
+
+
+def exactly_off(line: PluckerLine, p: np.ndarray) -> float:
+    """Distance of a point from the line through `line.point` along `line.direction`, at 60 digits."""
+    with mpmath.workdps(60):
+        arm, e = (mpmath.matrix([mpmath.mpf(float(x)) for x in v]) for v in (p, line.direction))
+        arm -= mpmath.matrix([mpmath.mpf(float(x)) for x in line.point])
+        along = mpmath.fsum(arm[i] * e[i] for i in range(3)) / mpmath.fsum(x * x for x in e)
+        return float(mpmath.norm(arm - along * e))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("angle", [0.0, 2e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.5, 1.5])
+def test_the_second_foot_is_the_first_moved_along_the_normal_and_both_lie_on_their_lines(angle, sign) -> None:
+    rng = np.random.default_rng(9)
+    p, d, q, f, o = rng.normal(size=(5, 40, 3))
+    e = d / np.linalg.norm(d, axis=-1, keepdims=True)
+    aside = np.cross(e, f)
+    aside /= np.linalg.norm(aside, axis=-1, keepdims=True)
+    # Every second pair has a line whose origin is far away, and whose closest point with it.
+    o[::2] += 1e6 * e[::2]
+    a = PluckerLine.from_point_direction(p, e, origin=o)
+    b = PluckerLine.from_point_direction(q, sign * (np.cos(angle) * e + np.sin(angle) * aside))
+    for one, other in ((a, b), (b, a), (a, a)):
+        normal = lines.common_normal(one, other)
+        np.testing.assert_array_equal(normal.foot_b, normal.foot_a + normal.offset[:, None] * normal.direction)
+        for i in range(40):
+            for line, foot in ((one[i], normal.foot_a[i]), (other[i], normal.foot_b[i])):
+                assert exactly_off(line, foot) <= 8 * EPS * max(np.abs(foot).max(), np.abs(line.point).max())
+
+
 def test_reciprocal_product_is_the_same_about_every_origin() -> None:
     rng = np.random.default_rng(6)
     p, d, q, f, o, w = rng.normal(size=(6, 40, 3))
@@ -474,7 +593,6 @@ def test_the_jacobian_moves_points_as_finite_turns_about_the_axes_do(shape) -> N
 
 LINE = PluckerLine.through([0, 0, 0], [1, 0, 0])
 TWO, THREE = (PluckerLine.from_point_direction(np.zeros((n, 3)), [1, 0, 0]) for n in (2, 3))
-GRID = PluckerLine.from_point_direction(np.zeros((2, 5, 3)), [1, 0, 0])
 GRID = PluckerLine.from_point_direction(np.zeros((2, 5, 3)), [1, 0, 0])
 REFUSED = {
     "coincident points": (lambda: PluckerLine.through([1, 2, 3], [1, 2, 3]), DegeneratePoints),

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import scipy.linalg
 import sympy
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from nao_kin import rank_one
 from nao_kin.errors import BadArgument, NotFinite, SingularMatrix, WrongShape
@@ -134,6 +135,39 @@ def test_a_product_of_minus_one_is_singular_and_one_beside_is_not(u, w, aside) -
         assert_near(rank_one.matrix(u, v) @ u, 0, atol=20 * EPS * np.abs(u).max() * (1 + np.abs(v @ u)))
 
 
+@pytest.mark.parametrize("scale", [2.0**-60, 1.0, 2.0**40])
+@pytest.mark.parametrize(
+    ("roundings", "defective"), [(0, True), (1, True), (-3, True), (7, False), (-7, False), (100, False)]
+)
+def test_a_cosine_counts_as_zero_up_to_four_roundings_of_its_terms(roundings, defective, scale) -> None:
+    # u·v is exactly 2 · roundings · EPS, its two terms have the size 1 each.
+    u, v = np.array([1.0, 1.0, 0.0]), np.array([1.0, -1.0 + 2 * roundings * EPS, 0.0])
+    assert rank_one.eigen(scale * u, v).defective == defective
+    assert rank_one.eigen(v, scale * u).defective == defective
+
+
+@pytest.mark.parametrize(
+    ("roundings", "singular"), [(0, True), (1, True), (-7, True), (9, False), (-9, False), (100, False)]
+)
+def test_a_product_counts_as_minus_one_up_to_four_roundings_of_each_term_and_of_the_one(roundings, singular) -> None:
+    u, v = np.array([0.0, 2.0, 0.0]), np.array([0.0, (-1.0 + roundings * EPS) / 2, 0.0])
+    assert u @ v == -1.0 + roundings * EPS
+    assert rank_one.eigen(u, v).singular == singular
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sine", [0.0, 1e-15, 1e-9, 1e-4, 1e-2, 0.099, 0.101, 0.3, 1.0])
+def test_eigenvectors_stay_at_right_angles_to_v_however_nearly_u_is_along_it(sine, sign) -> None:
+    for turn in Rotation.random(30, rng=np.random.default_rng(2)).as_matrix():
+        v = turn @ [sign, 0.0, 0.0]
+        u = turn @ [np.sqrt(1 - sine * sine), sine, 0.0]
+        w1, w2, w3 = rank_one.eigen(u, v).vectors.T
+        assert_near([w1 @ v, w2 @ v, w1 @ w2], 0, atol=4 * EPS)
+        assert_near(w3, u, atol=4 * EPS)
+        if sine > 0.1:
+            assert_near(w1 @ u, 0, atol=4 * EPS)
+
+
 def test_long_vectors_whose_product_is_minus_one_are_singular_and_not_defective() -> None:
     eigen = rank_one.eigen([2**26, 2**26, 1], [2**26, -(2**26), -1])
     assert eigen.singular
@@ -186,19 +220,27 @@ def test_vectors_too_short_to_move_the_identity_have_an_orthonormal_basis(u, v) 
         np.testing.assert_array_equal(eigen.jordan_form, np.eye(3))
 
 
+def near_length_one(w: np.ndarray) -> tuple[np.ndarray, int]:
+    """A vector and the power of two it must be multiplied by to be w: exact, also where w is subnormal."""
+    exponent = int(np.frexp(np.abs(w).max())[1])
+    return np.ldexp(w, -exponent), exponent
+
+
 @few
-@given(nonzero, nonzero, st.integers(-320, 280), st.integers(-170, 140))
+@given(nonzero, nonzero, st.integers(-1060, 930), st.integers(-561, 462))
+@example(np.array([0.0, 0, 1]), np.array([0.0, 1, 1]), -614, 462)  # v runs into the subnormal numbers,
+@example(np.array([0.0, 0, 1]), np.array([0.0, 1.427734, 0]), -604, 462)  # where scaling rounds it
 def test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengths(u, v, both, one) -> None:
-    # Scaled by powers of two, which leave the cosine as it is.
-    i, j = round(one * 3.3), round((both - one) * 3.3)
-    if max(i, j) > 490:
+    if both - one > 490:
         return
-    eigen = rank_one.eigen(np.ldexp(u, i), np.ldexp(v, j))
-    size = float(np.linalg.norm(u) * np.linalg.norm(v))
-    if eigen.singular or (abs(u @ v) < 1e-9 * size and not eigen.defective):
+    u, v = np.ldexp(u, one), np.ldexp(v, both - one)
+    eigen = rank_one.eigen(u, v)
+    (a, i), (b, j) = near_length_one(u), near_length_one(v)
+    size = float(np.linalg.norm(a) * np.linalg.norm(b))
+    if eigen.singular or (abs(a @ b) < 1e-9 * size and not eigen.defective):
         return
     identity = not eigen.defective and np.ldexp(size, i + j) <= 1e-300
-    expected = np.ldexp(1 / size, -i - j) if eigen.defective else 1.0 if identity else abs(u @ v) / size
+    expected = np.ldexp(1 / size, -i - j) if eigen.defective else 1.0 if identity else abs(a @ b) / size
     assert abs(np.linalg.det(eigen.jordan_basis)) == pytest.approx(expected, rel=1e-5)
 
 
@@ -236,6 +278,15 @@ def test_every_function_takes_every_batch_shape_and_treats_each_pair_alone(shape
         assert function(u, v).shape[: len(shape)] == shape
     if shape == (2, 3):
         assert whole_batch.defective.tolist() == [[False, True, False], [False, False, False]]
+
+
+def test_batches_may_have_62_axes_and_no_more() -> None:
+    u = np.ones((1,) * 62 + (3,))
+    for function, tail in ((rank_one.matrix, (3, 3)), (rank_one.inverse, (3, 3)), (rank_one.determinant, ())):
+        assert function(u, [1, 2, 3]).shape == (1,) * 62 + tail
+        with pytest.raises(WrongShape, match="with at most 62 batch axes, got 63 of them"):
+            function([1, 2, 3], u[None])
+    assert rank_one.eigen(u, u).jordan_basis.shape == (1,) * 62 + (3, 3)
 
 
 def test_arguments_broadcast_and_are_left_alone() -> None:

@@ -240,7 +240,7 @@ def _twist_by_differences(
     robot: nk.RobotModel, q: np.ndarray, frame: str, column: int, step: float = 1e-6
 ) -> np.ndarray:
     """(v, ω) of the frame's origin in the root's axes, by central differences along one velocity coordinate."""
-    step, velocity = 1e-6, np.zeros(robot.nv)
+    velocity = np.zeros(robot.nv)
     velocity[column] = step
     before = robot.fk(pin.integrate(robot.model, q, -velocity), frame)
     after = robot.fk(pin.integrate(robot.model, q, velocity), frame)
@@ -475,6 +475,7 @@ _ERRORS = [
     errors.MissingExtra(_LINES, _LINES),
     errors.SingularMatrix(_LINES, _LINES, (0,)),
     errors.NoBrowser(_LINES),
+    errors.NotABatch(_LINES),
 ]
 
 

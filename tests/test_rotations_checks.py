@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
-from rotation_strata import PROPERTY, angles, integer_rotations, matrices, random_rotations, worst
+from rotation_samples import PROPERTY, angles, integer_rotations, matrices, random_rotations, worst
 from scipy.linalg import polar
 from scipy.spatial.transform import Rotation
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given
-from rotation_strata import (
+from rotation_samples import (
     CONVENTIONS,
     DISTANCES,
     PROPERTY,
@@ -233,7 +233,7 @@ def test_a_malformed_sequence_is_refused_by_name(sequence):
         assert caught.value.valid == tuple(sorted({s for s, _ in CONVENTIONS}))
 
 
-def test_an_upper_case_sequence_is_told_that_case_carries_no_meaning():
+def test_an_upper_case_sequence_is_refused_with_the_advice_to_write_it_in_lower_case():
     with pytest.raises(UnknownName, match="nearest: zyx.*letter case carries no meaning"):
         matrix_from_euler([0, 0, 0], "ZYX", axes="moving")
 

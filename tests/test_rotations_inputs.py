@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotation_strata import CONVENTIONS, DISTANCES, PROPERTY, integer_rotations, random_rotations, worst
+from rotation_samples import CONVENTIONS, DISTANCES, PROPERTY, integer_rotations, random_rotations, worst
 
 import nao_kin.rotations as rotations
 from nao_kin.errors import BadArgument, NaoKinError, NotARotation, NotFinite, WrongShape
@@ -133,6 +133,45 @@ def test_batch_shapes_of_angles_are_kept(name):
         assert call(np.ones((*batch, *head))).shape == (*batch, *tail)
 
 
+MANY_AXES = (1,) * 62
+
+
+@of_matrices
+def test_batches_of_matrices_may_have_62_axes(name):
+    call, tails = OF_MATRICES[name]
+    for part, tail in zip(_parts(call(np.eye(3).reshape(*MANY_AXES, 3, 3))), tails, strict=True):
+        assert part.shape == MANY_AXES + tail
+
+
+@of_angles
+def test_batches_of_values_may_have_62_axes_and_longer_ones_are_refused(name):
+    call, head, tail = OF_ANGLES[name]
+    assert call(np.ones((*MANY_AXES, *head))).shape == MANY_AXES + tail
+    for more in range(63, 65 - len(head)):
+        with pytest.raises(WrongShape, match=f"with at most 62 batch axes, got {more} of them"):
+            call(np.ones((*(1,) * more, *head)))
+
+
+@pytest.mark.parametrize("method", ["least_squares", "triads"])
+def test_batches_of_points_may_have_62_axes(method):
+    points = random_rotations(1)[0].reshape(*MANY_AXES, 3, 3)
+    assert rotations.rotation_from_points(points, points, method=method).shape == (*MANY_AXES, 3, 3)
+    assert rotations.rotation_from_points(points, points[(0,) * 62], method=method).shape == (*MANY_AXES, 3, 3)
+
+
+def test_axes_and_linear_invariants_may_have_62_batch_axes_and_no_more():
+    x = np.ones((*MANY_AXES, 1)) * X
+    assert rotations.are_davenport_axes(x, Y, x).shape == MANY_AXES
+    assert rotations.matrix_from_linear(0 * x, np.ones(MANY_AXES)).shape == (*MANY_AXES, 3, 3)
+    for call in (
+        lambda: rotations.are_davenport_axes(X, Y, x[None]),
+        lambda: rotations.matrix_from_linear(0 * x[None], 1.0),
+        lambda: rotations.matrix_from_linear(0 * X, np.ones((1,) * 63)),
+    ):
+        with pytest.raises(WrongShape, match="at most 62 batch axes"):
+            call()
+
+
 def test_batches_longer_than_a_chunk_give_what_short_ones_give(monkeypatch):
     R = random_rotations(101)
     calls = {name: OF_MATRICES[name][0] for name in ("log", "rpy_from_matrix", "natural_invariants", "check_rotation")}
@@ -237,6 +276,17 @@ def test_what_is_no_array_of_numbers_is_refused(bad):
         rotations.rotation_from_points(bad, np.eye(3))
     with pytest.raises(BadArgument):
         rotations.matrix_from_linear(bad, 1.0)
+
+
+@pytest.mark.parametrize("count", [1, 5000])
+def test_numbers_whose_squares_overflow_are_finite_and_a_nan_among_them_is_found(count):
+    quats = np.full((count, 4), 1e200)
+    assert (rotations.quat_canonical(-quats) == quats).all()
+    for bad in (math.nan, math.inf, -math.inf):
+        quats[-1, 2] = bad
+        with pytest.raises(NotFinite) as caught:
+            rotations.quat_canonical(quats)
+        assert caught.value.index == (count - 1, 2)
 
 
 def test_mismatched_batches_are_refused():

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rotation_strata import PROPERTY, axes, beside, integer_rotations, matrices, random_rotations, turns, worst
+from rotation_samples import PROPERTY, axes, beside, integer_rotations, matrices, random_rotations, turns, worst
 from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import BadArgument, ZeroNorm

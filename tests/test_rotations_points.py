@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rotation_strata import PROPERTY, matrices, random_rotations, worst
+from rotation_samples import PROPERTY, matrices, random_rotations, worst
 from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import DegeneratePoints, NotFinite, UnknownName, WrongShape
@@ -146,6 +146,15 @@ def test_points_near_one_line_give_the_turn_about_it_to_the_digits_they_have(met
         points = thin_cloud(thinness, seed)
         if method == "least_squares" or len(points) == 3:
             assert worst(rotation_from_points(points, points @ R.T, method=method), R) < 1e-15 / thinness**power
+
+
+@pytest.mark.parametrize("thinness", [*(10.0**-k for k in range(8)), 1.1e-8])
+def test_triads_give_a_rotation_to_the_last_digits_however_thin_the_points(thinness):
+    for seed, R in enumerate(random_rotations(100, seed=5)):
+        points = thin_cloud(thinness, 2 * seed + 1)
+        defects = check_rotation(rotation_from_points(points, points @ R.T, method="triads"))
+        assert defects.orthogonality < 2e-15
+        assert abs(defects.determinant) < 2e-15
 
 
 @pytest.mark.parametrize(

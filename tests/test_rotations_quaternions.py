@@ -2,12 +2,13 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rotation_strata import PROPERTY, integer_rotations, matrices, quaternions, random_rotations, worst
+from rotation_samples import PROPERTY, integer_rotations, matrices, quaternions, random_rotations, worst
 from scipy.spatial.transform import Rotation, Slerp
 
 from nao_kin.errors import BadArgument, WrongShape, ZeroNorm
@@ -75,7 +76,7 @@ def test_product_multiplies_lengths_and_follows_the_formula():
     assert quat_multiply([0, 1, 0, 0], [0, 0, 1, 0]).tolist() == [0.0, 0.0, 0.0, 1.0]
 
 
-def test_the_order_of_components_is_told_by_the_names():
+def test_the_order_of_components_is_in_the_names():
     assert quat_to_xyzw([1, 2, 3, 4]).tolist() == [2.0, 3.0, 4.0, 1.0]
     assert quat_from_xyzw([1, 2, 3, 4]).tolist() == [4.0, 1.0, 2.0, 3.0]
     R = random_rotations(20)
@@ -150,9 +151,50 @@ def test_slerp_between_equal_opposite_and_nearly_equal_quaternions():
         assert part[3] == pytest.approx(math.sin(0.25 * math.atan(tangent)), rel=1e-15, abs=0.0)
 
 
-def test_slerp_goes_on_beyond_its_ends():
+def test_slerp_goes_on_outside_its_ends():
     p, q = quat_from_matrix(rot_z([0.1, 0.4]))
     assert worst(matrix_from_quat(slerp(p, q, [-1.0, 2.0])), rot_z([-0.2, 0.7])) < 1e-15
+
+
+ANY_PART = [0.0, 1.0, 0.5, 1e-300, -0.3, 7.0, 123.456, -1e3, 1e6, -1e10, 1e14, 1e15, -1e15]
+
+
+@PROPERTY
+@given(p=quaternions, q=quaternions)
+def test_slerp_gives_unit_quaternions_for_every_part(p, q):
+    for end in (q, -q, p, -p):
+        assert np.abs(np.linalg.norm(slerp(p, end, ANY_PART), axis=-1) - 1.0).max() < 1e-15
+
+
+@pytest.mark.parametrize("angle", [10.0**-k for k in range(17)])
+def test_slerp_gives_unit_quaternions_between_nearly_equal_ends(angle):
+    for p in quat_from_matrix(random_rotations(10, seed=11)):
+        q = quat_multiply(p, quat_from_matrix(exp([0.6 * angle, 0.0, -0.8 * angle])))
+        for end in (q, -q):
+            assert np.abs(np.linalg.norm(slerp(p, end, ANY_PART), axis=-1) - 1.0).max() < 1e-15
+
+
+def test_slerp_between_quaternions_at_a_right_angle_takes_the_second_as_given():
+    h = math.sqrt(0.5)
+    units = np.concatenate([np.eye(4), -np.eye(4)])
+    for i, p in enumerate(units):
+        for j, q in enumerate(units):
+            if i % 4 != j % 4:
+                assert worst(slerp(p, q, [0.5, 1.0]), [h * (p + q), q]) < 3e-16
+    # Just beside a right angle the shorter arc is taken.
+    for cosine in (1e-300, 1e-17, 1e-12):
+        assert worst(slerp([1, 0, 0, 0], [cosine, 1, 0, 0], 1.0), [cosine, 1, 0, 0]) < 3e-16
+        assert worst(slerp([1, 0, 0, 0], [-cosine, 1, 0, 0], 1.0), [cosine, -1, 0, 0]) < 3e-16
+
+
+@pytest.mark.parametrize("angle", [10.0**-k for k in range(14)])
+def test_slerp_goes_on_at_constant_velocity_however_small_the_angle(angle):
+    for goal in (0.1, 1.0, 3.0, -20.0):
+        t, q = goal / angle, [1.0, math.tan(angle), 0.0, 0.0]
+        with mpmath.workdps(40):
+            whole = mpmath.mpf(t) * mpmath.atan(mpmath.mpf(q[1]))
+            expected = [float(mpmath.cos(whole)), float(mpmath.sin(whole)), 0.0, 0.0]
+        assert worst(slerp([1, 0, 0, 0], q, t), expected) < 3e-16 * max(1.0, abs(goal))
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-160, 1e-3, 1e3, 1e160, 1e300])

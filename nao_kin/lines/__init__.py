@@ -4,10 +4,11 @@ A line through the point p with unit direction e has, about the origin o, the mo
 for every p on it. The six numbers (e; n), in this order, are its Plücker coordinates.
 """
 
-from nao_kin.lines._jacobian import geometric_jacobian
+from __future__ import annotations
+
 from nao_kin.lines._line import PluckerLine
+from nao_kin.lines._matrices import geometric_jacobian, motion_matrix, transfer_matrix
 from nao_kin.lines._pairs import CommonNormal, common_normal, distance, incident, reciprocal_product
-from nao_kin.lines._transfer import motion_matrix, transfer_matrix
 
 __all__ = [
     "CommonNormal",

@@ -1,17 +1,18 @@
-"""The line itself."""
+"""The line itself: how it is made, seen from another origin, moved."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats
-from nao_kin._vectors import as_vectors, common_batch, dot, first_index, norm, unit
-from nao_kin.errors import BadArgument, DegeneratePoints
-from nao_kin.lines._transfer import as_rigid_motion
+from nao_kin._arrays import Floats, as_floats
+from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
+from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch
+from nao_kin.rotations import check_rotation
 
 _CENTRE = (0.0, 0.0, 0.0)
 # Half a dozen roundings of the larger coordinate: a shorter difference of two points has no correct digit.
@@ -27,7 +28,8 @@ class PluckerLine:
     """A directed line, or a batch of them, in Plücker coordinates (direction; moment) about an origin.
 
     With e the unit direction, p any point of the line and o the origin: moment n = (p − o) × e, and e·n = 0.
-    Immutable: the arrays are read-only copies of what was given. `lines[i]` picks from the batch axes.
+    Immutable: the arrays are read-only copies of what was given. `lines[i]` picks from the batch axes, and a batch is
+    iterated over along the first of them.
 
     Attributes:
         direction: unit vectors e, shape (..., 3). Given with any length, direction and moment are divided by it.
@@ -101,7 +103,7 @@ class PluckerLine:
         p_near, q_near = p - o, q - o
         # The nearer point gives the moment the smaller rounding error.
         arm = np.where((norm(p_near) <= norm(q_near))[..., None], p_near, q_near)
-        return cls._of(e, np.cross(arm, e), o)
+        return cls._of(e, cross(arm, e), o)
 
     @classmethod
     def from_point_direction(
@@ -122,7 +124,7 @@ class PluckerLine:
         o = as_vectors(origin, "origin")
         common_batch("point, direction and origin", p.shape[:-1], d.shape[:-1], o.shape[:-1])
         e, _ = unit(d, "direction")
-        return cls._of(e, np.cross(p - o, e), o)
+        return cls._of(e, cross(p - o, e), o)
 
     @classmethod
     def from_coordinates(cls, coordinates: ArrayLike, *, origin: ArrayLike = _CENTRE) -> PluckerLine:
@@ -153,7 +155,7 @@ class PluckerLine:
     @property
     def point(self) -> Floats:
         """The point of the line closest to its origin, o + e × n, shape (..., 3) [m]."""
-        return self.origin + np.cross(self.direction, self.moment)
+        return self.origin + cross(self.direction, self.moment)
 
     def closest_point(self, to: ArrayLike) -> Floats:
         """The point of the line closest to the point `to`, shape (..., 3) [m]."""
@@ -174,7 +176,7 @@ class PluckerLine:
         """
         o = as_vectors(origin, "origin")
         common_batch("line and origin", self.batch_shape, o.shape[:-1])
-        return self._of(self.direction, self.moment + np.cross(self.origin - o, self.direction), o)
+        return self._of(self.direction, self.moment + cross(self.origin - o, self.direction), o)
 
     def transformed(self, T_ab: ArrayLike) -> PluckerLine:
         """A line given in frame b, in the coordinates of frame a; or a line of a, carried along by the motion T_ab.
@@ -196,12 +198,18 @@ class PluckerLine:
         e, _ = unit(np.einsum("...ij,...j->...i", R, self.direction), "direction")
         n = np.einsum("...ij,...j->...i", R, self.moment)
         moved_origin = np.einsum("...ij,...j->...i", R, self.origin) + t
-        return self._of(e, n + np.cross(moved_origin - self.origin, e), self.origin)
+        return self._of(e, n + cross(moved_origin - self.origin, e), self.origin)
 
     def __getitem__(self, index: Any) -> PluckerLine:
         """The lines that `index`, any NumPy index over the batch axes, picks; IndexError outside them."""
         picked = np.arange(self.direction.size // 3).reshape(self.batch_shape)[index]
         return self._of(*(v.reshape(-1, 3)[picked] for v in (self.direction, self.moment, self.origin)))
+
+    def __iter__(self) -> Iterator[PluckerLine]:
+        """The lines along the first batch axis; a single line is refused with `NotABatch`, which is a TypeError too."""
+        if not self.batch_shape:
+            raise NotABatch("a single PluckerLine holds no lines to iterate over: its batch shape is ()")
+        return (self[i] for i in range(self.batch_shape[0]))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Pickling alone would give the copy writable arrays.
@@ -226,3 +234,16 @@ def check_line(value: object, what: str) -> None:
     """Refuse anything but a line, or a batch of them."""
     if not isinstance(value, PluckerLine):
         raise BadArgument(f"{what} must be a PluckerLine, got {type(value).__name__}")
+
+
+def as_rigid_motion(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
+    """The checked rotations (..., 3, 3) and translations (..., 3) of the poses T, shape (..., 4, 4)."""
+    poses = as_floats(T, (4, 4), what)
+    bad = (poses[..., 3, :] != (0.0, 0.0, 0.0, 1.0)).any(axis=-1)
+    if bad.any():
+        index = first_index(bad)
+        where = f" at index {list(index)}" if index else ""
+        raise BadArgument(f"the last row of {what} must be (0, 0, 0, 1), got {poses[index][3].tolist()}{where}")
+    R = poses[..., :3, :3]
+    check_rotation(R)
+    return R, as_vectors(poses[..., :3, 3], f"the translation of {what}")

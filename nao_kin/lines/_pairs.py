@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
-from nao_kin._vectors import common_batch, dot, norm
+from nao_kin._scalars import check_tolerance
+from nao_kin._vectors import common_batch, cross, dot, norm
 from nao_kin.lines._line import PluckerLine, check_line
-from nao_kin.rotations.checks import check_tolerance
 
 
 @dataclass(frozen=True, eq=False)
 class CommonNormal:
-    """The shortest connection of two lines: foot_b = foot_a + offset · direction.
+    """The shortest connection of two lines: foot_b = foot_a + offset · direction, to the last digit.
 
     Attributes:
-        foot_a: its point on the first line, shape (..., 3) [m]. Of parallel lines, which have a common normal
-            everywhere, the one through the point of the first line closest to that line's origin.
-        foot_b: its point on the second line, shape (..., 3) [m].
+        foot_a: its point on the first line, to the rounding of its coordinates, shape (..., 3) [m]. Of parallel lines,
+            which have a common normal everywhere, the one through the point of the first line closest to its origin.
+        foot_b: its point on the second line, shape (..., 3) [m]; the same point as `foot_a` where the lines coincide.
         direction: unit vectors at right angles to both lines, shape (..., 3): e_a × e_b normalised, which lines that
             meet have too; from the first to the second when they are parallel; zero when they coincide, for then no
             normal is distinguished.
@@ -71,27 +71,35 @@ def common_normal(
     p_a, p_b = a.point, b.point
     cosine = dot(e_a, e_b)
     # e_a × e_b, taken from a difference that is exact where the two are nearly equal or nearly opposite.
-    crossed = np.cross(e_a, e_b - np.copysign(1.0, cosine)[..., None] * e_a)
+    crossed = cross(e_a, e_b - np.copysign(1.0, cosine)[..., None] * e_a)
     sine = norm(crossed)
     parallel = sine <= parallel_below
 
     safe_sine = np.where(parallel, 1.0, sine)[..., None]
     normal = crossed / safe_sine
-    gap = p_b - p_a
-    along_a = dot(gap, np.cross(e_b, normal))[..., None] / safe_sine
-    along_b = dot(gap, np.cross(e_a, normal))[..., None] / safe_sine
+    a_to_b = p_b - p_a
+    along_a = dot(a_to_b, cross(e_b, normal))[..., None] / safe_sine
+    along_b = dot(a_to_b, cross(e_a, normal))[..., None] / safe_sine
+    skew_offset = dot(a_to_b, normal)
+    # Feet of nearly parallel lines lie far away; the line with the shorter way to its own tells where they are.
+    from_a = p_a + along_a * e_a
+    from_b = p_b + along_b * e_b - skew_offset[..., None] * normal
+    skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
 
-    level = gap - dot(gap, e_b)[..., None] * e_b
-    apart = norm(level)
+    across = a_to_b - dot(a_to_b, e_b)[..., None] * e_b
+    apart = norm(across)
     coincident = apart <= coincident_below
-    towards_b = np.where(coincident[..., None], 0.0, level / np.where(coincident, 1.0, apart)[..., None])
+    towards_b = np.where(coincident[..., None], 0.0, across / np.where(coincident, 1.0, apart)[..., None])
 
     chosen = parallel[..., None]
+    foot_a = np.where(chosen, p_a, skew_foot)
+    direction = np.where(chosen, towards_b, normal)
+    offset = np.where(parallel, apart, skew_offset)
     return CommonNormal(
-        foot_a=np.where(chosen, p_a, p_a + along_a * e_a),
-        foot_b=np.where(chosen, p_a + level, p_b + along_b * e_b),
-        direction=np.where(chosen, towards_b, normal),
-        offset=np.where(parallel, apart, dot(gap, normal)),
+        foot_a=foot_a,
+        foot_b=foot_a + offset[..., None] * direction,
+        direction=direction,
+        offset=offset,
         angle=np.arctan2(sine, cosine),
         parallel=np.asarray(parallel),
     )

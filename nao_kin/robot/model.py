@@ -473,9 +473,9 @@ class RobotModel:
         _check_policy(limits)
         values = q[..., self._q_offset :]
         if limits == "raise":
-            if joints is None and values.ndim == 1:
-                if self._limits.surely_inside(dict(zip(self.joint_names, values.tolist(), strict=True))):
-                    return q
+            one = joints is None and values.ndim == 1
+            if one and self._limits.surely_inside(dict(zip(self.joint_names, values.tolist(), strict=True))):
+                return q
             count = self._limits.count(values, joints)
             if count:
                 raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_LISTED), count)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from nao_kin.rotations._sequences import SEQUENCES
-from nao_kin.rotations.checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
-from nao_kin.rotations.davenport import davenport_angles, matrix_from_davenport
-from nao_kin.rotations.elementary import rot_x, rot_y, rot_z
-from nao_kin.rotations.euler import EulerAngles, euler_from_matrix, matrix_from_euler, matrix_from_rpy, rpy_from_matrix
-from nao_kin.rotations.exponential import exp, log
-from nao_kin.rotations.invariants import (
+from nao_kin.rotations._checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
+from nao_kin.rotations._davenport import are_davenport_axes, davenport_angles, matrix_from_davenport
+from nao_kin.rotations._elementary import rot_x, rot_y, rot_z
+from nao_kin.rotations._euler import EulerAngles, euler_from_matrix, matrix_from_euler, matrix_from_rpy, rpy_from_matrix
+from nao_kin.rotations._exponential import exp, log
+from nao_kin.rotations._invariants import (
     euler_rodrigues,
     linear_invariants,
     matrix_from_euler_rodrigues,
@@ -16,8 +15,8 @@ from nao_kin.rotations.invariants import (
     matrix_from_natural,
     natural_invariants,
 )
-from nao_kin.rotations.points import rotation_from_points
-from nao_kin.rotations.quaternions import (
+from nao_kin.rotations._points import rotation_from_points
+from nao_kin.rotations._quaternions import (
     matrix_from_quat,
     quat_canonical,
     quat_conjugate,
@@ -27,11 +26,13 @@ from nao_kin.rotations.quaternions import (
     quat_to_xyzw,
     slerp,
 )
+from nao_kin.rotations._three_angles import SEQUENCES
 
 __all__ = [
     "SEQUENCES",
     "EulerAngles",
     "RotationDefects",
+    "are_davenport_axes",
     "check_rotation",
     "davenport_angles",
     "euler_from_matrix",

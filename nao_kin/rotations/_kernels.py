@@ -25,6 +25,7 @@ CHUNK = 8192
 
 # Between these the square of a length neither underflows nor overflows, nor loses a digit.
 SMALLEST_SQUARE, LARGEST_SQUARE = 1e-280, 1e280
+SMALLEST_NORMAL = 2.0**-1022
 
 
 class OutOfScale(Exception):

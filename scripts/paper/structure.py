@@ -15,7 +15,7 @@ def problem_2() -> Problem:
     nao = nk.load_nao()
     structure = topology(nao)
     five = set(structure.chains) == set(nao.chains.values())
-    ties = structure.couplings_between_limbs
+    couplings = structure.couplings_between_limbs
     axes = JointAxes(nao)
     yaw, pitch = (axes.lines(nao.neutral())[axes.names.index(name)] for name in ("HeadYaw", "HeadPitch"))
     head = lines.common_normal(yaw, pitch)
@@ -27,11 +27,11 @@ def problem_2() -> Problem:
             Row("closed loops", "topology.topology", structure.closed_loops, 0),
             Row("serial chains", "topology.topology", len(structure.chains), 5),
             Row("they are head, arms and legs", "topology.topology", five, True),
-            Row("couplings between chains", "topology.topology", len(ties), 1),
+            Row("couplings between chains", "topology.topology", len(couplings), 1),
             Row(
                 "it is one motor for both HipYawPitch joints",
                 "topology.topology",
-                [{tie.joint, tie.driver} for tie in ties] == [{"LHipYawPitch", "RHipYawPitch"}],
+                [{coupling.joint, coupling.driver} for coupling in couplings] == [{"LHipYawPitch", "RHipYawPitch"}],
                 True,
             ),
         ),

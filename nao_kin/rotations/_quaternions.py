@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import as_vectors, common_batch, first_index, unit
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch, as_vectors, common_batch, first_index, unit
 from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin.rotations._checks import evaluate_rotations
+from nao_kin.rotations._elementary import from_quaternion
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.rotations._rodrigues import from_quaternion
-from nao_kin.rotations.checks import evaluate_rotations
 
 _LARGEST_PART = 1e15
 
@@ -52,7 +54,7 @@ def matrix_from_quat(q: ArrayLike) -> Floats:
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
     """
-    quats = as_floats(q, (4,), "quaternion")
+    quats = as_batch(q, (4,), "quaternion")
     try:
         return evaluate(from_quaternion, [quats], (3, 3))[0]
     except OutOfScale:
@@ -91,7 +93,7 @@ def quat_conjugate(q: ArrayLike) -> Floats:
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    return as_floats(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
+    return as_batch(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
 
 
 def quat_canonical(q: ArrayLike) -> Floats:
@@ -107,7 +109,7 @@ def quat_canonical(q: ArrayLike) -> Floats:
         ZeroNorm: a zero quaternion; carries its index.
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    quats = as_floats(q, (4,), "quaternion")
+    quats = as_batch(q, (4,), "quaternion")
     nonzero = quats != 0.0
     if not nonzero.any(axis=-1).all():
         raise ZeroNorm("quaternion", first_index(~nonzero.any(axis=-1)))
@@ -118,8 +120,9 @@ def quat_canonical(q: ArrayLike) -> Floats:
 def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
     """The rotation a part t of the way from p to q along the shorter arc, at constant angular velocity.
 
-    (sin((1 − t) θ) p + sin(t θ) q)/sin θ, with θ = 2 atan2(‖q − p‖, ‖q + p‖) the angle between the unit quaternions,
-    q replaced by −q where p·q < 0. Where p·q = 0 (half a turn apart) both arcs are equally long; q is taken as given.
+    cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q at right angles to p and θ = atan2(‖w‖, p·q) the
+    angle between the unit quaternions, q replaced by −q where p·q < 0. It is (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
+    but of unit length for every t. Where p·q = 0 (half a turn apart) both arcs are equally long; q is taken as given.
 
     Args:
         p: quaternions at t = 0, shape (..., 4), of any length but zero.
@@ -135,7 +138,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
 
     Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
     """
-    P, Q, parts = as_floats(p, (4,), "quaternion p"), as_floats(q, (4,), "quaternion q"), as_floats(t, (), "t")
+    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_batch(t, (), "t")
     if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
         raise BadArgument(f"t must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
     batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
@@ -156,7 +159,7 @@ def quat_to_xyzw(q: ArrayLike) -> Floats:
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    return as_floats(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
+    return as_batch(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
 
 
 def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
@@ -171,7 +174,7 @@ def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
     """
-    return as_floats(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
+    return as_batch(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
 
 
 def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
@@ -192,15 +195,16 @@ def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
     first_pair = f.larger(d0, d1) >= f.larger(d2, d3)
     r0, r1 = f.where(first_pair, a0, b0), f.where(first_pair, a1, b1)
     r2, r3 = f.where(first_pair, a2, b2), f.where(first_pair, a3, b3)
-    scale = _canonical_sign(f, r0, r1, r2, r3) / f.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
+    scale = _canonical_sign(f, r0, r1, r2) / f.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
     # Adding 0.0 turns −0.0 into 0.0.
     return r0 * scale + 0.0, r1 * scale + 0.0, r2 * scale + 0.0, r3 * scale + 0.0
 
 
-def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> Number:
+def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number) -> Number:
+    # Where these three are zero the last component is the largest, hence a diagonal entry of 4 r rᵀ, and positive.
     first, zero = r0, r0 == 0.0
     if f.some(zero):
-        first = f.where(zero, f.where(r1 != 0.0, r1, f.where(r2 != 0.0, r2, r3)), r0)
+        first = f.where(zero, f.where(r1 != 0.0, r1, r2), r0)
     return f.where(first < 0.0, -1.0, 1.0)
 
 
@@ -216,14 +220,19 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
 
 def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
     p, q, t = components[:4], components[4:8], components[8]
-    cosine = sum(a * b for a, b in zip(p, q, strict=True))
-    sign = f.where(cosine < 0.0, -1.0, 1.0)
-    q = tuple(sign * b for b in q)
-    apart = sum((b - a) * (b - a) for a, b in zip(p, q, strict=True))
-    along = sum((b + a) * (b + a) for a, b in zip(p, q, strict=True))
-    theta = 2.0 * f.atan2(f.sqrt(apart), f.sqrt(along))
-    same = theta == 0.0
-    sine = f.where(same, 1.0, f.sin(theta))
-    from_p = f.where(same, 1.0 - t, f.sin((1.0 - t) * theta) / sine)
-    from_q = f.where(same, t, f.sin(t * theta) / sine)
-    return tuple(from_p * a + from_q * b for a, b in zip(p, q, strict=True))
+    sign = f.where(_inner(p, q) < 0.0, -1.0, 1.0)
+    difference = [sign * b - a for a, b in zip(p, q, strict=True)]
+    # The part of q at right angles to p, from the difference, which is exact where the two are nearly equal.
+    shift = _inner(p, difference)
+    aside = [d - shift * a for a, d in zip(p, difference, strict=True)]
+    sine = f.sqrt(_inner(aside, aside))
+    theta = f.atan2(sine, 1.0 + shift)
+    # Where the squares have underflowed the arc is a straight line.
+    same = sine == 0.0
+    along = f.cos(t * theta)
+    across = f.where(same, t, f.sin(t * theta) / f.where(same, 1.0, sine))
+    return tuple(along * a + across * w for a, w in zip(p, aside, strict=True))
+
+
+def _inner(a: Sequence[Number], b: Sequence[Number]) -> Number:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]

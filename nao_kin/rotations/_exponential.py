@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import first_index
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch, first_index
 from nao_kin.errors import BadArgument
-from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate
-from nao_kin.rotations._rodrigues import from_rotation_vector
-from nao_kin.rotations.checks import evaluate_rotations
-from nao_kin.rotations.quaternions import quaternion_of
+from nao_kin.rotations._checks import evaluate_rotations
+from nao_kin.rotations._elementary import from_rotation_vector
+from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate
+from nao_kin.rotations._quaternions import quaternion_of
 
 
 def exp(v: ArrayLike) -> Floats:
@@ -32,7 +32,7 @@ def exp(v: ArrayLike) -> Floats:
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
     """
-    vectors = as_floats(v, (3,), "rotation vector")
+    vectors = as_batch(v, (3,), "rotation vector")
     try:
         return evaluate(from_rotation_vector, [vectors], (3, 3))[0]
     except OutOfScale:
@@ -65,7 +65,7 @@ def log(R: ArrayLike) -> Floats:
 
 def _logarithm(f: Functions, *m: Number) -> tuple[Number, ...]:
     r0, r1, r2, r3 = quaternion_of(f, *m)
-    # The floor keeps 0/0 away: below it atan2(n, r0)/n has long become 1.
-    norm = f.larger(f.sqrt(r1 * r1 + r2 * r2 + r3 * r3), 1e-140)
+    # The floor keeps 0/0 away; atan2(n, r0)/n is 1 to the last digit from n = 1e-8 down.
+    norm = f.larger(f.sqrt(r1 * r1 + r2 * r2 + r3 * r3), SMALLEST_NORMAL)
     quotient = 2.0 * f.atan2(norm, r0) / norm
     return r1 * quotient, r2 * quotient, r3 * quotient

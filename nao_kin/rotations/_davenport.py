@@ -5,20 +5,19 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import unit
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch, common_batch, unit
 from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.rotations._checks import as_rotations
+from nao_kin.rotations._euler import EulerAngles
+from nao_kin.rotations._invariants import matrix_from_natural
 from nao_kin.rotations._kernels import evaluate, rescaled
-from nao_kin.rotations._sequences import AtLock, check_at_lock, find_convention
-from nao_kin.rotations._three_angles import extraction
-from nao_kin.rotations.checks import as_rotations
-from nao_kin.rotations.euler import EulerAngles
-from nao_kin.rotations.invariants import matrix_from_natural
+from nao_kin.rotations._three_angles import AtLock, check_at_lock, extraction, find_convention
 
-# How far from perpendicular two unit axes may be; the matrix of the angles is then wrong by as much.
-_SKEW = 1e-9
+# |cos| up to which two axes count as perpendicular; the matrix of the angles is then wrong by as much.
+_PERPENDICULAR = 1e-9
 # Normalising two parallel axes of any lengths leaves at most this sine between them.
 _PARALLEL = 4.0 * 2.0**-52
 
@@ -46,8 +45,8 @@ def davenport_angles(
         that are parallel up to rounding, |sin δ| ≤ 4 × 2⁻⁵², count as parallel: δ is 0 or π.
 
     Raises:
-        BadArgument: consecutive axes that are not perpendicular to 1e-9: three turns about such axes do not reach every
-            rotation. Names the axes and the angle between them.
+        BadArgument: axes that `are_davenport_axes` refuses: three turns about them do not reach every rotation. Names
+            the two axes that are not perpendicular and the angle between them.
         ZeroNorm: a zero axis.
         NotARotation: some matrix is not orthogonal with determinant +1.
         UnknownName: no such tie-break.
@@ -56,14 +55,16 @@ def davenport_angles(
     Source: Shuster and Markley, Generalization of the Euler angles, J. Astronautical Sciences 51(2), 2003.
     """
     check_at_lock(at_lock)
-    first, second, third = _axes(a1, a2, a3)
-    for (name, a), (other_name, b) in ((("a1", first), ("a2", second)), (("a2", second), ("a3", third))):
-        if abs(float(a @ b)) > _SKEW:
+    axes = [_single_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1)]
+    for i in range(2):
+        if not _are_perpendicular(axes[i], axes[i + 1]):
+            a, b = axes[i : i + 2]
             between = math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
             raise BadArgument(
-                f"axes {name} and {other_name} must be perpendicular, or their turns do not reach every rotation; "
+                f"axes a{i + 1} and a{i + 2} must be perpendicular, or their turns do not reach every rotation; "
                 f"the angle between them is {between:.9g}°"
             )
+    first, second, third = (unit(axis, "axis")[0] for axis in axes)
     sine = float(second @ np.cross(first, third))
     # Exactly parallel then, or the sign of a rounding error would choose the principal triple.
     delta = math.atan2(0.0 if abs(sine) <= _PARALLEL else sine, float(first @ third))
@@ -79,6 +80,30 @@ def davenport_angles(
     for triple in (angles, other):
         triple[..., 1] = side * _wrapped(triple[..., 1] - delta) + 0.0
     return EulerAngles(angles, other, locked.astype(np.bool_))
+
+
+def are_davenport_axes(a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> NDArray[np.bool_]:
+    """Whether turns about three axes reach every rotation: a1 ⟂ a2 and a2 ⟂ a3, |cos| of the angle up to 1e-9.
+
+    `davenport_angles` takes exactly the axes for which this is true.
+
+    Args:
+        a1: first axes, shape (..., 3), of any length but zero.
+        a2: second axes; batch axes broadcast.
+        a3: third axes.
+
+    Returns:
+        Booleans, shape (...).
+
+    Raises:
+        ZeroNorm: a zero axis; carries its index.
+        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
+
+    Source: Davenport, Rotations about nonorthogonal axes, AIAA Journal 11(6), 1973, doi:10.2514/3.6842.
+    """
+    first, second, third = (_scaled_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1))
+    common_batch("axes a1, a2 and a3", first.shape[:-1], second.shape[:-1], third.shape[:-1])
+    return np.asarray(_are_perpendicular(first, second) & _are_perpendicular(second, third))
 
 
 def matrix_from_davenport(angles: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> Floats:
@@ -97,19 +122,30 @@ def matrix_from_davenport(angles: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: A
         ZeroNorm: a zero axis.
         BadArgument, WrongShape, NotFinite: not numbers, wrong shapes, NaN or infinity.
     """
-    values = as_floats(angles, (3,), "angles")
-    turns = [matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(_axes(a1, a2, a3))]
+    values = as_batch(angles, (3,), "angles")
+    axes = [unit(_single_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate((a1, a2, a3), 1)]
+    turns = [matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(axes)]
     return np.asarray(turns[0] @ turns[1] @ turns[2])
 
 
-def _axes(*axes: ArrayLike) -> list[Floats]:
-    units = []
-    for i, axis in enumerate(axes, 1):
-        vector = as_floats(axis, (3,), f"axis a{i}")
-        if vector.ndim != 1:
-            raise WrongShape(f"axis a{i}", "(3,)", vector.shape)
-        units.append(unit(rescaled(vector, f"axis a{i}"), f"axis a{i}")[0])
-    return units
+def _scaled_axis(axis: ArrayLike, what: str) -> Floats:
+    """The axis at a length from 1 to √3, shape (..., 3); zero refused."""
+    return rescaled(as_batch(axis, (3,), what), what)
+
+
+def _single_axis(axis: ArrayLike, what: str) -> Floats:
+    scaled = _scaled_axis(axis, what)
+    if scaled.ndim != 1:
+        raise WrongShape(what, "(3,)", scaled.shape)
+    return scaled
+
+
+def _are_perpendicular(a: Floats, b: Floats) -> NDArray[np.bool_]:
+    """Written component by component, so that a batch is rounded as each of its pairs alone."""
+    a0, a1, a2 = (a[..., i] for i in range(3))
+    b0, b1, b2 = (b[..., i] for i in range(3))
+    lengths = np.sqrt((a0 * a0 + a1 * a1 + a2 * a2) * (b0 * b0 + b1 * b1 + b2 * b2))
+    return np.asarray(np.abs(a0 * b0 + a1 * b1 + a2 * b2) <= _PERPENDICULAR * lengths)
 
 
 def _wrapped(angle: Floats) -> Floats:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numbers
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._scalars import check_tolerance
 from nao_kin._vectors import first_index
 from nao_kin.errors import BadArgument, NotARotation, WrongShape
 from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
@@ -98,16 +98,20 @@ def nearest_rotation(M: ArrayLike) -> Floats:
     refuse_non_finite(matrices, "matrix")
     # A common scale changes no direction, and keeps the products inside the SVD from overflowing.
     scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    U, sigma, Vt = np.linalg.svd(matrices / np.where(scale > 0.0, scale, 1.0))
+    # In a row, for the SVD takes fewer batch axes than arrays may have.
+    row = (matrices / np.where(scale > 0.0, scale, 1.0)).reshape(-1, 3, 3)
+    U, sigma, Vt = np.linalg.svd(row)
     sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0.0, -1.0, 1.0)
     ambiguous = ~(sigma[..., 1] + sign * sigma[..., 2] > 1e-12 * sigma[..., 0])
     if ambiguous.any():
-        index = first_index(np.asarray(ambiguous))
+        index = first_index(ambiguous.reshape(matrices.shape[:-2]))
         where = f" at index {list(index)}" if index else ""
-        values = ", ".join(f"{float(s) * float(scale[index].item()):.3g}" for s in sigma[index])
+        values = ", ".join(
+            f"{float(s) * float(scale[index].item()):.3g}" for s in sigma.reshape(matrices.shape[:-1])[index]
+        )
         raise BadArgument(f"the matrix{where} has no single nearest rotation: singular values {values}")
     U[..., :, 2] *= sign[..., np.newaxis]
-    return np.asarray(U @ Vt)
+    return np.asarray((U @ Vt).reshape(matrices.shape))
 
 
 def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
@@ -122,16 +126,6 @@ def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
         m00 * m02 + m10 * m12 + m20 * m22,
         m01 * m02 + m11 * m12 + m21 * m22,
     )
-
-
-def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
-    """Refuse anything but one number ≥ 0."""
-    try:
-        fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
-    except OverflowError:
-        fine = False
-    if not fine:
-        raise BadArgument(f"{what} must be a number ≥ 0, got {tolerance!r}")
 
 
 def as_rotations(R: ArrayLike) -> Floats:

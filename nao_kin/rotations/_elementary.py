@@ -1,8 +1,86 @@
-"""The kernels that build rotation matrices, R = 1 + A [v×] + B [v×]², each from other parameters."""
+"""Rotation matrices of one turn: about a coordinate axis, and the kernels of Rodrigues' formula about any other."""
 
 from __future__ import annotations
 
-from nao_kin.rotations._kernels import LARGEST_SQUARE, Functions, Number, OutOfScale
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch
+from nao_kin.rotations._kernels import (
+    LARGEST_SQUARE,
+    SMALLEST_NORMAL,
+    Functions,
+    Kernel,
+    Number,
+    OutOfScale,
+    evaluate,
+)
+
+
+def rot_x(angle: ArrayLike) -> Floats:
+    """Rotation about x, [[1, 0, 0], [0, c, −s], [0, s, c]] with c = cos(angle), s = sin(angle).
+
+    Args:
+        angle: shape (...) [rad].
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3), active.
+
+    Raises:
+        BadArgument, NotFinite: not numbers, NaN or infinity.
+    """
+    return _turn(_about_x, angle)
+
+
+def rot_y(angle: ArrayLike) -> Floats:
+    """Rotation about y, [[c, 0, s], [0, 1, 0], [−s, 0, c]] with c = cos(angle), s = sin(angle).
+
+    Args:
+        angle: shape (...) [rad].
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3), active.
+
+    Raises:
+        BadArgument, NotFinite: not numbers, NaN or infinity.
+    """
+    return _turn(_about_y, angle)
+
+
+def rot_z(angle: ArrayLike) -> Floats:
+    """Rotation about z, [[c, −s, 0], [s, c, 0], [0, 0, 1]] with c = cos(angle), s = sin(angle).
+
+    Args:
+        angle: shape (...) [rad].
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3), active.
+
+    Raises:
+        BadArgument, NotFinite: not numbers, NaN or infinity.
+    """
+    return _turn(_about_z, angle)
+
+
+def _turn(kernel: Kernel, angle: ArrayLike) -> Floats:
+    angles = as_batch(angle, (), "angle")
+    return evaluate(kernel, [angles[..., np.newaxis]], (3, 3))[0]
+
+
+def _about_x(f: Functions, angle: Number) -> tuple[Number, ...]:
+    c, s = f.cos(angle), f.sin(angle)
+    return 1.0, 0.0, 0.0, 0.0, c, 0.0 - s, 0.0, s, c
+
+
+def _about_y(f: Functions, angle: Number) -> tuple[Number, ...]:
+    c, s = f.cos(angle), f.sin(angle)
+    return c, 0.0, s, 0.0, 1.0, 0.0, 0.0 - s, 0.0, c
+
+
+def _about_z(f: Functions, angle: Number) -> tuple[Number, ...]:
+    c, s = f.cos(angle), f.sin(angle)
+    return c, 0.0 - s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0
 
 
 def rodrigues(x: Number, y: Number, z: Number, A: Number, B: Number) -> tuple[Number, ...]:
@@ -19,8 +97,8 @@ def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple
     square = x * x + y * y + z * z
     if not f.within(square, LARGEST_SQUARE):
         raise OutOfScale
-    # Below 1e-100 both quotients have long become constant; the floor keeps 0/0 away.
-    square = f.larger(square, 1e-200)
+    # The floor keeps 0/0 away; both quotients are constant to the last digit from φ = 1e-8 down.
+    square = f.larger(square, SMALLEST_NORMAL)
     half = 0.5 * f.sqrt(square)
     # One tangent of the half angle gives sine and cosine: 2t/(1 + t²) and (1 − t²)/(1 + t²), at half their price.
     quotient = f.tan(half) / half

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._arrays import Floats, as_numbers
-from nao_kin._vectors import as_vectors, common_batch, first_index, unit
+from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, unit
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
-from nao_kin.rotations.checks import nearest_rotation
+from nao_kin.rotations._checks import nearest_rotation
 
 Method = Literal["least_squares", "triads"]
 
@@ -72,7 +72,7 @@ def _as_points(value: ArrayLike, what: str) -> Floats:
         raise WrongShape(what, "(..., n, 3)", points.shape)
     if points.shape[-2] < 3:
         raise DegeneratePoints(f"{what}: a rotation needs at least three, got {points.shape[-2]}")
-    return as_vectors(points, what)
+    return as_vectors(points, what, rows=True)
 
 
 def _centred(points: Floats, what: str, thinnest: float) -> Floats:
@@ -82,7 +82,9 @@ def _centred(points: Floats, what: str, thinnest: float) -> Floats:
     # The directions of coincident points are rounding errors, which their coordinates give away.
     rounding = 1e-15 * np.abs(points).max(axis=(-2, -1), keepdims=True, initial=0.0)
     arms /= np.where(scale > 0.0, scale, 1.0)
-    sigma = np.linalg.svd(arms, compute_uv=False)
+    # In a row, for the SVD takes fewer batch axes than arrays may have.
+    row = np.linalg.svd(arms.reshape(-1, *arms.shape[-2:]), compute_uv=False)
+    sigma = row.reshape(*arms.shape[:-2], row.shape[-1])
     thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | (scale <= rounding)[..., 0, 0]
     if thin.any():
         index = first_index(thin)
@@ -97,5 +99,7 @@ def _triad(points: Floats) -> Floats:
     """The axes e1, e2, e3 as columns."""
     a, b, c = points[..., 0, :], points[..., 1, :], points[..., 2, :]
     e1, _ = unit(b - c, "b − c")
-    e3, _ = unit(np.cross(e1, a - 0.5 * (b + c)), "normal of the points")
-    return np.stack([e1, np.cross(e3, e1), e3], axis=-1)
+    e3, _ = unit(cross(e1, a - 0.5 * (b + c)), "normal of the points")
+    # Of points near one line the product is short, and its rounding leans it towards the line.
+    e3, _ = unit(e3 - dot(e3, e1)[..., None] * e1, "normal of the points")
+    return np.stack([e1, cross(e3, e1), e3], axis=-1)

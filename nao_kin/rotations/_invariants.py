@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import common_batch, first_index
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch, common_batch, first_index
 from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
+from nao_kin.rotations._elementary import from_linear, from_natural
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.rotations._rodrigues import from_linear, from_natural
-from nao_kin.rotations.checks import TOLERANCE, evaluate_rotations
-from nao_kin.rotations.quaternions import matrix_from_quat, quaternion_of
+from nao_kin.rotations._quaternions import matrix_from_quat, quaternion_of
 
 # Where cos φ rounds to −1: of the axis in sin φ e, eight digits and more are gone.
 _SINE_NEAR_PI = 2.0**-26
@@ -178,7 +178,7 @@ def matrix_from_euler_rodrigues(r: ArrayLike, r0: ArrayLike) -> Floats:
 def _vector_and_number(
     vector: ArrayLike, number: ArrayLike, vector_name: str, number_name: str
 ) -> tuple[Floats, Floats]:
-    vectors, numbers = as_floats(vector, (3,), vector_name), as_floats(number, (), number_name)
+    vectors, numbers = as_batch(vector, (3,), vector_name), as_batch(number, (), number_name)
     batch = common_batch(f"{vector_name} and {number_name}", vectors.shape[:-1], numbers.shape)
     return np.broadcast_to(vectors, (*batch, 3)), np.broadcast_to(numbers, batch)
 

@@ -1,4 +1,4 @@
-"""Where rotations go wrong: strata of angles, axes and matrices that uniform sampling never meets."""
+"""Where rotations go wrong: samples of angles, axes and matrices that uniform sampling never meets."""
 
 from __future__ import annotations
 

@@ -7,11 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats, as_floats
+from nao_kin._arrays import Floats
+from nao_kin._vectors import as_batch
+from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._kernels import evaluate
-from nao_kin.rotations._sequences import REQUIRED, AtLock, Axes, check_at_lock, find_convention
-from nao_kin.rotations._three_angles import composition, extraction
-from nao_kin.rotations.checks import evaluate_rotations
+from nao_kin.rotations._three_angles import (
+    REQUIRED,
+    AtLock,
+    Axes,
+    check_at_lock,
+    composition,
+    extraction,
+    find_convention,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +59,7 @@ def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED
     Source: Craig, Introduction to Robotics, 2.8 and appendix B.
     """
     convention = find_convention(sequence, axes)
-    values = as_floats(angles, (3,), "angles")
+    values = as_batch(angles, (3,), "angles")
     return evaluate(composition(convention), [values], (3, 3))[0]
 
 

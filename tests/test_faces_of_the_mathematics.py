@@ -1,0 +1,40 @@
+"""The rooms of the mathematics are entered through their faces, which list everything public."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from nao_kin import lines, rotations
+
+ROOMS = [pytest.param(room, id=room.__name__) for room in (rotations, lines)]
+
+
+def kind_then_name(name: str) -> tuple[int, str]:
+    """Constants, classes, functions, each by name."""
+    return (0 if name.isupper() else 1 if name[0].isupper() else 2, name)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_face_lists_all_that_it_offers_in_order(room: ModuleType) -> None:
+    offered = {name for name in vars(room) if not name.startswith("_") and name != "annotations"}
+    assert set(room.__all__) == offered
+    assert room.__all__ == sorted(room.__all__, key=kind_then_name)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_what_a_face_offers_is_documented_and_of_this_room(room: ModuleType) -> None:
+    for name in room.__all__:
+        if not name.isupper():
+            thing = getattr(room, name)
+            assert inspect.getdoc(thing), name
+            assert thing.__module__.startswith(f"{room.__name__}._"), name
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_behind_the_face_every_module_is_private(room: ModuleType) -> None:
+    modules = {path.stem for path in Path(room.__path__[0]).glob("*.py")}
+    assert {name for name in modules if not name.startswith("_")} == set()
