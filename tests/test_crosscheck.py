@@ -15,8 +15,8 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.cli.app import run as run_program
-from nao_kin.crosscheck._sample import Sample
-from nao_kin.crosscheck._strata import stratified
+from nao_kin.crosscheck.by_hand import HandRolled
+from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.errors import BadArgument, UnknownName
 
 SOMEWHERE = {"xyz": (0.1, -0.2, 0.3), "rpy": (0.3, -0.5, 0.7)}
@@ -79,9 +79,8 @@ def test_rows_say_where_the_worst_case_was(nao: nk.NaoModel, report: crosscheck.
     row = row_of(report, "pose in the root, by hand", "Pinocchio")
     place = row.place
     assert place is not None
-    by_hand = crosscheck._structure.HandRolled(
-        crosscheck.steps_of(nao), nao.joint_names, crosscheck.Conversions()
-    ).poses(np.array([place.q]))
+    walk = HandRolled(crosscheck.steps_of(nao), nao.joint_names, crosscheck.Conversions())
+    by_hand = walk.poses(np.array([place.q]))
     names = [step.name for step in crosscheck.steps_of(nao)]
     found = np.abs(by_hand[0, names.index(place.frame)] - nao.fk(place.q, place.frame)).max()
     assert found == pytest.approx(row.worst, abs=1e-17)
@@ -111,9 +110,9 @@ def test_a_single_configuration_is_enough(nao: nk.NaoModel) -> None:
 # --- what the configurations reach ------------------------------------------------------------------------------------
 
 
-def test_the_configurations_are_stratified(nao: nk.NaoModel) -> None:
-    found = stratified(nao, 400, seed=1)
-    strata = np.array(found.strata)
+def test_the_configurations_are_sample_configurations(nao: nk.NaoModel) -> None:
+    found = sample_configurations(nao, 400, seed=1)
+    strata = np.array(found.kinds)
     q = {name: found.q[strata == name] for name in found.counts}
     assert not q["zero"].any()
     assert not nao.limit_violations(q["inside"])
@@ -126,7 +125,7 @@ def test_the_configurations_are_stratified(nao: nk.NaoModel) -> None:
 
 @pytest.mark.parametrize("axes", ["moving", "fixed"])
 def test_the_configurations_lock_every_sequence_and_come_close(nao: nk.NaoModel, axes: str) -> None:
-    found = stratified(nao, 500, seed=0)
+    found = sample_configurations(nao, 500, seed=0)
     R = nao.rotation(found.q, ["HeadPitch", "LWristYaw", "RAnkleRoll", "CameraTop_optical_frame"]).reshape(-1, 3, 3)
     turned = np.abs(R - np.eye(3)).max(axis=(1, 2)) > 0.1
     for sequence in rotations.SEQUENCES:
@@ -143,14 +142,14 @@ def test_the_configurations_lock_every_sequence_and_come_close(nao: nk.NaoModel,
 
 
 def test_the_configurations_turn_frames_by_half_a_turn_and_nearly(nao: nk.NaoModel) -> None:
-    R = nao.rotation(stratified(nao, 300, seed=0).q).reshape(-1, 3, 3)
+    R = nao.rotation(sample_configurations(nao, 300, seed=0).q).reshape(-1, 3, 3)
     short = math.pi - rotations.natural_invariants(R)[1]
     for lower, upper in ((-1e-15, 1e-14), (1e-14, 1e-8), (1e-8, 1e-3)):
         assert np.count_nonzero((short >= lower) & (short < upper)) > 20
 
 
 def test_some_half_turns_are_about_general_axes(nao: nk.NaoModel) -> None:
-    R = nao.rotation(stratified(nao, 300, seed=0).q).reshape(-1, 3, 3)
+    R = nao.rotation(sample_configurations(nao, 300, seed=0).q).reshape(-1, 3, 3)
     axis, angle = rotations.natural_invariants(R)
     general = np.abs(axis).min(axis=1) > 0.1
     assert np.count_nonzero(general & (np.abs(angle - math.pi) < 1e-14)) > 10
@@ -322,7 +321,7 @@ def test_the_command_fails_when_a_row_does(
         assert {row["convention"] for row in json.loads(out)["rows"] if not row["ok"]} == {"log"}
     else:
         assert "FAILS: log against pin.log3: " in out
-        assert out.endswith("2 of 84 rows disagree.\n")
+        assert out.endswith("2 of 95 rows disagree.\n")
 
 
 def test_the_command_refuses_bad_numbers(capsys: pytest.CaptureFixture) -> None:
@@ -337,6 +336,7 @@ def test_progress_is_told(nao: nk.NaoModel) -> None:
 
 
 def test_the_oracles_are_asked_about_each_rotation_once() -> None:
-    sample = Sample(np.eye(3)[None])
+    sample = RotationSample(np.eye(3)[None])
     assert sample.moving_angles("zyx") is sample.moving_angles("zyx")
+    assert sample.moving_matrices("zyx") is sample.moving_matrices("zyx")
     assert sample.quaternions is sample.quaternions

@@ -1,0 +1,206 @@
+"""A robot as steps from frame to frame, and its forward kinematics by hand: elementary turns, nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nao_kin._arrays import Floats
+from nao_kin.crosscheck.conversions import Conversions, Function
+from nao_kin.errors import UnknownName
+from nao_kin.nao import NaoModel
+from nao_kin.parameters import CAMERAS, FINGER_RATIO, FINGERS, OPTICAL_RPY, NaoParameters, nao_parameters
+from nao_kin.robot import RobotModel
+from nao_kin.urdf_reader import UrdfTree, read_urdf
+
+Vector = tuple[float, float, float]
+Turns = tuple[tuple[str, float], ...]
+
+_HERE: Vector = (0.0, 0.0, 0.0)
+# Bodies that NAOqi names and the ROS description does not, by the joint that moves them.
+_BODIES = {"Torso": "torso", "LFoot": "LAnkleRoll", "RFoot": "RAnkleRoll"}
+
+
+@dataclass(frozen=True)
+class Step:
+    """A frame, where it stands in the frame that carries it, and how it moves there.
+
+    T_parent_frame = translation(xyz) · turns, in the order written · motion of the joint, if there is one.
+
+    Attributes:
+        name: the frame.
+        parent: the frame that carries it; None for the root.
+        xyz: position of its origin in the parent [m].
+        turns: elementary turns about moving axes, ("z", yaw), ("y", pitch), ("x", roll) for a URDF's rpy [rad].
+        axis: unit vector along the joint's axis; None where the frame is fixed in its parent.
+        sliding: whether the joint is prismatic.
+        driver: the joint whose coordinate moves this one: value = ratio · coordinate + offset.
+        ratio: see `driver`.
+        offset: see `driver`.
+    """
+
+    name: str
+    parent: str | None
+    xyz: Vector = _HERE
+    turns: Turns = ()
+    axis: Vector | None = None
+    sliding: bool = False
+    driver: str = ""
+    ratio: float = 1.0
+    offset: float = 0.0
+
+
+def steps_of(robot: RobotModel) -> tuple[Step, ...]:
+    """The steps of a robot: a NAO's from the rows of its parameters, any other's from its URDF.
+
+    Raises:
+        BadModel: the robot's URDF can no longer be read.
+    """
+    parameters = published_parameters(robot)
+    return steps_of_tree(tree_of(robot)) if parameters is None else steps_of_nao(parameters)
+
+
+def published_parameters(robot: RobotModel) -> NaoParameters | None:
+    """The published numbers that a robot's URDF was made of; None where the URDF is all there is."""
+    return nao_parameters(robot.version) if isinstance(robot, NaoModel) else None
+
+
+def tree_of(robot: RobotModel) -> UrdfTree:
+    """The joints of the robot's URDF, by the names the robot has for them.
+
+    Raises:
+        BadModel: the robot's URDF can no longer be read.
+    """
+    return read_urdf(robot.urdf_path)
+
+
+def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
+    """The steps of a NAO, made of its parameters alone, under all names that its model has for them."""
+    steps = [Step("base_link", None), Step("torso", "base_link")]
+    for joint in parameters.joints:
+        steps.append(Step(joint.name, joint.parent, joint.xyz, axis=joint.axis, driver=joint.mimic or joint.name))
+        steps.append(Step(joint.link, joint.name))
+        if joint.unit == "1":
+            steps += _fingers(joint.name, joint.parent)
+    steps += [Step(name, carrier) for name, carrier in _BODIES.items()]
+    for frame in parameters.frames:
+        steps.append(Step(frame.name, frame.parent, frame.xyz, _turns(frame.rpy)))
+        if frame.ros_name is not None:
+            steps.append(Step(frame.ros_name, frame.name))
+        if frame.name in CAMERAS:
+            steps.append(Step(f"{frame.name}_optical_frame", frame.name, turns=_turns(OPTICAL_RPY)))
+    return tuple(steps)
+
+
+def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
+    """The steps of a URDF, made of the numbers it prints; every moving joint is a frame beside the link it moves."""
+    steps = [Step(tree.root, None)]
+    for joint in tree.joints:
+        held = Step(joint.child, joint.parent, _three(joint.xyz), _turns(_three(joint.rpy)))
+        if joint.kind == "fixed":
+            steps.append(held)
+            continue
+        moved = replace(held, name=joint.name, axis=joint.axis, sliding=joint.kind == "prismatic", driver=joint.name)
+        if joint.mimic is not None:
+            mimic = joint.mimic
+            moved = replace(moved, driver=mimic.joint, ratio=mimic.multiplier, offset=mimic.offset)
+        steps += [moved, Step(joint.child, joint.name)]
+    return tuple(steps)
+
+
+class HandRolled:
+    """Poses of all frames of a robot from its steps.
+
+    Raises:
+        UnknownName: a step whose parent is not a step before it.
+    """
+
+    def __init__(self, steps: Sequence[Step], joint_names: Sequence[str], conversions: Conversions) -> None:
+        self.steps = tuple(steps)
+        self._column = {name: index for index, name in enumerate(joint_names)}
+        self._rot: dict[str, Function] = {"x": conversions.rot_x, "y": conversions.rot_y, "z": conversions.rot_z}
+        self.parents: list[int | None] = []
+        known: dict[str, int] = {}
+        for index, step in enumerate(self.steps):
+            if step.parent is not None and step.parent not in known:
+                raise UnknownName("frame", step.parent, tuple(known))
+            self.parents.append(None if step.parent is None else known[step.parent])
+            known[step.name] = index
+
+    def value(self, step: Step, q: Floats) -> Floats:
+        """Joint values of one step, shape (n,); a joint without a coordinate stays at its offset."""
+        column = self._column.get(step.driver)
+        coordinate = np.zeros(len(q)) if column is None else q[:, column]
+        return np.asarray(step.ratio * coordinate + step.offset)
+
+    def poses(self, q: Floats) -> Floats:
+        """T_root_frame of every step, shape (n, steps, 4, 4), for configurations of shape (n, nq)."""
+        T = np.zeros((len(q), len(self.steps), 4, 4))
+        T[..., 3, 3] = 1.0
+        R, p = T[..., :3, :3], T[..., :3, 3]
+        for index, (step, parent) in enumerate(zip(self.steps, self.parents, strict=True)):
+            if parent is None:
+                R[:, index], p[:, index] = self.rotation(step, q), self.position(step, q)
+            else:
+                R[:, index] = R[:, parent] @ self.rotation(step, q) if turns(step) else R[:, parent]
+                p[:, index] = p[:, parent] + (R[:, parent] @ self.position(step, q)[..., None])[..., 0]
+        return T
+
+    def rotation(self, step: Step, q: Floats) -> Floats:
+        """R_parent_frame, shape (3, 3), or (n, 3, 3) where it depends on q."""
+        R = self._held(step)
+        if step.axis is None or step.sliding:
+            return R
+        return np.asarray(R @ self._turn_about(step.axis, self.value(step, q)))
+
+    def position(self, step: Step, q: Floats) -> Floats:
+        """Origin of the frame in its parent, shape (3,), or (n, 3) where it depends on q [m]."""
+        p = np.array(step.xyz)
+        if step.axis is None or not step.sliding:
+            return p
+        return np.asarray(p + self.value(step, q)[:, None] * (self._held(step) @ step.axis))
+
+    def _held(self, step: Step) -> Floats:
+        """The turns before the motion of the joint."""
+        R = np.eye(3)
+        for axis, angle in step.turns:
+            R = R @ self._rot[axis](angle)
+        return R
+
+    def _turn_about(self, axis: Vector, angle: Floats) -> Floats:
+        """The turn about any axis e = Rz(a) Ry(b) z: Rz(a) Ry(b) Rz(angle) Ry(−b) Rz(−a)."""
+        x, y, z = axis
+        for name, component in zip("xyz", axis, strict=True):
+            if abs(component) == math.hypot(x, y, z):
+                return np.asarray(self._rot[name](math.copysign(1.0, component) * angle))
+        a, b = math.atan2(y, x), math.atan2(math.hypot(x, y), z)
+        rot_y, rot_z = self._rot["y"], self._rot["z"]
+        return np.asarray(rot_z(a) @ rot_y(b) @ rot_z(angle) @ rot_y(-b) @ rot_z(-a))
+
+
+def turns(step: Step) -> bool:
+    """Whether a frame is turned, or can turn, in the frame that carries it."""
+    return bool(step.turns) or (step.axis is not None and not step.sliding)
+
+
+def _fingers(hand: str, wrist: str) -> Iterable[Step]:
+    side = hand[0]
+    for finger in FINGERS:
+        joint, link = f"{hand}{finger.name}", f"{side}{finger.name}_link"
+        parent = wrist if finger.parent == "WristYaw" else f"{hand}{finger.parent}"
+        yield Step(joint, parent, finger.xyz_m, _turns(finger.rpy), (0.0, 0.0, 1.0), driver=hand, ratio=FINGER_RATIO)
+        yield Step(link, joint)
+
+
+def _turns(rpy: Vector) -> Turns:
+    """The turns of R = Rz(yaw) Ry(pitch) Rx(roll); none for no rotation."""
+    roll, pitch, yaw = rpy
+    return (("z", yaw), ("y", pitch), ("x", roll)) if any(rpy) else ()
+
+
+def _three(text: str) -> Vector:
+    x, y, z = map(float, text.split())
+    return x, y, z
