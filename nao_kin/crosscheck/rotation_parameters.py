@@ -12,6 +12,7 @@ from nao_kin.crosscheck.differences import (
     difference,
     direction_difference,
     largest,
+    outside,
     rotation_vector_difference,
 )
 from nao_kin.crosscheck.samples import RotationSample, each, matrices_from_natural, matrices_from_quaternions
@@ -118,7 +119,8 @@ def _log(sample: RotationSample, conversions: Conversions) -> Floats:
     apart = rotation_vector_difference(ours, axes * angles[:, None])
     if ours.shape != axes.shape:
         return apart
-    return np.maximum(apart, difference(each(pin.exp3, (3, 3), ours), sample.R))
+    length = np.sqrt(np.square(ours).sum(axis=1))
+    return largest(apart, outside(length, 0.0, np.pi), difference(each(pin.exp3, (3, 3), ours), sample.R))
 
 
 def _log_against_log3(sample: RotationSample, conversions: Conversions) -> Floats:
@@ -161,7 +163,7 @@ def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
     parts = np.floor(9.0 * sample.spread) / 8.0
     theirs = each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), p, q, parts)
     used = np.abs((p * q).sum(axis=1)) > _RIGHT_ANGLE
-    return np.where(used, direction_difference(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
+    return np.where(used, difference(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
 
 
 def _canonical_difference(ours: Floats, theirs: Floats) -> Floats:

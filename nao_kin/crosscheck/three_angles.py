@@ -21,6 +21,9 @@ from nao_kin.crosscheck.samples import RotationSample, axis_numbers, each, matri
 from nao_kin.rotations import SEQUENCES
 
 _HALF, _ROOT = math.pi / 2.0, math.sqrt(0.5)
+# Distances from lock: what is nearer than the first is locked, what is farther than the second is not. The library's
+# own bound lies between them, and there rounding decides.
+_SURELY_LOCKED, _SURELY_FREE = 2.0 * 2.0**-52, 8.0 * 2.0**-52
 _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
@@ -62,32 +65,8 @@ def _rpy_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats
         difference(each(pin.rpy.rpyToMatrix, (3, 3), ours), sample.R),
         _weighted(ours, sample.rpy, np.abs(np.cos(sample.rpy[:, 1]))),
         _out_of_range(ours, -_HALF, _HALF),
-        np.where(h < _EULER_LOCK.surely, np.abs(ours[:, 2]), 0.0),
+        np.where(h < _SURELY_LOCKED, np.abs(ours[:, 2]), 0.0),
     )
-
-
-@dataclass(frozen=True)
-class _Lock:
-    """Bounds of the distance h from lock: a matrix nearer than `surely` is locked, one farther than `barely` is not.
-
-    The library's own bound lies between them: there rounding decides.
-    """
-
-    surely: float
-    barely: float
-
-    def difference(self, h: Floats, angles: Floats, locked: Any) -> Floats:
-        """0 where lock is reported where it is and the third angle is zero there; else 1, or that angle."""
-        mask: NDArray[np.bool_] = np.asarray(locked, dtype=np.bool_)
-        if mask.shape != h.shape:
-            return np.full(len(h), np.inf)
-        misreported = (mask & (h > self.barely)) | (~mask & (h < self.surely))
-        return np.where(misreported, 1.0, np.where(mask, np.abs(angles[:, 2]), 0.0))
-
-
-_EULER_LOCK = _Lock(2.0 * 2.0**-52, 8.0 * 2.0**-52)
-# The axes of the hips are rounded, and so is every turn of the matrix into their frame.
-_HIP_LOCK = _Lock(0.5 * 2.0**-52, 16.0 * 2.0**-52)
 
 
 class _EulerCheck:
@@ -120,7 +99,7 @@ class _EulerCheck:
             _out_of_range(angles, lower, upper),
             _out_of_range(other, -math.pi, math.pi),
             _other_branch(angles, other, 0.0 if self.symmetric else math.pi),
-            _EULER_LOCK.difference(_euler_lock_distance(sample.R, self.moving), angles, found.locked),
+            _lock_difference(_euler_lock_distance(sample.R, self.moving), angles, found.locked),
         )
 
     def _written(self, triple: Floats) -> Floats:
@@ -171,7 +150,7 @@ class _HipCheck:
             _out_of_range(angles, lower, lower + math.pi),
             _out_of_range(other, -math.pi, math.pi),
             _other_branch(angles, other, -2.0 * self.delta),
-            _HIP_LOCK.difference(h, angles, found.locked),
+            _lock_difference(h, angles, found.locked),
         )
 
     def _matrices(self, angles: Floats) -> Floats:
@@ -203,3 +182,12 @@ def _euler_lock_distance(R: Floats, moving: str) -> Floats:
     k = 3 - i - j
     pair = (R[:, j, i], R[:, k, i]) if moving[0] == moving[2] else (R[:, j, k], R[:, k, k])
     return np.hypot(*pair)
+
+
+def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
+    """0 where lock is reported where it is and the third angle is zero there; else 1, or that angle."""
+    mask: NDArray[np.bool_] = np.asarray(locked, dtype=np.bool_)
+    if mask.shape != h.shape:
+        return np.full(len(h), np.inf)
+    misreported = (mask & (h > _SURELY_FREE)) | (~mask & (h < _SURELY_LOCKED))
+    return np.where(misreported, 1.0, np.where(mask, np.abs(angles[:, 2]), 0.0))
