@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from nao_kin import crosscheck, rotations
 from nao_kin.crosscheck import Conversions, Step
 from nao_kin.joint_axes import JointAxes
 from nao_kin.parameters import NaoParameters, nao_parameters
+from nao_kin.robot.limits import JointLimits
 from nao_kin.rotations import EulerAngles
 
 Function = Callable[..., Any]
@@ -696,3 +698,206 @@ def test_a_conversion_that_raises_anything_fails_its_own_rows_only(nao: nk.NaoMo
 
     report = crosscheck.run(nao, samples=10, conversions=replace(Conversions(), log=broken))
     assert {row.convention for row in report.failures} == {"log"}
+
+
+# --- whatever raises an error -----------------------------------------------------------------------------------------
+
+
+def raising(*given: object, **named: object) -> object:
+    raise RuntimeError("out of order")
+
+
+class RaisingJacobian(JointAxes):
+    jacobian = raising  # type: ignore[assignment]
+
+
+FIELDS = [field.name for field in fields(Conversions)]
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_a_function_that_raises_an_error_fails_its_own_rows_and_no_others(robot: nk.RobotModel, field: str) -> None:
+    report = crosscheck.run(robot, 8, conversions=replace(TRUE, **{field: raising}))
+    own = {row.convention for row in report.rows if row.convention.split()[0] == field}
+    if field == "joint_axes":
+        own = LINES
+    elif field.startswith("rot_"):
+        own |= {BY_HAND, ORIENTATION}
+    assert failing(report) == own
+    for row in report.failures:
+        assert row.note == "refused: RuntimeError: out of order"
+        assert row.worst == math.inf
+        assert row.pairs > 0
+
+
+def test_an_elementary_rotation_that_raises_an_error_is_blamed_on_what_it_turns(
+    robot: nk.RobotModel,
+) -> None:
+    report = crosscheck.run(robot, 8, conversions=replace(TRUE, rot_x=raising))
+    assert blamed(report, ORIENTATION) == {"roll", "slide"}
+
+
+def test_a_jacobian_that_raises_an_error_fails_its_own_rows_only(robot: nk.RobotModel) -> None:
+    report = crosscheck.run(robot, 8, conversions=replace(TRUE, joint_axes=RaisingJacobian))
+    assert failing(report) == LINES
+    assert {row.note for row in report.failures} == {"refused: RuntimeError: out of order"}
+
+
+def test_a_long_error_is_abbreviated_in_the_note(robot: nk.RobotModel) -> None:
+    def talkative(R: object) -> object:
+        raise ValueError("blah " * 1000)
+
+    (row,) = crosscheck.run(robot, 3, conversions=replace(TRUE, quat_from_matrix=talkative)).failures
+    assert len(row.note) < 250
+
+
+# --- limits and mimics ------------------------------------------------------------------------------------------------
+
+VIOLATIONS, CLAMP = "limit_violations", "clamp"
+TABLED = {"HeadPitch", "LAnkleRoll", "RAnkleRoll"}
+
+
+def array_changed(robot: nk.RobotModel, name: str, joint: str, change: Callable[[float], float]) -> None:
+    values = getattr(robot, name).copy()
+    column = robot.joint_names.index(joint)
+    values[column] = change(values[column])
+    setattr(robot, name, values)
+
+
+def without_tables(robot: nk.RobotModel) -> JointLimits:
+    return JointLimits(robot.joint_names, robot.lower, robot.upper, robot.joint_units, ())
+
+
+def violations_of_boxes_only(robot: nk.RobotModel) -> None:
+    limits = without_tables(robot)
+    robot.limit_violations = limits.violations  # type: ignore[method-assign]
+
+
+def clamped_into_boxes_only(robot: nk.RobotModel) -> None:
+    robot.clamp = lambda q: np.clip(q, robot.lower, robot.upper)  # type: ignore[method-assign]
+
+
+def table_of_the_other_foot(robot: nk.RobotModel) -> None:
+    head, left, right = robot.coupled_limits
+    swapped = (head, replace(left, lower=right.lower, upper=right.upper), right)
+    limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.joint_units, swapped)
+    robot.limit_violations, robot.clamp = limits.violations, limits.clamp  # type: ignore[method-assign]
+
+
+LIMIT_FAULTS: tuple[RobotFault, ...] = (
+    RobotFault(
+        "a lower limit in degrees",
+        lambda robot: array_changed(robot, "lower", "LKneePitch", math.degrees),
+        {"lower limits", VIOLATIONS, CLAMP},
+        {"LKneePitch"},
+    ),
+    RobotFault(
+        "an upper limit of the other version",
+        lambda robot: array_changed(robot, "upper", "LShoulderRoll", lambda _: math.radians(94.5)),
+        {"upper limits", VIOLATIONS, CLAMP},
+        {"LShoulderRoll"},
+    ),
+    RobotFault(
+        "a speed in degrees",
+        lambda robot: array_changed(robot, "velocity_limits", "HeadYaw", math.degrees),
+        {"velocity limits"},
+        {"HeadYaw"},
+    ),
+    RobotFault(
+        "a torque too large by a rounding",
+        lambda robot: array_changed(robot, "effort_limits", "RHand", lambda effort: effort + 1e-9),
+        {"effort limits"},
+        {"RHand"},
+    ),
+    RobotFault("tables not looked at", violations_of_boxes_only, {VIOLATIONS}, TABLED),
+    RobotFault("clamped into the boxes only", clamped_into_boxes_only, {CLAMP}, TABLED),
+    RobotFault("the table of the other foot", table_of_the_other_foot, {VIOLATIONS, CLAMP}, {"LAnkleRoll"}),
+)
+
+
+@named(LIMIT_FAULTS)
+def test_a_wrong_limit_is_caught_and_blamed_on_its_joint(fault: RobotFault) -> None:
+    robot = nk.load_nao()
+    fault.change(robot)
+    report = crosscheck.run(robot, 100)
+    assert failing(report) == fault.rows
+    assert {joint for row in report.failures for joint in row.failing} == fault.culprits
+    for convention in fault.rows - {VIOLATIONS, CLAMP}:
+        against = {row.against for row in report.failures if row.convention == convention}
+        assert against == {"yourdfpy", "pin.buildModelFromUrdf"}
+
+
+def coupled(folder: Path, *extra: J) -> nk.RobotModel:
+    """A driving joint confined by three that follow it: one faster, one the other way round, one with an offset."""
+    return made_up(
+        folder,
+        J("a", limits=(-3.0, 3.0)),
+        J("b", axis=(0.0, 1.0, 0.0), limits=(-3.0, 3.0), follows=("a", 2.0, 0.0)),
+        J("c", axis=(1.0, 0.0, 0.0), limits=(-1.0, 2.0), follows=("a", -1.0, 0.25)),
+        J("d", kind="continuous", follows=("a", 0.5, 0.0)),
+        *extra,
+    )
+
+
+def test_shared_limits_are_explained(tmp_path: Path) -> None:
+    robot = coupled(tmp_path)
+    assert (robot.lower[0], robot.upper[0], robot.velocity_limits[0]) == (-1.5, 1.25, 1.0)
+    report = crosscheck.run(robot, 20)
+    assert report.ok, report.failures
+    assert [row.pairs for row in report.rows if row.convention == "mimics"] == [3]
+
+
+@pytest.mark.parametrize("name", ["lower", "upper", "velocity_limits"])
+def test_limits_that_are_not_shared_are_caught(tmp_path: Path, name: str) -> None:
+    robot = coupled(tmp_path)
+    own = {"lower": -3.0, "upper": 3.0, "velocity_limits": 2.0}
+    array_changed(robot, name, "a", lambda _: own[name])
+    report = crosscheck.run(robot, 20)
+    assert f"{name.removesuffix('_limits')} limits" in failing(report)
+    assert {joint for row in report.failures for joint in row.failing} == {"a"}
+
+
+def test_limits_of_a_coupling_that_was_turned_round_are_explained(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("a"),
+        J("b", axis=(0.0, 1.0, 0.0), limits=(-2.0, 2.5), follows=("c", -2.0, 0.3)),
+        J("c", limits=(-1.0, 1.0)),
+    )
+    assert robot.mimics["c"].joint == "b"
+    assert crosscheck.run(robot, 20).ok
+
+
+def test_a_wrong_mimic_is_caught(tmp_path: Path) -> None:
+    (tmp_path / "right").mkdir()
+    robot = coupled(tmp_path / "right")
+    wrong = {name: replace(mimic, multiplier=-mimic.multiplier) for name, mimic in robot.mimics.items() if name == "c"}
+    robot.mimics = {**robot.mimics, **wrong}
+    assert blamed(crosscheck.run(robot, 20), "mimics") == {"c"}
+
+
+def test_a_mimic_that_was_dropped_is_caught(tmp_path: Path) -> None:
+    (tmp_path / "right").mkdir()
+    robot = coupled(tmp_path / "right")
+    robot.mimics = {name: mimic for name, mimic in robot.mimics.items() if name != "b"}
+    assert blamed(crosscheck.run(robot, 20), "mimics") == {"b"}
+
+
+def test_what_pinocchio_does_not_read_is_left_out_in_words(tmp_path: Path, capfd: pytest.CaptureFixture) -> None:
+    path = tmp_path / "bare.urdf"
+    path.write_text(
+        '<robot name="bare"><link name="a"/><link name="b"/><joint name="j" type="revolute">'
+        '<parent link="a"/><child link="b"/><limit lower="-1" upper="1"/></joint></robot>'
+    )
+    report = crosscheck.run(nk.RobotModel.from_urdf(path), 5)
+    assert report.ok, report.failures
+    limits = [row for row in report.rows if row.convention.endswith(" limits")]
+    assert {row.against for row in limits} == {"yourdfpy"}
+    assert {row.note for row in limits} == {
+        "not compared with Pinocchio's own parser, which needs velocity and effort of 'j'"
+    }
+    assert capfd.readouterr().err == ""
+
+
+def test_there_are_more_than_sixty_planted_faults() -> None:
+    faults = [*CONVERSION_FAULTS, *LOCK_FAULTS, *TIE_BREAK_FAULTS, *PARAMETER_FAULTS, *LIMIT_FAULTS]
+    assert len({fault.name for fault in faults}) == len(faults) > 75

@@ -157,11 +157,12 @@ class HandRolled:
         return np.asarray(R @ self._turn_about(step.axis, self.value(step, q)))
 
     def position(self, step: Step, q: Floats) -> Floats:
-        """Origin of the frame in its parent, shape (3,), or (n, 3) where it depends on q [m]."""
+        """Origin of the frame in its parent, shape (3,), or (n, 3) where a joint has moved it [m]."""
         p = np.array(step.xyz)
         if step.axis is None or not step.sliding:
             return p
-        return np.asarray(p + self.value(step, q)[:, None] * (self._held(step) @ step.axis))
+        value = self.value(step, q)
+        return np.asarray(p + value[:, None] * (self._held(step) @ step.axis)) if value.any() else p
 
     def _held(self, step: Step) -> Floats:
         """The turns before the motion of the joint."""
