@@ -29,7 +29,7 @@ ALL_EXTRACTIONS = {f"euler_from_matrix {sequence} {axes}" for sequence, axes in 
 ALL_COMPOSITIONS = {f"matrix_from_euler {sequence} {axes}" for sequence, axes in CONVENTIONS}
 HIPS = {"davenport_angles left hip", "davenport_angles right hip"}
 LINES = {f"joint axes as lines, {way}" for way in ("frame", "root", "mixed")}
-FIRST_TURN, THIRD_TURN = np.array([[2.0 * math.pi, 0.0, 0.0], [0.0, 0.0, 2.0 * math.pi]])
+FIRST_TURN = np.array([2.0 * math.pi, 0.0, 0.0])
 OTHER = {"moving": "fixed", "fixed": "moving"}
 
 
@@ -189,7 +189,7 @@ def log_without_the_angle(R: np.ndarray) -> np.ndarray:
 
 
 def outer_angle_in_the_next_turn(found: EulerAngles) -> EulerAngles:
-    return replace(found, angles=found.angles + THIRD_TURN)
+    return replace(found, angles=found.angles + FIRST_TURN)
 
 
 def other_in_the_next_turn(found: EulerAngles) -> EulerAngles:
