@@ -84,7 +84,7 @@ class _EulerCheck:
         return difference(ours, sample.moving_matrices(self.moving))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Both of our triples give R by eigenpy's formula; one is eigenpy's; the first is principal, also at lock."""
+        """Our first triple gives R by eigenpy's formula and is principal, also at lock; one of the two is eigenpy's."""
         found = conversions.euler_from_matrix(sample.R, self.sequence, axes=self.axes)
         angles, other = np.asarray(found.angles), np.asarray(found.other)
         theirs = sample.moving_angles(self.moving)
@@ -94,7 +94,7 @@ class _EulerCheck:
         weight = np.abs((np.sin if self.symmetric else np.cos)(theirs[:, 1]))
         lower, upper = (0.0, math.pi) if self.symmetric else (-_HALF, _HALF)
         return largest(
-            *(difference(matrices_from_moving(triple, self.moving), sample.R) for triple in (first, second)),
+            difference(matrices_from_moving(first, self.moving), sample.R),
             np.minimum(_weighted(first, theirs, weight), _weighted(second, theirs, weight)),
             _out_of_range(angles, lower, upper),
             _out_of_range(other, -math.pi, math.pi),
@@ -131,7 +131,7 @@ class _HipCheck:
         return difference(conversions.matrix_from_davenport(angles, self.axis, _X, _Y), self._matrices(angles))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Both of our triples give R; one is eigenpy's where it knows R; the first is principal, also at lock."""
+        """Our first triple gives R and is principal, also at lock; one of the two is eigenpy's where it knows R."""
         turned = sample.spread < 0.5
         R = np.where(turned[:, None, None], turns_about(_X, np.array([-self.delta])) @ sample.R, sample.R)
         found = conversions.davenport_angles(R, self.axis, _X, _Y)
@@ -145,7 +145,7 @@ class _HipCheck:
         # At lock the third axis, carried along, is parallel to the first.
         h = np.sqrt(np.square(np.cross(R[:, :, 1], self.axis)).sum(axis=1))
         return largest(
-            *(difference(self._matrices(triple), R) for triple in (angles, other)),
+            difference(self._matrices(angles), R),
             np.where(turned, matched, 0.0),
             _out_of_range(angles, lower, lower + math.pi),
             _out_of_range(other, -math.pi, math.pi),
@@ -165,7 +165,7 @@ def _weighted(ours: Floats, theirs: Floats, weight: Floats) -> Floats:
 
 
 def _other_branch(angles: Floats, other: Floats, mirrored: float) -> Floats:
-    """How far the other triple is from (α + π, mirrored − β, γ + π)."""
+    """How far the other triple is from (α + π, mirrored − β, γ + π), which gives the same rotation as the first."""
     expected = np.stack([angles[:, 0] + math.pi, mirrored - angles[:, 1], angles[:, 2] + math.pi], axis=1)
     return np.asarray(angle_difference(other, expected).max(axis=1))
 
