@@ -5,6 +5,7 @@ import logging
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -15,9 +16,11 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.cli.app import run as run_program
-from nao_kin.crosscheck._sample import Sample
-from nao_kin.crosscheck._strata import stratified
+from nao_kin.crosscheck.by_hand import HandRolled
+from nao_kin.crosscheck.differences import LEFT_OUT, Tally, angle_difference
+from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.parameters import nao_parameters
 
 SOMEWHERE = {"xyz": (0.1, -0.2, 0.3), "rpy": (0.3, -0.5, 0.7)}
 
@@ -79,9 +82,8 @@ def test_rows_say_where_the_worst_case_was(nao: nk.NaoModel, report: crosscheck.
     row = row_of(report, "pose in the root, by hand", "Pinocchio")
     place = row.place
     assert place is not None
-    by_hand = crosscheck._structure.HandRolled(
-        crosscheck.steps_of(nao), nao.joint_names, crosscheck.Conversions()
-    ).poses(np.array([place.q]))
+    walk = HandRolled(crosscheck.steps_of(nao), nao.joint_names, crosscheck.Conversions())
+    by_hand = walk.poses(np.array([place.q]))
     names = [step.name for step in crosscheck.steps_of(nao)]
     found = np.abs(by_hand[0, names.index(place.frame)] - nao.fk(place.q, place.frame)).max()
     assert found == pytest.approx(row.worst, abs=1e-17)
@@ -111,9 +113,9 @@ def test_a_single_configuration_is_enough(nao: nk.NaoModel) -> None:
 # --- what the configurations reach ------------------------------------------------------------------------------------
 
 
-def test_the_configurations_are_stratified(nao: nk.NaoModel) -> None:
-    found = stratified(nao, 400, seed=1)
-    strata = np.array(found.strata)
+def test_the_configurations_are_sample_configurations(nao: nk.NaoModel) -> None:
+    found = sample_configurations(nao, 400, seed=1)
+    strata = np.array(found.kinds)
     q = {name: found.q[strata == name] for name in found.counts}
     assert not q["zero"].any()
     assert not nao.limit_violations(q["inside"])
@@ -126,7 +128,7 @@ def test_the_configurations_are_stratified(nao: nk.NaoModel) -> None:
 
 @pytest.mark.parametrize("axes", ["moving", "fixed"])
 def test_the_configurations_lock_every_sequence_and_come_close(nao: nk.NaoModel, axes: str) -> None:
-    found = stratified(nao, 500, seed=0)
+    found = sample_configurations(nao, 500, seed=0)
     R = nao.rotation(found.q, ["HeadPitch", "LWristYaw", "RAnkleRoll", "CameraTop_optical_frame"]).reshape(-1, 3, 3)
     turned = np.abs(R - np.eye(3)).max(axis=(1, 2)) > 0.1
     for sequence in rotations.SEQUENCES:
@@ -143,14 +145,14 @@ def test_the_configurations_lock_every_sequence_and_come_close(nao: nk.NaoModel,
 
 
 def test_the_configurations_turn_frames_by_half_a_turn_and_nearly(nao: nk.NaoModel) -> None:
-    R = nao.rotation(stratified(nao, 300, seed=0).q).reshape(-1, 3, 3)
+    R = nao.rotation(sample_configurations(nao, 300, seed=0).q).reshape(-1, 3, 3)
     short = math.pi - rotations.natural_invariants(R)[1]
     for lower, upper in ((-1e-15, 1e-14), (1e-14, 1e-8), (1e-8, 1e-3)):
         assert np.count_nonzero((short >= lower) & (short < upper)) > 20
 
 
 def test_some_half_turns_are_about_general_axes(nao: nk.NaoModel) -> None:
-    R = nao.rotation(stratified(nao, 300, seed=0).q).reshape(-1, 3, 3)
+    R = nao.rotation(sample_configurations(nao, 300, seed=0).q).reshape(-1, 3, 3)
     axis, angle = rotations.natural_invariants(R)
     general = np.abs(axis).min(axis=1) > 0.1
     assert np.count_nonzero(general & (np.abs(angle - math.pi) < 1e-14)) > 10
@@ -287,7 +289,103 @@ def test_a_step_that_hangs_nowhere_is_refused(nao: nk.NaoModel) -> None:
         crosscheck.run(nao, 3, steps=[steps[0], replace(steps[1], parent="Waist")])
 
 
+@pytest.mark.parametrize(
+    ("samples", "seed", "message"),
+    [
+        (0, 0, "samples must be at least 1, got 0"),
+        (100_001, 0, "samples must be at most 100000, got 100001"),
+        (99999999999999999999, 0, "samples must be at most 100000, got 99999999999999999999"),
+        (10**5000, 0, "samples must be at most 100000, got one of 16610 bits"),
+        (-(10**5000), 0, "samples must be at least 1, got one of 16610 bits"),
+        (2.0, 0, "samples must be a whole number, got 2.0"),
+        (math.nan, 0, "samples must be a whole number, got nan"),
+        (1, -3, "seed must be at least 0, got -3"),
+        (
+            1,
+            2**128,
+            "seed must be at most 340282366920938463463374607431768211455, got 3402823669209384634633746074317682",
+        ),
+        (1, 10**5000, "seed must be at most 340282366920938463463374607431768211455, got one of 16610 bits"),
+    ],
+    ids=map(str, range(10)),
+)
+def test_absurd_numbers_are_refused_in_one_line(nao: nk.NaoModel, samples: Any, seed: Any, message: str) -> None:
+    with pytest.raises(BadArgument) as caught:
+        crosscheck.run(nao, samples, seed)
+    assert str(caught.value).startswith(message)
+    assert len(str(caught.value)) < 200
+
+
+def test_a_long_text_for_a_number_is_abbreviated(nao: nk.NaoModel) -> None:
+    with pytest.raises(BadArgument, match="samples must be a whole number") as caught:
+        crosscheck.run(nao, "9" * 100_000)
+    assert len(str(caught.value)) < 250
+
+
+def test_the_largest_seed_is_taken(tmp_path: Path) -> None:
+    assert crosscheck.run(made_up(tmp_path, J("a")), 2, 2**128 - 1).ok
+
+
+# --- the parts --------------------------------------------------------------------------------------------------------
+
+
+def test_angles_differ_modulo_a_turn() -> None:
+    ours = np.array([math.pi - 1e-3, -math.pi, 0.1, 0.1 + 4.0 * math.pi])
+    theirs = np.array([-math.pi + 1e-3, math.pi, 0.3, 0.1])
+    assert np.allclose(angle_difference(ours, theirs), [2e-3, 0.0, 0.2, 0.0], atol=1e-14)
+
+
+def test_a_row_that_compared_nothing_is_not_ok(nao: nk.NaoModel) -> None:
+    row = Tally("a", "b").row(sample_configurations(nao, 1, 0))
+    assert (row.pairs, row.worst, row.place, row.ok) == (0, 0.0, None, False)
+    nothing_left = Tally("a", "b")
+    nothing_left.add(np.full((1, 2), LEFT_OUT), 0, ["x", "y"])
+    assert not nothing_left.row(sample_configurations(nao, 1, 0)).ok
+
+
+def test_a_report_in_which_a_row_compared_nothing_is_not_ok(nao: nk.NaoModel) -> None:
+    steps = [replace(step, name=f"_{step.name}", parent=step.parent and f"_{step.parent}") for step in steps_of_v6()]
+    report = crosscheck.run(nao, 2, steps=steps)
+    row = row_of(report, "pose in the root, by hand", "Pinocchio")
+    assert row.pairs == 0
+    assert row in report.failures
+
+
+def steps_of_v6() -> tuple[crosscheck.Step, ...]:
+    return crosscheck.steps_of_nao(nao_parameters("v6"))
+
+
+def test_exponentials_are_taken_of_vectors_within_and_out_of_half_a_turn(nao: nk.NaoModel) -> None:
+    lengths: list[np.ndarray] = []
+
+    def watched(v: np.ndarray) -> np.ndarray:
+        lengths.append(np.linalg.norm(v, axis=-1).reshape(20, -1))
+        return rotations.exp(v)
+
+    assert crosscheck.run(nao, 20, conversions=replace(crosscheck.Conversions(), exp=watched)).ok
+    length = np.concatenate(lengths)
+    for frames in (length[:, ::2], length[:, 1::2]):
+        assert (frames > 2.0 * math.pi).any()
+        assert ((frames > 0.1) & (frames < math.pi)).any()
+
+
 # --- the command ------------------------------------------------------------------------------------------------------
+
+
+def test_the_command_prints_the_cells_of_the_report(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", axis=(0.0, 1.0, 0.0)))
+    assert run_program(["check", "--urdf", str(robot.urdf_path), "--samples", "3"]) == 0
+    printed = [line.split() for line in capsys.readouterr().out.splitlines()]
+    report = crosscheck.run(robot, 3)
+    text = [line.split() for line in str(report).splitlines()]
+    for cells in (report.columns, *(row.cells for row in report.rows)):
+        assert " ".join(cells).split() in printed
+        assert " ".join(cells).split() in text
+
+
+def test_the_command_refuses_absurd_numbers(capsys: pytest.CaptureFixture) -> None:
+    assert run_program(["check", "--samples", "99999999999999999999"]) == 2
+    assert capsys.readouterr().err == "nao-kin: samples must be at most 100000, got 99999999999999999999\n"
 
 
 def test_the_command_prints_the_table_and_says_yes(capsys: pytest.CaptureFixture) -> None:
@@ -322,7 +420,7 @@ def test_the_command_fails_when_a_row_does(
         assert {row["convention"] for row in json.loads(out)["rows"] if not row["ok"]} == {"log"}
     else:
         assert "FAILS: log against pin.log3: " in out
-        assert out.endswith("2 of 84 rows disagree.\n")
+        assert out.endswith("2 of 95 rows disagree.\n")
 
 
 def test_the_command_refuses_bad_numbers(capsys: pytest.CaptureFixture) -> None:
@@ -337,6 +435,7 @@ def test_progress_is_told(nao: nk.NaoModel) -> None:
 
 
 def test_the_oracles_are_asked_about_each_rotation_once() -> None:
-    sample = Sample(np.eye(3)[None])
+    sample = RotationSample(np.eye(3)[None])
     assert sample.moving_angles("zyx") is sample.moving_angles("zyx")
+    assert sample.moving_matrices("zyx") is sample.moving_matrices("zyx")
     assert sample.quaternions is sample.quaternions

@@ -24,11 +24,13 @@ def check(
     version: Version = "v6",
     urdf: Urdf = None,
     robot: Robot = None,
-    samples: Annotated[int, typer.Option("--samples", metavar="N", help="Number of configurations.")] = 500,
+    samples: Annotated[
+        int, typer.Option("--samples", metavar="N", help="Number of configurations, 1 to 100000.")
+    ] = 500,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random ones.")] = 0,
     json: Json = False,
 ) -> None:
-    """Poses, rotations and Jacobians against Pinocchio, eigenpy and yourdfpy; exit 1 when a convention disagrees."""
+    """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
     report = _run(load(version, urdf, robot), samples, seed)
     if json:
         print_json(report.as_dict())
@@ -53,26 +55,13 @@ def _run(model: RobotModel, samples: int, seed: int) -> Report:
 
 
 def _print(report: Report) -> None:
-    columns = ("convention", "against", "pairs", "worst", "tolerance", "worst at", "")
-    rows = [
-        (
-            row.convention,
-            row.against,
-            str(row.pairs),
-            f"{row.worst:.1e}",
-            f"{row.tolerance:.0e}",
-            str(row.place) if row.place else "–",
-            "" if row.ok else "FAILS",
-        )
-        for row in report.rows
-    ]
-    print_table(columns, rows, numbers=("pairs", "worst", "tolerance"))
+    print_table(report.columns, [row.cells for row in report.rows], numbers=("pairs", "worst", "tolerance"))
     for row in report.rows:
         if row.note:
             print(f"{row.convention} against {row.against}: {row.note}")
     for row in report.failures:
         where = ", ".join(row.failing[:8]) + (f" and {len(row.failing) - 8} more" if len(row.failing) > 8 else "")
         print(f"FAILS: {row.convention} against {row.against}: {where or 'nothing to compare'}")
-    counts = ", ".join(f"{count} {stratum}" for stratum, count in report.strata.items())
+    counts = ", ".join(f"{count} {kind}" for kind, count in report.strata.items())
     print(f"{report.robot}, seed {report.seed}, configurations: {counts}")
     print("All conventions agree." if report.ok else f"{len(report.failures)} of {len(report.rows)} rows disagree.")

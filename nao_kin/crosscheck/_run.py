@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 from collections.abc import Callable, Sequence
+from typing import SupportsIndex
 
 import numpy as np
 
 from nao_kin._arrays import Floats
-from nao_kin._scalars import whole_number
-from nao_kin.crosscheck._check import Check
-from nao_kin.crosscheck._jacobians import Jacobians
-from nao_kin.crosscheck._parameters import parameter_checks
-from nao_kin.crosscheck._sample import Sample
-from nao_kin.crosscheck._strata import stratified
-from nao_kin.crosscheck._structure import Structure
-from nao_kin.crosscheck._tally import Tally
-from nao_kin.crosscheck._three_angles import three_angle_checks
-from nao_kin.crosscheck.conversions import Conversions
+from nao_kin._text import quoted
+from nao_kin.crosscheck.by_hand import Step, steps_of, turns
+from nao_kin.crosscheck.conversions import Check, Conversions
+from nao_kin.crosscheck.differences import Tally
+from nao_kin.crosscheck.limit_checks import LimitChecks
 from nao_kin.crosscheck.report import Report
-from nao_kin.crosscheck.steps import Step, steps_of
-from nao_kin.errors import BadArgument, NaoKinError
+from nao_kin.crosscheck.robot_checks import JacobianChecks, PoseChecks
+from nao_kin.crosscheck.rotation_parameters import parameter_checks
+from nao_kin.crosscheck.samples import RotationSample, sample_configurations
+from nao_kin.crosscheck.three_angles import three_angle_checks
+from nao_kin.crosscheck.yourdfpy_oracle import YourdfpyOracle
+from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot
 
 # Configurations compared at once: few enough that memory stays small and a progress bar moves.
 _CHUNK = 100
+# More would take the better part of an hour, and show nothing that these do not.
+_MOST_SAMPLES = 100_000
+_LARGEST_SEED = 2**128 - 1
 
 
 def run(
@@ -37,15 +42,20 @@ def run(
 ) -> Report:
     """Compare all of this library's conventions with those of independent implementations.
 
-    At every configuration, every frame's pose three ways: by hand from elementary rotations and the robot's numbers
-    alone, by Pinocchio, by yourdfpy; each frame's place in the one that carries it, and each joint's axis, sense and
-    travel. For every rotation that the frames take (those parallel to the frame that carries them add none), every
-    conversion in both directions against Pinocchio's or eigenpy's. Joint axes as lines against Pinocchio's Jacobians.
+    At every configuration, every frame's pose by hand from elementary rotations and the robot's numbers alone, by the
+    robot's methods, by Pinocchio called directly, by yourdfpy; each frame's place in the one that carries it, and each
+    joint's axis, sense and travel. For every rotation that the frames take (those parallel to the frame that carries
+    them add none), every conversion in both directions against Pinocchio's or eigenpy's. Joint axes as lines against
+    Pinocchio's Jacobians. Limits and mimics against two other readings of the URDF, limit violations and clamped values
+    against a scalar formula.
+
+    Whatever a function under test raises fails the rows that it is part of, and no others; their notes name the error.
 
     Args:
         robot: a robot with a fixed base.
-        samples: number of configurations: zero, inside and on the limits, at and beside multiples of π/2, beyond.
-        seed: seed of the random ones; equal seeds give equal reports.
+        samples: number of configurations, 1 to 100000: zero, inside, on and outside the limits, at and beside multiples
+            of π/2.
+        seed: seed of the random ones, 0 to 2¹²⁸ − 1; equal seeds give equal reports.
         conversions: the functions under test; the library's own by default.
         steps: the robot's numbers for the kinematics by hand; `steps_of(robot)` by default.
         progress: called with the number of configurations done and their total.
@@ -54,7 +64,7 @@ def run(
         The table, with the worst case of every row.
 
     Raises:
-        BadArgument: no robot, a floating base, no configurations, no seed, no `Conversions`, no steps.
+        BadArgument: no robot, a floating base, samples or seed that are no such numbers, no `Conversions`, no steps.
         UnknownName: a step that stands in an unknown frame.
         BadModel: the robot's URDF can no longer be read.
     """
@@ -65,23 +75,28 @@ def run(
         raise BadArgument("steps must be a sequence of Step")
     if robot.base != "fixed":
         raise BadArgument("a cross-check needs a robot with a fixed base: load it with base='fixed'")
-    samples, seed = whole_number(samples, "samples", 1), whole_number(seed, "seed", 0)
+    samples = _whole_number(samples, "samples", 1, _MOST_SAMPLES)
+    seed = _whole_number(seed, "seed", 0, _LARGEST_SEED)
     tested = conversions or Conversions()
-    configurations = stratified(robot, samples, seed)
     chosen = tuple(steps_of(robot) if steps is None else steps)
-    structure = Structure(robot, chosen, tested)
-    jacobians = Jacobians(robot, tested, structure.frames)
-    comparison = _Rotations(tested, [*three_angle_checks(), *parameter_checks()])
-    turning = _turning(chosen, structure.frames)
-    names = [structure.frames[i] for i in turning]
+    second = YourdfpyOracle(robot)
+    configurations = sample_configurations(robot, samples, seed)
+    poses = PoseChecks(robot, chosen, tested, second)
+    jacobians = JacobianChecks(robot, tested, poses.frames)
+    limits = LimitChecks(robot, second)
+    rotations = _RotationChecks(tested, [*three_angle_checks(), *parameter_checks()])
+    turning = {step.name for step in chosen if step.parent is None or turns(step)}
+    columns = [i for i, name in enumerate(poses.frames) if name in turning]
+    names = [poses.frames[i] for i in columns]
     for first in range(0, samples, _CHUNK):
         q = configurations.q[first : first + _CHUNK]
-        T = structure.add(q, first)
+        T = poses.add(q, first)
         jacobians.add(q, first)
-        comparison.add(T[:, turning, :3, :3], first, names)
+        limits.add(q, first)
+        rotations.add(T[:, columns, :3, :3], first, names)
         if progress:
             progress(min(first + _CHUNK, samples), samples)
-    tallies = [*structure.tallies, *jacobians.tallies, *comparison.tallies]
+    tallies = [*poses.tallies, *jacobians.tallies, *limits.tallies, *rotations.tallies]
     return Report(
         robot.name,
         robot.joint_names,
@@ -91,26 +106,31 @@ def run(
     )
 
 
-class _Rotations:
+class _RotationChecks:
     """The rows about rotations."""
 
     def __init__(self, conversions: Conversions, checks: Sequence[Check]) -> None:
         self._conversions, self._checks = conversions, checks
-        self.tallies = [Tally(check.convention, check.against, check.tolerance, check.note) for check in checks]
+        self.tallies = [Tally(check.convention, check.against, note=check.note) for check in checks]
 
     def add(self, R: Floats, first: int, frames: Sequence[str]) -> None:
         """Compare the rotations R (n, m, 3, 3) of m frames."""
-        shape = R.shape[0], R.shape[1]
-        sample = Sample(np.ascontiguousarray(R.reshape(-1, 3, 3)))
+        sample = RotationSample(np.ascontiguousarray(R.reshape(-1, 3, 3)))
         for check, tally in zip(self._checks, self.tallies, strict=True):
-            try:
-                tally.add(check.gap(sample, self._conversions).reshape(shape), first, frames)
-            except Exception as error:  # whatever a conversion under test raises is its failure, not the check's
-                reason = str(error) if isinstance(error, NaoKinError) else f"{type(error).__name__}: {error}"
-                tally.refuse(reason, shape, first, frames)
+            tally.compare(functools.partial(self._differences, check, sample, R.shape[:2]), len(R), first, frames)
+
+    def _differences(self, check: Check, sample: RotationSample, shape: tuple[int, ...]) -> Floats:
+        return check.difference(sample, self._conversions).reshape(shape)
 
 
-def _turning(steps: Sequence[Step], frames: Sequence[str]) -> list[int]:
-    """The frames whose rotation is not, by their step, that of the frame that carries them."""
-    still = {step.name for step in steps if step.parent and not step.turns and (step.axis is None or step.sliding)}
-    return [i for i, name in enumerate(frames) if name not in still]
+def _whole_number(value: SupportsIndex, what: str, least: int, most: int) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
+    if least <= number <= most:
+        return number
+    # Python refuses to write out numbers of thousands of digits.
+    given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
+    bound = f"at least {least}" if number < least else f"at most {most}"
+    raise BadArgument(f"{what} must be {bound}, got {given}")

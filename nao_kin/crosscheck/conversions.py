@@ -1,4 +1,4 @@
-"""The functions under test, in one place where a faulty one can be put in."""
+"""The functions under test, in one place where a faulty one can be put in, and how one of them is compared."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from nao_kin import rotations
+from nao_kin._arrays import Floats
+from nao_kin.crosscheck.samples import RotationSample
 from nao_kin.joint_axes import JointAxes
 
 Function = Callable[..., Any]
@@ -46,3 +48,18 @@ class Conversions:
     quat_from_xyzw: Function = rotations.quat_from_xyzw
     slerp: Function = rotations.slerp
     joint_axes: Function = JointAxes
+
+
+@dataclass(frozen=True)
+class Check:
+    """A row of the report as a function of rotations: one conversion beside one oracle.
+
+    Attributes:
+        convention, against, note: as in `Row`.
+        difference: how far the two are apart at n rotations, shape (n,); `LEFT_OUT` where a rotation says nothing.
+    """
+
+    convention: str
+    against: str
+    difference: Callable[[RotationSample, Conversions], Floats]
+    note: str = ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,14 @@ class Row:
         """Whether something was compared, and no discrepancy exceeds the tolerance."""
         return self.pairs > 0 and self.worst <= self.tolerance
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row as text, one cell for each of `Report.columns`."""
+        place = "–" if self.place is None else str(self.place)
+        verdict = "" if self.ok else "FAILS"
+        numbers = str(self.pairs), f"{self.worst:.1e}", f"{self.tolerance:.0e}"
+        return (self.convention, self.against, *numbers, place, verdict)
+
     def as_dict(self) -> dict[str, Any]:
         """The row as plain values; an infinite discrepancy becomes None, for JSON has no infinity."""
         place = self.place
@@ -85,7 +93,10 @@ class Report:
         seed: seed of the run.
         strata: how many configurations of each kind were compared.
         rows: the table.
+        columns: headings of the cells of every row.
     """
+
+    columns: ClassVar[tuple[str, ...]] = ("convention", "against", "pairs", "worst", "tolerance", "worst at", "")
 
     robot: str
     joint_names: tuple[str, ...]
@@ -132,11 +143,7 @@ class Report:
 
     def __str__(self) -> str:
         """The table as text."""
-        cells = [("convention", "against", "pairs", "worst", "tolerance", "at")]
-        cells += [
-            (row.convention, row.against, str(row.pairs), f"{row.worst:.1e}", f"{row.tolerance:.0e}", str(row.place))
-            for row in self.rows
-        ]
+        cells = [self.columns, *(row.cells for row in self.rows)]
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in cells]
         verdict = "all within tolerance" if self.ok else f"{len(self.failures)} rows exceed their tolerance"

@@ -168,6 +168,11 @@ class RobotModel:
         return self.semantics.chains
 
     @property
+    def parameters(self) -> Any:
+        """The published numbers that the URDF was made of; None where the URDF is all there is."""
+        return None
+
+    @property
     def posture_names(self) -> tuple[str, ...]:
         """Names that `posture` takes."""
         return tuple(self._postures)
@@ -427,10 +432,10 @@ class RobotModel:
 
     def _posed(self, q: ArrayLike) -> Floats:
         """`q` as configurations for poses, which come out whatever the unit: with a warning where it is degrees."""
-        if type(q) is np.ndarray and q.shape == self._neutral.shape and q.dtype is _FLOAT64 and self.base == "fixed":
+        one = type(q) is np.ndarray and q.shape == self._neutral.shape and q.dtype is _FLOAT64
+        if one and self.base == "fixed" and math.hypot(*q.tolist()) <= _TURN:  # type: ignore[union-attr]
             # The common case in as few steps as possible: within a turn of zero nothing is infinite or in degrees.
-            if math.hypot(*q.tolist()) <= _TURN:
-                return q
+            return q  # type: ignore[return-value]
         array = self._checked(q)
         joints = array[..., self._q_offset :]
         if joints.size and max(float(joints.max()), -float(joints.min())) > _TURN:

@@ -6,11 +6,16 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._arrays import Floats
-from nao_kin.crosscheck._check import Check
-from nao_kin.crosscheck._gaps import direction_gap, gap, largest, rotation_vector_gap
-from nao_kin.crosscheck._sample import Sample, each, matrices_from_natural, matrices_from_quaternions
-from nao_kin.crosscheck._tally import LEFT_OUT
-from nao_kin.crosscheck.conversions import Conversions
+from nao_kin.crosscheck.conversions import Check, Conversions
+from nao_kin.crosscheck.differences import (
+    LEFT_OUT,
+    difference,
+    direction_difference,
+    largest,
+    outside,
+    rotation_vector_difference,
+)
+from nao_kin.crosscheck.samples import RotationSample, each, matrices_from_natural, matrices_from_quaternions
 
 # Closer to π, rounding of sin φ e turns the axis by more than 1e-16/1e-3.
 _SINE = 1e-3
@@ -54,115 +59,116 @@ def parameter_checks() -> list[Check]:
     ]
 
 
-def _matrix_from_natural(sample: Sample, conversions: Conversions) -> Floats:
+def _matrix_from_natural(sample: RotationSample, conversions: Conversions) -> Floats:
     axes, angles = sample.natural
-    return gap(conversions.matrix_from_natural(axes, angles), matrices_from_natural(axes, angles))
+    return difference(conversions.matrix_from_natural(axes, angles), matrices_from_natural(axes, angles))
 
 
-def _natural_invariants(sample: Sample, conversions: Conversions) -> Floats:
+def _natural_invariants(sample: RotationSample, conversions: Conversions) -> Floats:
     axis, angle = (np.asarray(part) for part in conversions.natural_invariants(sample.R))
     axes, angles = sample.natural
     if axis.shape != axes.shape or angle.shape != angles.shape:
         return np.full(len(angles), np.inf)
     length = np.sqrt(np.square(axis).sum(axis=1))
     return largest(
-        rotation_vector_gap(axis * angle[:, None], axes * angles[:, None]),
+        rotation_vector_difference(axis * angle[:, None], axes * angles[:, None]),
         np.abs(angle - angles),
         np.where(angle > 0.0, np.abs(length - 1.0), length),
-        gap(matrices_from_natural(axis, angle), sample.R),
+        difference(matrices_from_natural(axis, angle), sample.R),
     )
 
 
-def _matrix_from_linear(sample: Sample, conversions: Conversions) -> Floats:
+def _matrix_from_linear(sample: RotationSample, conversions: Conversions) -> Floats:
     axes, angles = sample.natural
-    told = (np.cos(angles) > 0.0) | (np.sin(angles) > _SINE)
-    axes, angles = axes[told], angles[told]
-    apart = np.full(len(told), LEFT_OUT)
+    used = (np.cos(angles) > 0.0) | (np.sin(angles) > _SINE)
+    axes, angles = axes[used], angles[used]
+    apart = np.full(len(used), LEFT_OUT)
     ours = conversions.matrix_from_linear(np.sin(angles)[:, None] * axes, np.cos(angles))
-    apart[told] = gap(ours, matrices_from_natural(axes, angles))
+    apart[used] = difference(ours, matrices_from_natural(axes, angles))
     return apart
 
 
-def _linear_invariants(sample: Sample, conversions: Conversions) -> Floats:
+def _linear_invariants(sample: RotationSample, conversions: Conversions) -> Floats:
     q, q0 = conversions.linear_invariants(sample.R)
     axes, angles = sample.natural
-    return np.maximum(gap(q, np.sin(angles)[:, None] * axes), gap(q0, np.cos(angles)))
+    return np.maximum(difference(q, np.sin(angles)[:, None] * axes), difference(q0, np.cos(angles)))
 
 
-def _matrix_from_euler_rodrigues(sample: Sample, conversions: Conversions) -> Floats:
+def _matrix_from_euler_rodrigues(sample: RotationSample, conversions: Conversions) -> Floats:
     theirs = sample.quaternions
     ours = conversions.matrix_from_euler_rodrigues(theirs[:, 1:], theirs[:, 0])
-    return gap(ours, matrices_from_quaternions(theirs))
+    return difference(ours, matrices_from_quaternions(theirs))
 
 
-def _euler_rodrigues(sample: Sample, conversions: Conversions) -> Floats:
+def _euler_rodrigues(sample: RotationSample, conversions: Conversions) -> Floats:
     r, r0 = (np.asarray(part) for part in conversions.euler_rodrigues(sample.R))
     if r.shape != (len(sample.R), 3) or r0.shape != (len(sample.R),):
         return np.full(len(sample.R), np.inf)
-    return _canonical_gap(np.concatenate([r0[:, None], r], axis=1), sample.quaternions)
+    return _canonical_difference(np.concatenate([r0[:, None], r], axis=1), sample.quaternions)
 
 
-def _exp(sample: Sample, conversions: Conversions) -> Floats:
-    # Longer vectors than a logarithm has, too: three turns and the same rotation again.
-    vectors = sample.logarithms * np.where(np.arange(len(sample.R)) % 2 == 0, 1.0, 3.0)[:, None]
-    return gap(conversions.exp(vectors), each(pin.exp3, (3, 3), vectors))
+def _exp(sample: RotationSample, conversions: Conversions) -> Floats:
+    # Longer vectors than a logarithm has, too: up to one and a half turns.
+    vectors = sample.logarithms * np.where(sample.spread < 0.5, 1.0, 3.0)[:, None]
+    return difference(conversions.exp(vectors), each(pin.exp3, (3, 3), vectors))
 
 
-def _log(sample: Sample, conversions: Conversions) -> Floats:
+def _log(sample: RotationSample, conversions: Conversions) -> Floats:
     axes, angles = sample.natural
     ours = np.asarray(conversions.log(sample.R))
-    apart = rotation_vector_gap(ours, axes * angles[:, None])
+    apart = rotation_vector_difference(ours, axes * angles[:, None])
     if ours.shape != axes.shape:
         return apart
-    return np.maximum(apart, gap(each(pin.exp3, (3, 3), ours), sample.R))
+    length = np.sqrt(np.square(ours).sum(axis=1))
+    return largest(apart, outside(length, 0.0, np.pi), difference(each(pin.exp3, (3, 3), ours), sample.R))
 
 
-def _log_against_log3(sample: Sample, conversions: Conversions) -> Floats:
+def _log_against_log3(sample: RotationSample, conversions: Conversions) -> Floats:
     short_of_pi = np.pi - sample.natural[1]
-    told = (short_of_pi < 0.003) | (short_of_pi > 0.3)
-    return np.where(told, rotation_vector_gap(conversions.log(sample.R), sample.logarithms), LEFT_OUT)
+    used = (short_of_pi < 0.003) | (short_of_pi > 0.3)
+    return np.where(used, rotation_vector_difference(conversions.log(sample.R), sample.logarithms), LEFT_OUT)
 
 
-def _matrix_from_quat(sample: Sample, conversions: Conversions) -> Floats:
-    return gap(conversions.matrix_from_quat(sample.quaternions), matrices_from_quaternions(sample.quaternions))
+def _matrix_from_quat(sample: RotationSample, conversions: Conversions) -> Floats:
+    return difference(conversions.matrix_from_quat(sample.quaternions), matrices_from_quaternions(sample.quaternions))
 
 
-def _quat_from_matrix(sample: Sample, conversions: Conversions) -> Floats:
-    return _canonical_gap(np.asarray(conversions.quat_from_matrix(sample.R)), sample.quaternions)
+def _quat_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats:
+    return _canonical_difference(np.asarray(conversions.quat_from_matrix(sample.R)), sample.quaternions)
 
 
-def _quat_multiply(sample: Sample, conversions: Conversions) -> Floats:
+def _quat_multiply(sample: RotationSample, conversions: Conversions) -> Floats:
     p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
-    return gap(conversions.quat_multiply(p, q), each(_product, (4,), p, q))
+    return difference(conversions.quat_multiply(p, q), each(_product, (4,), p, q))
 
 
-def _quat_conjugate(sample: Sample, conversions: Conversions) -> Floats:
+def _quat_conjugate(sample: RotationSample, conversions: Conversions) -> Floats:
     theirs = each(lambda q: _wxyz(pin.Quaternion(*q).conjugate()), (4,), sample.quaternions)
-    return gap(conversions.quat_conjugate(sample.quaternions), theirs)
+    return difference(conversions.quat_conjugate(sample.quaternions), theirs)
 
 
-def _quat_to_xyzw(sample: Sample, conversions: Conversions) -> Floats:
+def _quat_to_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
     theirs = each(lambda q: pin.Quaternion(*q).coeffs(), (4,), sample.quaternions)
-    return gap(conversions.quat_to_xyzw(sample.quaternions), theirs)
+    return difference(conversions.quat_to_xyzw(sample.quaternions), theirs)
 
 
-def _quat_from_xyzw(sample: Sample, conversions: Conversions) -> Floats:
+def _quat_from_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
     coefficients = sample.quaternions[:, [1, 2, 3, 0]]
     theirs = each(lambda xyzw: _wxyz(pin.Quaternion(xyzw)), (4,), coefficients)
-    return gap(conversions.quat_from_xyzw(coefficients), theirs)
+    return difference(conversions.quat_from_xyzw(coefficients), theirs)
 
 
-def _slerp(sample: Sample, conversions: Conversions) -> Floats:
+def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
     p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
-    parts = np.arange(len(p)) % 9 / 8.0
+    parts = np.floor(9.0 * sample.spread) / 8.0
     theirs = each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), p, q, parts)
-    told = np.abs((p * q).sum(axis=1)) > _RIGHT_ANGLE
-    return np.where(told, direction_gap(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
+    used = np.abs((p * q).sum(axis=1)) > _RIGHT_ANGLE
+    return np.where(used, difference(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
 
 
-def _canonical_gap(ours: Floats, theirs: Floats) -> Floats:
-    """Gap of quaternions, of which q and −q mean the same, and how far ours is from r0 ≥ 0."""
-    apart = direction_gap(ours, theirs)
+def _canonical_difference(ours: Floats, theirs: Floats) -> Floats:
+    """Difference of quaternions, of which q and −q mean the same, and how far ours is from r0 ≥ 0."""
+    apart = direction_difference(ours, theirs)
     return apart if ours.shape != theirs.shape else np.maximum(apart, np.maximum(-ours[:, 0], 0.0))
 
 

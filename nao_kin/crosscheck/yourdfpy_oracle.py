@@ -1,28 +1,48 @@
-"""Poses by yourdfpy, which reads the robot's URDF with other code."""
+"""Poses, limits and couplings by yourdfpy, which reads the robot's URDF with other code."""
 
 from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from nao_kin._arrays import Floats
 from nao_kin.robot import RobotModel
-from nao_kin.semantics import Mimic
 
 # trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
 _STALE = np.full((4, 4), np.nan)
 
 
-class SecondReader:
+@dataclass(frozen=True)
+class JointReading:
+    """A moving joint as somebody else's parser reads it, nothing mended.
+
+    Attributes:
+        continuous: whether it turns without limits.
+        lower, upper, velocity, effort: the numbers of its <limit>; None where the file gives none.
+        follows: (driving joint, multiplier, offset) of its <mimic>; None for a joint of its own.
+    """
+
+    continuous: bool
+    lower: float | None
+    upper: float | None
+    velocity: float | None
+    effort: float | None
+    follows: tuple[str, float, float] | None = None
+
+
+class YourdfpyOracle:
     """A robot as yourdfpy reads it.
 
     Attributes:
         frames: the frames of the robot that yourdfpy can place, by the names the robot has for them.
-        left_out: those it places otherwise: it ties a joint that follows a joint that follows a third one to nothing,
+        left_out: those it places otherwise: it lets a joint that mimics a joint that mimics a third one follow nothing,
             and does not bring the axis of a prismatic joint to unit length.
+        joints: its moving joints.
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -37,6 +57,11 @@ class SecondReader:
         link_of = {tree.root: self._oracle.base_link}
         link_of |= {joint.child: joints[joint.name].child for joint in tree.joints}
         link_of |= {joint.name: joints[joint.name].child for joint in tree.joints if joint.kind != "fixed"}
+        # A name that the file gives to a link and to a joint means the link.
+        link_of |= {name: name for name in tree.shared_names}
+        self.joints: Mapping[str, JointReading] = {
+            name: _reading(joint) for name, joint in joints.items() if joint.type != "fixed"
+        }
         self._actuated = list(self._oracle.actuated_joint_names)
         self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type != "fixed"]
         self._walk, unplaced = self._order()
@@ -68,19 +93,22 @@ class SecondReader:
         columns = {name: index for index, name in enumerate(self._robot.joint_names)}
         values = np.empty((len(q), len(self._actuated)))
         for index, name in enumerate(self._actuated):
-            tie = self._robot.mimics.get(name, Mimic(name))
-            values[:, index] = tie.multiplier * q[:, columns[tie.joint]] + tie.offset
+            mimic = self._robot.mimics.get(name)
+            if mimic is None:
+                values[:, index] = q[:, columns[name]]
+            else:
+                values[:, index] = mimic.multiplier * q[:, columns[mimic.joint]] + mimic.offset
         return values
 
     def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
         """The joints as (parent link, child link), parents first, and the links behind a joint it reads otherwise."""
         children: dict[str, list[str]] = {}
-        adrift = set()
+        unplaced = set()
         for joint in self._oracle.robot.joints:
             children.setdefault(joint.parent, []).append(joint.child)
             slides = joint.type == "prismatic" and abs(np.linalg.norm(joint.axis) - 1.0) > 1e-12
             if slides or (joint.mimic is not None and joint.mimic.joint not in self._actuated):
-                adrift.add(joint.child)
+                unplaced.add(joint.child)
         walk: list[tuple[str, str]] = []
         waiting = [self._oracle.base_link]
         while waiting:
@@ -88,9 +116,21 @@ class SecondReader:
             for child in children.get(parent, []):
                 walk.append((parent, child))
                 waiting.append(child)
-                if parent in adrift:
-                    adrift.add(child)
-        return walk, adrift
+                if parent in unplaced:
+                    unplaced.add(child)
+        return walk, unplaced
+
+
+def _reading(joint: Any) -> JointReading:
+    limit, mimic = joint.limit, joint.mimic
+    return JointReading(
+        continuous=joint.type == "continuous",
+        lower=limit and limit.lower,
+        upper=limit and limit.upper,
+        velocity=limit and limit.velocity,
+        effort=limit and limit.effort,
+        follows=mimic and (mimic.joint, mimic.multiplier, mimic.offset),
+    )
 
 
 @contextlib.contextmanager

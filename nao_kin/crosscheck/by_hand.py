@@ -1,0 +1,183 @@
+"""A robot as steps from frame to frame, and its forward kinematics by hand: elementary turns, nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nao_kin._arrays import Floats
+from nao_kin.crosscheck.conversions import Conversions, Function
+from nao_kin.errors import UnknownName
+from nao_kin.parameters import CAMERAS, OPTICAL_RPY, NaoParameters
+from nao_kin.robot import RobotModel
+from nao_kin.urdf import UrdfTree
+
+Vector = tuple[float, float, float]
+Turns = tuple[tuple[str, float], ...]
+
+_HERE: Vector = (0.0, 0.0, 0.0)
+# Bodies that NAOqi names and the ROS description does not, by the joint that moves them.
+_BODIES = {"Torso": "torso", "LFoot": "LAnkleRoll", "RFoot": "RAnkleRoll"}
+
+
+@dataclass(frozen=True)
+class Step:
+    """A frame, where it stands in the frame that carries it, and how it moves there.
+
+    T_parent_frame = translation(xyz) · turns, in the order written · motion of the joint, if there is one.
+
+    Attributes:
+        name: the frame.
+        parent: the frame that carries it; None for the root.
+        xyz: position of its origin in the parent [m].
+        turns: elementary turns about moving axes, ("z", yaw), ("y", pitch), ("x", roll) for a URDF's rpy [rad].
+        axis: unit vector along the joint's axis; None where the frame is fixed in its parent.
+        sliding: whether the joint is prismatic.
+        driver: the joint whose coordinate moves this one: value = ratio · coordinate + offset.
+        ratio: see `driver`.
+        offset: see `driver`.
+    """
+
+    name: str
+    parent: str | None
+    xyz: Vector = _HERE
+    turns: Turns = ()
+    axis: Vector | None = None
+    sliding: bool = False
+    driver: str = ""
+    ratio: float = 1.0
+    offset: float = 0.0
+
+
+def steps_of(robot: RobotModel) -> tuple[Step, ...]:
+    """The steps of a robot: a NAO's from the rows of its parameters, any other's from its URDF."""
+    return steps_of_tree(robot.tree) if robot.parameters is None else steps_of_nao(robot.parameters)
+
+
+def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
+    """The steps of a NAO, made of its parameters alone, under all names that its model has for them."""
+    steps = [Step("base_link", None), Step("torso", "base_link")]
+    for joint in parameters.joints:
+        steps.append(Step(joint.name, joint.parent, joint.xyz, axis=joint.axis, driver=joint.mimic or joint.name))
+        steps.append(Step(joint.link, joint.name))
+        for finger in parameters.fingers if joint.unit == "1" else ():
+            if finger.driver == joint.name:
+                turns = _turns(finger.rpy)
+                driven = Step(finger.name, finger.parent, finger.xyz, turns, finger.axis, driver=finger.driver)
+                steps += [replace(driven, ratio=finger.multiplier), Step(finger.link, finger.name)]
+    steps += [Step(name, carrier) for name, carrier in _BODIES.items()]
+    for frame in parameters.frames:
+        steps.append(Step(frame.name, frame.parent, frame.xyz, _turns(frame.rpy)))
+        if frame.ros_name is not None:
+            steps.append(Step(frame.ros_name, frame.name))
+        if frame.name in CAMERAS:
+            steps.append(Step(f"{frame.name}_optical_frame", frame.name, turns=_turns(OPTICAL_RPY)))
+    return tuple(steps)
+
+
+def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
+    """The steps of a URDF, made of the numbers it prints; every moving joint is a frame beside the link it moves.
+
+    A name that the file gives to a link and to a joint means the link: it is a frame at the same place.
+    """
+    steps = [Step(tree.root, None)]
+    for joint in tree.joints:
+        held = Step(joint.child, joint.parent, joint.origin.xyz, _turns(joint.origin.rpy))
+        if joint.kind == "fixed":
+            steps.append(held)
+            continue
+        moved = replace(held, axis=joint.axis, sliding=joint.kind == "prismatic", driver=joint.name)
+        if joint.mimic is not None:
+            mimic = joint.mimic
+            moved = replace(moved, driver=mimic.joint, ratio=mimic.multiplier, offset=mimic.offset)
+        if joint.name in tree.shared_names:
+            steps.append(moved)
+        else:
+            steps += [replace(moved, name=joint.name), Step(joint.child, joint.name)]
+    steps += [Step(name, link) for name, link in tree.shared_names.items()]
+    return tuple(steps)
+
+
+class HandRolled:
+    """Poses of all frames of a robot from its steps.
+
+    Raises:
+        UnknownName: a step whose parent is not a step before it.
+    """
+
+    def __init__(self, steps: Sequence[Step], joint_names: Sequence[str], conversions: Conversions) -> None:
+        self.steps = tuple(steps)
+        self._column = {name: index for index, name in enumerate(joint_names)}
+        self._rot: dict[str, Function] = {"x": conversions.rot_x, "y": conversions.rot_y, "z": conversions.rot_z}
+        self.parents: list[int | None] = []
+        known: dict[str, int] = {}
+        for index, step in enumerate(self.steps):
+            if step.parent is not None and step.parent not in known:
+                raise UnknownName("frame", step.parent, tuple(known))
+            self.parents.append(None if step.parent is None else known[step.parent])
+            known[step.name] = index
+
+    def value(self, step: Step, q: Floats) -> Floats:
+        """Joint values of one step, shape (n,); a joint without a coordinate stays at its offset."""
+        column = self._column.get(step.driver)
+        coordinate = np.zeros(len(q)) if column is None else q[:, column]
+        return np.asarray(step.ratio * coordinate + step.offset)
+
+    def poses(self, q: Floats) -> Floats:
+        """T_root_frame of every step, shape (n, steps, 4, 4), for configurations of shape (n, nq)."""
+        T = np.zeros((len(q), len(self.steps), 4, 4))
+        T[..., 3, 3] = 1.0
+        R, p = T[..., :3, :3], T[..., :3, 3]
+        for index, (step, parent) in enumerate(zip(self.steps, self.parents, strict=True)):
+            if parent is None:
+                R[:, index], p[:, index] = self.rotation(step, q), self.position(step, q)
+            else:
+                R[:, index] = R[:, parent] @ self.rotation(step, q) if turns(step) else R[:, parent]
+                p[:, index] = p[:, parent] + (R[:, parent] @ self.position(step, q)[..., None])[..., 0]
+        return T
+
+    def rotation(self, step: Step, q: Floats) -> Floats:
+        """R_parent_frame, shape (3, 3), or (n, 3, 3) where it depends on q."""
+        R = self._held(step)
+        if step.axis is None or step.sliding:
+            return R
+        return np.asarray(R @ self._turn_about(step.axis, self.value(step, q)))
+
+    def position(self, step: Step, q: Floats) -> Floats:
+        """Origin of the frame in its parent, shape (3,), or (n, 3) where a joint has moved it [m]."""
+        p = np.array(step.xyz)
+        if step.axis is None or not step.sliding:
+            return p
+        value = self.value(step, q)
+        return np.asarray(p + value[:, None] * (self._held(step) @ step.axis)) if value.any() else p
+
+    def _held(self, step: Step) -> Floats:
+        """The turns before the motion of the joint."""
+        R = np.eye(3)
+        for axis, angle in step.turns:
+            R = R @ self._rot[axis](angle)
+        return R
+
+    def _turn_about(self, axis: Vector, angle: Floats) -> Floats:
+        """The turn about any axis e = Rz(a) Ry(b) z: Rz(a) Ry(b) Rz(angle) Ry(−b) Rz(−a)."""
+        x, y, z = axis
+        for name, component in zip("xyz", axis, strict=True):
+            if abs(component) == math.hypot(x, y, z):
+                return np.asarray(self._rot[name](math.copysign(1.0, component) * angle))
+        a, b = math.atan2(y, x), math.atan2(math.hypot(x, y), z)
+        rot_y, rot_z = self._rot["y"], self._rot["z"]
+        return np.asarray(rot_z(a) @ rot_y(b) @ rot_z(angle) @ rot_y(-b) @ rot_z(-a))
+
+
+def turns(step: Step) -> bool:
+    """Whether a frame is turned, or can turn, in the frame that carries it."""
+    return bool(step.turns) or (step.axis is not None and not step.sliding)
+
+
+def _turns(rpy: Vector) -> Turns:
+    """The turns of R = Rz(yaw) Ry(pitch) Rx(roll); none for no rotation."""
+    roll, pitch, yaw = rpy
+    return (("z", yaw), ("y", pitch), ("x", roll)) if any(rpy) else ()

@@ -1,0 +1,210 @@
+"""What is compared: configurations where conventions differ, and the rotations that the frames take there."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import eigenpy
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._arrays import Floats
+from nao_kin.robot import RobotModel
+
+_SHARES = {
+    "inside": 0.25,
+    "limits": 0.15,
+    "right angles": 0.2,
+    "beside right angles": 0.2,
+    "half turns": 0.1,
+    "beyond": 0.1,
+}
+_TRIES = 20
+_GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+_QUARTERS = np.array([0.5, -0.5, 1.0, -1.0]) * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Configurations:
+    """Configurations in the order in which they are compared.
+
+    Attributes:
+        q: shape (n, nq).
+        kinds: the kind of each.
+    """
+
+    q: Floats
+    kinds: tuple[str, ...]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many there are of each kind."""
+        return {name: count for name in ("zero", *_SHARES) if (count := self.kinds.count(name))}
+
+
+def sample_configurations(robot: RobotModel, samples: int, seed: int) -> Configurations:
+    """`samples` configurations of all kinds; the first one is zero.
+
+    zero: every joint at zero.
+    inside: uniform inside the limits.
+    limits: every joint on one of its limits.
+    right angles: most joints at zero or at a multiple of π/2 up to π, limits or not, some anywhere: rotations by π, and
+        three-angle sequences at lock with outer angles of every kind.
+    beside right angles: the same, every joint moved by 1e-16 … 1e-2.
+    half turns: all joints anywhere in a turn, but one that turns some frame by π about a general axis, or nearly.
+    beyond: uniform in [−2π, 2π].
+    """
+    rng = np.random.default_rng(seed)
+    count = _counts(samples - 1)
+    n = len(robot.joint_names)
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
+    beside = _right_angles(rng, count["beside right angles"], n)
+    parts = {
+        "zero": np.zeros((1, n)),
+        "inside": robot.random(rng, count["inside"]),
+        "limits": np.where(rng.random((count["limits"], n)) < 0.5, lower, upper),
+        "right angles": _right_angles(rng, count["right angles"], n),
+        "beside right angles": beside + _nudges(rng, beside.shape),
+        "half turns": _half_turns(robot, rng, count["half turns"]),
+        "beyond": rng.uniform(-2.0 * np.pi, 2.0 * np.pi, (count["beyond"], n)),
+    }
+    kinds = np.array([name for name, part in parts.items() for _ in part])
+    order = np.concatenate([[0], 1 + rng.permutation(samples - 1)])
+    return Configurations(np.concatenate(list(parts.values()))[order], tuple(kinds[order].tolist()))
+
+
+def _counts(samples: int) -> dict[str, int]:
+    """The shares of the kinds, rounded so that they add up and no kind is empty for want of a fraction."""
+    bounds = np.ceil(np.cumsum(list(_SHARES.values())) * samples - 1e-9).astype(int)
+    return dict(zip(_SHARES, np.diff(bounds, prepend=0).tolist(), strict=True))
+
+
+def _right_angles(rng: np.random.Generator, count: int, joints: int) -> Floats:
+    """Half of the joints at zero, three in ten at ±π/2 or ±π, the others anywhere in a turn."""
+    kind = rng.random((count, joints))
+    anywhere = rng.uniform(-np.pi, np.pi, kind.shape)
+    return np.where(kind < 0.5, 0.0, np.where(kind < 0.8, rng.choice(_QUARTERS, kind.shape), anywhere))
+
+
+def _half_turns(robot: RobotModel, rng: np.random.Generator, count: int) -> Floats:
+    """One joint at the angle θ that turns a frame by π, every other time with a nudge.
+
+    tr R(θ) = a + b cos θ + c sin θ, whose least value is −1: the half turn is at θ = π + atan2(c, b).
+    """
+    configurations = rng.uniform(-np.pi, np.pi, (count, len(robot.joint_names)))
+    if not robot.joint_names:
+        return configurations
+    for index, q in enumerate(configurations):
+        for _ in range(_TRIES):
+            joint, frame = int(rng.integers(len(q))), str(rng.choice(robot.frame_names))
+            thirds = np.tile(q, (3, 1))
+            thirds[:, joint] = np.array([0.0, 2.0, 4.0]) * np.pi / 3.0
+            traces = np.trace(robot.rotation(thirds, frame), axis1=-2, axis2=-1)
+            b, c = traces @ [2 / 3, -1 / 3, -1 / 3], traces @ [0.0, 3**-0.5, -(3**-0.5)]
+            if b * b + c * c > 0.01:  # the joint carries the frame
+                q[joint] = np.pi + np.arctan2(c, b) + (_nudges(rng, ()) if index % 2 else 0.0)
+                break
+    return configurations
+
+
+def _nudges(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
+    """±1e-16 … ±1e-2, every power of ten as likely."""
+    return np.asarray(rng.choice([-1.0, 1.0], shape) * 10.0 ** rng.uniform(-16.0, -2.0, shape))
+
+
+class RotationSample:
+    """Rotation matrices R (n, 3, 3), and what Pinocchio and eigenpy make of them, computed once for all checks."""
+
+    def __init__(self, R: Floats) -> None:
+        self.R = R
+
+    @functools.cached_property
+    def spread(self) -> Floats:
+        """Numbers in [0, 1), shape (n,), evenly spread over the rotations of every frame and of every configuration."""
+        return np.asarray(np.arange(len(self.R)) * _GOLDEN % 1.0)
+
+    @functools.cached_property
+    def quaternions(self) -> Floats:
+        """(w, x, y, z) of pin.Quaternion, shape (n, 4)."""
+        return each(lambda R: pin.Quaternion(R).coeffs(), (4,), self.R)[:, [3, 0, 1, 2]]
+
+    @functools.cached_property
+    def natural(self) -> tuple[Floats, Floats]:
+        """Axes (n, 3) and angles (n,) of pin.AngleAxis."""
+        rows = each(_natural, (4,), self.R)
+        return rows[:, :3], rows[:, 3]
+
+    @functools.cached_property
+    def logarithms(self) -> Floats:
+        """pin.log3, shape (n, 3)."""
+        return each(pin.log3, (3,), self.R)
+
+    @functools.cached_property
+    def rpy(self) -> Floats:
+        """pin.rpy.matrixToRpy, shape (n, 3)."""
+        return each(pin.rpy.matrixToRpy, (3,), self.R)
+
+    def moving_angles(self, sequence: str) -> Floats:
+        """eigenpy.toEulerAngles about moving axes, shape (n, 3); one of the two solutions."""
+        if sequence not in self._angles:
+            numbers = axis_numbers(sequence)
+            self._angles[sequence] = each(lambda R: eigenpy.toEulerAngles(R, *numbers), (3,), self.R)
+        return self._angles[sequence]
+
+    def moving_matrices(self, sequence: str) -> Floats:
+        """eigenpy.fromEulerAngles of `moving_angles`, shape (n, 3, 3)."""
+        if sequence not in self._matrices:
+            self._matrices[sequence] = matrices_from_moving(self.moving_angles(sequence), sequence)
+        return self._matrices[sequence]
+
+    @functools.cached_property
+    def _angles(self) -> dict[str, Floats]:
+        return {}
+
+    @functools.cached_property
+    def _matrices(self) -> dict[str, Floats]:
+        return {}
+
+
+def each(function: Callable[..., Any], tail: tuple[int, ...], *arrays: Floats) -> Floats:
+    """`function` of every row of the arrays, its results in one array (n, *tail)."""
+    if len(arrays[0]) == 0:
+        return np.empty((0, *tail))
+    # One concatenation is twice as fast as filling an array row by row.
+    return np.concatenate([function(*row) for row in zip(*arrays, strict=True)]).reshape(-1, *tail)
+
+
+def axis_numbers(sequence: str) -> tuple[int, ...]:
+    """0 for x, 1 for y, 2 for z."""
+    return tuple("xyz".index(axis) for axis in sequence)
+
+
+def matrices_from_moving(angles: Floats, sequence: str) -> Floats:
+    """eigenpy.fromEulerAngles about moving axes, shape (n, 3, 3)."""
+    numbers = axis_numbers(sequence)
+    return each(lambda row: eigenpy.fromEulerAngles(row, *numbers), (3, 3), angles)
+
+
+def matrices_from_quaternions(wxyz: Floats) -> Floats:
+    """pin.Quaternion to matrix, shape (n, 3, 3)."""
+    return each(lambda q: pin.Quaternion(*q).matrix(), (3, 3), wxyz)
+
+
+def matrices_from_natural(axes: Floats, angles: Floats) -> Floats:
+    """pin.AngleAxis to matrix, shape (n, 3, 3)."""
+    return each(lambda axis, angle: pin.AngleAxis(angle, axis).toRotationMatrix(), (3, 3), axes, angles)
+
+
+def turns_about(axis: tuple[float, float, float], angles: Floats) -> Floats:
+    """Turns about one axis by pin.AngleAxis, shape (n, 3, 3)."""
+    direction = np.array(axis)
+    return each(lambda angle: pin.AngleAxis(angle, direction).toRotationMatrix(), (3, 3), angles)
+
+
+def _natural(R: Floats) -> Floats:
+    both = pin.AngleAxis(R)
+    return np.append(both.axis, both.angle)
