@@ -8,7 +8,7 @@ import nao_kin as nk
 from nao_kin.parameters import VERSIONS
 
 settings.register_profile("nao_kin", derandomize=True, deadline=None, max_examples=60)
-settings.register_profile("quick", settings.get_profile("nao_kin"), max_examples=8)
+settings.register_profile("quick", settings.get_profile("nao_kin"), max_examples=4)
 settings.load_profile("nao_kin")
 
 

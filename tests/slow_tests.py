@@ -4,8 +4,8 @@ from __future__ import annotations
 
 # Everything in these modules: browsers, cross-checks, wheels, documents, generated files.
 MODULES = """
-    test_against_yourdfpy test_crosscheck test_crosscheck_faults test_documents test_joints_documents test_meshes
-    test_reproduce_paper test_typed_model test_viewer_browser test_viewer_cli test_viewer_server test_wheel
+    test_against_yourdfpy test_crosscheck test_crosscheck_faults test_documents test_installation test_joints_documents
+    test_meshes test_reproduce_paper test_typed_model test_viewer_browser test_viewer_cli test_viewer_server test_wheel
 """.split()
 
 # Single tests of the other modules.
