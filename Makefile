@@ -1,17 +1,27 @@
 # Two commands need only Python, make and the package registries:
 #   make demo    sets everything up and runs the main job
 #   make test    sets everything up and checks everything
+# And while working:
+#   make quick        lint and the fast tests, half a minute
+#   make test-lowest  the fast tests with the lowest versions of all dependencies that pyproject.toml allows
+#   make coverage     all tests with branch coverage, 95 % at least
+#   make mutate       faults planted one by one, each of which a test must notice
+#   make generate     meshes, URDFs and drawings anew
+#   make bench        ratios to plain Pinocchio and others
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+LOWEST ?= .venv-lowest
+PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check
+QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test lint types unit docs generate check-generated bench clean
+.PHONY: demo test quick lint types unit test-lowest coverage mutate docs generate check-generated bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[robots,dev]"
+	$(BIN)/$(PIP_INSTALL) --upgrade pip
+	$(BIN)/$(PIP_INSTALL) --editable ".[dev]"
 	touch $@
 
 demo: $(STAMP)
@@ -21,6 +31,9 @@ demo: $(STAMP)
 	$(BIN)/nao-kin view --posture StandInit --html nao.html
 
 test: lint types check-generated docs unit
+
+quick: lint
+	$(BIN)/pytest -n auto $(QUICK)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -34,6 +47,22 @@ unit: $(STAMP)
 	@command -v chromium chromium-browser google-chrome >/dev/null || echo "no Chromium; the browser tests are skipped"
 	$(BIN)/pytest -n auto --dist loadfile
 
+$(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py | $(STAMP)
+	$(PYTHON) -m venv $(LOWEST)
+	$(BIN)/python scripts/lowest_requirements.py > $(LOWEST)/constraints.txt
+	$(LOWEST)/bin/$(PIP_INSTALL) --upgrade pip
+	$(LOWEST)/bin/$(PIP_INSTALL) --constraint $(LOWEST)/constraints.txt --editable ".[robots,test]"
+	touch $@
+
+test-lowest: $(LOWEST)/.installed
+	$(LOWEST)/bin/python -m pytest -n auto $(QUICK)
+
+coverage: $(STAMP)
+	$(BIN)/pytest -n auto --dist loadfile --cov --cov-report=term --cov-report=html:build/coverage
+
+mutate: $(STAMP)
+	$(BIN)/python scripts/mutate.py
+
 docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
 
@@ -41,11 +70,13 @@ generate: $(STAMP)
 	$(BIN)/python scripts/generate_meshes.py
 	$(BIN)/python scripts/generate_urdf.py
 	$(BIN)/python scripts/generate_joint_diagram.py
+	$(BIN)/python scripts/generate_room_map.py
 
 check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_meshes.py --check
 	$(BIN)/python scripts/generate_urdf.py --check
 	$(BIN)/python scripts/generate_joint_diagram.py --check
+	$(BIN)/python scripts/generate_room_map.py --check
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py
@@ -53,4 +84,4 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_viewer.py
 
 clean:
-	rm -rf $(VENV) docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

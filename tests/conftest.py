@@ -2,12 +2,20 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import settings
+from slow_tests import is_slow
 
 import nao_kin as nk
 from nao_kin.parameters import VERSIONS
 
 settings.register_profile("nao_kin", derandomize=True, deadline=None, max_examples=60)
+settings.register_profile("quick", settings.get_profile("nao_kin"), max_examples=4)
 settings.load_profile("nao_kin")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if is_slow(item.path.stem, getattr(item, "originalname", item.name)):
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,121 @@
+"""Plant small faults in a copy of the project, one by one, and see whether the tests notice.
+
+First the tests run without a fault, for a test that fails anyway notices nothing. Then each fault of `mutations.py` is
+planted, its tests run, and the source is restored. The checkout itself is never touched.
+
+Example:
+    python scripts/mutate.py --list
+    python scripts/mutate.py --only rank-one-defective-a-million-times-too-easily
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from mutations import MUTATIONS, Mutation
+
+ROOT = Path(__file__).resolve().parent.parent
+COPIED = ("nao_kin", "urdf", "tests", "scripts", "docs", "README.md", "CITATION.cff", "pyproject.toml", "Makefile")
+
+# What pytest's exit codes mean here; others (nothing collected, an import that breaks) tell nothing about the fault.
+PASSED, FAILED = 0, 1
+VERDICTS = {PASSED: "survived", FAILED: "killed"}
+
+
+class NotPlanted(Exception):
+    """The text of a mutation is not there, or there more than once."""
+
+
+def planted(mutation: Mutation, root: Path = ROOT) -> str:
+    """The source with the fault in it.
+
+    Raises:
+        NotPlanted: the old text does not occur exactly once.
+    """
+    path = root / mutation.file
+    if not path.is_file():
+        raise NotPlanted(f"{mutation.name}: {mutation.file} is not there")
+    source = path.read_text(encoding="utf-8")
+    if (count := source.count(mutation.old)) != 1:
+        raise NotPlanted(f"{mutation.name}: its text occurs {count} times in {mutation.file}, not once")
+    return source.replace(mutation.old, mutation.new)
+
+
+def copy_project(target: Path) -> None:
+    """What the tests need."""
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            ignored = shutil.ignore_patterns("__pycache__", "_build", "_generated")
+            shutil.copytree(source, target / name, ignore=ignored)
+        elif source.is_file():
+            shutil.copy2(source, target / name)
+
+
+def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
+    """The exit code of pytest; a test that never ends has failed."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
+    # Bytecode is neither written nor found: a fault of the same length within the same second would hide behind it.
+    environment = {**os.environ, "PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
+    try:
+        return subprocess.run(command, cwd=root, env=environment, capture_output=True, timeout=timeout).returncode
+    except subprocess.TimeoutExpired:
+        return FAILED
+
+
+def run(mutations: Sequence[Mutation], timeout: float) -> int:
+    """Print a line for each mutation; 0 when all are killed."""
+    with tempfile.TemporaryDirectory(prefix="mutate-") as folder:
+        root = Path(folder)
+        copy_project(root)
+        sources = {mutation.name: planted(mutation, root) for mutation in mutations}
+        tests = list(dict.fromkeys(test for mutation in mutations for test in mutation.tests))
+        if (code := run_tests(root, tests, timeout * len(mutations))) != PASSED:
+            print(
+                f"the tests do not pass without a fault (pytest ended with {code}): {' '.join(tests)}", file=sys.stderr
+            )
+            return 2
+        killed = 0
+        for mutation in mutations:
+            path = root / mutation.file
+            original = path.read_text(encoding="utf-8")
+            path.write_text(sources[mutation.name], encoding="utf-8")
+            code = run_tests(root, mutation.tests, timeout)
+            path.write_text(original, encoding="utf-8")
+            killed += code == FAILED
+            print(f"{VERDICTS.get(code, f'no verdict (pytest ended with {code})'):9} {mutation.name}", flush=True)
+    print(f"{killed} of {len(mutations)} killed")
+    return 0 if killed == len(mutations) else 1
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """0 when every fault was noticed, 1 when one survived, 2 when nothing could be said."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="print the names and end")
+    parser.add_argument("--only", action="append", metavar="NAME", help="this mutation; may be repeated")
+    parser.add_argument("--timeout", type=float, default=300.0, help="seconds for the tests of one (default 300)")
+    options = parser.parse_args(arguments)
+    names = {mutation.name: mutation for mutation in MUTATIONS}
+    if unknown := set(options.only or ()) - names.keys():
+        parser.error(f"no mutation is called {', '.join(sorted(unknown))}; see --list")
+    chosen = [names[name] for name in options.only] if options.only else list(MUTATIONS)
+    if options.list:
+        for mutation in chosen:
+            print(f"{mutation.name}  ({mutation.file})")
+        return 0
+    try:
+        return run(chosen, options.timeout)
+    except NotPlanted as error:
+        print(error, file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

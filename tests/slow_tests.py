@@ -1,0 +1,46 @@
+"""The tests that `make quick` and `make test-lowest` leave out."""
+
+from __future__ import annotations
+
+# Everything in these modules: browsers, cross-checks, wheels, documents, generated files.
+MODULES = """
+    test_against_yourdfpy test_crosscheck test_crosscheck_faults test_documents test_installation test_joints_documents
+    test_meshes test_reproduce_paper test_typed_model test_viewer_browser test_viewer_cli test_viewer_server test_wheel
+""".split()
+
+# Single tests of the other modules.
+TESTS = """
+    test_a_narrow_terminal_cuts_nothing
+    test_the_two_triples_keep_their_ranges_and_are_two
+    test_both_triples_of_any_rotation_give_it_back
+    test_axes_of_a_merged_joint_meet_in_every_configuration
+    test_every_robot_of_example_robot_data_loads_or_says_why
+    test_yourdfpy_reads_it_without_a_warning
+    test_pinocchio_reads_the_shapes
+    test_the_length_of_parallel_outer_axes_does_not_choose_the_branch
+    test_matrix_is_the_product_of_the_elementary_turns
+    test_every_version_composes
+    test_a_shear_is_defective_and_has_one_jordan_block
+    test_at_a_lock_and_beside_it_every_frame_comes_back
+    test_romeo_shows_too
+    test_any_numbers_give_finite_results_or_the_librarys_own_error
+    test_other_shapes_are_refused
+    test_both_triples_about_any_perpendicular_axes_give_the_matrix_back
+    test_the_identities_of_the_paper_hold_symbolically
+    test_a_link_without_a_shape_colours_what_it_is_fixed_to
+    test_check_urdf_accepts_it
+    test_equal_robots_give_equal_pages
+    test_the_program_runs_from_any_folder_and_reads_standard_input
+    test_doctor_prints_what_it_found
+    test_any_consistent_typed_configuration_has_a_way_back
+    test_errors_leave_with_code_2_and_one_line
+    test_hundreds_of_displays_do_not_grow_the_page_or_the_memory
+    test_a_reader_that_stops_early_is_no_error
+    test_at_a_singular_value_the_axes_span_a_plane_and_beside_it_space
+    test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengths
+""".split()
+
+
+def is_slow(module: str, test: str) -> bool:
+    """Whether a test, named without its parameters, is one of them."""
+    return module in MODULES or test in TESTS
