@@ -358,6 +358,14 @@ def test_the_common_normal_connects_its_feet_at_right_angles(p, d, q, f, o, w) -
     assert_near(swapped.distance, normal.distance, atol=tolerance)
 
 
+def test_the_common_normal_of_close_parallels_is_perpendicular_to_them() -> None:
+    a = PluckerLine.from_point_direction([0.0, 0.0, 6.1e-5], [1.0, 0.0, 1.0], origin=[3.0, 0.0, -1.0])
+    b = PluckerLine.from_point_direction([0.0, 0.0, 0.0], [1.0, 0.0, 1.0], origin=[0.0, 0.0, 1.0])
+    normal = lines.common_normal(a, b)
+    assert normal.parallel
+    assert abs(normal.direction @ a.direction) <= 4 * EPS
+
+
 def test_offset_and_angle_are_the_length_and_twist_of_denavit_and_hartenberg() -> None:
     # x is the common normal, z and z' the axes: z' is z turned by the twist about x and shifted by the length along x.
     for twist in (-2.5, -1e-3, 1e-9, 0.7, 3.1):

@@ -87,6 +87,8 @@ def common_normal(
     skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
 
     across = a_to_b - dot(a_to_b, e_b)[..., None] * e_b
+    # Once more: of lines much closer than their points, the first difference leaves a part along them by rounding.
+    across = across - dot(across, e_b)[..., None] * e_b
     apart = norm(across)
     coincident = apart <= coincident_below
     towards_b = np.where(coincident[..., None], 0.0, across / np.where(coincident, 1.0, apart)[..., None])
