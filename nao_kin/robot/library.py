@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 from pathlib import Path
 
 from nao_kin.errors import MissingExtra, UnknownName
@@ -41,6 +40,8 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
 
 def _files() -> dict[str, Path]:
     """The package holds data and no module, so its folder is found through the list of its installed files."""
+    import importlib.metadata  # takes as long to load as all the rest of this room
+
     try:
         installed = importlib.metadata.files(_PACKAGE) or []
     except importlib.metadata.PackageNotFoundError:

@@ -46,11 +46,6 @@ from nao_kin.errors import BadArgument, BadInputFile, nearest_names
 from nao_kin.semantics.limits import CoupledLimit
 from nao_kin.semantics.meaning import Posture, Semantics, Vector, View
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 
 def read_semantics(path: Path | str) -> Semantics:
     """The semantics that a TOML file describes.
@@ -60,6 +55,10 @@ def read_semantics(path: Path | str) -> Semantics:
     Raises:
         BadInputFile: the file cannot be read, is no TOML, or has an entry that is unknown or of the wrong kind.
     """
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
     try:
         with Path(path).open("rb") as file:
             document = tomllib.load(file)
