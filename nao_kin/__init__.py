@@ -16,7 +16,7 @@ from nao_kin import errors
 from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
-    from nao_kin import crosscheck, joints, lines, rank_one, rotations, typed
+    from nao_kin import crosscheck, joints, lines, multidof, rank_one, rotations, typed
     from nao_kin.nao import NaoModel, load_nao
     from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
     from nao_kin.viewer import Viewer
@@ -35,6 +35,7 @@ __all__ = [
     "lines",
     "load_nao",
     "load_robot",
+    "multidof",
     "rank_one",
     "robot_names",
     "rotations",

@@ -15,7 +15,7 @@ from nao_kin import lines
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joint_axes import JointAxes
 from nao_kin.joints import NAO_ANATOMY, RULES, group_joints, unmerged_joints
-from nao_kin.joints._runs import partition
+from nao_kin.joints.grouping import partition
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

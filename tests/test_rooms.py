@@ -28,6 +28,7 @@ ROOMS = {
     "nao": 3,
     "joint_axes": 3,
     "topology": 3,
+    "multidof": 4,
     "typed": 4,
     "configuration_files": 4,
     "installation": 5,

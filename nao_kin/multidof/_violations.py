@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_kin.typed._selection import Mismatch
+from nao_kin.multidof._selection import Mismatch
 
 
 @dataclass(frozen=True)

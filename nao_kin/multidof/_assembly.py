@@ -13,10 +13,10 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._arrays import Floats
-from nao_kin.joints import JointGroups, TypedJoint
-from nao_kin.joints.tree import Node, Robot
+from nao_kin.joints import JointGroups, JointNode, MultiDofJoint
+from nao_kin.multidof._layout import Ball, Reading, Slot
+from nao_kin.robot import RobotModel
 from nao_kin.robot.build import LIMIT_ARRAYS
-from nao_kin.typed._layout import Ball, Reading, Slot
 from nao_kin.urdf_reader import Mimic
 
 
@@ -30,7 +30,7 @@ class Assembly:
         carriers: names of the carriers.
     """
 
-    def __init__(self, robot: Robot, nodes: Mapping[int, Node], groups: JointGroups) -> None:
+    def __init__(self, robot: RobotModel, nodes: Mapping[int, JointNode], groups: JointGroups) -> None:
         self._source, self._nodes = robot.model, nodes
         self._by_name = {node.name: node for node in nodes.values()}
         self.model = pin.Model()
@@ -73,14 +73,14 @@ class Assembly:
                 self._add_ball(group, members)
                 tasks += beyond
 
-    def _add_single(self, node: Node) -> None:
+    def _add_single(self, node: JointNode) -> None:
         parent, T_parent = self._places[node.parent]
         if node.kind == "fixed":
             self._places[node.index] = parent, T_parent * self._pose(node.parent).actInv(node.T_root)
             return
         placement = T_parent * self._source.jointPlacements[node.index]
-        if node.tie is not None:
-            self._add_follower(node, node.tie, parent, placement)
+        if node.mimic is not None:
+            self._add_follower(node, node.mimic, parent, placement)
             return
         joint = self._source.joints[node.index]
         index = self._add(node, parent, joint, placement)
@@ -89,18 +89,18 @@ class Assembly:
         else:
             self._hold(node, index, 0, derived=False)
 
-    def _add_universal(self, group: TypedJoint, members: list[Node]) -> None:
+    def _add_universal(self, group: MultiDofJoint, members: list[JointNode]) -> None:
         index, _ = self._add_merged(group, members)
         for place, node in enumerate(members):
             self._hold(node, index, place, derived=False)
 
-    def _add_ball(self, group: TypedJoint, members: list[Node]) -> None:
+    def _add_ball(self, group: MultiDofJoint, members: list[JointNode]) -> None:
         index, axes = self._add_merged(group, members)
         joint = self.model.joints[index]
         first, second, third = (self._reading(node) for node in members)
         self.balls.append(Ball(group.name, (first, second, third), axes, joint.idx_q, joint.idx_v))
 
-    def _add_merged(self, group: TypedJoint, members: list[Node]) -> tuple[int, Floats]:
+    def _add_merged(self, group: MultiDofJoint, members: list[JointNode]) -> tuple[int, Floats]:
         parent, T_parent = self._places[members[0].parent]
         T_last = members[-1].T_root
         T_joint = pin.SE3(T_last.rotation, np.array(group.centre))
@@ -110,36 +110,36 @@ class Assembly:
         self._places[members[-1].index] = index, T_joint.actInv(T_last)
         return int(index), axes
 
-    def _add_carrier(self, group: TypedJoint, node: Node) -> None:
+    def _add_carrier(self, group: MultiDofJoint, node: JointNode) -> None:
         parent, T_parent = self._places[node.parent]
         placement = T_parent * self._source.jointPlacements[node.index]
         self.carriers.append(node.name)
         if group.pair.name == "universal":
             holder = self.model.getJointId(group.name), group.joints.index(node.name)
             self._add(node, parent, self._mimic(node, holder, 1.0, 0.0), placement)
-        elif node.tie is not None:
-            self._add_follower(node, node.tie, parent, placement)
+        elif node.mimic is not None:
+            self._add_follower(node, node.mimic, parent, placement)
         else:
             self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
 
-    def _add_follower(self, node: Node, tie: Mimic, parent: int, placement: pin.SE3) -> None:
-        holder = self._holders.get(tie.joint)
+    def _add_follower(self, node: JointNode, mimic: Mimic, parent: int, placement: pin.SE3) -> None:
+        holder = self._holders.get(mimic.joint)
         if holder is None or self._hangs_on_universal(holder[0], parent):
             # What it follows is inside a ball, or comes later, or Pinocchio's crba would go wrong.
             self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
         else:
-            self._add(node, parent, self._mimic(node, holder, tie.multiplier, tie.offset), placement)
+            self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
 
     def _hangs_on_universal(self, holder: int, parent: int) -> bool:
         """Whether a joint beyond `parent` would mimic a universal joint that carries it: there crba 4.1 is wrong."""
         return self.model.joints[holder].nv > 1 and holder in list(self.model.supports[parent])
 
-    def _add(self, node: Node, parent: int, joint: pin.JointModel, placement: pin.SE3) -> int:
+    def _add(self, node: JointNode, parent: int, joint: pin.JointModel, placement: pin.SE3) -> int:
         index = int(self.model.addJoint(parent, joint, placement, node.name))
         self._places[node.index] = index, pin.SE3.Identity()
         return index
 
-    def _hold(self, node: Node, index: int, place: int, *, derived: bool) -> None:
+    def _hold(self, node: JointNode, index: int, place: int, *, derived: bool) -> None:
         """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
         reading = self._reading(node)
         if not reading.follows:
@@ -154,16 +154,16 @@ class Assembly:
             effort = self._source.upperEffortLimit[reading.row]
             model.lowerEffortLimit[row], model.upperEffortLimit[row] = -effort, effort
 
-    def _mimic(self, node: Node, holder: tuple[int, int], multiplier: float, offset: float) -> pin.JointModel:
+    def _mimic(self, node: JointNode, holder: tuple[int, int], multiplier: float, offset: float) -> pin.JointModel:
         joint, place = self.model.joints[holder[0]], holder[1]
         motion = _motion(node)
         # Pinocchio follows the indices, and so any coordinate of any joint.
         motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
         return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
 
-    def _reading(self, node: Node) -> Reading:
+    def _reading(self, node: JointNode) -> Reading:
         driver = self._source.joints[self._by_name[node.driver].index]
-        multiplier, offset = (1.0, 0.0) if node.tie is None else (node.tie.multiplier, node.tie.offset)
+        multiplier, offset = (1.0, 0.0) if node.mimic is None else (node.mimic.multiplier, node.mimic.offset)
         return Reading(node.name, node.driver, driver.idx_q, driver.idx_v, multiplier, offset, node.lower, node.upper)
 
     def _pose(self, index: int) -> pin.SE3:
@@ -189,6 +189,6 @@ class Assembly:
                 self.model.addJointFrame(self.model.getJointId(group.name), before)
 
 
-def _motion(node: Node) -> pin.JointModel:
+def _motion(node: JointNode) -> pin.JointModel:
     kind = pin.JointModelRevoluteUnaligned if node.kind == "revolute" else pin.JointModelPrismaticUnaligned
     return kind(node.axis)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
+from nao_kin.multidof._layout import Ball, Reading
+from nao_kin.multidof._turns import near, shifted, turns_of_quaternion, uncertainty, unlocked, wrapped
 from nao_kin.robot.coordinates import COUPLING_TOLERANCE
 from nao_kin.robot.limits import TOLERANCE as LIMIT_TOLERANCE
-from nao_kin.typed._layout import Ball, Reading
-from nao_kin.typed._turns import near, shifted, turns_of_quaternion, uncertainty, unlocked, wrapped
 
 # A value better known than this needs no second source.
 _SURE = 1e-13

@@ -15,23 +15,22 @@ from numpy.typing import ArrayLike
 from nao_kin._arrays import Floats, as_floats
 from nao_kin._vectors import common_batch
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName
-from nao_kin.joints import JointGroups, Rule, TypedJoint, group_joints
-from nao_kin.joints.tree import read_tree
+from nao_kin.joints import JointGroups, MultiDofJoint, Rule, group_joints, read_joint_tree
+from nao_kin.multidof._assembly import Assembly
+from nao_kin.multidof._layout import Ball
+from nao_kin.multidof._quaternions import Quaternions
+from nao_kin.multidof._selection import Mismatch, Selection
+from nao_kin.multidof._turns import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
+from nao_kin.multidof._violations import CouplingViolation, coupling_violations
 from nao_kin.robot import RobotModel
 from nao_kin.robot.workspace import Workspace, expression_named, over_batch, selection_of
 from nao_kin.rotations import EulerAngles
-from nao_kin.typed._assembly import Assembly
-from nao_kin.typed._layout import Ball
-from nao_kin.typed._quaternions import Quaternions
-from nao_kin.typed._selection import Mismatch, Selection
-from nao_kin.typed._turns import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
-from nao_kin.typed._violations import CouplingViolation, coupling_violations
 
 CouplingPolicy = Literal["raise", "nearest"]
 _POLICIES = ("raise", "nearest")
 
 
-class TypedModel:
+class MultiDofModel:
     """A robot whose runs of revolutes have become universal and spherical joints of a Pinocchio model.
 
     A configuration of the typed model, shape (..., nq), holds for every joint its Pinocchio coordinates in the order
@@ -69,8 +68,8 @@ class TypedModel:
         """
         self.robot = robot
         self.groups: JointGroups = group_joints(robot, rule=rule, tolerance=tolerance)
-        self.pairs: tuple[TypedJoint, ...] = self.groups.joints
-        assembly = Assembly(robot, read_tree(robot), self.groups)
+        self.pairs: tuple[MultiDofJoint, ...] = self.groups.joints
+        assembly = Assembly(robot, read_joint_tree(robot), self.groups)
         self.model: pin.Model = assembly.model
         self.carriers = tuple(assembly.carriers)
         moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
@@ -368,6 +367,6 @@ class TypedModel:
         return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}>"
 
 
-def _rebuilt(kind: type[TypedModel], robot: RobotModel, rule: Rule, tolerance: float) -> TypedModel:
+def _rebuilt(kind: type[MultiDofModel], robot: RobotModel, rule: Rule, tolerance: float) -> MultiDofModel:
     """A Pinocchio model with mimic joints does not survive pickling; the typed one is made again."""
     return kind(robot, rule=rule, tolerance=tolerance)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._arrays import Floats
+from nao_kin.multidof._layout import Ball
 from nao_kin.rotations import (
     EulerAngles,
     davenport_angles,
@@ -16,7 +17,6 @@ from nao_kin.rotations import (
     quat_multiply,
     quat_to_xyzw,
 )
-from nao_kin.typed._layout import Ball
 
 # Rounding of a quaternion and of the matrix made from it, as it shows in an angle far from lock.
 _ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
