@@ -25,8 +25,9 @@ RULES: tuple[Rule, ...] = ("coincident", "concurrent")
 
 # Below the first, rounding decides; an offset above the second is design.
 _TOLERANCES = (1e-15, 1e-2)
-# Three turns reach every rotation only if consecutive axes are perpendicular; cos of the angle, as a rounding allows.
-_PERPENDICULAR = 1e-9
+# Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 as rounding allows, and less than
+# the 1e-9 that `davenport_angles` allows, so that every ball can be taken apart.
+_PERPENDICULAR = 0.9e-9
 _MERGED = {2: "universal", 3: "spherical"}
 
 
@@ -249,7 +250,7 @@ def spans_a_joint(axes: Floats) -> bool:
     between = angles_between(axes)
     if np.any(np.minimum(between, math.pi - between) < PARALLEL):
         return False
-    return len(axes) == 2 or bool(np.all(np.abs(np.cos(between)) <= _PERPENDICULAR))
+    return len(axes) == 2 or bool(np.all(np.abs(dot(axes[:-1], axes[1:])) <= _PERPENDICULAR))
 
 
 def lock_angles(axes: Floats) -> tuple[float, float]:

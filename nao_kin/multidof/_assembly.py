@@ -8,16 +8,25 @@ own coordinate. A ball has no angles to mimic, so its carriers have coordinates 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from nao_kin._arrays import Floats
 from nao_kin.joints import JointGroups, JointNode, MultiDofJoint
-from nao_kin.multidof._layout import Ball, Reading, Slot
+from nao_kin.multidof._coordinates import Ball, JointReading, Repetition, Slot, Source
 from nao_kin.robot import RobotModel
 from nao_kin.robot.build import LIMIT_ARRAYS
 from nao_kin.urdf_reader import Mimic
+
+
+class _Holder(NamedTuple):
+    """The joint here that holds the value of a joint of the robot, and the place among that joint's coordinates."""
+
+    joint: int
+    place: int
+    derived: bool
 
 
 class Assembly:
@@ -27,6 +36,7 @@ class Assembly:
         model: the Pinocchio model; its first frames are the robot's, in the robot's order.
         slots: its coordinates that are joint values.
         balls: its spherical joints.
+        repetitions: what it says a second time.
         carriers: names of the carriers.
     """
 
@@ -37,11 +47,11 @@ class Assembly:
         self.model.name, self.model.gravity = self._source.name, self._source.gravity
         self.slots: list[Slot] = []
         self.balls: list[Ball] = []
+        self.repetitions: list[Repetition] = []
         self.carriers: list[str] = []
         # Joint of the robot → the joint here that moves with it, and where in that joint's frame it is.
         self._places = {0: (0, pin.SE3.Identity())}
-        # Joint of the robot → the joint here that holds its value, and the place among that joint's coordinates.
-        self._holders: dict[str, tuple[int, int]] = {}
+        self._holders: dict[str, _Holder] = {}
         self._add_joints(groups)
         self._add_bodies_and_frames(groups)
 
@@ -115,7 +125,7 @@ class Assembly:
         placement = T_parent * self._source.jointPlacements[node.index]
         self.carriers.append(node.name)
         if group.pair.name == "universal":
-            holder = self.model.getJointId(group.name), group.joints.index(node.name)
+            holder = _Holder(self.model.getJointId(group.name), group.joints.index(node.name), derived=False)
             self._add(node, parent, self._mimic(node, holder, 1.0, 0.0), placement)
         elif node.mimic is not None:
             self._add_follower(node, node.mimic, parent, placement)
@@ -123,16 +133,26 @@ class Assembly:
             self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
 
     def _add_follower(self, node: JointNode, mimic: Mimic, parent: int, placement: pin.SE3) -> None:
-        holder = self._holders.get(mimic.joint)
-        if holder is None or self._hangs_on_universal(holder[0], parent):
-            # What it follows is inside a ball, or comes later, or Pinocchio's crba would go wrong.
-            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
-        else:
-            self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
+        """A joint that mimics the joint that holds its driver's value, or with a coordinate of its own.
 
-    def _hangs_on_universal(self, holder: int, parent: int) -> bool:
-        """Whether a joint beyond `parent` would mimic a universal joint that carries it: there crba 4.1 is wrong."""
-        return self.model.joints[holder].nv > 1 and holder in list(self.model.supports[parent])
+        It has its own where the driver's value is inside a ball, or comes later, or where Pinocchio's crba goes wrong.
+        """
+        holder = self._holders.get(mimic.joint)
+        if holder is None or self._misleads_crba(holder.joint, parent):
+            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
+            return
+        self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
+        if holder.derived and node.name not in self.carriers:
+            source = Source(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
+            self.repetitions.append(Repetition(self._reading(node), source, carrier=False))
+
+    def _misleads_crba(self, holder: int, parent: int) -> bool:
+        """Whether a joint of several coordinates carries the follower, but not the joint it mimics.
+
+        On the way from such a follower to the root crba of Pinocchio 4.1 couples the wrong entries of the mass matrix.
+        """
+        shared = set(self.model.supports[holder]) - {holder}
+        return any(self.model.joints[joint].nv > 1 for joint in set(self.model.supports[parent]) - shared)
 
     def _add(self, node: JointNode, parent: int, joint: pin.JointModel, placement: pin.SE3) -> int:
         index = int(self.model.addJoint(parent, joint, placement, node.name))
@@ -143,28 +163,31 @@ class Assembly:
         """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
         reading = self._reading(node)
         if not reading.follows:
-            self._holders[node.name] = index, place
+            self._holders[node.name] = _Holder(index, place, derived)
         joint, model = self.model.joints[index], self.model
         column, row = joint.idx_q + place, joint.idx_v + place
         self.slots.append(Slot(reading, column, row, derived))
+        if derived:
+            self.repetitions.append(Repetition(reading, Source(column), node.name in self.carriers))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
-        speed = abs(reading.multiplier) * self._source.upperVelocityLimit[reading.row]
+        speed = abs(reading.mimic.multiplier) * self._source.upperVelocityLimit[reading.row]
         model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed
         if not reading.follows:
             effort = self._source.upperEffortLimit[reading.row]
             model.lowerEffortLimit[row], model.upperEffortLimit[row] = -effort, effort
 
-    def _mimic(self, node: JointNode, holder: tuple[int, int], multiplier: float, offset: float) -> pin.JointModel:
-        joint, place = self.model.joints[holder[0]], holder[1]
+    def _mimic(self, node: JointNode, holder: _Holder, multiplier: float, offset: float) -> pin.JointModel:
+        joint, place = self.model.joints[holder.joint], holder.place
         motion = _motion(node)
         # Pinocchio follows the indices, and so any coordinate of any joint.
         motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
         return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
 
-    def _reading(self, node: JointNode) -> Reading:
+    def _reading(self, node: JointNode) -> JointReading:
         driver = self._source.joints[self._by_name[node.driver].index]
-        multiplier, offset = (1.0, 0.0) if node.mimic is None else (node.mimic.multiplier, node.mimic.offset)
-        return Reading(node.name, node.driver, driver.idx_q, driver.idx_v, multiplier, offset, node.lower, node.upper)
+        mimic = Mimic(node.name) if node.mimic is None else node.mimic
+        revolute = node.kind == "revolute"
+        return JointReading(node.name, mimic, driver.idx_q, driver.idx_v, node.lower, node.upper, revolute)
 
     def _pose(self, index: int) -> pin.SE3:
         return self._nodes[index].T_root if index else pin.SE3.Identity()

@@ -17,11 +17,10 @@ from nao_kin._vectors import common_batch
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName
 from nao_kin.joints import JointGroups, MultiDofJoint, Rule, group_joints, read_joint_tree
 from nao_kin.multidof._assembly import Assembly
-from nao_kin.multidof._layout import Ball
-from nao_kin.multidof._quaternions import Quaternions
-from nao_kin.multidof._selection import Mismatch, Selection
-from nao_kin.multidof._turns import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
-from nao_kin.multidof._violations import CouplingViolation, coupling_violations
+from nao_kin.multidof._ball_angles import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
+from nao_kin.multidof._coordinates import Ball, Quaternions
+from nao_kin.multidof._couplings import CouplingViolation, Mismatch, coupling_violations
+from nao_kin.multidof._turn_selection import TurnSelection
 from nao_kin.robot import RobotModel
 from nao_kin.robot.workspace import Workspace, expression_named, over_batch, selection_of
 from nao_kin.rotations import EulerAngles
@@ -85,10 +84,7 @@ class MultiDofModel:
         self._base = (7, 6) if robot.base == "floating" else (0, 0)
         starts = {"base": 3} if robot.base == "floating" else {}
         self._quaternions = Quaternions(self.nq, starts | {ball.name: ball.column for ball in self._balls})
-        merged = [slot.reading for slot in self._slots if not slot.derived]
-        merged += [reading for ball in self._balls for reading in ball.readings]
-        self._selection = Selection(self._balls, [reading for reading in merged if reading.follows])
-        self._own = [reading for reading in merged if not reading.follows]
+        self._selection = TurnSelection(self._balls, self._slots, assembly.repetitions)
         self._mass = sum(float(inertia.mass) for inertia in self.model.inertias)
         # The robot's frames come first and in the robot's order, so its table of names holds here.
         self._frames = {name: self._frame_id(name) for name in robot.frame_names}
@@ -206,7 +202,7 @@ class MultiDofModel:
         typed = self._typed_configuration(q_typed)
         for ball in self._balls:
             if joint == ball.name or joint in (reading.name for reading in ball.readings):
-                return turns_of_quaternion(ball, typed[..., ball.column : ball.column + 4])
+                return turns_of_quaternion(ball, ball.quaternions(typed))
         raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
 
     def velocity_matrix(self, q: ArrayLike) -> Floats:
@@ -231,11 +227,11 @@ class MultiDofModel:
         base = np.arange(self._base[1])
         E[..., base, base] = 1.0
         for slot in self._slots:
-            E[..., slot.row, slot.reading.row] = slot.reading.multiplier
+            E[..., slot.row, slot.reading.row] = slot.reading.mimic.multiplier
         for ball in self._balls:
             directions = angular_velocity_axes(ball, self._ball_angles(ball, values))
             for k, reading in enumerate(ball.readings):
-                E[..., ball.row : ball.row + 3, reading.row] = reading.multiplier * directions[..., k]
+                E[..., ball.row : ball.row + 3, reading.row] = reading.mimic.multiplier * directions[..., k]
         return E
 
     # --- kinematics -----------------------------------------------------------------------------------------------
@@ -326,14 +322,14 @@ class MultiDofModel:
             batch = common_batch("q_typed and reference", batch, target.shape[:-1])
             target = np.broadcast_to(target, (*batch, self.robot.nq)).reshape(math.prod(batch), self.robot.nq)
         typed = np.broadcast_to(typed, (*batch, self.nq)).reshape(math.prod(batch), self.nq)
-        values = {slot.reading.name: typed[:, slot.column] for slot in self._slots if not slot.derived}
-        quaternions = {ball.name: typed[:, ball.column : ball.column + 4] for ball in self._balls}
-        carried = {slot.reading.name: typed[:, slot.column] for slot in self._slots if slot.derived}
-        chosen, mismatches = self._selection.choose(quaternions, values, carried, target)
+        angles, mismatches = self._selection.choose(typed, target)
         q = np.empty((len(typed), self.robot.nq))
         q[:, : self._base[0]] = typed[:, : self._base[0]]
-        for reading in self._own:
-            q[:, reading.column] = chosen[reading.name]
+        for slot in self._slots:
+            if not slot.derived and not slot.reading.follows:
+                q[:, slot.reading.column] = typed[:, slot.column]
+        for reading in (reading for ball in self._balls for reading in ball.readings if not reading.follows):
+            q[:, reading.column] = angles[reading.name]
         return q, mismatches, batch
 
     @staticmethod
