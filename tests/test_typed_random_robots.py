@@ -17,34 +17,41 @@ from nao_kin.joints import RULES
 from nao_kin.multidof import MultiDofModel
 
 PI = float(np.pi)
-AXES = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (2 / 3, 2 / 3, 1 / 3), (0.0, 0.6, 0.8)]
-OFFSETS = [(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.1, 0.3)]
+TRIADS = [np.eye(3), np.array([[1.0, 2.0, -2.0], [2.0, 1.0, 2.0], [2.0, -2.0, -1.0]]) / 3.0]
+OFFSETS = [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.1, 0.3)]
 LIMITS = [(-1.4, 1.4), (-3.0, 3.0), (-PI, PI), (-6.28, 6.28), (-20.0, 20.0), (0.5, 7.0), (-2 * PI, 0.0), None]
 MULTIPLIERS = [0.5, 2.0, -1.0, 0.3, 1.0, -2.5]
 
 
 @st.composite
 def chains(draw: st.DrawFn) -> list[J]:
-    """Two to eight joints, most of them in one chain; some follow another one."""
+    """One to three groups of one to three joints, those of a group perpendicular through one point; some follow."""
     joints: list[J] = []
-    for index in range(draw(st.integers(2, 8))):
-        limits = draw(st.sampled_from(LIMITS))
-        others = [joint.name for joint in joints if joint.follows is None]
-        follows = None
-        if others and draw(st.integers(0, 3)) == 0:
-            follows = draw(st.sampled_from(others)), draw(st.sampled_from(MULTIPLIERS)), draw(st.sampled_from([0, 0.3]))
-            limits = (-99.0, 99.0)
-        joints.append(
-            J(
-                f"j{index}",
-                draw(st.sampled_from(AXES)),
-                draw(st.sampled_from(OFFSETS)),
-                kind="continuous" if limits is None else "prismatic" if draw(st.integers(0, 9)) == 0 else "revolute",
-                parent=draw(st.sampled_from(["", "", "", "", "base", "j0"])) if index else "",
-                follows=follows,
-                limits=limits or (0.0, 0.0),
+    for group in range(draw(st.integers(1, 3))):
+        triad = draw(st.sampled_from(TRIADS))[draw(st.permutations(range(3)))]
+        for place in range(draw(st.sampled_from([3, 3, 2, 1]))):
+            begins = place == 0 and group > 0
+            limits = draw(st.sampled_from(LIMITS))
+            others = [joint.name for joint in joints if joint.follows is None]
+            follows = None
+            if others and draw(st.integers(0, 3)) == 0:
+                multiplier, offset = draw(st.sampled_from(MULTIPLIERS)), draw(st.sampled_from([0.0, 0.3]))
+                follows, limits = (draw(st.sampled_from(others)), multiplier, offset), (-99.0, 99.0)
+            joints.append(
+                J(
+                    f"j{len(joints)}",
+                    tuple(draw(st.sampled_from([1.0, -1.0])) * triad[place]),
+                    draw(st.sampled_from(OFFSETS)) if begins else (0.0, 0.0, 0.0),
+                    kind="continuous"
+                    if limits is None
+                    else "prismatic"
+                    if draw(st.integers(0, 14)) == 0
+                    else "revolute",
+                    parent=draw(st.sampled_from(["", "", "base", "j0", "j1"])) if begins and len(joints) > 1 else "",
+                    follows=follows,
+                    limits=limits or (0.0, 0.0),
+                )
             )
-        )
     return joints
 
 

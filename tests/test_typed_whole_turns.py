@@ -136,17 +136,20 @@ def test_inside_the_limits_nothing_is_violated_by_a_last_angle_of_several_turns(
 
 
 BEHIND = [J("j3", Z, (0.1, 0.0, 0.0), follows=("j0", 2.0, 0.0))]
+BALL_BEHIND = [J("j1", X, AWAY, follows=("j0", 2.0, 0.0)), J("j2", Y), J("j3", Z)]
 BETWEEN = {
     "driver before a universal": [J("j0", Z), J("j1", X, AWAY), J("j2", Y), *BEHIND],
     "driver before a ball": [J("j0", Z), J("j1", X, AWAY), J("j2", Y), J("j2b", X), *BEHIND],
     "driver on another limb": [J("j0", Z), J("j1", X, AWAY, parent="base"), J("j2", Y), *BEHIND],
+    "carriers behind a follower": [J("j0", Z), J("f", Y, AWAY, follows=("j0", 0.5, 0.0)), *BALL_BEHIND],
+    "a branching follower": [J("j0", Z), J("f", Y, AWAY, follows=("j0", 0.5, 0.0)), J("a", X), J("b", Z, parent="f")],
     "driver in a universal elsewhere": [J("m", X), J("j0", Z), J("j1", X, AWAY, parent="base"), J("j2", Y), *BEHIND],
 }
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
 @pytest.mark.parametrize("name", BETWEEN)
-def test_the_mass_matrix_is_right_with_a_joint_of_several_axes_before_the_follower(tmp_path, name, base) -> None:
+def test_the_mass_matrix_is_right_where_pinocchios_mimic_joints_would_mislead_it(tmp_path, name, base) -> None:
     robot = made_up(tmp_path, *BETWEEN[name], base=base)
     typed = MultiDofModel(robot)
     for q in robot.random(1, (5,)):

@@ -43,6 +43,9 @@ class Assembly:
     def __init__(self, robot: RobotModel, nodes: Mapping[int, JointNode], groups: JointGroups) -> None:
         self._source, self._nodes = robot.model, nodes
         self._by_name = {node.name: node for node in nodes.values()}
+        self._merged = {
+            self._by_name[name].index: group for group in groups for name in group.joints if len(group.axes) > 1
+        }
         self.model = pin.Model()
         self.model.name, self.model.gravity = self._source.name, self._source.gravity
         self.slots: list[Slot] = []
@@ -56,12 +59,11 @@ class Assembly:
         self._add_bodies_and_frames(groups)
 
     def _add_joints(self, groups: JointGroups) -> None:
-        merged = {self._by_name[name].index: group for group in groups for name in group.joints if len(group.axes) > 1}
         # Pinocchio's algorithms want the joints in depth-first order; the last task added is the next one done.
         tasks = [("joint", index) for index in reversed(list(self._nodes)) if self._nodes[index].parent == 0]
         while tasks:
             task, index = tasks.pop()
-            node, group = self._nodes[index], merged.get(index)
+            node, group = self._nodes[index], self._merged.get(index)
             if group is None:
                 self._add_single(node)
                 tasks += [("joint", child) for child in reversed(node.children)]
@@ -71,7 +73,7 @@ class Assembly:
             carriers = [("carrier", member.index) for member in reversed(members[:-1])]
             if task == "carrier":
                 self._add_carrier(group, node)
-                tasks += [("joint", child) for child in reversed(node.children) if merged.get(child) is not group]
+                tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
             elif group.pair.name == "universal":
                 # Its carrier mimics it and comes after it.
                 self._add_universal(group, members)
@@ -138,7 +140,7 @@ class Assembly:
         It has its own where the driver's value is inside a ball, or comes later, or where Pinocchio's crba goes wrong.
         """
         holder = self._holders.get(mimic.joint)
-        if holder is None or self._misleads_crba(holder.joint, parent):
+        if holder is None or self._misleads_crba(node, holder.joint, parent):
             self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
             return
         self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
@@ -146,13 +148,33 @@ class Assembly:
             source = Source(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
             self.repetitions.append(Repetition(self._reading(node), source, carrier=False))
 
-    def _misleads_crba(self, holder: int, parent: int) -> bool:
-        """Whether a joint of several coordinates carries the follower, but not the joint it mimics.
+    def _misleads_crba(self, node: JointNode, holder: int, parent: int) -> bool:
+        """Whether crba of Pinocchio 4.1 would put wrong entries into the mass matrix if this follower mimicked.
 
-        On the way from such a follower to the root crba of Pinocchio 4.1 couples the wrong entries of the mass matrix.
+        It does where a joint of several coordinates carries the follower but not the joint it mimics, and where more
+        than one coordinate begins behind the follower: it couples the first alone.
         """
         shared = set(self.model.supports[holder]) - {holder}
-        return any(self.model.joints[joint].nv > 1 for joint in set(self.model.supports[parent]) - shared)
+        carrying = set(self.model.supports[parent]) - shared
+        return any(self.model.joints[joint].nv > 1 for joint in carrying) or self._branches(node) > 1
+
+    def _branches(self, node: JointNode) -> int:
+        """How many coordinates begin behind a joint that mimics, those behind other joints left out."""
+        return sum(self._begun_by(node, self._nodes[child]) for child in node.children)
+
+    def _begun_by(self, carrying: JointNode, node: JointNode) -> int:
+        group, own = self._merged.get(node.index), self._merged.get(carrying.index)
+        if group is not None and group is own:
+            # Carriers of one ball carry each other; its last joint is the ball itself, elsewhere.
+            return int(node.name != group.joints[-1])
+        if group is not None:
+            # A ball, and beside it its first carrier.
+            return 2 if group.pair.name == "spherical" else 1
+        if node.kind == "fixed":
+            return self._branches(node)
+        if node.mimic is None or node.mimic.joint not in self._holders:
+            return 1
+        return min(self._branches(node), 1)
 
     def _add(self, node: JointNode, parent: int, joint: pin.JointModel, placement: pin.SE3) -> int:
         index = int(self.model.addJoint(parent, joint, placement, node.name))

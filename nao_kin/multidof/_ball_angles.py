@@ -95,7 +95,8 @@ def inside_at_lock(ball: Ball, angles: Floats, lower: Floats, upper: Floats) -> 
     # The first angle with the third at either end of its range: their sum, or difference, stays.
     ends = np.sort([angles[0] + sign * (angles[2] - end) for end in (lower[2], upper[2])], axis=0)
     least, most = np.maximum(lower[0], ends[0]), np.minimum(upper[0], ends[1])
-    first = np.where(least <= most, np.clip(angles[0], least, most), 0.5 * (least + most))
+    with np.errstate(invalid="ignore"):  # where there are no limits, ∞ − ∞ is computed and not taken
+        first = np.where(least <= most, np.clip(angles[0], least, most), 0.5 * (least + most))
     return moved(ball, angles, 0, first - angles[0])
 
 
