@@ -267,6 +267,20 @@ def test_axes_that_meet_away_from_their_centres_are_concurrent_only(tmp_path) ->
     assert miss(robot, joint, np.random.default_rng(0).uniform(-3, 3, (100, 3))) < 1e-14
 
 
+def test_centres_count_and_not_axes_where_centres_are_to_coincide(tmp_path) -> None:
+    # Each centre lies 0.7 mm from the point between them, each axis 0.5 mm.
+    robot = made_up(tmp_path, J("a", Z), J("b", X, xyz=(1e-3, 0.0, 1e-3)))
+    assert len(group_joints(robot, tolerance=6e-4)) == 2
+    assert len(group_joints(robot, tolerance=8e-4)) == 1
+    assert len(group_joints(robot, tolerance=1e-12, rule="concurrent")) == 1
+
+
+@pytest.mark.parametrize(("lean", "expected"), [(0.0, 1), (8e-10, 1), (1e-8, 2), (1e-6, 2), (5e-3, 2)])
+def test_a_ball_asks_for_right_angles_to_rounding(tmp_path, lean, expected) -> None:
+    robot = made_up(tmp_path, J("a", Z), J("b", (1.0, 0.0, lean)), J("c", Y))
+    assert len(group_joints(robot)) == expected
+
+
 def test_axes_that_meet_only_at_zero_are_not_concurrent(tmp_path) -> None:
     # c passes through the meeting point of a and b at zero, but turns away with b.
     robot = made_up(tmp_path, J("a", Z), J("b", X, xyz=(0.0, 0.2, 0.0)), J("c", Y, xyz=(0.0, 0.3, 0.0)))

@@ -53,6 +53,23 @@ def test_a_carrier_that_nobody_has_set_leaves_the_joint_inside_its_limits(tmp_pa
     assert np.allclose(robot.fk(back, "j4_l"), robot.fk(q, "j4_l"), rtol=0, atol=1e-13)
 
 
+def test_a_carrier_just_outside_the_limits_is_not_followed_there(tmp_path) -> None:
+    first = J("j0", Z, limits=(0.0, 2 * np.pi + 5e-4))
+    typed = MultiDofModel(made_up(tmp_path, first, *BALL[1:]))
+    q_typed = typed.from_q([8e-4, 0.3, 0.2])
+    q_typed[typed.columns["j0"]] += 2 * np.pi
+    assert typed.to_q(q_typed)[0] == pytest.approx(8e-4, abs=1e-13)
+
+
+@pytest.mark.parametrize("end", [-2 * np.pi, 0.0, 1.4])
+def test_a_joint_at_the_end_of_its_limits_stays_there(tmp_path, end) -> None:
+    first = J("j0", Z, limits=(-2 * np.pi, 1.4))
+    typed = MultiDofModel(made_up(tmp_path, first, *BALL[1:]))
+    for others in np.random.default_rng(1).uniform(-1.3, 1.3, (50, 2)):
+        q = np.array([end, *others])
+        assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-13)
+
+
 def test_a_joint_without_limits_stands_where_its_carrier_says(tmp_path) -> None:
     robot = made_up(tmp_path, *(J(name, axis, kind="continuous") for name, axis in (("a", Z), ("b", X), ("c", Y))))
     typed = MultiDofModel(robot)

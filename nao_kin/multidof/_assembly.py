@@ -7,7 +7,7 @@ own coordinate. A ball has no angles to mimic, so its carriers have coordinates 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -38,9 +38,12 @@ class Assembly:
         balls: its spherical joints.
         repetitions: what it says a second time.
         carriers: names of the carriers.
+        lumped: joints of the robot that have no place in the model → the joint that their bodies are fixed to.
     """
 
-    def __init__(self, robot: RobotModel, nodes: Mapping[int, JointNode], groups: JointGroups) -> None:
+    def __init__(
+        self, robot: RobotModel, nodes: Mapping[int, JointNode], groups: JointGroups, *, keep: bool = True
+    ) -> None:
         self._source, self._nodes = robot.model, nodes
         self._by_name = {node.name: node for node in nodes.values()}
         self._merged = {
@@ -52,6 +55,8 @@ class Assembly:
         self.balls: list[Ball] = []
         self.repetitions: list[Repetition] = []
         self.carriers: list[str] = []
+        self.lumped: dict[int, int] = {}
+        self._keep = keep
         # Joint of the robot → the joint here that moves with it, and where in that joint's frame it is.
         self._places = {0: (0, pin.SE3.Identity())}
         self._holders: dict[str, _Holder] = {}
@@ -70,7 +75,9 @@ class Assembly:
                 continue
             members = [self._by_name[name] for name in group.joints]
             beyond = [("joint", child) for child in reversed(members[-1].children)]
-            carriers = [("carrier", member.index) for member in reversed(members[:-1])]
+            carriers = [("carrier", member.index) for member in reversed(members[:-1])] if self._keep else []
+            if task == "joint" and not self._keep:
+                self._drop_between(members)
             if task == "carrier":
                 self._add_carrier(group, node)
                 tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
@@ -84,6 +91,17 @@ class Assembly:
             else:
                 self._add_ball(group, members)
                 tasks += beyond
+
+    def _drop_between(self, members: Sequence[JointNode]) -> None:
+        """Fix all that moves between the axes of a merged joint to the body before it, as with all joints at zero."""
+        before = members[0].parent
+        parent, T_parent = self._places[before]
+        waiting = [member.index for member in members[:-1]]
+        while waiting:
+            index = waiting.pop()
+            self.lumped[index] = before
+            self._places[index] = parent, T_parent * self._pose(before).actInv(self._nodes[index].T_root)
+            waiting += [child for child in self._nodes[index].children if child not in self._merged]
 
     def _add_single(self, node: JointNode) -> None:
         parent, T_parent = self._places[node.parent]
@@ -127,7 +145,7 @@ class Assembly:
         placement = T_parent * self._source.jointPlacements[node.index]
         self.carriers.append(node.name)
         if group.pair.name == "universal":
-            holder = _Holder(self.model.getJointId(group.name), group.joints.index(node.name), derived=False)
+            holder = _Holder(self.model.getJointId(group.name), 0, derived=False)
             self._add(node, parent, self._mimic(node, holder, 1.0, 0.0), placement)
         elif node.mimic is not None:
             self._add_follower(node, node.mimic, parent, placement)
@@ -224,14 +242,20 @@ class Assembly:
         for index, inertia in enumerate(self._source.inertias):
             joint, T_joint = self._places[index]
             self.model.appendBodyToJoint(joint, inertia, T_joint)
+        # Place of a frame in the robot → its place here; of one that is dropped, that of the nearest before it.
+        places = [0]
         for frame in list(self._source.frames)[1:]:
+            if frame.parentJoint in self.lumped:
+                places.append(places[frame.parentFrame])
+                continue
             joint, T_joint = self._places[frame.parentJoint]
-            copy = pin.Frame(frame.name, joint, frame.parentFrame, T_joint * frame.placement, frame.type)
-            self.model.addFrame(copy, False)
+            before = places[frame.parentFrame]
+            copy = pin.Frame(frame.name, joint, before, T_joint * frame.placement, frame.type)
+            places.append(int(self.model.addFrame(copy, False)))
         for group in groups:
             if len(group.axes) > 1:
-                before = self._source.frames[self._source.getFrameId(group.joints[0], pin.FrameType.JOINT)].parentFrame
-                self.model.addJointFrame(self.model.getJointId(group.name), before)
+                first = self._source.frames[self._source.getFrameId(group.joints[0], pin.FrameType.JOINT)]
+                self.model.addJointFrame(self.model.getJointId(group.name), places[first.parentFrame])
 
 
 def _motion(node: JointNode) -> pin.JointModel:

@@ -177,7 +177,7 @@ class TurnSelection:
         target = np.stack([given.target(*pair) for pair in zip(ball.readings, (r.middle for r in ranges), strict=True)])
         candidates = []
         for branch in (found.angles, found.other):
-            angles = near(branch.T, target)
+            angles = branch.T
             if found.locked.any():
                 freed = nearest_at_lock(ball, angles, target)
                 if given.reference is None:

@@ -27,6 +27,8 @@ from nao_kin.rotations import EulerAngles
 
 CouplingPolicy = Literal["raise", "nearest"]
 _POLICIES = ("raise", "nearest")
+Intermediate = Literal["keep", "drop"]
+_INTERMEDIATE = ("keep", "drop")
 
 
 class MultiDofModel:
@@ -40,7 +42,9 @@ class MultiDofModel:
 
     The links between the axes of a merged joint ride on `carriers`, revolutes on a side branch. Carriers of a universal
     joint mimic it. Those of a ball have coordinates of their own: `from_q` writes them, `to_q` reads them only where
-    the limits allow both triples of a ball, and `from_q(to_q(q_typed))` sets them right.
+    the limits leave a choice, and `from_q(to_q(q_typed))` sets them right. With intermediate="drop" there are no
+    carriers: the links between go, their masses are fixed to the body before the joint, and the model has the
+    coordinates of its typed joints alone.
 
     Attributes:
         robot: the robot it was made from.
@@ -48,11 +52,21 @@ class MultiDofModel:
         groups: the merged joints, their couplings, and the joints left as followers.
         pairs: the merged joints, parents first.
         carriers: names of the joints that only carry links between the axes of merged joints.
+        frame_names: the frames that it has, those of the robot unless links were dropped.
+        link_names: the links among them.
+        notes: what is not the robot's, one sentence each; none unless links were dropped.
         columns: joint name → its part of a typed configuration.
         rows: joint name → its part of a typed velocity.
     """
 
-    def __init__(self, robot: RobotModel, *, rule: Rule = "coincident", tolerance: float = 1e-9) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        *,
+        rule: Rule = "coincident",
+        tolerance: float = 1e-9,
+        intermediate: Intermediate = "keep",
+    ) -> None:
         """Merge the joints of a robot.
 
         Args:
@@ -61,14 +75,22 @@ class MultiDofModel:
             tolerance: as in `group_joints`. The model is the robot's to rounding when the axes of each joint meet to
                 rounding. Where they miss it by up to r, rotations are still the robot's, and positions are off by up to
                 2 r for every merged axis on the way, by nothing at zero.
+            intermediate: "keep" has the links between the axes of merged joints ride on carriers: all is the robot's.
+                "drop" leaves them and their frames out: poses and Jacobians of all other frames are the robot's, the
+                whole mass is, and the centre of mass and the mass matrix are where all merged joints are at zero, as
+                `notes` says.
 
         Raises:
-            UnknownName, BadArgument, BadModel: as `group_joints`.
+            UnknownName: no such rule, no such way with the links between.
+            BadArgument, BadModel: as `group_joints`.
         """
+        if not isinstance(intermediate, str) or intermediate not in _INTERMEDIATE:
+            raise UnknownName("way with intermediate links", intermediate, _INTERMEDIATE)
         self.robot = robot
         self.groups: JointGroups = group_joints(robot, rule=rule, tolerance=tolerance)
         self.pairs: tuple[MultiDofJoint, ...] = self.groups.joints
-        assembly = Assembly(robot, read_joint_tree(robot), self.groups)
+        assembly = Assembly(robot, read_joint_tree(robot), self.groups, keep=intermediate == "keep")
+        self._intermediate = intermediate
         self.model: pin.Model = assembly.model
         self.carriers = tuple(assembly.carriers)
         moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
@@ -86,8 +108,10 @@ class MultiDofModel:
         self._quaternions = Quaternions(self.nq, starts | {ball.name: ball.column for ball in self._balls})
         self._selection = TurnSelection(self._balls, self._slots, assembly.repetitions)
         self._mass = sum(float(inertia.mass) for inertia in self.model.inertias)
-        # The robot's frames come first and in the robot's order, so its table of names holds here.
-        self._frames = {name: self._frame_id(name) for name in robot.frame_names}
+        self._frames = self._frame_table(assembly.lumped)
+        self.frame_names = tuple(name for name in robot.frame_names if name in self._frames)
+        self.link_names = tuple(name for name in robot.link_names if name in self._frames)
+        self.notes = _notes(robot, assembly.lumped)
         self._local = threading.local()
 
     @property
@@ -241,7 +265,7 @@ class MultiDofModel:
 
         Args:
             q_typed: typed configurations, shape (..., nq).
-            frame: a frame name of the robot, several, or None for all links in the order of `robot.link_names`.
+            frame: a frame name of the robot, several, or None for all links in the order of `link_names`.
 
         Returns:
             Shape (..., 4, 4) for one name, (..., n, 4, 4) for several [m].
@@ -252,9 +276,9 @@ class MultiDofModel:
             WrongShape, NotFinite: no typed configuration.
         """
         typed = self._typed_configuration(q_typed)
-        names = self.robot.link_names if frame is None else [frame] if isinstance(frame, str) else frame
+        names = self.link_names if frame is None else [frame] if isinstance(frame, str) else frame
         if not isinstance(names, Iterable):
-            raise UnknownName("frame", names, self.robot.frame_names)
+            raise UnknownName("frame", names, self.frame_names)
         selection = selection_of([self._frame(name) for name in names])
         workspace = self._workspace()
         poses = over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
@@ -340,14 +364,16 @@ class MultiDofModel:
         try:
             return self._frames[name]
         except (KeyError, TypeError):
-            raise UnknownName("frame", name, self.robot.frame_names) from None
+            raise UnknownName("frame", name, self.frame_names) from None
 
-    def _frame_id(self, name: str) -> int:
-        model = self.robot.model
-        for kind in (pin.FrameType.BODY, pin.FrameType.JOINT):
-            if model.existFrame(name, kind):
-                return int(model.getFrameId(name, kind))
-        return int(model.getFrameId(name))
+    def _frame_table(self, lumped: Mapping[int, int]) -> dict[str, int]:
+        """Frame name → index in this model; of a joint and a link of one name, the link."""
+        theirs = self.robot.model
+        # The frames that were kept come first, in the robot's order.
+        kept = [i for i, frame in enumerate(theirs.frames) if frame.parentJoint not in lumped]
+        here = {index: place for place, index in enumerate(kept)}
+        indices = {name: _frame_id(theirs, name) for name in self.robot.frame_names}
+        return {name: here[index] for name, index in indices.items() if index in here}
 
     def _workspace(self) -> Workspace:
         try:
@@ -357,12 +383,34 @@ class MultiDofModel:
         return workspace
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance)
+        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance, self._intermediate)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}>"
+        dropped = ", links between dropped" if self._intermediate == "drop" else ""
+        return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}{dropped}>"
 
 
-def _rebuilt(kind: type[MultiDofModel], robot: RobotModel, rule: Rule, tolerance: float) -> MultiDofModel:
+def _frame_id(model: pin.Model, name: str) -> int:
+    for kind in (pin.FrameType.BODY, pin.FrameType.JOINT):
+        if model.existFrame(name, kind):
+            return int(model.getFrameId(name, kind))
+    return int(model.getFrameId(name))
+
+
+def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
+    """A sentence for every joint whose links are fixed to the body before."""
+    model = robot.model
+    return tuple(
+        f"{model.inertias[index].mass:.6g} kg carried by {model.names[index]} are fixed to the body "
+        f"{f'carried by {model.names[before]}' if before else 'of the root'} as with all joints at zero: "
+        "the centre of mass and the mass matrix are the robot's there only"
+        for index, before in sorted(lumped.items())
+        if model.inertias[index].mass > 0.0
+    )
+
+
+def _rebuilt(
+    kind: type[MultiDofModel], robot: RobotModel, rule: Rule, tolerance: float, intermediate: Intermediate
+) -> MultiDofModel:
     """A Pinocchio model with mimic joints does not survive pickling; the typed one is made again."""
-    return kind(robot, rule=rule, tolerance=tolerance)
+    return kind(robot, rule=rule, tolerance=tolerance, intermediate=intermediate)
