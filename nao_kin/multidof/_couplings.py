@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,12 @@ class Motor:
         """The balls that it turns."""
         return {ball for _, ball, _ in self.in_balls} | ({self.ball} if self.ball >= 0 else set())
 
+    def among(self, balls: Sequence[int]) -> Motor:
+        """The same motor, with its balls as places in `balls`."""
+        ball = balls.index(self.ball) if self.ball >= 0 else -1
+        in_balls = [(reading, balls.index(index), place) for reading, index, place in self.in_balls]
+        return replace(self, ball=ball, in_balls=in_balls)
+
 
 def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], repetitions: Iterable[Repetition]) -> list[Motor]:
     """The motors that turn a ball or are shared, each once."""
@@ -79,7 +85,10 @@ def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], repetitions: Iterabl
 
 
 def connected(motors: Iterable[Motor]) -> Iterator[tuple[list[int], list[Motor]]]:
-    """Groups of balls that share motors, with these motors; motors without balls one by one."""
+    """Groups of balls that share motors, with these motors, whose balls are then counted within the group.
+
+    Motors without balls come one by one.
+    """
     groups: list[tuple[set[int], list[Motor]]] = []
     for motor in motors:
         joined = [group for group in groups if group[0] & motor.balls]
@@ -87,7 +96,8 @@ def connected(motors: Iterable[Motor]) -> Iterator[tuple[list[int], list[Motor]]
         balls = motor.balls.union(*(group[0] for group in joined))
         groups.append((balls, [member for group in joined for member in group[1]] + [motor]))
     for balls, members in groups:
-        yield sorted(balls), members
+        order = sorted(balls)
+        yield order, [motor.among(order) for motor in members]
 
 
 def excess_of(follower: JointReading, value: Floats, driver: Floats) -> Floats:

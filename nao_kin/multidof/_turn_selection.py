@@ -130,13 +130,20 @@ class _Assignment:
             self.costs = np.where(better, other.costs, self.costs)
 
 
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Balls that share motors, and all motors that turn them; or one shared motor without balls."""
+
+    balls: Sequence[Ball]
+    motors: Sequence[Motor]
+
+
 class TurnSelection:
     """Chooses the angles of all balls for n typed configurations at once."""
 
     def __init__(self, balls: Sequence[Ball], slots: Iterable[Slot], repetitions: Iterable[Repetition]) -> None:
         motors = motors_of(balls, slots, repetitions)
-        self._balls = tuple(balls)
-        self._groups = list(connected(motors))
+        self._groups = [_Group([balls[index] for index in indices], members) for indices, members in connected(motors)]
         self._drivers = {motor.driver.name: motor for motor in motors}
 
     def choose(self, typed: Floats, reference: Floats | None) -> tuple[dict[str, Floats], list[Mismatch]]:
@@ -152,23 +159,20 @@ class TurnSelection:
         given = _Given(typed, reference)
         chosen: dict[str, Floats] = {}
         mismatches: list[Mismatch] = []
-        for indices, motors in self._groups:
-            best = self._best(indices, motors, given)
-            for motor in motors:
+        for group in self._groups:
+            best = self._best(group, given)
+            for motor in group.motors:
                 if motor.ball >= 0:
                     chosen[motor.driver.name] = best.value(motor.ball, motor.place)
                 mismatches += _mismatches(motor, best, given)
         return chosen, mismatches
 
-    def _best(self, indices: Sequence[int], motors: Sequence[Motor], given: _Given) -> _Assignment:
-        best: _Assignment | None = None
-        for triples in itertools.product(*(self._candidates(self._balls[index], given) for index in indices)):
-            assignment = self._assignment(dict(zip(indices, triples, strict=True)), motors, given)
-            if best is None:
-                best = assignment
-            else:
-                best.take_better(assignment)
-        return best if best is not None else self._assignment({}, motors, given)
+    def _best(self, group: _Group, given: _Given) -> _Assignment:
+        first, *others = itertools.product(*(self._candidates(ball, given) for ball in group.balls))
+        best = _assignment(group, first, given)
+        for triples in others:
+            best.take_better(_assignment(group, triples, given))
+        return best
 
     def _candidates(self, ball: Ball, given: _Given) -> list[_Triple]:
         """Both triples; where rounding or a lock leaves the outer angles open, each also as the hints have them."""
@@ -186,7 +190,8 @@ class TurnSelection:
                 angles = np.where(found.locked, freed, angles)
             triple = _Triple(angles, uncertainty(ball, angles[1], found.locked))
             candidates.append(triple)
-            if (triple.doubt > _SURE).any():
+            # A reference decides beside a lock as well as elsewhere.
+            if (triple.doubt > _SURE).any() and (given.reference is None or found.locked.any()):
                 candidates += self._hinted(ball, triple, given)
         return candidates
 
@@ -205,58 +210,63 @@ class TurnSelection:
         sources = [motor.stated] if motor.stated is not None else motor.hints
         return [source.follower_of(reading.mimic) for source in sources]
 
-    def _assignment(self, triples: dict[int, _Triple], motors: Sequence[Motor], given: _Given) -> _Assignment:
-        n, size = len(given.typed), len(self._balls)
-        found = _Assignment(np.zeros((size, 3, n)), np.zeros((size, n)), np.zeros((4, n)))
-        for index, triple in triples.items():
-            found.angles[index], found.doubts[index] = triple.angles, triple.doubt
-        shared = [motor for motor in motors if motor.shared]
-        # At a lock one motor may have to wait for what another one tells the ball.
-        for _ in shared if np.any(found.doubts > _SURE) else shared[:1]:
-            for motor in shared:
-                self._bring_together(motor, found, given)
-        for motor in motors:
-            if motor.ball >= 0:
-                found.angles[motor.ball, motor.place], costs = _with_turns(motor, found, given)
-                found.costs += costs
-            elif motor.shared:
-                found.costs[0] += _broken(motor, _driver_value(motor, found, given)[None], found, given)[0]
-        return found
 
-    def _bring_together(self, motor: Motor, found: _Assignment, given: _Given) -> None:
-        """Read a motor where it is known best, and give that value to all that it turns."""
+def _assignment(group: _Group, triples: Sequence[_Triple], given: _Given) -> _Assignment:
+    """One combination of candidates with every motor read where it is known best, and its costs."""
+    n, size = len(given.typed), len(group.balls)
+    found = _Assignment(np.zeros((size, 3, n)), np.zeros((size, n)), np.zeros((4, n)))
+    for index, triple in enumerate(triples):
+        found.angles[index], found.doubts[index] = triple.angles, triple.doubt
+    shared = [motor for motor in group.motors if motor.shared]
+    # At a lock one motor may have to wait for what another one tells the ball.
+    for _ in shared if np.any(found.doubts > _SURE) else shared[:1]:
+        for motor in shared:
+            _bring_together(group, motor, found, given)
+    for motor in group.motors:
         if motor.ball >= 0:
-            found.angles[motor.ball, motor.place], _ = _with_turns(motor, found, given)
-            self._take_from_followers(motor, found, given)
-        value, doubt = _driver_value(motor, found, given), _driver_doubt(motor, found)
-        for follower, index, place in motor.in_balls:
-            off = excess_of(follower, found.value(index, place), value)
-            mine = found.doubt(index, place)
-            asked = abs(follower.mimic.multiplier) * doubt
-            agreed = np.abs(off) <= COUPLING_TOLERANCE + asked + mine
-            self._move(found, index, place, np.where(agreed, -off, 0.0))
-            if place != 1:
-                found.doubts[index] = np.where(agreed, np.minimum(mine, asked), mine)
+            found.angles[motor.ball, motor.place], costs = _with_turns(motor, found, given)
+            found.costs += costs
+        elif motor.shared:
+            found.costs[0] += _broken(motor, _driver_value(motor, found, given)[None], found, given)[0]
+    return found
 
-    def _take_from_followers(self, motor: Motor, found: _Assignment, given: _Given) -> None:
-        """Where a lock leaves the driver open, move it to where a follower knows better."""
-        if motor.place == 1 or not np.any(found.doubts[motor.ball] > _SURE):
-            return
-        value, doubt = found.value(motor.ball, motor.place), found.doubt(motor.ball, motor.place)
-        by = np.zeros_like(value)
-        sources = [(each, found.value(*at), found.doubt(*at)) for each, *at in motor.in_balls]
-        sources += [(each, source.of(given.typed), np.zeros(1)) for each, source in motor.written]
-        for follower, stated, uncertain in sources:
-            scale = follower.mimic.multiplier
-            off, other = excess_of(follower, stated, value) / scale, uncertain / abs(scale)
-            better = (doubt > _SURE) & (other < doubt) & (np.abs(off) <= COUPLING_TOLERANCE + doubt + other)
-            by, doubt = np.where(better, off, by), np.where(better, other, doubt)
-        self._move(found, motor.ball, motor.place, by)
-        found.doubts[motor.ball] = doubt
 
-    def _move(self, found: _Assignment, index: int, place: int, by: Floats) -> None:
-        if by.any():
-            found.angles[index] = moved(self._balls[index], found.angles[index], place, by)
+def _bring_together(group: _Group, motor: Motor, found: _Assignment, given: _Given) -> None:
+    """Read a motor where it is known best, and give that value to all that it turns."""
+    if motor.ball >= 0:
+        found.angles[motor.ball, motor.place], _ = _with_turns(motor, found, given)
+        _take_from_followers(group, motor, found, given)
+    value, doubt = _driver_value(motor, found, given), _driver_doubt(motor, found)
+    for follower, index, place in motor.in_balls:
+        off = excess_of(follower, found.value(index, place), value)
+        mine = found.doubt(index, place)
+        asked = abs(follower.mimic.multiplier) * doubt
+        agreed = np.abs(off) <= COUPLING_TOLERANCE + asked + mine
+        _move(group, found, index, place, np.where(agreed, -off, 0.0))
+        if place != 1:
+            found.doubts[index] = np.where(agreed, np.minimum(mine, asked), mine)
+
+
+def _take_from_followers(group: _Group, motor: Motor, found: _Assignment, given: _Given) -> None:
+    """Where a lock leaves the driver open, move it to where a follower knows better."""
+    if motor.place == 1 or not np.any(found.doubts[motor.ball] > _SURE):
+        return
+    value, doubt = found.value(motor.ball, motor.place), found.doubt(motor.ball, motor.place)
+    by = np.zeros_like(value)
+    sources = [(each, found.value(*at), found.doubt(*at)) for each, *at in motor.in_balls]
+    sources += [(each, source.of(given.typed), np.zeros(1)) for each, source in motor.written]
+    for follower, stated, uncertain in sources:
+        scale = follower.mimic.multiplier
+        off, other = excess_of(follower, stated, value) / scale, uncertain / abs(scale)
+        better = (doubt > _SURE) & (other < doubt) & (np.abs(off) <= COUPLING_TOLERANCE + doubt + other)
+        by, doubt = np.where(better, off, by), np.where(better, other, doubt)
+    _move(group, found, motor.ball, motor.place, by)
+    found.doubts[motor.ball] = doubt
+
+
+def _move(group: _Group, found: _Assignment, index: int, place: int, by: Floats) -> None:
+    if by.any():
+        found.angles[index] = moved(group.balls[index], found.angles[index], place, by)
 
 
 def _driver_value(motor: Motor, found: _Assignment, given: _Given) -> Floats:
