@@ -74,7 +74,7 @@ class Assembly:
                 tasks += [("joint", child) for child in reversed(node.children)]
                 continue
             members = [self._by_name[name] for name in group.joints]
-            beyond = [("joint", child) for child in reversed(members[-1].children)]
+            outer = [("joint", child) for child in reversed(members[-1].children)]
             carriers = [("carrier", member.index) for member in reversed(members[:-1])] if self._keep else []
             if task == "joint" and not self._keep:
                 self._drop_between(members)
@@ -84,13 +84,13 @@ class Assembly:
             elif group.pair.name == "universal":
                 # Its carrier mimics it and comes after it.
                 self._add_universal(group, members)
-                tasks += carriers + beyond
+                tasks += carriers + outer
             elif task == "joint":
                 # Its carriers hold the angles that joints further out may mimic, and come before it.
                 tasks += [("ball", index), *carriers]
             else:
                 self._add_ball(group, members)
-                tasks += beyond
+                tasks += outer
 
     def _drop_between(self, members: Sequence[JointNode]) -> None:
         """Fix all that moves between the axes of a merged joint to the body before it, as with all joints at zero."""

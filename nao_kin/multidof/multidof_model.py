@@ -158,17 +158,17 @@ class MultiDofModel:
     ) -> Floats:
         """The configuration of the robot that a typed configuration belongs to.
 
-        A quaternion belongs to two triples of angles, each up to whole turns. Of these the one nearest to the
-        reference is taken, or, without one, the one least outside the limits; but first of all one that the couplings
-        allow. Where the limits allow several, the one nearest to what the carriers say is taken, then the one nearest
-        to the middle of the limits; so `to_q(from_q(q))` is q for every q inside limits, but for whole turns of a last
-        angle of a ball, which has no carrier, when its limits span more than one. At a lock, where a ball knows
-        only the sum of its outer angles, couplings decide, then the reference; without one the limits, then the
-        carriers, then the middle of the limits.
+        A quaternion belongs to two triples of angles, each angle up to whole turns. Of all combinations that one is
+        taken that comes first in this order: fewest followers at odds with their drivers, anywhere; nearest to
+        the reference, or, without one, least outside the limits; nearest to what carriers and followers say, whole
+        turns included; nearest to the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, but
+        for whole turns of a last angle of a ball, which has no carrier, when its limits span more than one and nothing
+        follows it. At a lock, where a ball knows only the sum of its outer angles, joints of the same motor that are
+        known better decide, then the same order.
 
-        Of whole turns those nearest to the reference, or to the middle of the limits, are considered, without a
-        reference also those nearest to the carriers, and for a driver whose follower's multiplier is not whole, one
-        turn more to either side. A joint without limits comes back in [−π, π], unless a coupling asks for more.
+        Revolute followers agree with their drivers up to whole turns, which leave every pose as it is. Sixteen turns of
+        a driver to either side are considered, and those nearest to what carriers and followers say. A joint without
+        limits stands where its carrier says, a last angle in [−π, π], unless a coupling asks for more.
 
         Args:
             q_typed: typed configurations, shape (..., nq). What stands for carriers only tells apart what all else
