@@ -80,7 +80,7 @@ def configurations(typed: MultiDofModel, seed: int) -> np.ndarray:
             continue
         column = robot.joint_names.index(joint.singularity.joint)
         for row in range(10, 30):
-            beside = rng.choice([0.0, 0.0, *10.0 ** rng.uniform(-17, -2, 3)]) * rng.choice([-1, 1])
+            beside = rng.choice([0.0, *10.0 ** rng.uniform(-17, -2, 3)]) * rng.choice([-1, 1])
             value = rng.choice(joint.singularity.at) + 2 * PI * rng.integers(-3, 4) + beside
             if lower[column] <= value <= upper[column]:
                 q[row, first + column] = value

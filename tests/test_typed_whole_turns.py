@@ -195,3 +195,16 @@ def test_whatever_is_merged_to_a_ball_can_be_taken_apart(tmp_path, lean) -> None
         balls += any(joint.pair.name == "spherical" for joint in typed.pairs)
     # Rounding decides at 0.9e-9 itself; above it no turns about these axes reach every rotation.
     assert balls == 20 if lean < 0.9e-9 else lean == 0.9e-9 or balls == 0
+
+
+@pytest.mark.parametrize("intermediate", ["keep", "drop"])
+def test_two_balls_of_one_motor_find_the_turn_that_both_know(tmp_path, intermediate) -> None:
+    # Nothing but the two rotations says how many turns the motor has made.
+    first = [J("j0", Z, limits=(-1.4, 1.4)), J("j1", X, limits=(-1.4, 1.4)), J("j2", Y, limits=(-20.0, 20.0))]
+    follower = J("j5", Y, follows=("j2", 0.3, 0.0), limits=(-7.0, 7.0))
+    second = [J("j3", Z, AWAY, limits=(-1.4, 1.4)), J("j4", X, limits=(-1.4, 1.4)), follower]
+    robot = made_up(tmp_path, *first, *second)
+    typed = MultiDofModel(robot, intermediate=intermediate)
+    q = robot.random(1, 300)
+    assert np.abs(q[:, 2]).max() > 19.0
+    assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-11)

@@ -3,7 +3,8 @@
 A rotation belongs to two triples of angles, each angle known up to whole turns, and at lock only the sum of the outer
 ones. The joints of one motor go together, so balls that share a motor are solved together:
 
-1. Every ball gives its candidates: both triples, and near a lock each also with an outer angle as the hints have it.
+1. Every ball gives its candidates: both triples; near a lock, where rounding leaves the outer angles open, with these
+   as the reference has them, or each triple also as the hints have it.
 2. For every combination of candidates, every motor is read where it is known best, by the whole turns that come first
    in this order: couplings kept; inside the limits, or near the reference; near the hints; near the middle of the
    limits.
@@ -189,26 +190,34 @@ class TurnSelection:
                     freed = inside_at_lock(ball, freed, lower, upper)
                 angles = np.where(found.locked, freed, angles)
             triple = _Triple(angles, uncertainty(ball, angles[1], found.locked))
+            if given.reference is not None:
+                triple = _brought_near(ball, triple, 0, target[0])
             candidates.append(triple)
-            # A reference decides beside a lock as well as elsewhere.
             if (triple.doubt > _SURE).any() and (given.reference is None or found.locked.any()):
                 candidates += self._hinted(ball, triple, given)
         return candidates
 
     def _hinted(self, ball: Ball, triple: _Triple, given: _Given) -> list[_Triple]:
-        """The triple with an outer angle as it is hinted, where its uncertainty explains the difference."""
+        """The triple with an outer angle as it is hinted, where rounding explains the difference."""
         for place in (0, 2):
             hints = self._hints(ball.readings[place])
             if hints:
-                by = wrapped(given.hint(hints[0]) - triple.angles[place])
-                explained = (triple.doubt > _SURE) & (np.abs(by) <= triple.doubt)
-                return [_Triple(moved(ball, triple.angles, place, np.where(explained, by, 0.0)), triple.doubt)]
+                return [_brought_near(ball, triple, place, given.hint(hints[0]))]
         return []
 
     def _hints(self, reading: JointReading) -> list[Source]:
         motor = self._drivers[reading.driver]
         sources = [motor.stated] if motor.stated is not None else motor.hints
         return [source.follower_of(reading.mimic) for source in sources]
+
+
+def _brought_near(ball: Ball, triple: _Triple, place: int, target: Floats) -> _Triple:
+    """The triple with an outer angle at the target, up to whole turns, where it is no better known than that."""
+    by = wrapped(target - triple.angles[place])
+    explained = (triple.doubt > _SURE) & (np.abs(by) <= triple.doubt)
+    if not explained.any():
+        return triple
+    return _Triple(moved(ball, triple.angles, place, np.where(explained, by, 0.0)), triple.doubt)
 
 
 def _assignment(group: _Group, triples: Sequence[_Triple], given: _Given) -> _Assignment:
