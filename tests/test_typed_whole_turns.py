@@ -203,8 +203,9 @@ def test_two_balls_of_one_motor_find_the_turn_that_both_know(tmp_path, intermedi
     first = [J("j0", Z, limits=(-1.4, 1.4)), J("j1", X, limits=(-1.4, 1.4)), J("j2", Y, limits=(-20.0, 20.0))]
     follower = J("j5", Y, follows=("j2", 0.3, 0.0), limits=(-7.0, 7.0))
     second = [J("j3", Z, AWAY, limits=(-1.4, 1.4)), J("j4", X, limits=(-1.4, 1.4)), follower]
-    robot = made_up(tmp_path, *first, *second)
+    robot = made_up(tmp_path, *first, *second, J("tip", Z, AWAY))
     typed = MultiDofModel(robot, intermediate=intermediate)
+    assert [joint.pair.name for joint in typed.pairs] == ["spherical", "spherical", "revolute"]
     q = robot.random(1, 300)
     assert np.abs(q[:, 2]).max() > 19.0
     assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-11)
