@@ -26,7 +26,7 @@ OUTPUT = Path(__file__).resolve().parent.parent / "docs" / "images" / "kinematic
 Point = tuple[float, float]
 Floats = NDArray[np.float64]
 
-PANEL, HEIGHT = 440.0, 545.0
+PANEL, HEIGHT = 465.0, 545.0
 SCALE = 700.0  # pixels per metre
 ORIGIN = (174.0, 238.0)  # the torso point within a panel
 GAP = 16.0  # pixels between symbols of joints that share a centre

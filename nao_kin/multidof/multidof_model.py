@@ -279,9 +279,7 @@ class MultiDofModel:
         names = self.link_names if frame is None else [frame] if isinstance(frame, str) else frame
         if not isinstance(names, Iterable):
             raise UnknownName("frame", names, self.frame_names)
-        selection = selection_of([self._frame(name) for name in names])
-        workspace = self._workspace()
-        poses = over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
+        poses = self._poses(typed, [self._frame(name) for name in names])
         return np.array(poses[..., 0, :, :]) if isinstance(frame, str) else poses
 
     def jacobian(
@@ -374,6 +372,11 @@ class MultiDofModel:
         here = {index: place for place, index in enumerate(kept)}
         indices = {name: _frame_id(theirs, name) for name in self.robot.frame_names}
         return {name: here[index] for name, index in indices.items() if index in here}
+
+    def _poses(self, typed: Floats, frame_ids: Sequence[int]) -> Floats:
+        """Poses of frames in the root's frame, shape (..., n, 4, 4)."""
+        selection, workspace = selection_of(frame_ids), self._workspace()
+        return over_batch(typed, selection.shape, lambda row: workspace.poses(row, selection))
 
     def _workspace(self) -> Workspace:
         try:
