@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Any
 
 import nao_kin as nk
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser

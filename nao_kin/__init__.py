@@ -16,8 +16,26 @@ from nao_kin import errors
 from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
-    from nao_kin import crosscheck, joints, lines, parameters, rank_one, robot, rotations, semantics, typed, urdf
-    from nao_kin.nao import NaoModel, load_nao
+    from nao_kin import (
+        cli,
+        configuration_files,
+        crosscheck,
+        errors,
+        joint_axes,
+        joints,
+        lines,
+        multidof,
+        parameters,
+        rank_one,
+        robot,
+        rotations,
+        semantics,
+        topology,
+        typed,
+        urdf,
+        viewer,
+    )
+    from nao_kin._nao import NaoModel, load_nao
     from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
     from nao_kin.viewer import Viewer
 
@@ -29,25 +47,31 @@ __all__ = [
     "NaoModel",
     "RobotModel",
     "Viewer",
+    "cli",
+    "configuration_files",
     "crosscheck",
     "errors",
+    "joint_axes",
     "joints",
     "lines",
     "load_nao",
     "load_robot",
+    "multidof",
     "parameters",
     "rank_one",
     "robot",
     "robot_names",
     "rotations",
     "semantics",
+    "topology",
     "typed",
     "urdf",
+    "viewer",
 ]
 
 _HOME = {
-    "NaoModel": "nao_kin.nao",
-    "load_nao": "nao_kin.nao",
+    "NaoModel": "nao_kin._nao",
+    "load_nao": "nao_kin._nao",
     "LimitViolation": "nao_kin.robot",
     "RobotModel": "nao_kin.robot",
     "load_robot": "nao_kin.robot",

@@ -18,14 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._arrays import Floats
-from nao_kin._scalars import decimal
+from nao_kin._common.arrays import Floats
+from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, nearest_names
 from nao_kin.robot import LimitPolicy, RobotModel
 
 # Characters of a name or a value in a message; the line holds more than it.
 _MOST_SHOWN = 40
+
+__all__ = ["read_configurations"]
 
 
 def read_configurations(

@@ -13,6 +13,30 @@ from typing import Any
 
 from nao_kin._text import MOST_ECHOED, abbreviated, quoted
 
+__all__ = [
+    "BadArgument",
+    "BadInputFile",
+    "BadModel",
+    "CouplingViolated",
+    "DegeneratePoints",
+    "DegreesWarning",
+    "DisagreeingJoints",
+    "MissingExtra",
+    "NaoKinError",
+    "NaoKinWarning",
+    "NoBrowser",
+    "NotABatch",
+    "NotARotation",
+    "NotFinite",
+    "OutsideLimits",
+    "RenamedFrameWarning",
+    "SingularMatrix",
+    "UnknownName",
+    "WrongShape",
+    "ZeroNorm",
+    "nearest_names",
+]
+
 
 class NaoKinWarning(UserWarning):
     """Base of all warnings of nao_kin: what was asked is done, and is likely not what was meant."""

@@ -1,5 +1,5 @@
-"""`nao_kin.robot.JointAxes` under its former name."""
+"""`nao_kin.joints.JointAxes` under its former name."""
 
-from nao_kin.robot import JointAxes
+from nao_kin.joints import JointAxes
 
 __all__ = ["JointAxes"]

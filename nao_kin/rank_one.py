@@ -11,9 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats
-from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import SingularMatrix
+
+__all__ = [
+    "RankOneEigen",
+    "determinant",
+    "eigen",
+    "inverse",
+    "matrix",
+]
 
 # Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; below it a zero cannot be told from what is not one.
 _ROUNDING = 4.0 * float(np.finfo(np.float64).eps)

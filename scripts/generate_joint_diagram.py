@@ -17,16 +17,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin.atomic import write_text
+from nao_kin import NaoModel, load_nao
+from nao_kin._common.atomic import write_text
 from nao_kin.joints import JointGroups, TypedJoint, body_part, group_joints, unmerged_joints
-from nao_kin.nao import NaoModel, load_nao
 
 OUTPUT = Path(__file__).resolve().parent.parent / "docs" / "images" / "kinematic_tree.svg"
 
 Point = tuple[float, float]
 Floats = NDArray[np.float64]
 
-PANEL, HEIGHT = 440.0, 545.0
+PANEL, HEIGHT = 465.0, 545.0
 SCALE = 700.0  # pixels per metre
 ORIGIN = (174.0, 238.0)  # the torso point within a panel
 GAP = 16.0  # pixels between symbols of joints that share a centre

@@ -11,9 +11,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from nao_kin.atomic import write_text
-from nao_kin.files import urdf_name
-from nao_kin.parameters import VERSIONS, nao_parameters, urdf_text
+from nao_kin._common.atomic import write_text
+from nao_kin.parameters import VERSIONS, nao_parameters, urdf_name, urdf_text
 
 URDF = Path(__file__).resolve().parent.parent / "urdf"
 

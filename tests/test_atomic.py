@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_kin import atomic
+from nao_kin._common import atomic
 from nao_kin.errors import BadArgument
 
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -193,7 +193,7 @@ def test_a_pipe_is_written_to(tmp_path: Path) -> None:
 
 _TO_A_DESCRIPTOR = """
 import sys
-from nao_kin import atomic
+from nao_kin._common import atomic
 print("before")
 atomic.check_writable(sys.argv[1])
 atomic.write_text(sys.argv[1], "content\\n")

@@ -15,8 +15,8 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.crosscheck import Conversions, Step
+from nao_kin.joints import JointAxes
 from nao_kin.parameters import NaoParameters, nao_parameters
-from nao_kin.robot import JointAxes
 from nao_kin.robot.limits import JointLimits
 from nao_kin.rotations import EulerAngles
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from nao_kin import installation
+from nao_kin.cli import installation
 from nao_kin.cli.app import run
-from nao_kin.installation import inspect_installation
+from nao_kin.cli.installation import inspect_installation
 
 
 def test_a_sound_installation_has_no_problems() -> None:

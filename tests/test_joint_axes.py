@@ -9,8 +9,8 @@ import pytest
 import nao_kin as nk
 from nao_kin import lines
 from nao_kin.errors import MissingExtra, NotFinite, UnknownName, WrongShape
+from nao_kin.joints import JointAxes
 from nao_kin.lines import PluckerLine
-from nao_kin.robot import JointAxes
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)  # its own default lets a relative 1e-7 pass
 NAO = nk.load_nao()

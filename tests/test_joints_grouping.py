@@ -13,9 +13,8 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin import lines
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.joints import NAO_ANATOMY, RULES, group_joints, unmerged_joints
-from nao_kin.joints._runs import partition
-from nao_kin.robot import JointAxes
+from nao_kin.joints import NAO_ANATOMY, RULES, JointAxes, group_joints, unmerged_joints
+from nao_kin.joints.grouping import partition
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -265,6 +264,20 @@ def test_axes_that_meet_away_from_their_centres_are_concurrent_only(tmp_path) ->
     assert joint.pair.name == "spherical"
     assert np.allclose(joint.centre, (0.4, 0.5, 0.8), rtol=0, atol=1e-15)
     assert miss(robot, joint, np.random.default_rng(0).uniform(-3, 3, (100, 3))) < 1e-14
+
+
+def test_centres_count_and_not_axes_where_centres_are_to_coincide(tmp_path) -> None:
+    # Each centre lies 0.7 mm from the point between them, each axis 0.5 mm.
+    robot = made_up(tmp_path, J("a", Z), J("b", X, xyz=(1e-3, 0.0, 1e-3)))
+    assert len(group_joints(robot, tolerance=6e-4)) == 2
+    assert len(group_joints(robot, tolerance=8e-4)) == 1
+    assert len(group_joints(robot, tolerance=1e-12, rule="concurrent")) == 1
+
+
+@pytest.mark.parametrize(("lean", "expected"), [(0.0, 1), (8e-10, 1), (1e-8, 2), (1e-6, 2), (5e-3, 2)])
+def test_a_ball_asks_for_right_angles_to_rounding(tmp_path, lean, expected) -> None:
+    robot = made_up(tmp_path, J("a", Z), J("b", (1.0, 0.0, lean)), J("c", Y))
+    assert len(group_joints(robot)) == expected
 
 
 def test_axes_that_meet_only_at_zero_are_not_concurrent(tmp_path) -> None:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -9,8 +10,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.joints import joint_table
-from nao_kin.robot import JointAxes
+from nao_kin.joints import ANATOMY, JointAxes, group_joints, joint_table
 
 
 def test_untyped_there_is_a_row_for_every_joint_of_the_urdf_chain_by_chain(each_nao) -> None:
@@ -111,3 +111,49 @@ def test_a_free_base_is_a_row_without_axes() -> None:
     free = next(r for r in row if r.pair == "free")
     assert (free.axes, free.screws, free.freedoms) == ((), (), 6)
     assert math.isinf(free.upper[0])
+
+
+# --- in a terminal and in a notebook ----------------------------------------------------------------------------------
+
+
+def test_joints_groups_and_tables_print_in_one_short_line(each_nao) -> None:
+    groups = group_joints(each_nao)
+    for thing in (groups, groups["LHipRoll"], joint_table(each_nao, typed=True)):
+        assert "\n" not in repr(thing)
+        assert len(repr(thing)) < 120
+    assert "2×3 + 7×2 + 6×1 − 1" in repr(groups)
+    assert "spherical at (0, 0.05, -0.085) m" in repr(groups["LHipRoll"])
+
+
+def test_anatomy_prints_as_the_table_it_is() -> None:
+    lines = repr(ANATOMY).splitlines()
+    assert len(lines) == 2 + len(ANATOMY)
+    assert lines[0].split() == ["joint", "moves", "like", "freedoms", "example"]
+    assert [line.split("  ")[0] for line in lines[2:]] == [kind.name for kind in ANATOMY]
+    assert isinstance(ANATOMY, tuple)
+
+
+def test_notebooks_show_tables_with_a_row_for_every_joint(nao) -> None:
+    shown = {group_joints(nao): 15, joint_table(nao): 26, joint_table(nao, typed=True): 15, ANATOMY: 6}
+    for thing, rows in shown.items():
+        table = ElementTree.fromstring(thing._repr_html_())
+        assert len(table.findall("tbody/tr")) == rows
+        widths = {len(row) for row in table.iter("tr")}
+        assert len(widths) == 1
+
+
+def test_names_are_escaped_in_notebooks(tmp_path) -> None:
+    robot = made_up(tmp_path, J("a&lt;script&gt;alert(1)&lt;/script&gt;"), J("b", (1, 0, 0)))
+    for thing in (group_joints(robot), joint_table(robot), joint_table(robot, typed=True)):
+        html = thing._repr_html_()
+        assert "<script" not in html
+        assert "&lt;script&gt;alert(1)" in html
+
+
+def test_earlier_names_are_the_same_things() -> None:
+    assert nk.joints.LowerPair is nk.joints.KinematicPair
+    assert nk.joints.LOWER_PAIRS is nk.joints.KINEMATIC_PAIRS
+    assert nk.joints.lower_pair is nk.joints.kinematic_pair
+    assert nk.joints.TypedJoint is nk.joints.MultiDofJoint
+    assert nk.joints.JointRow is nk.joints.JointTableRow
+    assert nk.typed.TypedModel is nk.multidof.MultiDofModel

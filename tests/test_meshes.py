@@ -18,8 +18,7 @@ import yourdfpy
 from manifold3d import Manifold, Mesh
 
 import nao_kin as nk
-from nao_kin.files import nao_urdf_path
-from nao_kin.parameters import COLLISION_SHAPES, COLOURS, VERSIONS, VISUALS, ShapeRow, nao_parameters
+from nao_kin.parameters import COLLISION_SHAPES, COLOURS, VERSIONS, VISUALS, ShapeRow, nao_parameters, nao_urdf_path
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"

@@ -15,7 +15,6 @@ import pytest
 import nao_kin as nk
 from nao_kin import parameters as room
 from nao_kin.errors import UnknownName
-from nao_kin.files import nao_urdf_path
 from nao_kin.parameters import (
     ACTUATORS,
     BODY_ORDER,
@@ -39,6 +38,7 @@ from nao_kin.parameters import (
     Version,
     VersionPage,
     nao_parameters,
+    nao_urdf_path,
     version_named,
 )
 from nao_kin.parameters.overlay import overlaid

@@ -19,7 +19,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
-from nao_kin.files import nao_urdf_path
 from nao_kin.parameters import (
     BODY_ORDER,
     CHAINS,
@@ -30,6 +29,7 @@ from nao_kin.parameters import (
     VERSIONS,
     NaoParameters,
     nao_parameters,
+    nao_urdf_path,
 )
 
 PUBLISHED = json.loads((Path(__file__).parent / "data" / "published_numbers.json").read_text(encoding="utf-8"))

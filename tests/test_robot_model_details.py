@@ -20,12 +20,11 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin import installation
-from nao_kin.atomic import write_bytes, write_text
+from nao_kin._common.atomic import write_bytes, write_text
+from nao_kin.cli import installation
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated
-from nao_kin.files import nao_urdf_path
-from nao_kin.parameters import VERSIONS, nao_parameters, urdf_text
+from nao_kin.parameters import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
 from nao_kin.robot.coordinates import Coordinates
 from nao_kin.robot.limits import JointLimits
 from nao_kin.semantics import Mimic

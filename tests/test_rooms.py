@@ -4,41 +4,39 @@ from __future__ import annotations
 
 import ast
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
+import nao_kin
+
 PACKAGE = Path(__file__).resolve().parent.parent / "nao_kin"
 
+# Lower rooms never import higher ones.
 ROOMS = {
-    "errors": 1,
-    "_arrays": 1,
-    "_ending": 1,
-    "_scalars": 1,
     "_text": 1,
-    "_vectors": 1,
-    "_warnings": 1,
-    "atomic": 1,
-    "files": 1,
+    "errors": 1,
+    "_common": 1,
     "rotations": 1,
     "lines": 1,
     "rank_one": 1,
     "semantics": 2,
     "urdf": 2,
     "parameters": 2,
-    "urdf_reader": 2,
-    "joints": 3,
     "robot": 3,
-    "nao": 3,
-    "joint_axes": 3,
-    "topology": 3,
-    "typed": 4,
+    "_nao": 4,
+    "joints": 4,
     "configuration_files": 4,
-    "installation": 5,
-    "crosscheck": 5,
-    "viewer": 5,
-    "cli": 6,
-    "__main__": 6,
-    "__init__": 7,
+    "multidof": 5,
+    "crosscheck": 7,
+    "viewer": 7,
+    "cli": 8,
+    "__main__": 8,
+    # Former names of rooms.
+    "topology": 4,
+    "joint_axes": 5,
+    "typed": 6,
+    "__init__": 9,
 }
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
@@ -77,3 +75,37 @@ def test_the_mathematics_knows_no_robot_and_no_pinocchio(module: Path) -> None:
     assert "import pinocchio" not in text
     assert "import scipy" not in text
     assert "from scipy" not in text
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_a_room_is_entered_through_its_face(module: Path) -> None:
+    room = _room(module)
+    past = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        names = [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        parts = [name.split(".") for name in names if name.startswith("nao_kin.")]
+        past |= {".".join(p) for p in parts if len(p) > 2 and p[1] not in (room, "_common")}
+    assert not past, f"{module.relative_to(PACKAGE)} reaches past the face of a room: {past}"
+
+
+def test_everything_public_is_listed_in_one_place_and_documented() -> None:
+    public = {_room(path) for path in MODULES} - {"__init__", "__main__"}
+    public = {name for name in public if not name.startswith("_")}
+    assert public <= set(nao_kin.__all__)
+    api = (PACKAGE.parent / "docs" / "api.md").read_text(encoding="utf-8")
+    missing = [name for name in nao_kin.__all__ if f"nao_kin.{name}" not in api]
+    assert not missing, f"docs/api.md says nothing about {missing}"
+
+
+@pytest.mark.parametrize("name", sorted(nao_kin.__all__))
+def test_a_public_room_lists_what_it_offers(name: str) -> None:
+    value = getattr(nao_kin, name)
+    if not isinstance(value, ModuleType):
+        return
+    assert list(value.__all__) == sorted(value.__all__, key=lambda n: (not n.isupper(), not n[0].isupper(), n)), name
+    assert all(hasattr(value, entry) for entry in value.__all__)
+    if hasattr(value, "__path__"):  # what a face imports and does not list starts with an underscore or is a module
+        ours = {n: getattr(v, "__module__", "") for n, v in vars(value).items() if not n.startswith("_")}
+        offered = {n for n, home in ours.items() if home.startswith("nao_kin") and not home.startswith("nao_kin._")}
+        assert offered <= set(value.__all__), name

@@ -15,7 +15,8 @@ import yourdfpy
 
 import nao_kin as nk
 from nao_kin.errors import RenamedFrameWarning
-from nao_kin.robot import JointAxes, topology
+from nao_kin.joints import JointAxes
+from nao_kin.robot import topology
 
 
 def _like_the_official_v6(nao: nk.NaoModel, folder: Path) -> Path:

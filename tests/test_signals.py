@@ -125,7 +125,7 @@ def test_every_command_ends_at_once_at_any_moment_of_its_life(tmp_path: Path) ->
 
 _STUBBORN = """
 import os, signal, sys, time
-from nao_kin._ending import before_ending, end_on_signals, uninterrupted
+from nao_kin._common.ending import before_ending, end_on_signals, uninterrupted
 end_on_signals()
 {body}
 """

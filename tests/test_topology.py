@@ -7,7 +7,8 @@ import pytest
 import nao_kin as nk
 from nao_kin import crosscheck, joints
 from nao_kin.errors import BadArgument, MissingExtra
-from nao_kin.robot import JointAxes, SharedMotor, topology
+from nao_kin.joints import JointAxes
+from nao_kin.robot import SharedMotor, topology
 
 VERSIONS = ["v3.2", "v3.3", "v4", "v5", "v6"]
 

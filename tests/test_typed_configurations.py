@@ -257,6 +257,13 @@ def test_at_an_exact_lock_the_reference_decides_what_the_ball_cannot(locked) -> 
     assert np.allclose(TYPED.to_q(TYPED.from_q(q), reference=q), q, rtol=0, atol=1e-14)
 
 
+@given(turn, turn, turn, distance, st.sampled_from([-1, 1]))
+def test_beside_a_lock_the_reference_decides_what_rounding_leaves_open(yaw, left, right, d, sign) -> None:
+    rolls = {each: LOCK[each] + sign * d for each in "LR"}
+    q = nao(LHipYawPitch=yaw, LHipRoll=rolls["L"], LHipPitch=left, RHipRoll=rolls["R"], RHipPitch=right)
+    assert np.allclose(TYPED.to_q(TYPED.from_q(q), reference=q), q, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("locked", ["L", "R"])
 def test_at_a_lock_the_free_hip_tells_the_locked_one_where_the_motor_stands(locked) -> None:
     rolls = {side: LOCK[side] if side == locked else 0.1 for side in "LR"}

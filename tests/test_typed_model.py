@@ -202,6 +202,15 @@ def test_limits_carry_over_where_a_coordinate_is_a_joint_value(nao) -> None:
     assert model.upperPositionLimit[column] == table["LHipRoll"][1]
 
 
+def test_a_follower_is_as_fast_as_its_driver_makes_it(tmp_path) -> None:
+    motor, universal = J("m", Z), [J("a", Z, parent="base", follows=("m", -0.5, 0.2)), J("b", X)]
+    typed = TypedModel(made_up(tmp_path, motor, *universal))
+    row, speed = typed.rows["a+b"].start, typed.model.upperVelocityLimit[typed.rows["m"].start]
+    assert speed > 0.0
+    assert typed.model.upperVelocityLimit[row] == 0.5 * speed
+    assert typed.model.lowerVelocityLimit[row] == -0.5 * speed
+
+
 def test_masses_and_frames_are_the_robots(each_nao) -> None:
     typed = TypedModel(each_nao, rule="concurrent")
     assert sum(inertia.mass for inertia in typed.model.inertias) == pytest.approx(each_nao.mass, abs=1e-14)

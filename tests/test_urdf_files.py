@@ -14,8 +14,7 @@ import pytest
 import yourdfpy
 
 import nao_kin as nk
-from nao_kin.files import nao_urdf_path
-from nao_kin.parameters import VERSIONS, nao_parameters, urdf_text
+from nao_kin.parameters import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
 
 ROOT = Path(__file__).resolve().parent.parent
 ROS_NAMES = (

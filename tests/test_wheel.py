@@ -42,8 +42,8 @@ def python(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_holds_the_urdfs_and_the_type_marker(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    assert {f"nao_kin/urdf/nao_{version}.urdf" for version in ("v32", "v33", "v4", "v5", "v6")} <= names
-    assert {f"nao_kin/urdf/meshes/{path.name}" for path in (ROOT / "urdf" / "meshes").iterdir()} <= names
+    assert {f"nao_kin/_urdf_files/nao_{version}.urdf" for version in ("v32", "v33", "v4", "v5", "v6")} <= names
+    assert {f"nao_kin/_urdf_files/meshes/{path.name}" for path in (ROOT / "urdf" / "meshes").iterdir()} <= names
     assert "nao_kin/py.typed" in names
     assert not [name for name in names if name.startswith(("tests", "scripts", "urdf"))]
 

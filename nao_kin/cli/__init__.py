@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from nao_kin._ending import end_on_signals
+from nao_kin._common.ending import end_on_signals
 
 __all__ = ["main"]
 

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 
 import nao_kin
-from nao_kin._ending import before_ending
+from nao_kin._common.ending import before_ending
 from nao_kin._text import MOST_ECHOED, abbreviated
 from nao_kin.cli import check, doctor, fk, info, joints, view
 from nao_kin.cli.options import Command

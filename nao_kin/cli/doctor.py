@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import typer
 
+from nao_kin.cli.installation import inspect_installation
 from nao_kin.cli.options import Json
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.installation import inspect_installation
 
 
 def register(app: typer.Typer) -> None:

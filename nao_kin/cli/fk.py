@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nao_kin._arrays import Floats
-from nao_kin._scalars import decimal
+from nao_kin._common.arrays import Floats
+from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
 from nao_kin.cli.poses import Pieces, PoseFormat, PosePrinter

@@ -11,7 +11,7 @@ from enum import Enum
 import numpy as np
 
 from nao_kin import rotations
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.cli.output import print_json, print_json_list, print_table, without_sign_of_zero
 
 # First row and poses (n, frames, 4, 4) of one piece after another.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nao_kin import atomic
+from nao_kin._common import atomic
 from nao_kin.cli.fk import one_configuration
 from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
 from nao_kin.cli.output import print_json, print_note
@@ -117,9 +117,7 @@ def _check_files(html: str | None, png: str | None, json: bool) -> None:
     if html is not None:
         atomic.check_writable(html)
     if png is not None:
-        from nao_kin.viewer.pictures import check_picture_path
-
-        check_picture_path(png)
+        atomic.check_writable(png, suffix=".png")
     for option, path in (("--html", html), ("--png", png)):
         if json and path is not None and atomic.leads_to_standard_output(path):
             raise BadArgument(f"{option} {path} and --json both write to standard output; give one")

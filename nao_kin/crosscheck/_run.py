@@ -9,7 +9,7 @@ from typing import SupportsIndex
 
 import numpy as np
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
 from nao_kin.crosscheck.by_hand import Step, steps_of, turns
 from nao_kin.crosscheck.conversions import Check, Conversions

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from nao_kin import rotations
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.crosscheck.samples import RotationSample
-from nao_kin.joint_axes import JointAxes
+from nao_kin.joints import JointAxes
 
 Function = Callable[..., Any]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated
 from nao_kin.crosscheck.report import Place, Row
 from nao_kin.crosscheck.samples import Configurations

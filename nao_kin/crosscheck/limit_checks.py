@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.crosscheck.differences import Tally
 from nao_kin.crosscheck.yourdfpy_oracle import JointReading, YourdfpyOracle
 from nao_kin.robot import RobotModel

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.crosscheck.by_hand import HandRolled, Step
 from nao_kin.crosscheck.conversions import Conversions
 from nao_kin.crosscheck.differences import LEFT_OUT, TOLERANCE, Tally, difference, largest

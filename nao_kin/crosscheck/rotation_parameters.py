@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.crosscheck.conversions import Check, Conversions
 from nao_kin.crosscheck.differences import (
     LEFT_OUT,

@@ -11,7 +11,7 @@ import eigenpy
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.robot import RobotModel
 
 _SHARES = {

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.robot import RobotModel
 
 # trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.

@@ -4,28 +4,34 @@ from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Literal, TypeVar
 
 import numpy as np
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import dot, norm
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.joints._meeting import angles_between, distances, lock_angles, meeting_point, spans_a_joint
-from nao_kin.joints._runs import partition
-from nao_kin.joints.pairs import LOWER_PAIRS
-from nao_kin.joints.tree import Node, Robot, read_tree
-from nao_kin.joints.typed_joint import Coupling, JointGroups, Singularity, TypedJoint
+from nao_kin.joints.joint_tree import JointNode, read_joint_tree
+from nao_kin.joints.multidof_joint import JointGroups, MultiDofJoint, Singularity
+from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL
+from nao_kin.lines import PluckerLine, common_normal
+from nao_kin.robot import RobotModel
+
+_Item = TypeVar("_Item")
 
 Rule = Literal["coincident", "concurrent"]
 RULES: tuple[Rule, ...] = ("coincident", "concurrent")
 
 # Below the first, rounding decides; an offset above the second is design.
 _TOLERANCES = (1e-15, 1e-2)
+# Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 as rounding allows, and less than
+# the 1e-9 that `davenport_angles` allows, so that every ball can be taken apart.
+_PERPENDICULAR = 0.9e-9
 _MERGED = {2: "universal", 3: "spherical"}
 
 
-def group_joints(robot: Robot, *, rule: Rule = "coincident", tolerance: float = 1e-9) -> JointGroups:
+def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: float = 1e-9) -> JointGroups:
     """The robot's joints, with runs of consecutive revolutes merged into universal and spherical joints.
 
     A run goes from parent to child as long as the link between carries nothing else that has a coordinate of its own.
@@ -54,35 +60,33 @@ def group_joints(robot: Robot, *, rule: Rule = "coincident", tolerance: float = 
     if not isinstance(rule, str) or rule not in RULES:
         raise UnknownName("rule", rule, RULES)
     allowed = _checked_tolerance(tolerance)
-    nodes = read_tree(robot)
+    nodes = read_joint_tree(robot)
     return _grouped(nodes, _cut(nodes, rule, allowed), rule, allowed)
 
 
-def unmerged_joints(robot: Robot) -> JointGroups:
+def unmerged_joints(robot: RobotModel) -> JointGroups:
     """The robot's joints as its file has them, one by one; their rule is "none".
 
     Raises:
         BadArgument: no robot model.
         BadModel: a joint that is neither revolute, prismatic nor the free base.
     """
-    nodes = read_tree(robot)
+    nodes = read_joint_tree(robot)
     return _grouped(nodes, [[node] for node in nodes.values() if _counts(node)], "none", 0.0)
 
 
-def _grouped(nodes: Mapping[int, Node], pieces: Iterable[Sequence[Node]], rule: str, tolerance: float) -> JointGroups:
-    groups: dict[int, TypedJoint] = {}
+def _grouped(
+    nodes: Mapping[int, JointNode], pieces: Iterable[Sequence[JointNode]], rule: str, tolerance: float
+) -> JointGroups:
+    groups: dict[int, MultiDofJoint] = {}
     joints = []
     for members in pieces:
-        joint = _typed_joint(members, _parent(nodes, members[0], groups), rule)
+        joint = _merged_joint(members, _parent(nodes, members[0], groups), rule)
         groups |= {node.index: joint for node in members}
         joints.append(joint)
     return JointGroups(
         joints=tuple(joints),
-        couplings=tuple(
-            Coupling(node.name, node.tie.joint, node.tie.multiplier, node.tie.offset)
-            for node in nodes.values()
-            if node.index in groups and node.tie is not None
-        ),
+        mimics={node.name: node.mimic for node in nodes.values() if node.index in groups and node.mimic is not None},
         driven=tuple(node.name for node in nodes.values() if node.index not in groups),
         rule=rule,
         tolerance=tolerance,
@@ -102,10 +106,10 @@ def _checked_tolerance(tolerance: object) -> float:
     return value
 
 
-def _cut(nodes: Mapping[int, Node], rule: Rule, tolerance: float) -> list[list[Node]]:
+def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[list[JointNode]]:
     """The parts of every joint, in the order of the model."""
 
-    def mergeable(members: Sequence[Node]) -> bool:
+    def mergeable(members: Sequence[JointNode]) -> bool:
         axes = _stacked(node.axis_root for node in members)
         if len({node.driver for node in members}) < len(members) or not spans_a_joint(axes):
             return False
@@ -118,9 +122,9 @@ def _cut(nodes: Mapping[int, Node], rule: Rule, tolerance: float) -> list[list[N
     return sorted(pieces, key=lambda piece: piece[0].index)
 
 
-def _runs(nodes: Mapping[int, Node]) -> list[list[Node]]:
+def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
     """Every joint that counts, in longest runs of revolutes; other kinds alone."""
-    runs: dict[int, list[Node]] = {}
+    runs: dict[int, list[JointNode]] = {}
     for node in nodes.values():
         if not _counts(node):
             continue
@@ -136,19 +140,19 @@ def _runs(nodes: Mapping[int, Node]) -> list[list[Node]]:
     return list({id(run): run for run in runs.values()}.values())
 
 
-def _counts(node: Node) -> bool:
+def _counts(node: JointNode) -> bool:
     """Whether a joint adds a freedom, or carries one that does."""
     return node.moves and node.kind != "fixed"
 
 
-def _parent(nodes: Mapping[int, Node], node: Node, groups: Mapping[int, TypedJoint]) -> str:
+def _parent(nodes: Mapping[int, JointNode], node: JointNode, groups: Mapping[int, MultiDofJoint]) -> str:
     index = node.parent
     while index in nodes and index not in groups:
         index = nodes[index].parent
     return groups[index].name if index in groups else ""
 
 
-def _typed_joint(members: Sequence[Node], parent: str, rule: str) -> TypedJoint:
+def _merged_joint(members: Sequence[JointNode], parent: str, rule: str) -> MultiDofJoint:
     first = members[0]
     kind = _MERGED.get(len(members), first.kind)
     axes = np.zeros((0, 3)) if kind == "free" else _stacked(node.axis_root for node in members)
@@ -160,9 +164,9 @@ def _typed_joint(members: Sequence[Node], parent: str, rule: str) -> TypedJoint:
     if len(members) == 3:
         middle = members[1]
         singularity = Singularity(middle.name, lock_angles(axes), middle.lower, middle.upper)
-    return TypedJoint(
+    return MultiDofJoint(
         name="+".join(node.name for node in members),
-        pair=LOWER_PAIRS[kind],
+        pair=KINEMATIC_PAIRS[kind],
         joints=tuple(node.name for node in members),
         parent=parent,
         centre=centre,
@@ -185,3 +189,80 @@ def _centre(centres: Floats, axes: Floats, rule: str) -> Floats:
 
 def _stacked(vectors: Iterable[Floats]) -> Floats:
     return np.stack(list(vectors))
+
+
+def partition(
+    run: Sequence[_Item], mergeable: Callable[[Sequence[_Item]], bool], longest: int = 3
+) -> list[list[_Item]]:
+    """The best way to cut a run into pieces that are single or mergeable.
+
+    Best is: the fewest pieces; among those the largest pieces (by the sum of squares of their lengths); among those the
+    larger piece closer to the beginning of the run.
+    """
+    count = len(run)
+    # best[i]: (pieces, −sum of squares, lengths from there on, negated) of the run from i on. Smaller is better.
+    best: list[tuple[int, int, tuple[int, ...]]] = [(0, 0, ())] * (count + 1)
+    for start in reversed(range(count)):
+        options = []
+        for length in range(1, min(longest, count - start) + 1):
+            if length == 1 or mergeable(run[start : start + length]):
+                pieces, squares, lengths = best[start + length]
+                options.append((pieces + 1, squares - length * length, (-length, *lengths)))
+        best[start] = min(options)
+    cuts, start = [], 0
+    for negative in best[0][2]:
+        cuts.append(list(run[start : start - negative]))
+        start -= negative
+    return cuts
+
+
+def meeting_point(centres: Floats, axes: Floats) -> Floats:
+    """The point nearest to all axes: for two, halfway along the common normal; for more, by least squares.
+
+    Args:
+        centres: a point on each axis, shape (n, 3); the first is the origin of the computation.
+        axes: unit directions, no two neighbours parallel, shape (n, 3).
+    """
+    lines = PluckerLine.from_point_direction(centres, axes, origin=centres[0])
+    if len(axes) == 2:
+        normal = common_normal(lines[0], lines[1])
+        return np.asarray(0.5 * (normal.foot_a + normal.foot_b))
+    # Across its direction, a line pins a point down: (1 − e eᵀ) x = (1 − e eᵀ) p.
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    offsets = np.einsum("nij,nj->ni", across, centres - centres[0])
+    solution, *_ = np.linalg.lstsq(across.reshape(-1, 3), offsets.reshape(-1), rcond=None)
+    return np.asarray(centres[0] + solution)
+
+
+def distances(point: Floats, centres: Floats, axes: Floats) -> Floats:
+    """Distance of a point from each axis, shape (n,) [m]."""
+    return norm(np.cross(centres - point, axes))
+
+
+def angles_between(axes: Floats) -> Floats:
+    """Angles between consecutive axes, shape (n − 1,), in [0, π] [rad]."""
+    sines = norm(np.cross(axes[:-1], axes[1:]))
+    return np.asarray(np.arctan2(sines, dot(axes[:-1], axes[1:])))
+
+
+def spans_a_joint(axes: Floats) -> bool:
+    """Whether turns about these axes through one point make a universal or a spherical joint."""
+    between = angles_between(axes)
+    if np.any(np.minimum(between, math.pi - between) < PARALLEL):
+        return False
+    return len(axes) == 2 or bool(np.all(np.abs(dot(axes[:-1], axes[1:])) <= _PERPENDICULAR))
+
+
+def lock_angles(axes: Floats) -> tuple[float, float]:
+    """The two values of the middle angle, in (−π, π], at which the third axis is parallel to the first.
+
+    With δ the angle from a1 to a3 about a2 they are −δ and π − δ.
+    """
+    first, second, third = axes
+    delta = math.atan2(float(second @ np.cross(first, third)), float(first @ third))
+    lower, upper = sorted(_wrapped(angle) + 0.0 for angle in (-delta, math.pi - delta))
+    return lower, upper
+
+
+def _wrapped(angle: float) -> float:
+    return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))

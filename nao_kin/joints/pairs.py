@@ -1,17 +1,19 @@
-"""The joints of mechanism theory: what each allows and forbids, and the Pinocchio joint that moves the same way."""
+"""The joints of mechanism theory: what each allows and forbids, its Pinocchio joint, and the Grübler–Kutzbach count."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats, as_numbers
-from nao_kin._vectors import as_vectors, unit
+from nao_kin._common.arrays import Floats, as_floats, as_numbers
+from nao_kin._common.scalars import whole_number
+from nao_kin._common.vectors import as_vectors, unit
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 
 # Directions closer than this span no plane [rad].
@@ -19,11 +21,11 @@ PARALLEL = 1e-6
 
 
 @dataclass(frozen=True)
-class LowerPair:
+class KinematicPair:
     """A kind of joint between two rigid bodies.
 
     Attributes:
-        name: its name, a key of `LOWER_PAIRS`.
+        name: its name, a key of `KINEMATIC_PAIRS`.
         symbol: the letter mechanism theory writes for it.
         rotations: independent rotations it allows.
         translations: independent translations it allows. A helical joint turns and slides, but not independently: it
@@ -125,19 +127,19 @@ _MAKERS: dict[str, Callable[[Floats], pin.JointModel]] = {
     "free": lambda axes: pin.JointModelFreeFlyer(),
 }
 
-LOWER_PAIRS = MappingProxyType(
+KINEMATIC_PAIRS = MappingProxyType(
     {
         pair.name: pair
         for pair in (
-            LowerPair("revolute", "R", 1, 0, 1, "JointModelRevoluteUnaligned", True),
-            LowerPair("prismatic", "P", 0, 1, 1, "JointModelPrismaticUnaligned", True),
-            LowerPair("helical", "H", 1, 0, 1, "JointModelHelicalUnaligned", True),
-            LowerPair("cylindrical", "C", 1, 1, 1, "JointModelComposite of a prismatic and a revolute", True),
-            LowerPair("universal", "U", 2, 0, 2, "JointModelUniversal", False),
-            LowerPair("condyloid", "U", 2, 0, 2, "JointModelUniversal", False),
-            LowerPair("spherical", "S", 3, 0, 0, "JointModelSpherical", True),
-            LowerPair("planar", "E", 1, 2, 1, "JointModelPlanar; with another normal, JointModelComposite", True),
-            LowerPair("free", "F", 3, 3, 0, "JointModelFreeFlyer", False),
+            KinematicPair("revolute", "R", 1, 0, 1, "JointModelRevoluteUnaligned", True),
+            KinematicPair("prismatic", "P", 0, 1, 1, "JointModelPrismaticUnaligned", True),
+            KinematicPair("helical", "H", 1, 0, 1, "JointModelHelicalUnaligned", True),
+            KinematicPair("cylindrical", "C", 1, 1, 1, "JointModelComposite of a prismatic and a revolute", True),
+            KinematicPair("universal", "U", 2, 0, 2, "JointModelUniversal", False),
+            KinematicPair("condyloid", "U", 2, 0, 2, "JointModelUniversal", False),
+            KinematicPair("spherical", "S", 3, 0, 0, "JointModelSpherical", True),
+            KinematicPair("planar", "E", 1, 2, 1, "JointModelPlanar; with another normal, JointModelComposite", True),
+            KinematicPair("free", "F", 3, 3, 0, "JointModelFreeFlyer", False),
         )
     }
 )
@@ -145,12 +147,55 @@ LOWER_PAIRS = MappingProxyType(
 of Linkages, 1964, ch. 2."""
 
 
-def lower_pair(name: str) -> LowerPair:
+def kinematic_pair(name: str) -> KinematicPair:
     """The pair called `name`.
 
     Raises:
         UnknownName: there is none.
     """
-    if not isinstance(name, str) or name not in LOWER_PAIRS:
-        raise UnknownName("pair", name, tuple(LOWER_PAIRS))
-    return LOWER_PAIRS[name]
+    if not isinstance(name, str) or name not in KINEMATIC_PAIRS:
+        raise UnknownName("pair", name, tuple(KINEMATIC_PAIRS))
+    return KINEMATIC_PAIRS[name]
+
+
+def mobility(
+    pairs: Iterable[KinematicPair | str],
+    *,
+    links: int | None = None,
+    couplings: int = 0,
+    space: Literal[3, 6] = 6,
+) -> int:
+    """Degrees of freedom of a mechanism, M = d (n − 1 − j) + Σ fᵢ − c.
+
+    n links, the frame included, are connected by j joints with fᵢ freedoms in a space of d = 6 motions; every coupling
+    (one motor for two joints, a gear, a tendon) takes one more away. In a chain or tree n − 1 = j, and the count is the
+    sum of the freedoms less the couplings, exact for all dimensions. In a mechanism with loops it is a lower bound:
+    special dimensions can make constraints redundant (a planar four-bar linkage counted in space has −2; count it with
+    space=3).
+
+    Args:
+        pairs: the joints, as pairs or their names.
+        links: n; left out, the mechanism is a chain or tree and n = j + 1.
+        couplings: c.
+        space: d: 6, or 3 for a mechanism that moves in a plane.
+
+    Raises:
+        UnknownName: no such pair.
+        BadArgument: links or couplings that are no count, or links the joints cannot connect; a space other than 3 or
+            6; a joint with more freedoms than the space has.
+
+    Source: Hartenberg and Denavit, Kinematic Synthesis of Linkages, 1964, ch. 5.
+    """
+    if not isinstance(pairs, Iterable):
+        raise BadArgument(f"pairs must be a list of joints, got {pairs!r}")
+    known = [pair if isinstance(pair, KinematicPair) else kinematic_pair(pair) for pair in pairs]
+    if space not in (3, 6):
+        raise BadArgument(f"space must be 3 or 6, got {space!r}")
+    freest = max((pair.freedoms for pair in known), default=0)
+    if freest > space:
+        raise BadArgument(f"a joint of {freest} freedoms does not fit a space of {space}")
+    n = len(known) + 1 if links is None else whole_number(links, "links", 1)
+    if n > len(known) + 1:
+        raise BadArgument(f"{len(known)} joints cannot connect {n} links")
+    c = whole_number(couplings, "couplings", 0)
+    return space * (n - 1 - len(known)) + sum(pair.freedoms for pair in known) - c

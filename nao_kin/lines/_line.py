@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch
 from nao_kin.rotations import check_rotation
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import as_vectors, common_batch, cross_matrix
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.vectors import as_vectors, common_batch, cross_matrix
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.lines._line import PluckerLine, as_rigid_motion, check_line
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._arrays import Floats
-from nao_kin._scalars import check_tolerance
-from nao_kin._vectors import common_batch, cross, dot, norm
+from nao_kin._common.arrays import Floats
+from nao_kin._common.scalars import check_tolerance
+from nao_kin._common.vectors import common_batch, cross, dot, norm
 from nao_kin.lines._line import PluckerLine, check_line
 
 

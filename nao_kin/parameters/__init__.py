@@ -41,6 +41,7 @@ from nao_kin.parameters.rows import (
     VisualRow,
 )
 from nao_kin.parameters.skeleton import BODY_ORDER, CHAINS, FINGER_RATIO, FINGERS, JOINTS
+from nao_kin.parameters.urdf_files import nao_urdf_path, urdf_name
 from nao_kin.parameters.urdf_text import MESH_FOLDER, urdf_text
 
 __all__ = [
@@ -89,6 +90,8 @@ __all__ = [
     "VersionPage",
     "VisualRow",
     "nao_parameters",
+    "nao_urdf_path",
+    "urdf_name",
     "urdf_text",
     "version_named",
 ]

@@ -1,21 +1,22 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
 from nao_kin.robot.build import LIMIT_ARRAYS, Base
-from nao_kin.robot.coordinates import UNIT_TOLERANCE
-from nao_kin.robot.joint_axes import JointAxes
-from nao_kin.robot.kinematics import Expression, Kinematics, expression_named
+from nao_kin.robot.coordinates import COUPLING_TOLERANCE, UNIT_TOLERANCE
+from nao_kin.robot.kinematics import Expression, FrameIds, Kinematics, expression_named
 from nao_kin.robot.library import load_robot, robot_names
-from nao_kin.robot.limits import LimitViolation
+from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitViolation
 from nao_kin.robot.model import WORLD, LimitPolicy, RobotModel, check_robot
 from nao_kin.robot.topology import SharedMotor, Topology, topology
 
 __all__ = [
+    "COUPLING_TOLERANCE",
     "LIMIT_ARRAYS",
+    "LIMIT_TOLERANCE",
     "UNIT_TOLERANCE",
     "WORLD",
     "Base",
     "Expression",
-    "JointAxes",
+    "FrameIds",
     "Kinematics",
     "LimitPolicy",
     "LimitViolation",

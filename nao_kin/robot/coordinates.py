@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
+from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, CouplingViolated, UnknownName
 from nao_kin.semantics import Mimic
 

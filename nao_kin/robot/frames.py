@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import MappingProxyType
 
 import pinocchio as pin
 
-from nao_kin._warnings import warn_caller
+from nao_kin._common.warn import warn_caller
 from nao_kin.errors import RenamedFrameWarning, UnknownName
 from nao_kin.robot.kinematics import FrameIds
 from nao_kin.urdf import UrdfTree
@@ -21,6 +22,7 @@ class FrameTable:
 
     Attributes:
         names: every name, in the order of the model.
+        places: name → id, in the same order.
         link_names: the links.
     """
 
@@ -46,6 +48,7 @@ class FrameTable:
             self._ids.setdefault(name, index)
         order = self._ids | joints
         self.names = tuple(sorted(self._ids, key=order.__getitem__))
+        self.places = MappingProxyType({name: self._ids[name] for name in self.names})
         self.link_names = tuple(links)
         self._link_ids = tuple(links.values())
         self._sets: dict[tuple[str, ...], FrameIds] = {}

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.semantics import CoupledLimit
 
 # Limits written in degrees come back from radians with rounding; a value that misses by less than this is on the limit.
-TOLERANCE = 1e-9
+LIMIT_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -101,11 +101,11 @@ class JointLimits:
         """Whether these joints of one configuration are inside, all others being at zero: a quick answer for a few."""
         for name, value in values.items():
             lower, upper = self._boxes[name]
-            if not lower - TOLERANCE <= value <= upper + TOLERANCE:
+            if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
                 return False
             for table in self._tables_of[name]:
                 low, high = _range_at(table, values.get(table.of, 0.0))
-                if not low - TOLERANCE <= values.get(table.joint, 0.0) <= high + TOLERANCE:
+                if not low - LIMIT_TOLERANCE <= values.get(table.joint, 0.0) <= high + LIMIT_TOLERANCE:
                     return False
         return True
 
@@ -155,13 +155,13 @@ class JointLimits:
         self, values: Floats, joints: Collection[str] | None
     ) -> tuple[NDArray[np.bool_], list[NDArray[np.bool_]]]:
         """Which joints are outside their boxes, (..., n), and for each table, which configurations are outside it."""
-        boxes = (values < self.lower - TOLERANCE) | (values > self.upper + TOLERANCE)
+        boxes = (values < self.lower - LIMIT_TOLERANCE) | (values > self.upper + LIMIT_TOLERANCE)
         if joints is not None:
             boxes &= np.array([name in joints for name in self.names], dtype=np.bool_)
         tables = []
         for table, column, of in self._tables:
             lower, upper = table.range(values[..., of])
-            outside = (values[..., column] < lower - TOLERANCE) | (values[..., column] > upper + TOLERANCE)
+            outside = (values[..., column] < lower - LIMIT_TOLERANCE) | (values[..., column] > upper + LIMIT_TOLERANCE)
             named = joints is None or table.joint in joints or table.of in joints
             # Where the box is already violated, the table adds nothing.
             tables.append(np.asarray(outside & ~boxes[..., column] & named))

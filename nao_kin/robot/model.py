@@ -13,9 +13,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._scalars import whole_number
-from nao_kin._warnings import warn_caller
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.scalars import whole_number
+from nao_kin._common.warn import warn_caller
 from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
@@ -422,6 +422,11 @@ class RobotModel:
             UnknownName: no such frame.
         """
         return self._frames.ids(frames)
+
+    @property
+    def frame_table(self) -> Mapping[str, int]:
+        """Every frame name and its place in Pinocchio's list, in the order of `frame_names`."""
+        return self._frames.places
 
     # --- inside ---------------------------------------------------------------------------------------------------
 

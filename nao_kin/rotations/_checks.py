@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats, as_numbers, refuse_non_finite
-from nao_kin._scalars import check_tolerance
-from nao_kin._vectors import first_index
+from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._common.scalars import check_tolerance
+from nao_kin._common.vectors import first_index
 from nao_kin.errors import BadArgument, NotARotation, WrongShape
 from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
 

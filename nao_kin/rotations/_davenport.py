@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats
-from nao_kin._vectors import as_batch, common_batch, unit
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import as_batch, common_batch, unit
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._euler import EulerAngles

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats
-from nao_kin._vectors import as_batch, common_batch, first_index
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import as_batch, common_batch, first_index
 from nao_kin.errors import BadArgument, ZeroNorm
 from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._arrays import Floats
-from nao_kin._vectors import first_index
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import first_index
 from nao_kin.errors import ZeroNorm
 
 Number = Any  # a float or an array of floats: kernels are written once for both

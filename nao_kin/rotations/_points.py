@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_numbers
-from nao_kin._vectors import as_vectors, common_batch, cross, dot, first_index, unit
+from nao_kin._common.arrays import Floats, as_numbers
+from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, unit
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
 from nao_kin.rotations._checks import nearest_rotation
 

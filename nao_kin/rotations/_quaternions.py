@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats
-from nao_kin._vectors import as_batch, as_vectors, common_batch, first_index, unit
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import as_batch, as_vectors, common_batch, first_index, unit
 from nao_kin.errors import BadArgument, ZeroNorm
 from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion

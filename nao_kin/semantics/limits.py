@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
-from nao_kin._scalars import decimal
+from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 
 Rgba = tuple[float, float, float, float]

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-from nao_kin._ending import before_ending, kill_group, uninterrupted
+from nao_kin._common.ending import before_ending, kill_group, uninterrupted
 from nao_kin._text import quoted
 from nao_kin.errors import NoBrowser
 

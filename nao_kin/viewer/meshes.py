@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated
 from nao_kin.urdf import Rgba
 

@@ -15,7 +15,7 @@ import numpy as np
 import umsgpack
 from numpy.typing import NDArray
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
 from nao_kin.viewer.visuals import Shape
 

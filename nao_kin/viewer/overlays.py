@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import as_vectors, unit
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.vectors import as_vectors, unit
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation

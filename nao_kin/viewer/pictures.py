@@ -6,29 +6,13 @@ import base64
 import itertools
 import queue
 import time
-from pathlib import Path
 
-from nao_kin import atomic
-from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer.browser import headless
 from nao_kin.viewer.messages import panel_message
 from nao_kin.viewer.server import Answer, LiveServer
 
 _EDGES = range(16, 8193)
-_SUFFIX = ".png"
-
-
-def check_picture_path(path: Path | str) -> None:
-    """Refuse a file that a picture cannot be written to, before it is drawn.
-
-    Raises:
-        BadArgument: the name promises another format than PNG, or the file cannot be written.
-    """
-    atomic.check_writable(path)
-    suffix = Path(path).suffix
-    if suffix and suffix.lower() != _SUFFIX:
-        raise BadArgument(f"cannot write {abbreviated(path)}: a picture is written as PNG; end the name in {_SUFFIX}")
 
 
 class Screenshots:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp
 from nao_kin.urdf import UrdfJoint, UrdfTree

@@ -14,15 +14,15 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin import atomic
-from nao_kin._arrays import Floats
+from nao_kin._common import atomic
+from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import describe
 from nao_kin.viewer.messages import RetainedMessages, panel_message, set_animation, typed_array
 from nao_kin.viewer.page import live_page, static_page
-from nao_kin.viewer.pictures import Screenshots, check_picture_path
+from nao_kin.viewer.pictures import Screenshots
 from nao_kin.viewer.presets import presets_of
 from nao_kin.viewer.scene import ROBOT, link_paths, scene_messages
 from nao_kin.viewer.server import Answer, LiveServer
@@ -324,7 +324,7 @@ class Viewer:
             BadArgument: the file cannot be written, or is named as no PNG; a size out of range; no timeout.
         """
         self._check_camera(camera)
-        check_picture_path(path)
+        atomic.check_writable(path, suffix=".png")
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated
 from nao_kin.rotations import matrix_from_rpy
 from nao_kin.urdf import Box, Cylinder, MeshFile, Rgba, Sphere, UrdfTree, Visual

@@ -6,7 +6,8 @@ import numpy as np
 
 import nao_kin as nk
 from nao_kin import lines
-from nao_kin.robot import JointAxes, topology
+from nao_kin.joints import JointAxes
+from nao_kin.robot import topology
 from paper.rows import Erratum, Problem, Row
 
 

@@ -2,48 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument, BadModel
-from nao_kin.urdf_reader import Mimic
-
-
-class Robot(Protocol):
-    """What is asked of a robot here: a `RobotModel` has it all."""
-
-    @property
-    def model(self) -> pin.Model:
-        """The Pinocchio model."""
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints with a coordinate of their own."""
-
-    @property
-    def joint_units(self) -> tuple[str, ...]:
-        """Unit of each of these coordinates."""
-
-    @property
-    def mimics(self) -> Mapping[str, Mimic]:
-        """The joints that follow another one."""
-
-    @property
-    def lower(self) -> Floats:
-        """Smallest value of each coordinate."""
-
-    @property
-    def upper(self) -> Floats:
-        """Largest value of each coordinate."""
+from nao_kin.robot import RobotModel
+from nao_kin.semantics import Mimic
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class JointNode:
     """One joint of the tree.
 
     Attributes:
@@ -54,11 +25,11 @@ class Node:
         kind: "revolute", "prismatic", "free", or "fixed": a joint that follows another with the multiplier zero.
         axis: unit vector in the joint's frame; zero for "free" and "fixed".
         T_root: pose of the joint's frame in the root's, all joints at zero; what "fixed" has turned is in it.
-        tie: how it follows another joint; None for a joint of its own.
+        mimic: how it follows another joint; None for a joint of its own.
         lower: smallest value.
         upper: largest value.
         unit: unit of its value.
-        moves: whether it or a joint beyond it has a coordinate of its own. The joints that do not (fingers that follow
+        moves: whether it or a joint it carries has a coordinate of its own. The joints that do not (fingers that follow
             the hand) add no freedom and carry none.
     """
 
@@ -69,7 +40,7 @@ class Node:
     kind: str
     axis: Floats
     T_root: pin.SE3
-    tie: Mimic | None
+    mimic: Mimic | None
     lower: float
     upper: float
     unit: str
@@ -78,7 +49,7 @@ class Node:
     @property
     def driver(self) -> str:
         """The joint whose coordinate moves it."""
-        return self.name if self.tie is None else self.tie.joint
+        return self.name if self.mimic is None else self.mimic.joint
 
     @property
     def axis_root(self) -> Floats:
@@ -91,7 +62,7 @@ class Node:
         return np.array(self.T_root.translation)
 
 
-def read_tree(robot: Robot) -> dict[int, Node]:
+def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
     """Joint index → joint, in the order of the model.
 
     Raises:
@@ -116,16 +87,16 @@ def read_tree(robot: Robot) -> dict[int, Node]:
     for index in range(1, model.njoints):
         name = model.names[index]
         poses.append(poses[model.parents[index]] * model.jointPlacements[index])
-        tie = robot.mimics[name] if model.joints[index].nq == 0 else None
-        kind, axis = _motion(model, index, tie)
+        mimic = robot.mimics[name] if model.joints[index].nq == 0 else None
+        kind, axis = _motion(model, index, mimic)
         if kind == "fixed":
             poses[-1] = poses[-1] * _motion_data(model, index).M
-        if tie is None:
+        if mimic is None:
             lower, upper, unit = ranges.get(name, (-np.inf, np.inf, ""))
         else:
-            lower, upper = _driven_range(ranges[tie.joint][:2], tie)
+            lower, upper = _driven_range(ranges[mimic.joint][:2], mimic)
             unit = "m" if kind == "prismatic" else "rad"
-        nodes[index] = Node(
+        nodes[index] = JointNode(
             index=index,
             name=name,
             parent=int(model.parents[index]),
@@ -133,7 +104,7 @@ def read_tree(robot: Robot) -> dict[int, Node]:
             kind=kind,
             axis=axis,
             T_root=poses[index],
-            tie=tie,
+            mimic=mimic,
             lower=lower,
             upper=upper,
             unit=unit,
@@ -142,18 +113,18 @@ def read_tree(robot: Robot) -> dict[int, Node]:
     return nodes
 
 
-def _motion(model: pin.Model, index: int, tie: Mimic | None) -> tuple[str, Floats]:
+def _motion(model: pin.Model, index: int, mimic: Mimic | None) -> tuple[str, Floats]:
     joint = model.joints[index]
     if joint.shortname() == "JointModelFreeFlyer":
         return "free", np.zeros(3)
     if joint.nq > 1:
         raise BadModel(f"joint {model.names[index]!r}: joints of {joint.nq} coordinates are not taken apart")
-    if tie is not None and tie.multiplier == 0.0:
+    if mimic is not None and mimic.multiplier == 0.0:
         return "fixed", np.zeros(3)
     screw = np.array(_motion_data(model, index).S, dtype=np.float64).reshape(6)
-    if tie is not None:
+    if mimic is not None:
         # Pinocchio's mimic joint carries its multiplier in its motion subspace.
-        screw /= tie.multiplier
+        screw /= mimic.multiplier
     turn = float(np.linalg.norm(screw[3:]))
     return ("revolute", screw[3:] / turn) if turn > 0.0 else ("prismatic", screw[:3] / np.linalg.norm(screw[:3]))
 
@@ -164,8 +135,8 @@ def _motion_data(model: pin.Model, index: int) -> pin.JointData:
     return data
 
 
-def _driven_range(ends: tuple[float, float], tie: Mimic) -> tuple[float, float]:
-    if tie.multiplier == 0.0:
-        return tie.offset, tie.offset
-    lower, upper = sorted(tie.multiplier * end + tie.offset for end in ends)
+def _driven_range(ends: tuple[float, float], mimic: Mimic) -> tuple[float, float]:
+    if mimic.multiplier == 0.0:
+        return mimic.offset, mimic.offset
+    lower, upper = sorted(mimic.multiplier * end + mimic.offset for end in ends)
     return lower, upper

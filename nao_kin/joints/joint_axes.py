@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.errors import UnknownName
 from nao_kin.lines import PluckerLine, geometric_jacobian
-from nao_kin.robot.kinematics import Expression, expression_named
-from nao_kin.robot.model import RobotModel, check_robot
+from nao_kin.robot import Expression, RobotModel, check_robot, expression_named
 from nao_kin.semantics import Mimic
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from nao_kin.errors import NaoKinWarning
 
-_PACKAGE = str(Path(__file__).resolve().parent)
+_PACKAGE = str(Path(__file__).resolve().parent.parent)
 
 
 def warn_caller(message: str, category: type[NaoKinWarning]) -> None:

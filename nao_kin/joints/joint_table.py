@@ -7,17 +7,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
+from nao_kin.joints._tables import html_table
 from nao_kin.joints.anatomy import anatomical_kind, body_part
 from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
-from nao_kin.joints.tree import Robot
-from nao_kin.joints.typed_joint import JointGroups, TypedJoint
+from nao_kin.joints.multidof_joint import JointGroups, MultiDofJoint
+from nao_kin.robot import RobotModel
 
 Numbers = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class JointRow:
+class JointTableRow:
     """One joint; lengths and directions in the root's frame with all joints at zero.
 
     Attributes:
@@ -73,7 +74,7 @@ class JointTable:
     robot: str
     rule: str
     tolerance: float
-    rows: tuple[JointRow, ...]
+    rows: tuple[JointTableRow, ...]
     driven: tuple[str, ...]
     dof: int
     summary: str
@@ -82,8 +83,17 @@ class JointTable:
         """The table as plain dictionaries, lists, strings and numbers; a limit that is not there is None."""
         return asdict(self, dict_factory=_without_infinities)
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.robot}, {self.rule}: {len(self.rows)} joints, {self.summary}>"
 
-def joint_table(robot: Robot, *, typed: bool = False, rule: Rule = "coincident", tolerance: float = 1e-9) -> JointTable:
+    def _repr_html_(self) -> str:
+        head = ("chain", "joint", "pair", "body", "like a", "centre [m]", "range")
+        return html_table(f"{self.robot}: {self.summary} ({self.rule})", head, map(_cells, self.rows))
+
+
+def joint_table(
+    robot: RobotModel, *, typed: bool = False, rule: Rule = "coincident", tolerance: float = 1e-9
+) -> JointTable:
     """The joints of a robot as a table.
 
     Args:
@@ -100,7 +110,7 @@ def joint_table(robot: Robot, *, typed: bool = False, rule: Rule = "coincident",
     order = list(dict.fromkeys(chains[joint.name] for joint in groups))
     named = [chain for chain in getattr(robot, "chains", {}) if chain in order]
     order = named + [chain for chain in order if chain not in named]
-    drivers = {coupling.joint: coupling.driver for coupling in groups.couplings}
+    drivers = {name: mimic.joint for name, mimic in groups.mimics.items()}
     rows = [_row(joint, chains[joint.name], drivers) for joint in groups]
     return JointTable(
         robot=str(robot.model.name),
@@ -126,8 +136,8 @@ def _chains(groups: JointGroups, named: Mapping[str, Sequence[str]]) -> dict[str
     return chains
 
 
-def _row(joint: TypedJoint, chain: str, drivers: Mapping[str, str]) -> JointRow:
-    return JointRow(
+def _row(joint: MultiDofJoint, chain: str, drivers: Mapping[str, str]) -> JointTableRow:
+    return JointTableRow(
         chain=chain,
         joint=joint.name,
         parts=joint.joints,
@@ -144,6 +154,15 @@ def _row(joint: TypedJoint, chain: str, drivers: Mapping[str, str]) -> JointRow:
         screws=_plain(joint.lines.coordinates) if len(joint.axes) else (),
         coupled_to=tuple(drivers[part] for part in joint.joints if part in drivers),
     )
+
+
+def _cells(row: JointTableRow) -> tuple[str, ...]:
+    centre = " ".join(f"{value:.4g}" for value in row.centre)
+    ranges = (
+        f"{lower:.4g} … {upper:.4g}{'' if unit == '1' else f' {unit}'}"
+        for lower, upper, unit in zip(row.lower, row.upper, row.units, strict=True)
+    )
+    return row.chain, row.joint, row.pair, row.body, row.anatomical, centre, "; ".join(ranges)
 
 
 def _without_infinities(items: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from nao_kin._ending import before_ending, uninterrupted
+from nao_kin._common.ending import before_ending, uninterrupted
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument
 
@@ -45,17 +45,26 @@ class _Target:
         return self.descriptor is None and (self.state is None or stat.S_ISREG(self.state.st_mode))
 
 
-def check_writable(path: Path | str) -> None:
+def check_writable(path: Path | str, *, suffix: str = "") -> None:
     """Raise what `write_bytes` would raise, before the work whose result is to be written.
 
+    Args:
+        path: the file.
+        suffix: what its name must end in, if it ends in a suffix at all: another one promises another format.
+
     Raises:
-        BadArgument: no path, a folder, a read-only file, or a folder that does not exist or takes no file.
+        BadArgument: no path, a folder, a read-only file, a folder that does not exist or takes no file, or another
+            suffix.
     """
     with _errors_naming(path):
         target = _target_of(path)
         if target.replaceable:
             with _temporary_beside(target) as (descriptor, _):
                 os.close(descriptor)
+    ending = Path(path).suffix
+    if suffix and ending and ending.lower() != suffix:
+        kind = suffix.removeprefix(".").upper()
+        raise BadArgument(f"cannot write {abbreviated(path)}: a picture is written as {kind}; end the name in {suffix}")
 
 
 def leads_to_standard_output(path: Path | str) -> bool:

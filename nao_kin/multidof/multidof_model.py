@@ -11,25 +11,25 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin._vectors import common_batch
-from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName
-from nao_kin.joints import JointGroups, Rule, TypedJoint, group_joints
-from nao_kin.joints.tree import read_tree
-from nao_kin.robot import Expression, Kinematics, RobotModel, expression_named
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.vectors import common_batch
+from nao_kin.errors import DisagreeingJoints, UnknownName
+from nao_kin.joints import JointGroups, MultiDofJoint, Rule, group_joints, read_joint_tree
+from nao_kin.multidof._assembly import Assembly
+from nao_kin.multidof._ball_angles import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
+from nao_kin.multidof._coordinates import Ball, Quaternions
+from nao_kin.multidof._couplings import CouplingViolation, Mismatch, coupling_violations
+from nao_kin.multidof._turn_selection import TurnSelection
+from nao_kin.robot import Expression, FrameIds, Kinematics, RobotModel, expression_named
 from nao_kin.rotations import EulerAngles
-from nao_kin.typed._assembly import Assembly
-from nao_kin.typed._layout import Ball
-from nao_kin.typed._quaternions import Quaternions
-from nao_kin.typed._selection import Mismatch, Selection
-from nao_kin.typed._turns import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
-from nao_kin.typed._violations import CouplingViolation, coupling_violations
 
 CouplingPolicy = Literal["raise", "nearest"]
 _POLICIES = ("raise", "nearest")
+Intermediate = Literal["keep", "drop"]
+_INTERMEDIATE = ("keep", "drop")
 
 
-class TypedModel:
+class MultiDofModel:
     """A robot whose runs of revolutes have become universal and spherical joints of a Pinocchio model.
 
     A configuration of the typed model, shape (..., nq), holds for every joint its Pinocchio coordinates in the order
@@ -40,7 +40,9 @@ class TypedModel:
 
     The links between the axes of a merged joint ride on `carriers`, revolutes on a side branch. Carriers of a universal
     joint mimic it. Those of a ball have coordinates of their own: `from_q` writes them, `to_q` reads them only where
-    the limits allow both triples of a ball, and `from_q(to_q(q_typed))` sets them right.
+    the limits leave a choice, and `from_q(to_q(q_typed))` sets them right. With intermediate="drop" there are no
+    carriers: the links between go, their masses are fixed to the body before the joint, and the model has the
+    coordinates of its typed joints alone.
 
     Attributes:
         robot: the robot it was made from.
@@ -48,11 +50,21 @@ class TypedModel:
         groups: the merged joints, their couplings, and the joints left as followers.
         pairs: the merged joints, parents first.
         carriers: names of the joints that only carry links between the axes of merged joints.
+        frame_names: the frames that it has, those of the robot unless links were dropped.
+        link_names: the links among them.
+        notes: what is not the robot's, one sentence each; none unless links were dropped.
         columns: joint name → its part of a typed configuration.
         rows: joint name → its part of a typed velocity.
     """
 
-    def __init__(self, robot: RobotModel, *, rule: Rule = "coincident", tolerance: float = 1e-9) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        *,
+        rule: Rule = "coincident",
+        tolerance: float = 1e-9,
+        intermediate: Intermediate = "keep",
+    ) -> None:
         """Merge the joints of a robot.
 
         Args:
@@ -61,14 +73,22 @@ class TypedModel:
             tolerance: as in `group_joints`. The model is the robot's to rounding when the axes of each joint meet to
                 rounding. Where they miss it by up to r, rotations are still the robot's, and positions are off by up to
                 2 r for every merged axis on the way, by nothing at zero.
+            intermediate: "keep" has the links between the axes of merged joints ride on carriers: all is the robot's.
+                "drop" leaves them and their frames out: poses and Jacobians of all other frames are the robot's, the
+                whole mass is, and the centre of mass and the mass matrix are where all merged joints are at zero, as
+                `notes` says.
 
         Raises:
-            UnknownName, BadArgument, BadModel: as `group_joints`.
+            UnknownName: no such rule, no such way with the links between.
+            BadArgument, BadModel: as `group_joints`.
         """
+        if not isinstance(intermediate, str) or intermediate not in _INTERMEDIATE:
+            raise UnknownName("way with intermediate links", intermediate, _INTERMEDIATE)
         self.robot = robot
         self.groups: JointGroups = group_joints(robot, rule=rule, tolerance=tolerance)
-        self.pairs: tuple[TypedJoint, ...] = self.groups.joints
-        assembly = Assembly(robot, read_tree(robot), self.groups)
+        self.pairs: tuple[MultiDofJoint, ...] = self.groups.joints
+        assembly = Assembly(robot, read_joint_tree(robot), self.groups, keep=intermediate == "keep")
+        self._intermediate = intermediate
         self.model: pin.Model = assembly.model
         self.carriers = tuple(assembly.carriers)
         moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
@@ -84,11 +104,13 @@ class TypedModel:
         self._base = (7, 6) if robot.base == "floating" else (0, 0)
         starts = {"base": 3} if robot.base == "floating" else {}
         self._quaternions = Quaternions(self.nq, starts | {ball.name: ball.column for ball in self._balls})
-        merged = [slot.reading for slot in self._slots if not slot.derived]
-        merged += [reading for ball in self._balls for reading in ball.readings]
-        self._selection = Selection(self._balls, [reading for reading in merged if reading.follows])
-        self._own = [reading for reading in merged if not reading.follows]
-        self._mass = sum(float(inertia.mass) for inertia in self.model.inertias)
+        self._selection = TurnSelection(self._balls, self._slots, assembly.repetitions)
+        # Place of a frame in the robot's model → its place here: those that were kept come first, in the same order.
+        kept = (i for i, frame in enumerate(robot.model.frames) if frame.parentJoint not in assembly.lumped)
+        self._places = {theirs: here for here, theirs in enumerate(kept)}
+        self.frame_names = tuple(name for name, index in robot.frame_table.items() if index in self._places)
+        self.link_names = tuple(name for name in robot.link_names if robot.frame_table[name] in self._places)
+        self.notes = _notes(robot, assembly.lumped)
         self._kinematics = Kinematics(self.model)
 
     @property
@@ -135,17 +157,17 @@ class TypedModel:
     ) -> Floats:
         """The configuration of the robot that a typed configuration belongs to.
 
-        A quaternion belongs to two triples of angles, each up to whole turns. Of these the one nearest to the
-        reference is taken, or, without one, the one least outside the limits; but first of all one that the couplings
-        allow. Where the limits allow several, the one nearest to what the carriers say is taken, then the one nearest
-        to the middle of the limits; so `to_q(from_q(q))` is q for every q inside limits, but for whole turns of a last
-        angle of a ball, which has no carrier, when its limits span more than one. At a lock, where a ball knows
-        only the sum of its outer angles, couplings decide, then the reference; without one the limits, then the
-        carriers, then the middle of the limits.
+        A quaternion belongs to two triples of angles, each angle up to whole turns. Of all combinations that one is
+        taken that comes first in this order: fewest followers at odds with their drivers, anywhere; nearest to
+        the reference, or, without one, least outside the limits; nearest to what carriers and followers say, whole
+        turns included; nearest to the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, but
+        for whole turns of a last angle of a ball, which has no carrier, when its limits span more than one and nothing
+        follows it. At a lock, where a ball knows only the sum of its outer angles, joints of the same motor that are
+        known better decide, then the same order.
 
-        Of whole turns those nearest to the reference, or to the middle of the limits, are considered, without a
-        reference also those nearest to the carriers, and for a driver whose follower's multiplier is not whole, one
-        turn more to either side. A joint without limits comes back in [−π, π], unless a coupling asks for more.
+        Revolute followers agree with their drivers up to whole turns, which leave every pose as it is. Sixteen turns of
+        a driver to either side are considered, and those nearest to what carriers and followers say. A joint without
+        limits stands where its carrier says, a last angle in [−π, π], unless a coupling asks for more.
 
         Args:
             q_typed: typed configurations, shape (..., nq). What stands for carriers only tells apart what all else
@@ -203,7 +225,7 @@ class TypedModel:
         typed = self._typed_configuration(q_typed)
         for ball in self._balls:
             if joint == ball.name or joint in (reading.name for reading in ball.readings):
-                return turns_of_quaternion(ball, typed[..., ball.column : ball.column + 4])
+                return turns_of_quaternion(ball, ball.quaternions(typed))
         raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
 
     def velocity_matrix(self, q: ArrayLike) -> Floats:
@@ -228,11 +250,11 @@ class TypedModel:
         base = np.arange(self._base[1])
         E[..., base, base] = 1.0
         for slot in self._slots:
-            E[..., slot.row, slot.reading.row] = slot.reading.multiplier
+            E[..., slot.row, slot.reading.row] = slot.reading.mimic.multiplier
         for ball in self._balls:
             directions = angular_velocity_axes(ball, self._ball_angles(ball, values))
             for k, reading in enumerate(ball.readings):
-                E[..., ball.row : ball.row + 3, reading.row] = reading.multiplier * directions[..., k]
+                E[..., ball.row : ball.row + 3, reading.row] = reading.mimic.multiplier * directions[..., k]
         return E
 
     # --- kinematics -----------------------------------------------------------------------------------------------
@@ -242,7 +264,7 @@ class TypedModel:
 
         Args:
             q_typed: typed configurations, shape (..., nq).
-            frame: a frame name of the robot, several, or None for all links in the order of `robot.link_names`.
+            frame: a frame name of the robot, several, or None for all links in the order of `link_names`.
 
         Returns:
             Shape (..., 4, 4) for one name, (..., n, 4, 4) for several [m].
@@ -254,9 +276,8 @@ class TypedModel:
         """
         typed = self._typed_configuration(q_typed)
         one = isinstance(frame, str)
-        # The robot's frames come first and in the robot's order, so its table of names holds here.
-        ids = self.robot.frame_ids((frame,) if one else frame)  # type: ignore[arg-type]
-        poses = self._kinematics.poses(typed, ids)
+        names = self.link_names if frame is None else (frame,) if one else frame
+        poses = self._kinematics.poses(typed, self._frame_ids(names))  # type: ignore[arg-type]
         return poses[..., 0, :, :] if one else poses
 
     def jacobian(self, q_typed: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
@@ -276,7 +297,7 @@ class TypedModel:
             WrongShape, NotFinite: no typed configuration.
         """
         typed = self._typed_configuration(q_typed)
-        (frame_id,), expression = self.robot.frame_ids((frame,)), expression_named(expressed_in)
+        (frame_id,), expression = self._frame_ids((frame,)), expression_named(expressed_in)
         return self._kinematics.jacobians(typed, frame_id, expression)
 
     def com(self, q_typed: ArrayLike) -> Floats:
@@ -287,8 +308,6 @@ class TypedModel:
             WrongShape, NotFinite: no typed configuration.
         """
         typed = self._typed_configuration(q_typed)
-        if self._mass <= 0.0:
-            raise BadArgument(f"{self.robot.name} has no mass, so no centre of mass")
         return self._kinematics.centres_of_mass(typed)
 
     # --- inside ---------------------------------------------------------------------------------------------------
@@ -314,27 +333,51 @@ class TypedModel:
             batch = common_batch("q_typed and reference", batch, target.shape[:-1])
             target = np.broadcast_to(target, (*batch, self.robot.nq)).reshape(math.prod(batch), self.robot.nq)
         typed = np.broadcast_to(typed, (*batch, self.nq)).reshape(math.prod(batch), self.nq)
-        values = {slot.reading.name: typed[:, slot.column] for slot in self._slots if not slot.derived}
-        quaternions = {ball.name: typed[:, ball.column : ball.column + 4] for ball in self._balls}
-        carried = {slot.reading.name: typed[:, slot.column] for slot in self._slots if slot.derived}
-        chosen, mismatches = self._selection.choose(quaternions, values, carried, target)
+        angles, mismatches = self._selection.choose(typed, target)
         q = np.empty((len(typed), self.robot.nq))
         q[:, : self._base[0]] = typed[:, : self._base[0]]
-        for reading in self._own:
-            q[:, reading.column] = chosen[reading.name]
+        for slot in self._slots:
+            if not slot.derived and not slot.reading.follows:
+                q[:, slot.reading.column] = typed[:, slot.column]
+        for reading in (reading for ball in self._balls for reading in ball.readings if not reading.follows):
+            q[:, reading.column] = angles[reading.name]
         return q, mismatches, batch
 
     @staticmethod
     def _ball_angles(ball: Ball, q: Floats) -> Floats:
         return np.stack([reading.of(q) for reading in ball.readings], axis=-1)
 
+    def _frame_ids(self, names: Sequence[str]) -> FrameIds:
+        """Places of frames in this model."""
+        places = []
+        for name, index in zip(names, self.robot.frame_ids(names), strict=True):
+            if index not in self._places:
+                raise UnknownName("frame", name, self.frame_names)
+            places.append(self._places[index])
+        return tuple(places)
+
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance)
+        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance, self._intermediate)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}>"
+        dropped = ", links between dropped" if self._intermediate == "drop" else ""
+        return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}{dropped}>"
 
 
-def _rebuilt(kind: type[TypedModel], robot: RobotModel, rule: Rule, tolerance: float) -> TypedModel:
+def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
+    """A sentence for every joint whose links are fixed to the body before."""
+    model = robot.model
+    return tuple(
+        f"{model.inertias[index].mass:.6g} kg carried by {model.names[index]} are fixed to the body "
+        f"{f'carried by {model.names[before]}' if before else 'of the root'} as with all joints at zero: "
+        "the centre of mass and the mass matrix are the robot's there only"
+        for index, before in sorted(lumped.items())
+        if model.inertias[index].mass > 0.0
+    )
+
+
+def _rebuilt(
+    kind: type[MultiDofModel], robot: RobotModel, rule: Rule, tolerance: float, intermediate: Intermediate
+) -> MultiDofModel:
     """A Pinocchio model with mimic joints does not survive pickling; the typed one is made again."""
-    return kind(robot, rule=rule, tolerance=tolerance)
+    return kind(robot, rule=rule, tolerance=tolerance, intermediate=intermediate)

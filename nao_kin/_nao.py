@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._arrays import Floats, as_floats
-from nao_kin.files import nao_urdf_path
+from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.parameters import (
     BODY_ORDER,
     CAMERAS,
@@ -22,6 +21,7 @@ from nao_kin.parameters import (
     NaoParameters,
     Version,
     nao_parameters,
+    nao_urdf_path,
     version_named,
 )
 from nao_kin.robot import Base, LimitPolicy, RobotModel
@@ -36,7 +36,6 @@ class NaoModel(RobotModel):
 
     Attributes:
         version: "v3.2" … "v6".
-        parameters: the numbers it is made of, row by row with unit and source.
         body_order: NAOqi's 26 joint names in the order of "Body".
     """
 

@@ -1,4 +1,4 @@
-"""The three angles of a ball: composed into its quaternion, taken apart again, and carried through a lock."""
+"""The three angles of a ball: composed into its quaternion, taken apart again, moved where a lock leaves a choice."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
+from nao_kin.multidof._coordinates import Ball
 from nao_kin.rotations import (
     EulerAngles,
     davenport_angles,
@@ -16,8 +17,8 @@ from nao_kin.rotations import (
     quat_multiply,
     quat_to_xyzw,
 )
-from nao_kin.typed._layout import Ball
 
+TURN = 2.0 * math.pi
 # Rounding of a quaternion and of the matrix made from it, as it shows in an angle far from lock.
 _ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 
@@ -59,36 +60,44 @@ def uncertainty(ball: Ball, middle: Floats, locked: NDArray[np.bool_]) -> Floats
         return np.where(locked, math.pi, np.minimum(_ROUNDING / np.abs(sine), math.pi))
 
 
-def near(angles: Floats, target: Floats) -> Floats:
-    """The same angles, by whole turns within half a turn of the target."""
-    return target + wrapped(angles - target)
-
-
 def wrapped(angle: Floats) -> Floats:
     """The angle, by whole turns in [−π, π]."""
-    return np.asarray(angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi)))
+    return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
-def unlocked(ball: Ball, angles: Floats, locked: NDArray[np.bool_], target: Floats) -> Floats:
-    """Where locked, of all triples that give the same rotation the one nearest to the target; shape (..., 3)."""
-    if not locked.any():
-        return angles
-    sign = np.sign(opening(ball, angles[..., 1])[0])
-    spare = wrapped(angles[..., 0] + sign * angles[..., 2] - target[..., 0] - sign * target[..., 2]) / 2.0
-    freed = np.stack([target[..., 0] + spare, angles[..., 1], target[..., 2] + sign * spare], axis=-1)
-    return np.where(locked[..., None], freed, angles)
+def near(angles: Floats, target: Floats) -> Floats:
+    """The same angles, by whole turns within half a turn of the target."""
+    return np.asarray(target + wrapped(angles - target))
 
 
-def shifted(ball: Ball, angles: Floats, place: int, by: Floats) -> Floats:
-    """One angle moved, and the opposite outer angle so that the rotation changes least; shape (..., 3).
+def moved(ball: Ball, angles: Floats, place: int, by: Floats) -> Floats:
+    """One angle moved, and the opposite outer angle so that the rotation changes least; shape (3, n).
 
     Close to lock the two outer axes nearly coincide, and what one turn gains the other gives back.
     """
-    moved = np.array(angles)
-    moved[..., place] += by
+    result = np.array(angles)
+    result[place] += by
     if place != 1:
-        moved[..., 2 - place] -= by * opening(ball, angles[..., 1])[0]
-    return moved
+        result[2 - place] -= by * opening(ball, angles[1])[0]
+    return result
+
+
+def nearest_at_lock(ball: Ball, angles: Floats, target: Floats) -> Floats:
+    """Of all triples that give the same rotation at lock, the one nearest to the target; shape (3, n)."""
+    sign = np.sign(opening(ball, angles[1])[0])
+    spare = wrapped(angles[0] + sign * angles[2] - target[0] - sign * target[2]) / 2.0
+    return np.stack([target[0] + spare, angles[1], target[2] + sign * spare])
+
+
+def inside_at_lock(ball: Ball, angles: Floats, lower: Floats, upper: Floats) -> Floats:
+    """At lock, the triple moved into the limits of both outer angles, or least outside of them; shape (3, n)."""
+    sign = np.sign(opening(ball, angles[1])[0])
+    # The first angle with the third at either end of its range: their sum, or difference, stays.
+    ends = np.sort([angles[0] + sign * (angles[2] - end) for end in (lower[2], upper[2])], axis=0)
+    least, most = np.maximum(lower[0], ends[0]), np.minimum(upper[0], ends[1])
+    with np.errstate(invalid="ignore"):  # where there are no limits, ∞ − ∞ is computed and not taken
+        first = np.where(least <= most, np.clip(angles[0], least, most), 0.5 * (least + most))
+    return moved(ball, angles, 0, first - angles[0])
 
 
 def _turned(vectors: Floats, axis: Floats, angle: Floats) -> Floats:

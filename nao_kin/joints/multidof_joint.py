@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
-from nao_kin._arrays import Floats
+from nao_kin._common.arrays import Floats
 from nao_kin.errors import UnknownName
-from nao_kin.joints.mobility import mobility
-from nao_kin.joints.pairs import LowerPair
+from nao_kin.joints._tables import html_table
+from nao_kin.joints.pairs import KinematicPair, mobility
 from nao_kin.lines import PluckerLine
+from nao_kin.semantics import Mimic
 
 
 @dataclass(frozen=True)
@@ -56,19 +58,30 @@ class Coupling:
 
     Attributes:
         joint: the joint that follows.
-        driver: the joint it follows.
-        multiplier: ratio of the two values.
-        offset: value when the driver is at zero.
+        mimic: how it follows.
     """
 
     joint: str
-    driver: str
-    multiplier: float
-    offset: float
+    mimic: Mimic
+
+    @property
+    def driver(self) -> str:
+        """The joint it follows."""
+        return self.mimic.joint
+
+    @property
+    def multiplier(self) -> float:
+        """Ratio of the two values."""
+        return self.mimic.multiplier
+
+    @property
+    def offset(self) -> float:
+        """Value when the driver is at zero."""
+        return self.mimic.offset
 
 
 @dataclass(frozen=True, eq=False)
-class TypedJoint:
+class MultiDofJoint:
     """One joint of the robot, made of one to three joints of its URDF.
 
     Attributes:
@@ -88,7 +101,7 @@ class TypedJoint:
     """
 
     name: str
-    pair: LowerPair
+    pair: KinematicPair
     joints: tuple[str, ...]
     parent: str
     centre: Floats
@@ -105,35 +118,42 @@ class TypedJoint:
         """The axes as lines of the root's frame with all joints at zero, batch shape (n,)."""
         return PluckerLine.from_point_direction(self.centre, self.axes)
 
+    def __repr__(self) -> str:
+        x, y, z = (f"{value + 0.0:.4g}" for value in self.centre)
+        return f"<{type(self).__name__} {self.name}: {self.pair.name} at ({x}, {y}, {z}) m>"
+
 
 @dataclass(frozen=True, eq=False)
 class JointGroups:
-    """All joints of a robot, and what ties them together.
+    """All joints of a robot, and the motors that several of them share.
 
     Iterating goes through the joints; `len` counts them.
 
     Attributes:
         joints: the joints, parents first.
-        couplings: motors that drive two of them.
+        mimics: joints that follow another one, and how; each takes a freedom away.
         driven: joints of the URDF that follow another one and carry none with a coordinate of its own, such as fingers
             that follow the hand: each adds a freedom and takes it back, and none is a joint here.
         rule: the rule that merged them.
         tolerance: how far centres or axes may miss their common point [m].
     """
 
-    joints: tuple[TypedJoint, ...]
-    couplings: tuple[Coupling, ...]
+    joints: tuple[MultiDofJoint, ...]
+    mimics: Mapping[str, Mimic]
     driven: tuple[str, ...]
     rule: str
     tolerance: float
 
-    def __iter__(self) -> Iterator[TypedJoint]:
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mimics", MappingProxyType(dict(self.mimics)))
+
+    def __iter__(self) -> Iterator[MultiDofJoint]:
         return iter(self.joints)
 
     def __len__(self) -> int:
         return len(self.joints)
 
-    def __getitem__(self, name: str) -> TypedJoint:
+    def __getitem__(self, name: str) -> MultiDofJoint:
         """The joint of this name, or the one that this joint of the URDF is a part of.
 
         Raises:
@@ -145,13 +165,28 @@ class JointGroups:
         raise UnknownName("joint", name, [part for joint in self.joints for part in joint.joints])
 
     @property
+    def couplings(self) -> tuple[Coupling, ...]:
+        """The motors that drive two joints, one row for each joint that follows."""
+        return tuple(Coupling(joint, mimic) for joint, mimic in self.mimics.items())
+
+    @property
     def mobility(self) -> int:
         """Degrees of freedom of the robot by the Grübler–Kutzbach count, couplings counted."""
-        return mobility([joint.pair for joint in self.joints], couplings=len(self.couplings))
+        return mobility([joint.pair for joint in self.joints], couplings=len(self.mimics))
 
     @property
     def summary(self) -> str:
         """The count in one line, as "25 DOF = 2×3 + 7×2 + 6×1 − 1": joints × freedoms each, less the couplings."""
         counts = Counter(joint.pair.freedoms for joint in self.joints)
         terms = " + ".join(f"{count}×{freedoms}" for freedoms, count in sorted(counts.items(), reverse=True)) or "0"
-        return f"{self.mobility} DOF = {terms}" + (f" − {len(self.couplings)}" if self.couplings else "")
+        return f"{self.mobility} DOF = {terms}" + (f" − {len(self.mimics)}" if self.mimics else "")
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.rule}: {len(self)} joints, {self.summary}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (joint.name, joint.pair.name, joint.parent or "–", " ".join(f"{value + 0.0:.4g}" for value in joint.centre))
+            for joint in self
+        ]
+        return html_table(f"{self.summary} ({self.rule})", ("joint", "pair", "carried by", "centre [m]"), rows)

@@ -1,4 +1,4 @@
-"""Where the package's own files are: inside the wheel, or beside the package in a checkout."""
+"""Where the generated URDFs are: inside the wheel, or beside the package in a checkout."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from nao_kin.errors import BadModel
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parent.parent
 
 
 def urdf_directory() -> Path:
@@ -15,7 +15,7 @@ def urdf_directory() -> Path:
     Raises:
         BadModel: the installation lacks it.
     """
-    for folder in (_PACKAGE / "urdf", _PACKAGE.parent / "urdf"):
+    for folder in (_PACKAGE / "_urdf_files", _PACKAGE.parent / "urdf"):
         if (folder / "nao_v6.urdf").is_file():
             return folder
     raise BadModel(f"no urdf folder with nao_v6.urdf in {_PACKAGE} or beside it; reinstall nao-kin")

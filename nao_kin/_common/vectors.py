@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._arrays import Floats, as_floats
+from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, WrongShape, ZeroNorm
 
 _LARGEST = 1e150

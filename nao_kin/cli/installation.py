@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nao_kin._ending import before_ending, kill_group, uninterrupted
+from nao_kin._common.ending import before_ending, kill_group, uninterrupted
 from nao_kin._text import abbreviated
 
 # Distribution name → module name.
