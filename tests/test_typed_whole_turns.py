@@ -209,3 +209,54 @@ def test_two_balls_of_one_motor_find_the_turn_that_both_know(tmp_path, intermedi
     q = robot.random(1, 300)
     assert np.abs(q[:, 2]).max() > 19.0
     assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-11)
+
+
+# --- locks without carriers -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("last", [Z, (0.0, 0.0, -1.0)])
+def test_at_a_lock_the_outer_angles_stay_inside_unequal_limits(tmp_path, last) -> None:
+    joints = [J("a", Z, limits=(-0.2, 0.2)), J("b", X, limits=(-1.0, 1.0)), J("c", last, limits=(-2.0, 2.0))]
+    robot = made_up(tmp_path, *joints)
+    typed = MultiDofModel(robot, intermediate="drop")
+    for first, third in ((0.1, 1.9), (-0.2, -1.5), (0.0, 1.99), (0.15, -1.7)):
+        q = np.array([first, 0.0, third])
+        back = typed.to_q(typed.from_q(q))
+        assert np.all((back >= robot.lower - 1e-9) & (back <= robot.upper + 1e-9))
+        assert np.allclose(robot.fk(back, "c_l"), robot.fk(q, "c_l"), rtol=0, atol=1e-14)
+    # No pair of angles inside the limits makes this sum; both are then outside by as much.
+    back = typed.to_q(typed.from_q([0.6, 0.0, 2.0 * last[2]]))
+    assert back == pytest.approx([0.4, 0.0, 2.2 * last[2]], abs=1e-14)
+
+
+def three_balls(tmp_path, first: J, second: J, third: J) -> MultiDofModel:
+    """Three balls of joints about z, x and z, locked where the middle angle is zero."""
+    balls = [[joint, J(f"{joint.name}m", X), J(f"{joint.name}o", Z)] for joint in (first, second, third)]
+    return MultiDofModel(
+        made_up(tmp_path, *(joint for ball in balls for joint in ball), J("tip", X, AWAY)), intermediate="drop"
+    )
+
+
+def test_a_locked_ball_passes_on_what_it_learns_from_another_motor(tmp_path) -> None:
+    # c's rotation tells the last angle of a, with it the first one, and that the first of b.
+    typed = three_balls(
+        tmp_path, J("a", Z), J("b", Z, AWAY, follows=("a", 1.0, 0.0)), J("c", Z, AWAY, follows=("ao", 1.0, 0.0))
+    )
+    q = typed.robot.configuration({"a": 0.7, "am": 0.0, "ao": -0.4, "bm": 0.0, "bo": 0.9, "cm": 0.5, "co": 0.3})
+    assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-13)
+
+
+def test_a_locked_ball_that_has_learnt_one_angle_from_a_motor_is_free_no_more(tmp_path) -> None:
+    # a tells the first angle of b, and so the last one; c says otherwise.
+    typed = three_balls(
+        tmp_path, J("a", Z), J("b", Z, AWAY, follows=("a", 1.0, 0.0)), J("c", Z, AWAY, follows=("bo", 1.0, 0.0))
+    )
+    names = {"a": 0.7, "am": 0.5, "ao": -0.4, "bm": 0.0, "bo": 0.9, "cm": 0.5, "co": 0.3}
+    q_typed = typed.from_q(typed.robot.configuration(names))
+    assert typed.violations(q_typed) == ()
+    other = typed.from_q(typed.robot.configuration({**names, "bo": 1.2}))
+    column = typed.columns["c+cm+co"]
+    q_typed[column] = other[column]
+    (row,) = typed.violations(q_typed)
+    assert (row.primary, row.mimic) == ("bo", "c")
+    assert (row.primary_value, row.mimic_value) == (pytest.approx(0.9, abs=1e-13), pytest.approx(1.2, abs=1e-13))
