@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
     from nao_kin.viewer import Viewer
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "LimitViolation",
