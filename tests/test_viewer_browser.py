@@ -496,7 +496,9 @@ def test_a_killed_page_does_no_harm(browser: Any, nao: nk.NaoModel) -> None:
 def test_a_picture_needs_no_page_and_leaves_nothing_behind(
     browser: Any, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    deep = tmp_path / ("deep" * 20)  # longer than the path of a browser's socket may be
+    deep.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(deep))
     viewer = Viewer(nao)
     viewer.save_png(tmp_path / "front.png", camera="front", size=(240, 320))
     picture = read_png((tmp_path / "front.png").read_bytes())
@@ -506,4 +508,5 @@ def test_a_picture_needs_no_page_and_leaves_nothing_behind(
         viewer.save_png(tmp_path / "never.png", timeout=0.2)
     assert viewer._server is None
     assert processes(str(tmp_path)) == []
-    assert [path.name for path in tmp_path.iterdir()] == ["front.png"]
+    assert list(deep.iterdir()) == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == [deep.name, "front.png"]

@@ -24,6 +24,10 @@ _MAC_APPLICATIONS = (
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
 )
 # Drawing in software is the same everywhere; and a browser that only takes a picture has nobody to call.
+_PREFIX = "nao_kin_browser_"
+_RANDOM = 8  # characters that a temporary folder's name ends in
+# A socket's path has at most 107 bytes, and the browser's adds /org.chromium.Chromium.XXXXXX/SingletonSocket.
+_LONGEST_PATH = 60
 _OPTIONS = (
     "--headless=new",
     "--use-gl=angle",
@@ -104,13 +108,20 @@ def headless(url: str, *, size: tuple[int, int]) -> Iterator[subprocess.Popen[by
 def _temporary_folder() -> Iterator[Path]:
     """A folder of the browser's own, for all that it writes; whatever happens, it is gone afterwards."""
     with uninterrupted():
-        folder = Path(tempfile.mkdtemp(prefix="nao_kin_browser_"))
+        folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=_short_folder()))
         take_back = before_ending(partial(_remove, folder))
     try:
         yield folder
     finally:
         _remove(folder)
         take_back()
+
+
+def _short_folder() -> str:
+    """The folder for temporary ones, or a shorter one: the browser puts a socket into what it is given."""
+    usual = tempfile.gettempdir()
+    length = len(os.fsencode(usual)) + 1 + len(_PREFIX) + _RANDOM
+    return usual if length <= _LONGEST_PATH or not os.access("/tmp", os.W_OK) else "/tmp"
 
 
 def _remove(folder: Path) -> None:
