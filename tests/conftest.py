@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
 from slow_tests import is_slow
@@ -16,6 +20,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if is_slow(item.path.stem, getattr(item, "originalname", item.name)):
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture
+def short_folder() -> Iterator[Path]:
+    """A folder whose path is short enough for the socket of a browser; pytest's own often is not."""
+    with tempfile.TemporaryDirectory(prefix="nk_") as folder:
+        yield Path(folder)
 
 
 @pytest.fixture(scope="session")

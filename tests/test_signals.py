@@ -112,10 +112,10 @@ def _problems(folder: Path, name: str, number: signal.Signals, delay: float) -> 
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")
-def test_every_command_ends_at_once_at_any_moment_of_its_life(tmp_path: Path) -> None:
+def test_every_command_ends_at_once_at_any_moment_of_its_life(short_folder: Path) -> None:
     names = list(COMMANDS)
     tries = [
-        (tmp_path / str(index), names[index % len(names)], SIGNALS[(index + index // len(names)) % 3], 0.1 * index)
+        (short_folder / str(index), names[index % len(names)], SIGNALS[(index + index // len(names)) % 3], 0.1 * index)
         for index in range(24)
     ]
     with ThreadPoolExecutor(2) as pool:

@@ -269,19 +269,19 @@ def test_an_address_that_is_dead_at_once_is_refused(capsys: pytest.CaptureFixtur
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_picture_cut_short_leaves_nothing_behind(tmp_path: Path, number: signal.Signals) -> None:
+def test_a_picture_cut_short_leaves_nothing_behind(short_folder: Path, number: signal.Signals) -> None:
     try:
         find_browser()
     except NoBrowser as error:
         pytest.skip(f"no browser to draw with: {error}")
 
     def running() -> bool:
-        return processes(str(tmp_path)) != []
+        return processes(str(short_folder)) != []
 
     process = subprocess.Popen(
         [sys.executable, "-m", "nao_kin", "view", "--png", "x.png"],
-        cwd=tmp_path,
-        env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": str(Path(nk.__file__).parent.parent)},
+        cwd=short_folder,
+        env={**os.environ, "TMPDIR": str(short_folder), "PYTHONPATH": str(Path(nk.__file__).parent.parent)},
     )
     try:
         end = time.monotonic() + 60.0
@@ -293,7 +293,7 @@ def test_a_picture_cut_short_leaves_nothing_behind(tmp_path: Path, number: signa
         assert process.wait(20.0) == 128 + number
         assert time.monotonic() - start < 1.0
         assert not running()
-        assert list(tmp_path.iterdir()) == []
+        assert list(short_folder.iterdir()) == []
     finally:
         if process.poll() is None:
             process.kill()
