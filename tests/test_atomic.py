@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import stat
 import subprocess
 import sys
@@ -66,14 +67,15 @@ def test_an_existing_file_keeps_its_mode(tmp_path: Path, mode: int) -> None:
 
 
 @pytest.mark.skipif(not ROOT, reason="only root gives files away")
-def test_an_existing_file_keeps_its_owner(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("owner", "group"), [(12345, 23456), (0, 23456), (12345, 0)])
+def test_an_existing_file_keeps_its_owner_and_its_group(tmp_path: Path, owner: int, group: int) -> None:
     path = tmp_path / "old"
     path.write_bytes(b"old")
-    os.chown(path, 12345, 23456)
+    os.chown(path, owner, group)
     path.chmod(0o660)
     atomic.write_bytes(path, b"new")
     state = path.stat()
-    assert (state.st_uid, state.st_gid, stat.S_IMODE(state.st_mode)) == (12345, 23456, 0o660)
+    assert (state.st_uid, state.st_gid, stat.S_IMODE(state.st_mode)) == (owner, group, 0o660)
     assert path.read_bytes() == b"new"
 
 
@@ -208,18 +210,48 @@ def test_a_link_to_standard_output_is_standard_output(tmp_path: Path, name: str)
     link = tmp_path / "stdout"
     link.symlink_to(name)
     command = [sys.executable, "-c", _TO_A_DESCRIPTOR, str(link)]
-    piped = subprocess.run(command, capture_output=True, text=True, check=False)
+    # What is printed waits in a buffer, as it does for most.
+    buffered = {key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"}
+    piped = subprocess.run(command, capture_output=True, text=True, check=False, env=buffered)
     assert (piped.stdout, piped.stderr) == ("before\ncontent\nafter True\n", "")
     log = tmp_path / "log"
     log.write_text("earlier\n")
     with log.open("a") as file:
-        subprocess.run(command, stdout=file, check=True)
+        subprocess.run(command, stdout=file, check=True, env=buffered)
     assert log.read_text() == "earlier\nbefore\ncontent\nafter True\n"
     assert link.is_symlink()
     with log.open() as file, pytest.raises(BadArgument, match="it is not open for writing"):
         atomic.check_writable(f"/proc/self/fd/{file.fileno()}")
     with pytest.raises(BadArgument, match="Bad file descriptor"):
         atomic.check_writable("/proc/self/fd/999")
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_a_descriptor_is_found_through_many_links_and_is_our_own(tmp_path: Path) -> None:
+    before = "/proc/self/fd/1"
+    for i in range(6):
+        (tmp_path / f"link{i}").symlink_to(before)
+        before = f"link{i}"
+    assert atomic.leads_to_standard_output(tmp_path / "link5")
+    assert atomic.leads_to_standard_output(f"/proc/{os.getpid()}/fd/1")
+    # Another process has a standard output of its own.
+    assert not atomic.leads_to_standard_output(f"/proc/{os.getppid()}/fd/1")
+    assert not atomic.leads_to_standard_output("/proc/self/fd/2")
+
+
+def test_a_socket_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # addresses of sockets are short
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind("s")
+        _refused(tmp_path / "s", "it is a socket")
+
+
+def test_a_picture_is_written_as_what_its_name_says_in_either_letter_case(tmp_path: Path) -> None:
+    for name in ("a.png", "a.PNG", "a", "/dev/null"):
+        atomic.check_writable(tmp_path / name, suffix=".png")
+    for name in ("a.jpg", "a.png.jpg"):
+        with pytest.raises(BadArgument, match=r"a picture is written as PNG; end the name in \.png"):
+            atomic.check_writable(tmp_path / name, suffix=".png")
 
 
 @pytest.mark.skipif(ROOT, reason="root may write everywhere")

@@ -1,0 +1,133 @@
+"""Limits at the ends of tables, and configurations of a floating base, on the quick way and on that of arrays."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_up_robots import J, made_up
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits
+from nao_kin.semantics import CoupledLimit, Semantics
+
+# No bound of one end is the bound of another, and b = 0 is outside at both ends.
+TABLE = CoupledLimit("b", "a", (-1.0, 0.0, 1.0), (0.25, -1.0, -1.5), (0.5, 1.0, -0.5))
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> nk.RobotModel:
+    path = made_up(tmp_path, J("a"), J("b"), J("c")).urdf_path
+    return nk.RobotModel.from_urdf(path, semantics=Semantics(coupled_limits=(TABLE,)))
+
+
+# The corners of the table, between them, and on both sides of it.
+A = (-2.5, -1.0, -0.75, -0.5, 0.0, 0.25, 0.5, 1.0, 2.5)
+
+
+@pytest.mark.parametrize("a", A)
+@pytest.mark.parametrize("nudge", [-1e-6, -1e-12, 1e-12, 1e-6])
+def test_one_configuration_is_inside_a_table_where_a_batch_is(robot: nk.RobotModel, a: float, nudge: float) -> None:
+    for bounds in (TABLE.lower, TABLE.upper):
+        b = float(np.interp(a, TABLE.at, bounds)) + nudge
+        inside = bool(robot.within_limits([[a, b, 0.0]])[0])
+        outwards = (nudge < 0.0) == (bounds is TABLE.lower)
+        assert inside == (not outwards or abs(nudge) < 1e-9)
+        for check in (
+            lambda b=b: robot.check_limits(np.array([a, b, 0.0])),
+            lambda b=b: robot.configuration({"a": a, "b": b}),
+            lambda b=b: robot.fk([a, b, 0.0], "c", limits="raise"),
+        ):
+            if inside:
+                check()
+            else:
+                with pytest.raises(OutsideLimits):
+                    check()
+
+
+@pytest.mark.parametrize("a", A)
+def test_a_joint_at_zero_may_be_outside_by_the_joint_it_depends_on(robot: nk.RobotModel, a: float) -> None:
+    lower, upper = TABLE.range(np.array(a))
+    if lower <= 0.0 <= upper:
+        assert robot.configuration({"a": a}).tolist() == [a, 0.0, 0.0]
+    else:
+        with pytest.raises(OutsideLimits, match=f"b = 0 not in .* at a = {a:g}"):
+            robot.configuration({"a": a})
+    assert robot.configuration({"c": 1.0}).tolist() == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_value_is_on_its_limit_to_a_billionth(robot: nk.RobotModel, side: float) -> None:
+    for miss, inside in ((0.9e-9, True), (1.1e-9, False), (1e-4, False)):
+        q = np.array([0.0, 0.0, side * (3.0 + miss)])
+        assert robot.within_limits(q) == inside
+        assert (robot.limit_violations(q) == ()) == inside
+
+
+def test_joints_with_one_limit_and_sliding_ones_may_go_far_without_a_warning(tmp_path: Path) -> None:
+    tree = made_up(tmp_path, J("below"), J("above"), J("slide", kind="prismatic"), J("bound")).tree
+    below, above, slide, bound = tree.joints
+    joints = (replace(below, upper=math.inf), replace(above, lower=-math.inf), slide, bound)
+    robot = nk.RobotModel(replace(tree, joints=joints))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for far in (-7.0, 7.0):
+            robot.fk([far, far, far, 0.0], "bound_l")
+    with pytest.warns(DegreesWarning, match=r"^bound = 7 rad"):
+        robot.fk([-7.0, 7.0, 50.0, 7.0], "bound_l")
+
+
+def test_a_joint_within_a_turn_is_not_the_one_in_degrees(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b"))
+    with pytest.warns(DegreesWarning, match=r"^b = -45 rad"):
+        robot.fk([4.0, -45.0], "b_l")  # 4 is outside as well
+    with pytest.warns(DegreesWarning, match=r"^b = 7 rad"):
+        robot.fk([[4.0, 0.0], [0.0, 7.0]], "b_l")
+
+
+# --- floating base ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def free(tmp_path: Path) -> nk.RobotModel:
+    return made_up(tmp_path, J("a", limits=(-1.0, 1.0)), J("b", limits=(-2.0, 2.0)), base="floating")
+
+
+def test_values_by_name_leave_the_base_where_it_is(free: nk.RobotModel) -> None:
+    for limits in ("raise", "clamp", "ignore"):
+        for values in ({"b": 0.5, "a": -0.25}, {"b": np.array(0.5), "a": np.array(-0.25)}):
+            q = free.configuration(values, limits=limits)  # type: ignore[arg-type]
+            assert q.tolist() == [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -0.25, 0.5]
+
+
+def test_only_joints_that_were_named_are_clamped_and_the_base_is_not(free: nk.RobotModel) -> None:
+    assert free.configuration({"a": 9.0}, limits="clamp").tolist() == [0.0] * 6 + [1.0, 1.0, 0.0]
+    assert free.configuration({"b": -9.0}, limits="clamp").tolist() == [0.0] * 6 + [1.0, 0.0, -2.0]
+    q = np.array([5.0, 6.0, 7.0, 0.0, 0.0, 0.0, 1.0, 9.0, -9.0])
+    assert free.clamp(q).tolist() == [5.0, 6.0, 7.0, 0.0, 0.0, 0.0, 1.0, 1.0, -2.0]
+
+
+def test_joints_that_were_not_named_are_left_outside(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b", limits=(-2.0, 2.0)))
+    assert robot.configuration({"b": 9.0}, limits="clamp").tolist() == [0.0, 2.0]
+    assert robot.configuration({"b": [9.0, 0.0]}, limits="clamp").tolist() == [[0.0, 2.0], [0.0, 0.0]]
+
+
+def test_a_bad_number_is_blamed_on_its_joint_or_on_the_base(free: nk.RobotModel) -> None:
+    for column, name in ((0, "base"), (6, "base"), (7, "a"), (8, "b")):
+        q = free.neutral()
+        q[column] = np.nan
+        with pytest.raises(NotFinite, match=rf"index \[{column}\] \({name}\)"):
+            free.fk(q, "b_l")
+
+
+def test_the_quaternion_of_a_floating_base_is_checked_however_small_the_numbers(free: nk.RobotModel) -> None:
+    q = free.neutral()
+    q[6] = 0.5
+    for shaped in (q, q[None], q.tolist()):
+        with pytest.raises(BadArgument, match=r"must be a unit quaternion .* norm 0\.5"):
+            free.fk(shaped, "b_l")
