@@ -13,6 +13,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, BadInputFile, BadModel, OutsideLimits, UnknownName
+from nao_kin.parameters import REST
 from nao_kin.semantics import CoupledLimit, Mimic, Posture, Semantics, View, read_semantics
 
 TOML = """
@@ -238,6 +239,31 @@ def test_an_srdf_gives_chains_effectors_and_postures(tmp_path: Path) -> None:
     )
 
 
+def test_a_chain_of_an_srdf_goes_outwards_whatever_its_joints_are_called(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("z"), J("fix", kind="fixed"), J("m"), J("a"), J("b", parent="m"))
+    robot.urdf_path.with_suffix(".srdf").write_text(
+        """<robot name="r">
+          <group name="whole"><joint name="a"/><joint name="m"/><joint name="fix"/><joint name="z"/></group>
+          <group name="links"><link name="a_l"/><link name="m_l"/><link name="base"/></group>
+          <group name="part"><chain base_link="z_l" tip_link="a_l"/></group>
+          <group name="apart"><joint name="a"/><joint name="b"/></group>
+          <group name="held"><joint name="fix"/></group>
+          <group name="first"><group name="second"/><joint name="z"/></group>
+          <group name="second"><group name="first"/><joint name="m"/></group>
+        </robot>""",
+        encoding="utf-8",
+    )
+    robot = nk.RobotModel.from_urdf(robot.urdf_path)
+    assert robot.chains == {
+        "whole": ("z", "m", "a"),
+        "links": ("m", "a"),
+        "part": ("m", "a"),
+        "first": ("z", "m"),
+        "second": ("z", "m"),
+    }
+    assert robot.load_notes == ("chains, effectors and postures from robot.srdf beside the URDF",)
+
+
 def test_an_srdf_that_was_asked_for_is_refused_when_it_is_none(tmp_path: Path) -> None:
     for text, message in (("<sdf/>", "root element is <sdf>, an SRDF has <robot>"), ("<robot", "not well-formed XML")):
         path = tmp_path / "bad.srdf"
@@ -267,7 +293,14 @@ def test_nao_means_what_its_parameters_say(each_nao: nk.NaoModel) -> None:
     assert semantics.coupled_limits == each_nao.parameters.coupled_limits
     assert semantics.start in each_nao.posture_names
     assert each_nao.mimics == each_nao.parameters.mimics
-    assert each_nao.parameters.version == each_nao.version
+    assert each_nao.parameters.version == semantics.version == each_nao.version
+    # Hands are read as ratios; lying and on all fours, the vertical is not the trunk's.
+    assert {name: each_nao.unit(name) for name in each_nao.joint_names if each_nao.unit(name) != "rad"} == {
+        "LHand": "1",
+        "RHand": "1",
+    }
+    assert {name: posture.up for name, posture in semantics.postures.items() if posture.up is not None} == REST
+    assert len(REST) > 0
 
 
 # --- mimics -----------------------------------------------------------------------------------------------------------
@@ -282,7 +315,12 @@ def test_a_mimic_is_composed_and_turned_round() -> None:
     assert a_of_b.driver_value(a_of_b.value(0.3)) == pytest.approx(0.3, abs=1e-15)
     assert a_of_b.range(-1.0, 2.0) == (-3.5, 2.5)
     assert a_of_b.driver_range(-3.5, 2.5) == (-1.0, 2.0)
-    assert Mimic("b", 0.0, 0.5).range(-1.0, 2.0) == (0.5, 0.5)
+    for lower, upper in ((-1.0, 2.0), (-math.inf, math.inf)):
+        assert Mimic("b", 0.0, 0.5).range(lower, upper) == (0.5, 0.5)
+    assert a_of_b.range(-math.inf, 2.0) == (-3.5, math.inf)
+    assert a_of_b.driver_range(-math.inf, 2.5) == (-1.0, math.inf)
+    assert a_of_b.through(b_of_c) == Mimic("c", -6.0, 0.0)
+    assert a_of_b.inverted("a") == Mimic("a", -0.5, 0.25)
 
 
 def test_a_coupled_limit_is_constant_outside_its_table() -> None:

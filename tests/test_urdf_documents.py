@@ -57,6 +57,23 @@ def test_a_xacro_source_is_refused_with_the_command_that_expands_it(tmp_path: Pa
         _load(tmp_path, text)
 
 
+def test_a_source_is_a_source_without_the_word_xacro(tmp_path: Path) -> None:
+    with pytest.raises(BadModel, match="a xacro source with 2 unexpanded"):
+        _load(tmp_path, '<robot name="${name}">' + FIXED.replace('name="J"', 'name="${prefix}J"') + "</robot>")
+
+
+@pytest.mark.parametrize("kind", ["property", "arg", "include"])
+def test_what_merely_defines_may_hold_expressions(tmp_path: Path, kind: str) -> None:
+    robot = _load(tmp_path, f'<robot name="r"><xacro:{kind} name="n" value="${{x}}"/>{FIXED}</robot>')
+    assert robot.load_notes == (f"1 leftover elements of xacro left out: <xacro:{kind}>",)
+
+
+def test_elements_of_other_tools_are_no_leftovers_of_xacro(tmp_path: Path) -> None:
+    others = '<sensor:camera/><xacro:arg name="n"/><x:arg name="m"/>'
+    text = f'<robot name="r" xmlns:sensor="http://s.org" xmlns:x="http://ros.org/xacro">{others}{FIXED}</robot>'
+    assert _load(tmp_path, text).load_notes == ("2 leftover elements of xacro left out: <xacro:arg>",)
+
+
 def test_an_expression_that_no_element_uses_keeps_nothing_from_loading(tmp_path: Path) -> None:
     assert _load(tmp_path, f'<robot name="r"><!-- ${{x}} -->{FIXED}</robot>').load_notes == ()
 
