@@ -96,13 +96,13 @@ class _Groups:
         return []
 
     def _path(self, tip: str, base: str) -> list[UrdfJoint]:
-        """The joints from the base link to the tip; from the root where the base does not carry the tip."""
+        """The joints from the tip back to the base link; to the root where the base does not carry the tip."""
         self.missing += [name for name in (tip, base) if name and name not in self._links]
         path = []
         while tip in self._above and tip != base:
             path.append(self._above[tip])
             tip = self._above[tip].parent
-        return path[::-1]
+        return path
 
 
 def _postures(document: ET.Element, tree: UrdfTree, missing: list[str]) -> dict[str, Posture]:
