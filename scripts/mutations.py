@@ -91,7 +91,7 @@ _COMMON = (
 _URDF = (
     *_faults(
         "urdf/reader.py",
-        "test_model_from_tree.py",
+        "test_urdf_tree.py test_model_from_tree.py",
         ("products-of-inertia-exchanged", '("ixx", "ixy", "ixz",', '("ixx", "ixz", "ixy",'),
         ("missing-axis-is-z", 'text = "1 0 0" if element is None', 'text = "0 0 1" if element is None'),
         ("axis-without-xyz-is-z", 'element.get("xyz", "1 0 0")', 'element.get("xyz", "0 0 1")'),

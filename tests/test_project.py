@@ -83,8 +83,12 @@ def test_every_test_left_out_of_the_quick_ones_exists() -> None:
 @pytest.mark.parametrize("mutation", mutate.MUTATIONS, ids=lambda mutation: mutation.name)
 def test_a_mutation_can_be_planted(mutation: mutate.Mutation) -> None:
     compile(mutate.planted(mutation), mutation.file, "exec")
+    assert mutation.new != mutation.old
     for test in mutation.tests:
-        assert (ROOT / test.split("::")[0]).is_file(), test
+        module, *names = test.split("::")
+        assert (ROOT / module).is_file(), test
+        for name in names:
+            assert f"\ndef {name}(" in (ROOT / module).read_text(encoding="utf-8"), test
 
 
 def test_mutations_have_names_of_their_own() -> None:
