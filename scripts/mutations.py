@@ -297,18 +297,19 @@ _ROBOT = (
     ),
     *_faults(
         "robot/limits.py",
-        "test_configurations.py::test_clamping_by_a_table_stays_in_the_box",
+        "test_robot_limits.py::test_where_a_table_reaches_out_of_the_box_the_box_holds",
         (
             "clamp-ignores-the-box-where-a-table-holds",
-            "return np.maximum(lower, self.lower[column]), np.minimum(upper, self.upper[column])",
+            "return np.clip(lower, *box), np.clip(upper, *box)",
             "return lower, upper",
         ),
-        ("clamp-ignores-the-lower-box-where-a-table-holds", "np.maximum(lower, self.lower[column])", "lower"),
-        ("clamp-ignores-the-upper-box-where-a-table-holds", "np.minimum(upper, self.upper[column])", "upper"),
+        ("clamp-ignores-the-lower-box-where-a-table-holds", "np.clip(lower, *box)", "lower"),
+        ("clamp-ignores-the-upper-box-where-a-table-holds", "np.clip(upper, *box)", "upper"),
     ),
     *_faults(
         "robot/limits.py",
-        "test_configurations.py test_robot_limits.py",
+        "test_robot_limits.py test_configurations.py "
+        "test_robot_model_details.py::test_a_joint_outside_its_range_and_its_table_is_reported_once",
         (
             "table-before-its-first-value-answers-with-its-last",
             "        return table.lower[end], table.upper[end]",
@@ -349,7 +350,7 @@ _ROBOT = (
     ),
     *_faults(
         "robot/kinematics.py",
-        "test_robot_model.py::test_poses_in_a_reference_are_relative_poses "
+        "test_robot_model.py::test_relative_poses_are_those_of_pinocchio_for_any_number_of_frames "
         "test_robot_model.py::test_poses_are_those_of_pinocchio",
         ("relative-pose-turned-back", "np.matmul(T_reference[:3, :3].T, T[:3]", "np.matmul(T_reference[:3, :3], T[:3]"),
         ("relative-poses-turned-back", "T_reference[..., :3, :3].swapaxes(-1, -2)", "T_reference[..., :3, :3]"),
@@ -366,7 +367,7 @@ _ROBOT = (
         "robot/kinematics.py",
         "test_robot_model.py::test_the_centre_of_mass_is_the_mean_of_the_links "
         "test_robot_model.py::test_a_payload_added_to_the_model_counts "
-        "test_robot_model.py::test_a_batch_holds_what_its_configurations_give_one_by_one test_urdf_tree.py",
+        "test_robot_model.py::test_the_centre_of_mass_counts_root_and_tip_by_their_masses",
         (
             "centre-of-mass-without-the-root-link",
             "rest * held_x, share * y + rest * held_y, share * z + rest * held_z",

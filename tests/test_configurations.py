@@ -179,6 +179,20 @@ def test_joints_of_one_motor_agree_to_single_precision(nao: nk.NaoModel, differe
     nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.1 + 0.9e-6 * math.copysign(1.0, difference)})
 
 
+@pytest.mark.parametrize("multiplier", [4.0, -4.0, 0.25])
+def test_a_follower_agrees_to_single_precision_of_its_own_value(tmp_path: Path, multiplier: float) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", follows=("a", multiplier, 0.5), limits=(-30.0, 30.0)))
+    expected = multiplier * 0.1 + 0.5
+    for number in (float, np.array, lambda value: np.array([value])):
+        for names in (("a", "b"), ("b", "a")):
+            for miss in (1.1e-6, -1.1e-6):
+                values = {"a": number(0.1), "b": number(expected + miss)}
+                with pytest.raises(CouplingViolated):
+                    robot.configuration({name: values[name] for name in names})
+                values["b"] = number(expected + 0.8 * miss)
+                assert robot.configuration({name: values[name] for name in names}).ravel().tolist() == [0.1]
+
+
 # --- the quick way ----------------------------------------------------------------------------------------------------
 
 _JOINTS = nk.load_nao().joint_names

@@ -16,7 +16,7 @@ from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits
 from nao_kin.semantics import CoupledLimit, Semantics
 
 # No bound of one end is the bound of another, and b = 0 is outside at both ends.
-TABLE = CoupledLimit("b", "a", (-1.0, 0.0, 1.0), (0.25, -1.0, -1.5), (0.5, 1.0, -0.5))
+TABLE = CoupledLimit("b", "a", (-1.0, 0.0, 1.0), (0.25, -1.5, -1.0), (0.5, 1.0, -0.5))
 
 
 @pytest.fixture
@@ -32,11 +32,11 @@ A = (-2.5, -1.0, -0.75, -0.5, 0.0, 0.25, 0.5, 1.0, 2.5)
 @pytest.mark.parametrize("a", A)
 @pytest.mark.parametrize("nudge", [-1e-6, -1e-12, 1e-12, 1e-6])
 def test_one_configuration_is_inside_a_table_where_a_batch_is(robot: nk.RobotModel, a: float, nudge: float) -> None:
-    for bounds in (TABLE.lower, TABLE.upper):
-        b = float(np.interp(a, TABLE.at, bounds)) + nudge
-        inside = bool(robot.within_limits([[a, b, 0.0]])[0])
-        outwards = (nudge < 0.0) == (bounds is TABLE.lower)
-        assert inside == (not outwards or abs(nudge) < 1e-9)
+    lower, upper = (float(np.interp(a, TABLE.at, bounds)) for bounds in (TABLE.lower, TABLE.upper))
+    # At the bounds for this a, and at those for others.
+    for b in (lower + nudge, upper + nudge, *(bound + nudge for bound in (*TABLE.lower, *TABLE.upper))):
+        inside = lower - 1e-9 <= b <= upper + 1e-9
+        assert robot.within_limits([[a, b, 0.0]]).tolist() == [inside]
         for check in (
             lambda b=b: robot.check_limits(np.array([a, b, 0.0])),
             lambda b=b: robot.configuration({"a": a, "b": b}),
@@ -47,6 +47,24 @@ def test_one_configuration_is_inside_a_table_where_a_batch_is(robot: nk.RobotMod
             else:
                 with pytest.raises(OutsideLimits):
                     check()
+
+
+def test_where_a_table_reaches_out_of_the_box_the_box_holds(tmp_path: Path) -> None:
+    table = CoupledLimit("b", "a", (-1.0, 0.0, 1.0), (-9.0, -0.25, 0.75), (0.25, 9.0, 9.0))
+    path = made_up(tmp_path, J("a", limits=(-1.0, 0.0)), J("b", limits=(-0.5, 0.5))).urdf_path
+    robot = nk.RobotModel.from_urdf(path, semantics=Semantics(coupled_limits=(table,)))
+    q = robot.random(0, 2000)
+    assert robot.within_limits(q).all()
+    assert q[:, 1].min() < -0.45
+    assert q[:, 1].max() > 0.45
+    # Where box and table have no value in common, the box is what stops the joint.
+    path = made_up(tmp_path, J("a", limits=(-1.0, 1.0)), J("b", limits=(-0.5, 0.5))).urdf_path
+    for sign, bounds in ((1.0, (0.75, 9.0)), (-1.0, (-9.0, -0.75))):
+        apart = CoupledLimit("b", "a", (0.0,), bounds[:1], bounds[1:])
+        robot = nk.RobotModel.from_urdf(path, semantics=Semantics(coupled_limits=(apart,)))
+        for b in (-9.0, 0.0, 9.0):
+            assert robot.clamp([0.0, b]).tolist() == [0.0, 0.5 * sign]
+        assert (robot.random(0, 5)[:, 1] == 0.5 * sign).all()
 
 
 @pytest.mark.parametrize("a", A)

@@ -206,6 +206,20 @@ def test_poses_in_a_reference_are_relative_poses(nao: nk.NaoModel) -> None:
     assert np.array_equal(nao.fk(q, "LLeg", reference="torso"), nao.fk(q, "LLeg"))
 
 
+@pytest.mark.parametrize("frames", ["LArm", ["LArm"], ["LArm", "Head", "RLeg"], None])
+@pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3)])
+def test_relative_poses_are_those_of_pinocchio_for_any_number_of_frames(nao: nk.NaoModel, frames, shape) -> None:
+    q = nao.random(4, shape)
+    found = nao.fk(q, frames, reference="LElbowRoll").reshape(-1, *nao.fk(q[(0,) * len(shape)], frames).shape)
+    names = [frames] if isinstance(frames, str) else nao.link_names if frames is None else frames
+    data = nao.model.createData()
+    for row, poses in zip(q.reshape(-1, 25), found, strict=True):
+        pin.framesForwardKinematics(nao.model, data, row)
+        reference = data.oMf[nao.frame_ids(["LElbowRoll"])[0]]
+        for index, T in zip(nao.frame_ids(names), poses.reshape(-1, 4, 4), strict=True):
+            assert np.allclose(T, reference.actInv(data.oMf[index]).homogeneous, rtol=0.0, atol=1e-14)
+
+
 def test_a_joint_names_the_frame_that_moves_with_it(nao: nk.NaoModel) -> None:
     q = nao.random(4)
     assert np.array_equal(nao.fk(q, "LAnkleRoll"), nao.fk(q, "l_ankle"))
@@ -294,6 +308,31 @@ def test_the_centre_of_mass_is_the_mean_of_the_links(each_nao: nk.NaoModel) -> N
             moment += row.mass_kg * (each_nao.fk(q, link) @ [*row.com_m, 1.0])[:3]
         placeholder = each_nao.mass - sum(row.mass_kg for row in rows.values())
         assert np.allclose(each_nao.com(q), moment / each_nao.mass, atol=1e-12 + 0.3 * placeholder / each_nao.mass)
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (4,), (2, 2)])
+@pytest.mark.parametrize("root", [0.0, 2.0])
+@pytest.mark.parametrize("tip", [0.0, 3.0])
+def test_the_centre_of_mass_counts_root_and_tip_by_their_masses(tmp_path, shape, root: float, tip: float) -> None:
+    bodies = "".join(
+        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/></inertial></link>'
+        for name, mass, centre in (("root", root, "0.3 -0.2 0.1"), ("tip", tip, "0 0.5 0"))
+    )
+    path = tmp_path / "robot.urdf"
+    path.write_text(
+        f'<robot name="r">{bodies}<joint name="J" type="continuous"><parent link="root"/><child link="tip"/>'
+        '<origin xyz="1 0 0"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    robot = nk.RobotModel.from_urdf(path)
+    q = np.random.default_rng(0).uniform(-3.0, 3.0, (*shape, 1))
+    assert robot.mass == root + tip
+    if root + tip == 0.0:
+        with pytest.raises(BadArgument, match="r has no mass"):
+            robot.com(q)
+        return
+    at_tip = np.concatenate([1.0 - 0.5 * np.sin(q), 0.5 * np.cos(q), np.zeros_like(q)], axis=-1)
+    expected = (root * np.array([0.3, -0.2, 0.1]) + tip * at_tip) / (root + tip)
+    assert np.allclose(robot.com(q), expected, rtol=0.0, atol=1e-15)
 
 
 def test_the_centre_of_mass_transforms_with_its_reference(nao: nk.NaoModel) -> None:

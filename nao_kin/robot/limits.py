@@ -188,9 +188,10 @@ class JointLimits:
         return values
 
     def _narrowed(self, table: CoupledLimit, column: int, of: Floats) -> tuple[Floats, Floats]:
-        """The range of a table, within the box of its joint."""
+        """The range of a table within the box of its joint; the nearest end of the box where they share no value."""
         lower, upper = table.range(of)
-        return np.maximum(lower, self.lower[column]), np.minimum(upper, self.upper[column])
+        box = self.lower[column], self.upper[column]
+        return np.clip(lower, *box), np.clip(upper, *box)
 
 
 def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
