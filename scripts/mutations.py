@@ -497,7 +497,7 @@ _MEANING = (
     ),
     *_faults(
         "_nao.py",
-        "test_semantics.py test_robot_model.py::test_body_order_repeats_the_hip_and_returns "
+        "test_semantics.py test_robot_model.py::test_body_values_are_those_of_the_joints_on_a_floating_base_too "
         "test_robot_model.py::test_copies_answer_like_the_original",
         ("body-order-of-a-floating-base-shifted", "self._checked(q)[..., self._q_offset :]", "self._checked(q)"),
         ("vertical-of-resting-postures-forgotten", "REST.get(row.name))", "None)"),

@@ -116,6 +116,20 @@ def test_body_order_repeats_the_hip_and_returns(nao: nk.NaoModel) -> None:
     assert head[1] == 0.1
 
 
+def test_body_values_are_those_of_the_joints_on_a_floating_base_too() -> None:
+    nao = nk.load_nao(base="floating")
+    body = np.arange(26.0)
+    right = nao.body_order.index("RHipYawPitch")
+    body[right] = body[nao.body_order.index("LHipYawPitch")]
+    q = nao.from_body(body)  # no limits unless they are asked for
+    assert q[:7].tolist() == [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    assert nao.to_body(q).tolist() == body.tolist()
+    assert nao.angles(q)["RShoulderRoll"] == nao.body_order.index("RShoulderRoll")
+    with pytest.raises(OutsideLimits):
+        nao.from_body(body, limits="raise")
+    assert nao.within_limits(nao.from_body(body, limits="clamp"))
+
+
 def test_two_hips_that_disagree_are_refused_by_both_names_and_values(nao: nk.NaoModel) -> None:
     with pytest.raises(CouplingViolated, match=r"LHipYawPitch = 0\.1 drives RHipYawPitch.* RHipYawPitch = 0\.2"):
         nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.2})

@@ -36,7 +36,8 @@ EXACT_AXES = [
     (1, -1e-5, 1e-12),
     (0.3, 0.4, 0.8),
 ]
-SMALL = [1e-200, 1e-20, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2]
+# 1e-158: its square keeps a digit or two.
+SMALL = [1e-300, 1e-200, 1e-158, 1e-145, 1e-20, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2]
 
 
 def exact_rotation(axis, angle):
