@@ -328,3 +328,12 @@ def test_a_coupled_limit_is_constant_outside_its_table() -> None:
     lower, upper = table.range(np.array([-9.0, -1.0, 0.0, 1.0, 9.0]))
     assert lower.tolist() == [-0.5, -0.5, -0.25, 0.0, 0.0]
     assert upper.tolist() == [0.5, 0.5, 0.75, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("column", ["at", "lower", "upper"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_coupled_limit_has_finite_numbers_alone(column: str, bad: float) -> None:
+    columns = {"at": (-1.0, 1.0), "lower": (-0.5, 0.0), "upper": (0.5, 1.0)}
+    columns[column] = (bad, columns[column][1]) if bad < 0.0 or column == "lower" else (columns[column][0], bad)
+    with pytest.raises(BadArgument, match="the coupled limit of b must have finite numbers, at in ascending order"):
+        CoupledLimit("b", "a", **columns)
