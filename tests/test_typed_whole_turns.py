@@ -70,6 +70,17 @@ def test_a_joint_at_the_end_of_its_limits_stays_there(tmp_path, end) -> None:
         assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("lower", [-np.pi, 0.1, -0.7])
+@pytest.mark.parametrize("short", [0.0, 1e-9])
+def test_a_joint_of_exactly_one_turn_stays_at_either_end(tmp_path, lower, short) -> None:
+    ends = lower, lower + 2 * np.pi - short
+    typed = MultiDofModel(made_up(tmp_path, J("j0", Z, limits=ends), *BALL[1:]))
+    for others in np.random.default_rng(1).uniform(-1.3, 1.3, (20, 2)):
+        for end in ends:
+            q = np.array([end, *others])
+            assert np.allclose(typed.to_q(typed.from_q(q)), q, rtol=0, atol=1e-13)
+
+
 def test_a_joint_without_limits_stands_where_its_carrier_says(tmp_path) -> None:
     robot = made_up(tmp_path, *(J(name, axis, kind="continuous") for name, axis in (("a", Z), ("b", X), ("c", Y))))
     typed = MultiDofModel(robot)
