@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import math
-import warnings
 import weakref
 import webbrowser
 from collections.abc import Iterable, Mapping
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape, warn_caller
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import describe
@@ -377,8 +376,7 @@ class Viewer:
         new = [joint for joint in found if joint not in self._warned]
         self._warned.update(new)
         if new:
-            text = f"outside the joint limits, shown in red: {', '.join(new)}"
-            warnings.warn(text, OutsideLimitsWarning, stacklevel=3)
+            warn_caller(f"outside the joint limits, shown in red: {', '.join(new)}", OutsideLimitsWarning)
 
     def _check_camera(self, name: str) -> None:
         if name not in self.camera_names:
