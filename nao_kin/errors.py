@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from nao_kin._text import MOST_ECHOED, abbreviated, quoted
+from nao_kin._text import MOST_ECHOED, abbreviated, at_index, quoted
 
 __all__ = [
     "BadArgument",
@@ -143,8 +143,7 @@ class NotFinite(NaoKinError):
 
     def __init__(self, what: str, index: tuple[int, ...], value: float, name: str = "") -> None:
         self.what, self.index, self.value = what, index, value
-        where = f" at index {list(index)}" if index else ""
-        super().__init__(f"{what} must be finite, got {value}{where}{f' ({name})' if name else ''}")
+        super().__init__(f"{what} must be finite, got {value}{at_index(index)}{f' ({name})' if name else ''}")
 
 
 class NotARotation(NaoKinError):
@@ -160,9 +159,8 @@ class NotARotation(NaoKinError):
         self.index = index
         self.determinant_defect = determinant_defect
         self.orthogonality_defect = orthogonality_defect
-        where = f" at index {list(index)}" if index else ""
         super().__init__(
-            f"not a rotation matrix{where}: det R − 1 = {determinant_defect:.3g}, "
+            f"not a rotation matrix{at_index(index)}: det R − 1 = {determinant_defect:.3g}, "
             f"max |RᵀR − 1| = {orthogonality_defect:.3g}"
         )
 
@@ -177,8 +175,7 @@ class ZeroNorm(NaoKinError):
 
     def __init__(self, what: str, index: tuple[int, ...] = ()) -> None:
         self.what, self.index = what, index
-        where = f" at index {list(index)}" if index else ""
-        super().__init__(f"{what} must not be zero{where}")
+        super().__init__(f"{what} must not be zero{at_index(index)}")
 
 
 class DegeneratePoints(NaoKinError):
@@ -283,8 +280,7 @@ class SingularMatrix(NaoKinError):
 
     def __init__(self, what: str, reason: str, index: tuple[int, ...] = ()) -> None:
         self.what, self.index = what, index
-        where = f" at index {list(index)}" if index else ""
-        super().__init__(f"{what} has no inverse{where}: {reason}")
+        super().__init__(f"{what} has no inverse{at_index(index)}: {reason}")
 
 
 class DisagreeingJoints(CouplingViolated):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._text import at_index
 from nao_kin.errors import BadArgument
 from nao_kin.robot import UNIT_TOLERANCE
 from nao_kin.semantics import Mimic
@@ -158,11 +159,8 @@ class Quaternions:
         wrong = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
         if wrong.any():
             place = tuple(int(i) for i in np.argwhere(wrong)[0])
-            index, which, norm = list(place[:-1]), place[-1], float(norms[place])
-            where = f" at index {index}" if index else ""
-            raise BadArgument(
-                f"{self._names[which]} must be a unit quaternion (x, y, z, w), got one of norm {norm:.8g}{where}"
-            )
+            name, norm = self._names[place[-1]], f"{norms[place]:.8g}{at_index(place[:-1])}"
+            raise BadArgument(f"{name} must be a unit quaternion (x, y, z, w), got one of norm {norm}")
         unit = np.array(typed)
         # What is left of the norm would end up in the rotation matrices, squared.
         unit[..., self._columns] = parts / norms[..., None]

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import as_batch, common_batch, first_index
+from nao_kin._text import at_index
 from nao_kin.errors import BadArgument, ZeroNorm
 from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural, from_rotation_vector
@@ -120,14 +121,14 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
     if not (defect <= TOLERANCE).all():
         index = first_index(defect > TOLERANCE)
         raise BadArgument(
-            f"linear invariants{_at(index)} must satisfy ‖q‖² + q0² = 1, "
+            f"linear invariants{at_index(index)} must satisfy ‖q‖² + q0² = 1, "
             f"got q = {vectors[index].tolist()}, q0 = {scalars[index]:.6g}"
         )
     lost = (scalars < 0.0) & (sine < _SINE_NEAR_PI)
     if lost.any():
         index = first_index(lost)
         raise BadArgument(
-            f"linear invariants{_at(index)} belong to a rotation by π, whose axis they do not hold "
+            f"linear invariants{at_index(index)} belong to a rotation by π, whose axis they do not hold "
             f"(‖q‖ = {sine[index]:.3g}): use natural or quadratic invariants"
         )
     return evaluate(from_linear, [vectors, scalars[..., np.newaxis]], (3, 3))[0]
@@ -198,8 +199,9 @@ def exp(v: ArrayLike) -> Floats:
         return evaluate(from_rotation_vector, [vectors], (3, 3))[0]
     except OutOfScale:
         index = first_index(np.abs(vectors).max(axis=-1) > 1e139)
-        where = f" at index {list(index)}" if index else ""
-        raise BadArgument(f"rotation vector{where} is longer than 1e140 rad: {vectors[index].tolist()}") from None
+        raise BadArgument(
+            f"rotation vector{at_index(index)} is longer than 1e140 rad: {vectors[index].tolist()}"
+        ) from None
 
 
 def log(R: ArrayLike) -> Floats:
@@ -230,10 +232,6 @@ def _vector_and_number(
     vectors, numbers = as_batch(vector, (3,), vector_name), as_batch(number, (), number_name)
     batch = common_batch(f"{vector_name} and {number_name}", vectors.shape[:-1], numbers.shape)
     return np.broadcast_to(vectors, (*batch, 3)), np.broadcast_to(numbers, batch)
-
-
-def _at(index: tuple[int, ...]) -> str:
-    return f" at index {list(index)}" if index else ""
 
 
 def _linear(f: Functions, *m: Number) -> tuple[Number, ...]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_numbers
 from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, unit
+from nao_kin._text import at_index
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
 from nao_kin.rotations._checks import nearest_rotation
 
@@ -87,10 +88,9 @@ def _centred(points: Floats, what: str, thinnest: float) -> Floats:
     sigma = row.reshape(*arms.shape[:-2], row.shape[-1])
     thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | (scale <= rounding)[..., 0, 0]
     if thin.any():
-        index = first_index(thin)
-        where = f" at index {list(index)}" if index else ""
+        which = f"{what}{at_index(first_index(thin))}"
         raise DegeneratePoints(
-            f"{what}{where} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
+            f"{which} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
         )
     return arms
 
