@@ -17,7 +17,8 @@ import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.cli.app import run as run_program
 from nao_kin.crosscheck.by_hand import HandRolled
-from nao_kin.crosscheck.differences import LEFT_OUT, Tally, angle_difference
+from nao_kin.crosscheck.comparisons import LEFT_OUT, angle_difference
+from nao_kin.crosscheck.report import Tally
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.parameters import nao_parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeVar
@@ -199,11 +199,11 @@ class NaoParameters:
 _Named = TypeVar("_Named", Joint, Frame)
 
 
-def _named(kind: str, rows: Iterable[_Named], name: str) -> _Named:
-    by_name = {row.name: row for row in rows}
-    if name not in by_name:
-        raise UnknownName(kind, name, tuple(by_name))
-    return by_name[name]
+def _named(kind: str, rows: Sequence[_Named], name: str) -> _Named:
+    for row in rows:
+        if row.name == name:
+            return row
+    raise UnknownName(kind, name, [row.name for row in rows])
 
 
 def version_named(name: str) -> Version:
