@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
 from nao_kin.joints import JointGroups, JointNode, MultiDofJoint
-from nao_kin.multidof._coordinates import Ball, JointReading, Repetition, Slot, Source
+from nao_kin.multidof._readings import Ball, JointReading, Repetition, Slot, Source
 from nao_kin.robot import LIMIT_ARRAYS, RobotModel
 from nao_kin.semantics import Mimic
 
