@@ -238,7 +238,7 @@ class CouplingViolated(NaoKinError):
 
 
 class BadModel(NaoKinError):
-    """A URDF from which no honest model can be made; the message names the file and the reason."""
+    """A URDF from which no correct model can be made; the message names the file and the reason."""
 
 
 class BadInputFile(NaoKinError):

@@ -429,10 +429,10 @@ def test_the_command_refuses_bad_numbers(capsys: pytest.CaptureFixture) -> None:
     assert capsys.readouterr().err == "nao-kin: samples must be at least 1, got 0\n"
 
 
-def test_progress_is_told(nao: nk.NaoModel) -> None:
-    told: list[tuple[int, int]] = []
-    crosscheck.run(nao, 3, progress=lambda done, total: told.append((done, total)))
-    assert told == [(3, 3)]
+def test_progress_is_reported(nao: nk.NaoModel) -> None:
+    reported: list[tuple[int, int]] = []
+    crosscheck.run(nao, 3, progress=lambda done, total: reported.append((done, total)))
+    assert reported == [(3, 3)]
 
 
 def test_the_oracles_are_asked_about_each_rotation_once() -> None:

@@ -65,9 +65,9 @@ class PluckerLine:
             got = f"{n[index].tolist()}{at_index(index)}"
             raise BadArgument(f"moment/‖direction‖ must not exceed {_LARGEST_MOMENT:.0e} in magnitude, got {got}")
         pitch = dot(e, n)
-        crooked = ~(np.abs(pitch) <= _LARGEST_PITCH * np.maximum(1.0, norm(n)))
-        if crooked.any():
-            index = first_index(crooked)
+        not_a_line = ~(np.abs(pitch) <= _LARGEST_PITCH * np.maximum(1.0, norm(n)))
+        if not_a_line.any():
+            index = first_index(not_a_line)
             raise BadArgument(
                 f"direction·moment must be zero for a line, got a screw of pitch {pitch[index]:.3g}{at_index(index)}"
             )

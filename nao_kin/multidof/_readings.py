@@ -71,7 +71,7 @@ class Slot:
         reading: the joint.
         column: place in the typed configuration.
         row: place of its rate in the typed velocity.
-        derived: whether it only repeats what another joint of the typed model says.
+        derived: whether it only repeats the value of another joint of the typed model.
     """
 
     reading: JointReading
@@ -103,12 +103,12 @@ class Source:
 
 @dataclass(frozen=True)
 class Repetition:
-    """What a typed configuration says of a joint whose value it has already, in a ball or as a follower's driver.
+    """A second value of a joint that a typed configuration has already, in a ball or as a follower's driver.
 
     Attributes:
         reading: the joint.
-        source: where it says so.
-        carrier: whether the joint only carries links between the axes of a merged joint; what it says is then no more
+        source: where it stands.
+        carrier: whether the joint only carries links between the axes of a merged joint; its value is then no more
             than a hint.
     """
 
@@ -156,7 +156,7 @@ class Motor:
         stated: where its value is written when it is in no ball.
         in_balls: followers inside balls, each with the index of the ball and its place there.
         written: followers whose values are written.
-        hints: what carriers and followers say of the driver's value.
+        hints: the values that carriers and followers give the driver.
     """
 
     driver: JointReading

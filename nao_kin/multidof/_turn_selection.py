@@ -93,7 +93,7 @@ class _Given:
     reference: Floats | None
 
     def hint(self, source: Source) -> Floats:
-        """What a source says, shape (n,); nobody may have set it, so it is bounded."""
+        """The value at a source, shape (n,); nobody may have set it, so it is bounded."""
         return np.clip(source.of(self.typed), -_UNLIMITED, _UNLIMITED)
 
     def target(self, reading: JointReading, middle: float) -> Floats:
@@ -116,7 +116,7 @@ class _Assignment:
     Attributes:
         angles: shape (balls, 3, n).
         doubts: uncertainty of the outer angles, shape (balls, n).
-        costs: what decides between assignments, the weightiest first: couplings broken; squared distances from the
+        costs: what decides between assignments, the most important first: couplings broken; squared distances from the
             limits or the reference, from the hints, and from the middle of the limits; shape (4, n).
     """
 
@@ -235,7 +235,7 @@ def _assignment(group: _Group, triples: Sequence[_Triple], given: _Given) -> _As
     for index, triple in enumerate(triples):
         found.angles[index], found.doubts[index] = triple.angles, triple.doubt
     shared = [motor for motor in group.motors if motor.shared]
-    # At a lock one motor may have to wait for what another one tells the ball.
+    # At a lock one motor may have to wait for what another one adds to the ball.
     for _ in shared if np.any(found.doubts > _SURE) else shared[:1]:
         for motor in shared:
             _bring_together(group, motor, found, given)

@@ -65,9 +65,9 @@ def matrix_from_natural(axis: ArrayLike, angle: ArrayLike) -> Floats:
         return evaluate(from_natural, [axes, angles[..., np.newaxis]], (3, 3))[0]
     except OutOfScale:
         none = (axes == 0.0).all(axis=-1)
-        homeless = np.asarray(none & (angles != 0.0))
-        if homeless.any():
-            raise ZeroNorm("rotation axis", first_index(homeless)) from None
+        without_axis = np.asarray(none & (angles != 0.0))
+        if without_axis.any():
+            raise ZeroNorm("rotation axis", first_index(without_axis)) from None
         sized = rescaled(np.where(np.asarray(none)[..., np.newaxis], 1.0, axes), "rotation axis")
         return evaluate(from_natural, [sized, angles[..., np.newaxis]], (3, 3))[0]
 
@@ -115,7 +115,7 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
     """
     vectors, scalars = _vector_and_number(q, q0, "q", "q0")
-    # Clipped, for the squares of wild values would overflow; no valid component is beyond 1.
+    # Clipped, for the squares of wild values would overflow; no valid component exceeds 1.
     sine = np.sqrt(np.square(np.clip(vectors, -2.0, 2.0)).sum(axis=-1))
     defect = np.abs(np.square(sine) + np.square(np.clip(scalars, -2.0, 2.0)) - 1.0)
     if not (defect <= TOLERANCE).all():
@@ -179,7 +179,7 @@ def matrix_from_euler_rodrigues(r: ArrayLike, r0: ArrayLike) -> Floats:
 def exp(v: ArrayLike) -> Floats:
     """Rotation matrix of a rotation vector, exp [v×] = 1 + (sin φ/φ) [v×] + ((1 − cos φ)/φ²) [v×]² with φ = ‖v‖.
 
-    Every entry is right to a few 1e-16 · max(1, φ), for the angle within a turn is what is left of φ's digits: beyond
+    Every entry is right to a few 1e-16 · max(1, φ), for the angle within a turn is what is left of φ's digits: above
     φ = 1e16 none. The antisymmetric part is right to a few 1e-16 · φ, down to φ = 0.
 
     Args:

@@ -44,7 +44,7 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
             no single rotation fits best.
         WrongShape: not of shape (..., n, 3), different n, mismatched batch shapes, n ≠ 3 for triads.
         UnknownName: no such method.
-        BadArgument, NotFinite: not numbers, beyond ±1e150, NaN or infinity.
+        BadArgument, NotFinite: not numbers, outside ±1e150, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
     """
