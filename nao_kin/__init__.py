@@ -4,7 +4,7 @@ Conventions: metres, radians, kilograms; rotations are active, R_ab maps coordin
 quaternions are scalar first; every array function takes leading batch axes.
 
 The names below are loaded when they are first used, so that the mathematics works without Pinocchio and the command
-line can tell what is wrong with an installation in which Pinocchio does not load.
+line can report what is wrong with an installation in which Pinocchio does not load.
 """
 
 from __future__ import annotations

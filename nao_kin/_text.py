@@ -1,6 +1,9 @@
-"""Foreign text inside messages: on one line, and never more of it than a reader needs."""
+"""Text for people: foreign words inside messages, places in a batch, and rows of words as tables."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
 
 # No message repeats more than this of what it was given.
 MOST_ECHOED = 200
@@ -16,3 +19,33 @@ def abbreviated(value: object, most: int = MOST_ECHOED) -> str:
 def quoted(value: object, most: int = MOST_ECHOED) -> str:
     """`repr(value)`, abbreviated; of a long text only the beginning is looked at."""
     return abbreviated(repr(value[: 4 * most] if isinstance(value, (str, bytes)) else value), most)
+
+
+def at_index(index: Sequence[int]) -> str:
+    """Where in a batch something stands, to follow a word of a message: " at index [2, 0]"; "" outside a batch."""
+    return f" at index {list(index)}" if index else ""
+
+
+def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Columns aligned to their widest cell, two spaces between them, a rule under the head."""
+    lines = [list(head), *(list(row) for row in rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(head))]
+    lines.insert(1, ["─" * width for width in widths])
+    return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+
+def html_table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """An HTML table; every word is escaped."""
+    return "".join(
+        [
+            f"<table><caption>{escape(caption)}</caption><thead>",
+            _html_row("th", head),
+            "</thead><tbody>",
+            *(_html_row("td", row) for row in rows),
+            "</tbody></table>",
+        ]
+    )
+
+
+def _html_row(tag: str, cells: Iterable[str]) -> str:
+    return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import difflib
 import math
+import sys
+import warnings
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
-from nao_kin._text import MOST_ECHOED, abbreviated, quoted
+from nao_kin._text import MOST_ECHOED, abbreviated, at_index, quoted
 
 __all__ = [
     "BadArgument",
@@ -38,6 +41,9 @@ __all__ = [
 ]
 
 
+_PACKAGE = str(Path(__file__).resolve().parent)
+
+
 class NaoKinWarning(UserWarning):
     """Base of all warnings of nao_kin: what was asked is done, and is likely not what was meant."""
 
@@ -48,6 +54,14 @@ class DegreesWarning(NaoKinWarning):
 
 class RenamedFrameWarning(NaoKinWarning):
     """A frame is asked for by a name that a link of the URDF and a joint share: the joint's frame answers."""
+
+
+def warn_caller(message: str, category: type[NaoKinWarning]) -> None:
+    """Warn at the innermost line outside of this package; Python's default shows it once for each such line."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level + 1)
 
 
 class NaoKinError(Exception):
@@ -129,8 +143,7 @@ class NotFinite(NaoKinError):
 
     def __init__(self, what: str, index: tuple[int, ...], value: float, name: str = "") -> None:
         self.what, self.index, self.value = what, index, value
-        where = f" at index {list(index)}" if index else ""
-        super().__init__(f"{what} must be finite, got {value}{where}{f' ({name})' if name else ''}")
+        super().__init__(f"{what} must be finite, got {value}{at_index(index)}{f' ({name})' if name else ''}")
 
 
 class NotARotation(NaoKinError):
@@ -146,9 +159,8 @@ class NotARotation(NaoKinError):
         self.index = index
         self.determinant_defect = determinant_defect
         self.orthogonality_defect = orthogonality_defect
-        where = f" at index {list(index)}" if index else ""
         super().__init__(
-            f"not a rotation matrix{where}: det R − 1 = {determinant_defect:.3g}, "
+            f"not a rotation matrix{at_index(index)}: det R − 1 = {determinant_defect:.3g}, "
             f"max |RᵀR − 1| = {orthogonality_defect:.3g}"
         )
 
@@ -163,8 +175,7 @@ class ZeroNorm(NaoKinError):
 
     def __init__(self, what: str, index: tuple[int, ...] = ()) -> None:
         self.what, self.index = what, index
-        where = f" at index {list(index)}" if index else ""
-        super().__init__(f"{what} must not be zero{where}")
+        super().__init__(f"{what} must not be zero{at_index(index)}")
 
 
 class DegeneratePoints(NaoKinError):
@@ -227,7 +238,7 @@ class CouplingViolated(NaoKinError):
 
 
 class BadModel(NaoKinError):
-    """A URDF from which no honest model can be made; the message names the file and the reason."""
+    """A URDF from which no correct model can be made; the message names the file and the reason."""
 
 
 class BadInputFile(NaoKinError):
@@ -269,8 +280,7 @@ class SingularMatrix(NaoKinError):
 
     def __init__(self, what: str, reason: str, index: tuple[int, ...] = ()) -> None:
         self.what, self.index = what, index
-        where = f" at index {list(index)}" if index else ""
-        super().__init__(f"{what} has no inverse{where}: {reason}")
+        super().__init__(f"{what} has no inverse{at_index(index)}: {reason}")
 
 
 class DisagreeingJoints(CouplingViolated):

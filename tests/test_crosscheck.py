@@ -17,7 +17,8 @@ import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.cli.app import run as run_program
 from nao_kin.crosscheck.by_hand import HandRolled
-from nao_kin.crosscheck.differences import LEFT_OUT, Tally, angle_difference
+from nao_kin.crosscheck.comparisons import LEFT_OUT, angle_difference
+from nao_kin.crosscheck.report import Tally
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.parameters import nao_parameters
@@ -428,10 +429,10 @@ def test_the_command_refuses_bad_numbers(capsys: pytest.CaptureFixture) -> None:
     assert capsys.readouterr().err == "nao-kin: samples must be at least 1, got 0\n"
 
 
-def test_progress_is_told(nao: nk.NaoModel) -> None:
-    told: list[tuple[int, int]] = []
-    crosscheck.run(nao, 3, progress=lambda done, total: told.append((done, total)))
-    assert told == [(3, 3)]
+def test_progress_is_reported(nao: nk.NaoModel) -> None:
+    reported: list[tuple[int, int]] = []
+    crosscheck.run(nao, 3, progress=lambda done, total: reported.append((done, total)))
+    assert reported == [(3, 3)]
 
 
 def test_the_oracles_are_asked_about_each_rotation_once() -> None:

@@ -107,7 +107,9 @@ def test_the_official_file_gives_the_honest_25_degrees_of_freedom(nao: nk.NaoMod
     assert robot.joint_names == nao.joint_names
     assert len(robot.link_names) >= 80
     assert len(robot.mimics) == 17
-    ours = {name.replace("HandFinger", "Finger").replace("HandThumb", "Thumb"): tie for name, tie in nao.mimics.items()}
+    ours = {
+        name.replace("HandFinger", "Finger").replace("HandThumb", "Thumb"): mimic for name, mimic in nao.mimics.items()
+    }
     assert robot.mimics == ours
     for q in nao.random(0, 20):
         assert np.allclose(robot.fk(q), nao.fk(q, _in_order(robot, nao)), atol=1e-12)
@@ -171,9 +173,9 @@ def test_a_chain_of_followers_is_tied_to_its_end(write: Write) -> None:
         + _joint("C", "b", "c", inside=_mimic("B", -3.0, 0.2))
     )
     robot = nk.RobotModel.from_urdf(path)
-    tie = robot.mimics["C"]
-    assert (tie.joint, tie.multiplier) == ("A", -6.0)
-    assert tie.offset == pytest.approx(-0.1)
+    mimic = robot.mimics["C"]
+    assert (mimic.joint, mimic.multiplier) == ("A", -6.0)
+    assert mimic.offset == pytest.approx(-0.1)
     assert "joint 'C' follows 'B', which follows 'A': tied to 'A' directly" in robot.load_notes
     q = robot.configuration({"A": 0.25}, limits="ignore")
     assert robot.angles(q) == {"A": 0.25}
@@ -503,8 +505,8 @@ def test_robots_of_example_robot_data_agree_with_plain_pinocchio(name: str) -> N
         raw = pin.neutral(plain)
         for index in range(1, plain.njoints):
             joint, joint_name = plain.joints[index], plain.names[index]
-            tie = robot.mimics.get(joint_name)
-            value = angles[joint_name] if tie is None else tie.multiplier * angles[tie.joint] + tie.offset
+            mimic = robot.mimics.get(joint_name)
+            value = angles[joint_name] if mimic is None else mimic.multiplier * angles[mimic.joint] + mimic.offset
             raw[joint.idx_q : joint.idx_q + joint.nq] = [value] if joint.nq == 1 else [math.cos(value), math.sin(value)]
         pin.framesForwardKinematics(plain, data, raw)
         for index, frame in enumerate(plain.frames):

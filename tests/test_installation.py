@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from nao_kin.cli import installation
+from nao_kin.cli import doctor
 from nao_kin.cli.app import run
-from nao_kin.cli.installation import inspect_installation
+from nao_kin.cli.doctor import inspect_installation
 
 
 def test_a_sound_installation_has_no_problems() -> None:
@@ -50,7 +50,7 @@ def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_nam
         return versions[name]
 
     monkeypatch.setattr(importlib.metadata, "version", version)
-    monkeypatch.setattr(installation.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
     problems = " | ".join(inspect_installation().problems)
     assert "pin 2.7.0 is too old" in problems
     assert "'pinocchio' 0.4.3 from PyPI is another project" in problems
@@ -58,9 +58,9 @@ def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_nam
 
 
 def test_a_model_that_does_not_load_is_a_problem_and_code_1(monkeypatch, capsys: pytest.CaptureFixture) -> None:
-    monkeypatch.setattr(installation, "_PROBE", "raise ImportError('numpy.core failed')")
+    monkeypatch.setattr(doctor, "_PROBE", "raise ImportError('numpy.core failed')")
     assert run(["doctor"]) == 1
     assert "problem: the NAO does not load: ImportError: numpy.core failed" in capsys.readouterr().out
-    monkeypatch.setattr(installation, "_PROBE", "import os; os.abort()")
+    monkeypatch.setattr(doctor, "_PROBE", "import os; os.abort()")
     assert run(["doctor", "--json"]) == 1
     assert "the process ended with code -6" in capsys.readouterr().out

@@ -609,7 +609,7 @@ REFUSED = {
     "zero coordinates": (lambda: PluckerLine.from_coordinates(np.zeros(6)), ZeroNorm),
     "line at infinity": (lambda: PluckerLine.from_coordinates([0, 0, 0, 1, 0, 0]), ZeroNorm),
     "direction far shorter than the moment": (lambda: PluckerLine([5e-324] * 3, [1, 2, 3]), BadArgument),
-    "moment of a unit direction beyond 1e150": (lambda: PluckerLine([1e-3, 0, 0], [0, 1e148, 0]), BadArgument),
+    "moment of a unit direction above 1e150": (lambda: PluckerLine([1e-3, 0, 0], [0, 1e148, 0]), BadArgument),
     "number for a first line": (lambda: lines.common_normal(5, LINE), BadArgument),
     "number for a second line": (lambda: lines.common_normal(LINE, 5), BadArgument),
     "coordinates for a line": (lambda: lines.reciprocal_product(LINE, LINE.coordinates), BadArgument),

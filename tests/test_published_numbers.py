@@ -296,8 +296,8 @@ def test_fingers_are_hinged_as_published(version: str, robot: nk.NaoModel) -> No
         assert parent == row["parent"]
         wrong += _off(name, "place", finger.xyz_m, row["xyz_m"])
         wrong += _off(name, "rotation", _rotation(finger.rpy), _rotation(row["rpy"]), PRINTED_ANGLE)
-        tie = robot.mimics[joint]
-        assert (tie.joint, tie.multiplier, tie.offset) == (row["follows"], row["multiplier"], 0.0)
+        mimic = robot.mimics[joint]
+        assert (mimic.joint, mimic.multiplier, mimic.offset) == (row["follows"], row["multiplier"], 0.0)
         for opening in (0.0, 0.5, 1.0):
             T = robot.fk(robot.configuration({f"{side}Hand": opening}), joint, reference=row["parent"])
             turn = Rotation.from_rotvec(row["multiplier"] * opening * np.array(row["axis"])).as_matrix()

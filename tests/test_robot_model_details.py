@@ -21,7 +21,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin._common.atomic import write_bytes, write_text
-from nao_kin.cli import installation
+from nao_kin.cli import doctor
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated
 from nao_kin.parameters import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
@@ -302,7 +302,7 @@ def test_a_phalanx_is_as_fast_as_the_hand_makes_it(version: str) -> None:
 
 def _problems_with_pinocchio_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What is said of Pinocchio's place when Python would load it from `folder`."""
-    found = installation.importlib.util.find_spec
+    found = doctor.importlib.util.find_spec
 
     def find_spec(name: str, package: str | None = None) -> ModuleSpec | None:
         if name == "pinocchio":
@@ -310,9 +310,9 @@ def _problems_with_pinocchio_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -
         return found(name, package)
 
     with monkeypatch.context() as patch:
-        patch.setattr(installation.importlib.util, "find_spec", find_spec)
-        patch.setattr(installation, "_PROBE", "print('25 ')")
-        problems = installation.inspect_installation({"PATH": os.environ.get("PATH", "")}).problems
+        patch.setattr(doctor.importlib.util, "find_spec", find_spec)
+        patch.setattr(doctor, "_PROBE", "print('25 ')")
+        problems = doctor.inspect_installation({"PATH": os.environ.get("PATH", "")}).problems
     return [problem for problem in problems if "outside of this Python" in problem]
 
 

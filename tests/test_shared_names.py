@@ -1,4 +1,4 @@
-"""A name that the URDF gives to a link and to a joint means the link, and whoever asks for it hears so once."""
+"""A name that the URDF gives to a link and to a joint means the link, and whoever asks for it is warned once."""
 
 from __future__ import annotations
 

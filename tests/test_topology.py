@@ -42,8 +42,8 @@ def test_the_nao_is_one_tree_of_five_serial_chains_with_one_coupling(version, ba
 def test_every_joint_is_a_degree_of_freedom_or_follows_one() -> None:
     structure = topology(nk.load_nao())
     assert structure.moving_joints - len(structure.couplings) == structure.degrees_of_freedom
-    followers = {tie.joint for tie in structure.couplings if not tie.between_limbs}
-    assert {tie.driver for tie in structure.couplings if not tie.between_limbs} == {"LHand", "RHand"}
+    followers = {motor.joint for motor in structure.couplings if not motor.between_limbs}
+    assert {motor.driver for motor in structure.couplings if not motor.between_limbs} == {"LHand", "RHand"}
     assert all("Finger" in name or "Thumb" in name for name in followers)
 
 

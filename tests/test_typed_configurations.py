@@ -152,15 +152,15 @@ def test_carriers_nobody_has_set_leave_the_rotation_and_the_limits_alone() -> No
         assert np.allclose(robot.fk(back, "LArm"), robot.fk(q, "LArm"), rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_a_driver_that_turns_further_than_once_comes_back_inside_its_limits(tmp_path, told) -> None:
+@pytest.mark.parametrize("driver_given", [True, False])
+def test_a_driver_that_turns_further_than_once_comes_back_inside_its_limits(tmp_path, driver_given) -> None:
     first = [J("j0", Z, limits=(-6.0, 6.0)), J("j1", X, limits=(-1.4, 1.4)), J("j2", Y)]
     second = [J("j3", Z, (0, 0, 0.2), follows=("j0", 0.5, 0.0)), J("j4", X, limits=(-1.4, 1.4)), J("j5", Y)]
     robot = made_up(tmp_path, *first, *second)
     typed = TypedModel(robot)
     q = robot.random(1, 500)
     q_typed = typed.from_q(q)
-    if not told:
+    if not driver_given:
         q_typed[:, typed.columns["j0"]] = 0.0
     assert np.allclose(typed.to_q(q_typed), q, rtol=0, atol=1e-11)
 
@@ -178,8 +178,8 @@ def test_both_triples_of_a_ball_turn_it_alike(first, middle, third) -> None:
         again = turned("L", *triple)
         assert min(np.abs(again - quaternion).max(), np.abs(again + quaternion).max()) < 1e-14
     if not found.locked:
-        beyond = found.angles[1] + math.pi / 4
-        assert math.sin(beyond) * math.sin(found.other[1] + math.pi / 4) <= 1e-15
+        middle = found.angles[1] + math.pi / 4
+        assert math.sin(middle) * math.sin(found.other[1] + math.pi / 4) <= 1e-15
 
 
 def test_the_reference_picks_the_branch_and_the_turn() -> None:

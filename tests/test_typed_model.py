@@ -324,14 +324,14 @@ CHAINS = {
     "follower inside a ball": [J("a", Z), J("b", X), J("c", Y), J("f", Y, parent="a", follows=("b", 0.5, 0.0))],
     "follower of a ball's last": [J("a", Z), J("b", X), J("c", Y), J("f", (1, 1, 0), follows=("c", 2.0, 0.1))],
     "follower in a ball of its end": [J("a", Z), J("b", X), J("c", Y), J("f", X, parent="b", follows=("c", -1.0, 0.0))],
-    "follower of the joint beyond": [
+    "follower of the next joint": [
         J("a", Z),
         J("b", X),
         J("c", Y),
         J("d", Y, (0, 0, 0.2)),
         J("f", X, parent="b", follows=("d", 3.0, 0.0)),
     ],
-    "follower beyond a universal": [J("a", Z), J("b", X), J("f", X, (0, 0.1, 0), follows=("b", 1.5, 0.0))],
+    "follower behind a universal": [J("a", Z), J("b", X), J("f", X, (0, 0.1, 0), follows=("b", 1.5, 0.0))],
     "follower elsewhere": [J("a", Z), J("b", X), J("f", X, (0, 0.1, 0), parent="base", follows=("b", 1.5, 0.0))],
     "follower on a revolute": [J("a", Z), J("b", X, (0, 0.1, 0)), J("f", X, (0, 0.1, 0), follows=("b", 1.5, 0.0))],
     "coupled universal": [J("m", Z), J("a", Z, parent="base", follows=("m", -0.5, 0.2)), J("b", X)],

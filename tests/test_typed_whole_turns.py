@@ -97,7 +97,7 @@ def test_published_arms_of_several_turns_come_back(name) -> None:
         known = [i for i, name in enumerate(robot.joint_names) if name not in last]
         q = robot.random(1, 300)
         back = typed.to_q(typed.from_q(q))
-        # The file's axes are perpendicular to 1e-10 only, and so is what a ball of them can tell.
+        # The file's axes are perpendicular to 1e-10 only, and so is what a ball of them holds.
         assert np.allclose(back[:, known], q[:, known], rtol=0, atol=1e-9)
         assert np.allclose(robot.fk(back), robot.fk(q), rtol=0, atol=1e-9)
 
@@ -249,7 +249,7 @@ def three_balls(tmp_path, first: J, second: J, third: J) -> MultiDofModel:
 
 
 def test_a_locked_ball_passes_on_what_it_learns_from_another_motor(tmp_path) -> None:
-    # c's rotation tells the last angle of a, with it the first one, and that the first of b.
+    # c's rotation gives the last angle of a, with it the first one, and that the first of b.
     typed = three_balls(
         tmp_path, J("a", Z), J("b", Z, AWAY, follows=("a", 1.0, 0.0)), J("c", Z, AWAY, follows=("ao", 1.0, 0.0))
     )
@@ -258,7 +258,7 @@ def test_a_locked_ball_passes_on_what_it_learns_from_another_motor(tmp_path) -> 
 
 
 def test_a_locked_ball_that_has_learnt_one_angle_from_a_motor_is_free_no_more(tmp_path) -> None:
-    # a tells the first angle of b, and so the last one; c says otherwise.
+    # a gives the first angle of b, and so the last one; c disagrees.
     typed = three_balls(
         tmp_path, J("a", Z), J("b", Z, AWAY, follows=("a", 1.0, 0.0)), J("c", Z, AWAY, follows=("bo", 1.0, 0.0))
     )

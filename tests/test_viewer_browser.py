@@ -469,7 +469,7 @@ def test_the_live_page_follows_and_answers(browser: Any, nao: nk.NaoModel) -> No
             viewer.display(q)
             one.tab.wait_for_function("() => !naoKin.player.loaded")
             assert np.array_equal(one.q, q)
-            one.run("() => { naoKin.set(naoKin.robot.about.neutral); naoKin.hear({kind: 'still'}); }")
+            one.run("() => { naoKin.set(naoKin.robot.about.neutral); naoKin.receive({kind: 'still'}); }")
             assert np.array_equal(one.q, nao.neutral())  # whichever of the two messages comes first
             with pytest.warns(OutsideLimitsWarning, match="HeadYaw"):
                 viewer.display(nao.configuration({"HeadYaw": 3.0}, limits="ignore"))

@@ -159,7 +159,7 @@ def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_d
         raise AssertionError("too late")
 
     monkeypatch.setattr("nao_kin.cli.view.load", drawn)
-    monkeypatch.setattr("nao_kin.viewer.pictures.headless", drawn)
+    monkeypatch.setattr("nao_kin.viewer.browser.headless", drawn)
     (tmp_path / "old.png").touch(0o444)
     for option in ("--html", "--png"):
         assert f"cannot write {tmp_path}: it is a folder" in _refused(capsys, option, str(tmp_path))

@@ -21,7 +21,7 @@ from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.urdf import Box, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
 from nao_kin.viewer.meshes import UnreadableMesh, load_meshes, mesh_path
-from nao_kin.viewer.visuals import robot_drawables
+from nao_kin.viewer.scene import robot_drawables
 
 
 @pytest.fixture(scope="module")

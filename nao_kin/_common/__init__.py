@@ -1,1 +1,1 @@
-"""What every room may use: arrays and vectors checked at the door, numbers, files written whole, signals, warnings."""
+"""What every room may use: arrays and vectors checked at the door, numbers, files written whole, signals."""

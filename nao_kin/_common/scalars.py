@@ -7,6 +7,7 @@ import operator
 import re
 from typing import SupportsIndex
 
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -26,19 +27,21 @@ def decimal(text: str) -> float:
     return float(stripped)
 
 
-def whole_number(value: SupportsIndex, what: str, least: int) -> int:
-    """`value` as an int that is at least `least`.
+def whole_number(value: SupportsIndex, what: str, least: int, most: int | None = None) -> int:
+    """`value` as an int that is at least `least`, and at most `most` where that is given.
 
     Raises:
-        BadArgument: no whole number, or a smaller one.
+        BadArgument: no whole number, or one out of range.
     """
     try:
         number = operator.index(value)
     except TypeError:
-        raise BadArgument(f"{what} must be a whole number, got {value!r}") from None
-    if number < least:
-        raise BadArgument(f"{what} must be at least {least}, got {number}")
-    return number
+        raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
+    if number >= least and (most is None or number <= most):
+        return number
+    # Python refuses to write out numbers of thousands of digits.
+    given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
+    raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
 
 
 def check_tolerance(tolerance: object, what: str = "tolerance") -> None:

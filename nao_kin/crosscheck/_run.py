@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import functools
-import operator
 from collections.abc import Callable, Sequence
-from typing import SupportsIndex
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._text import quoted
+from nao_kin._common.scalars import whole_number
 from nao_kin.crosscheck.by_hand import Step, steps_of, turns
-from nao_kin.crosscheck.conversions import Check, Conversions
-from nao_kin.crosscheck.differences import Tally
+from nao_kin.crosscheck.comparisons import Check, Conversions
 from nao_kin.crosscheck.limit_checks import LimitChecks
-from nao_kin.crosscheck.report import Report
+from nao_kin.crosscheck.report import Report, Tally
 from nao_kin.crosscheck.robot_checks import JacobianChecks, PoseChecks
 from nao_kin.crosscheck.rotation_parameters import parameter_checks
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
@@ -75,8 +72,8 @@ def run(
         raise BadArgument("steps must be a sequence of Step")
     if robot.base != "fixed":
         raise BadArgument("a cross-check needs a robot with a fixed base: load it with base='fixed'")
-    samples = _whole_number(samples, "samples", 1, _MOST_SAMPLES)
-    seed = _whole_number(seed, "seed", 0, _LARGEST_SEED)
+    samples = whole_number(samples, "samples", 1, _MOST_SAMPLES)
+    seed = whole_number(seed, "seed", 0, _LARGEST_SEED)
     tested = conversions or Conversions()
     chosen = tuple(steps_of(robot) if steps is None else steps)
     second = YourdfpyOracle(robot)
@@ -121,16 +118,3 @@ class _RotationChecks:
 
     def _differences(self, check: Check, sample: RotationSample, shape: tuple[int, ...]) -> Floats:
         return check.difference(sample, self._conversions).reshape(shape)
-
-
-def _whole_number(value: SupportsIndex, what: str, least: int, most: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
-    if least <= number <= most:
-        return number
-    # Python refuses to write out numbers of thousands of digits.
-    given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
-    bound = f"at least {least}" if number < least else f"at most {most}"
-    raise BadArgument(f"{what} must be {bound}, got {given}")

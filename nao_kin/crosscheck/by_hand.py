@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.crosscheck.conversions import Conversions, Function
+from nao_kin.crosscheck.comparisons import Conversions, Function
 from nao_kin.errors import UnknownName
 from nao_kin.parameters import CAMERAS, OPTICAL_RPY, NaoParameters
 from nao_kin.robot import RobotModel

@@ -9,34 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
-from nao_kin.crosscheck.differences import Tally
-from nao_kin.crosscheck.yourdfpy_oracle import JointReading, YourdfpyOracle
+from nao_kin.crosscheck.report import Tally
+from nao_kin.crosscheck.yourdfpy_oracle import ParsedJoint, YourdfpyOracle
 from nao_kin.robot import RobotModel
+from nao_kin.semantics import CoupledLimit
 
 _UNLIMITED = (-math.inf, math.inf)
 # A value that misses a limit by less is on it, by the library's own definition.
 _ON_THE_LIMIT = 1e-9
-
-
-class _Table(Protocol):
-    """A range of one joint, piecewise linear in the value of another."""
-
-    @property
-    def joint(self) -> str: ...
-    @property
-    def of(self) -> str: ...
-    @property
-    def at(self) -> Sequence[float]: ...
-    @property
-    def lower(self) -> Sequence[float]: ...
-    @property
-    def upper(self) -> Sequence[float]: ...
 
 
 class LimitChecks:
@@ -44,7 +29,7 @@ class LimitChecks:
 
     def __init__(self, robot: RobotModel, second: YourdfpyOracle) -> None:
         self._robot = robot
-        self._tables: Sequence[_Table] = robot.coupled_limits
+        self._tables = robot.coupled_limits
         self._fixed: list[Tally] = []
         direct, note = _read_by_pinocchio(robot, second.joints)
         for oracle, joints in (("yourdfpy", second.joints), ("pin.buildModelFromUrdf", direct)):
@@ -65,7 +50,7 @@ class LimitChecks:
         self._violations.compare(lambda: self._violation_differences(q), len(q), first, names)
         self._clamped.compare(lambda: self._clamp_differences(q), len(q), first, names)
 
-    def _compare_limits(self, oracle: str, joints: Mapping[str, JointReading], note: str) -> None:
+    def _compare_limits(self, oracle: str, joints: Mapping[str, ParsedJoint], note: str) -> None:
         names = self._robot.joint_names
         expected = [_shared_limits(name, joints) for name in names]
         ours = (self._robot.lower, self._robot.upper, self._robot.velocity_limits, self._robot.effort_limits)
@@ -76,7 +61,7 @@ class LimitChecks:
             tally.add(np.array([apart]), 0, names)
             self._fixed.append(tally)
 
-    def _compare_mimics(self, joints: Mapping[str, JointReading]) -> None:
+    def _compare_mimics(self, joints: Mapping[str, ParsedJoint]) -> None:
         names = sorted(name for name in joints if name in self._robot.mimics or name not in self._robot.joint_names)
         if not names:
             return
@@ -133,7 +118,7 @@ class LimitChecks:
     def _box(self, index: int) -> tuple[float, float]:
         return float(self._robot.lower[index]), float(self._robot.upper[index])
 
-    def _table_range(self, table: _Table, values: Sequence[float]) -> tuple[float, float]:
+    def _table_range(self, table: CoupledLimit, values: Sequence[float]) -> tuple[float, float]:
         """The range at a value of the other joint: linear between the rows of the table, constant outside."""
         value = values[self._robot.joint_names.index(table.of)]
         if value <= table.at[0]:
@@ -158,8 +143,8 @@ class _Bounds:
 
 
 def _read_by_pinocchio(
-    robot: RobotModel, joints: Mapping[str, JointReading]
-) -> tuple[dict[str, JointReading] | None, str]:
+    robot: RobotModel, joints: Mapping[str, ParsedJoint]
+) -> tuple[dict[str, ParsedJoint] | None, str]:
     """The moving joints as Pinocchio's own parser reads the file, mimics as given; or None and a note why not."""
     # The parser says on standard error what it misses: better not to ask.
     incomplete = [
@@ -187,7 +172,7 @@ def _read_by_pinocchio(
     return found, ""
 
 
-def _shared_limits(driver: str, joints: Mapping[str, JointReading]) -> tuple[float, float, float, float]:
+def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float, float, float]:
     """lower, upper, velocity and effort of a driving joint and of all that follows it.
 
     Limits that were copied from joint to joint may leave no value, or a single one, to joints that can all move: then
@@ -213,7 +198,7 @@ def _shared_limits(driver: str, joints: Mapping[str, JointReading]) -> tuple[flo
     return low, high, _tightest(velocity, min), math.inf if effort is None else effort
 
 
-def _own_bounds(joint: JointReading) -> _Bounds:
+def _own_bounds(joint: ParsedJoint) -> _Bounds:
     """The limits of one joint alone: none where the file gives no range, or one whose ends are the wrong way round."""
     velocity = math.inf if joint.velocity is None else joint.velocity
     lower, upper = joint.lower or 0.0, joint.upper or 0.0
@@ -222,7 +207,7 @@ def _own_bounds(joint: JointReading) -> _Bounds:
     return _Bounds(lower, upper, velocity)
 
 
-def _relation(name: str, driver: str, joints: Mapping[str, JointReading]) -> tuple[float, float] | None:
+def _relation(name: str, driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float] | None:
     """(multiplier, offset) with value of `name` = multiplier · value of `driver` + offset; None where there is none.
 
     The file may couple the two the other way round, or both to a third joint.
@@ -233,7 +218,7 @@ def _relation(name: str, driver: str, joints: Mapping[str, JointReading]) -> tup
     return m / m_driver, b - m / m_driver * b_driver
 
 
-def _root(name: str, joints: Mapping[str, JointReading]) -> tuple[str, float, float]:
+def _root(name: str, joints: Mapping[str, ParsedJoint]) -> tuple[str, float, float]:
     """The joint at the end of a chain of mimics, and the multiplier and offset that lead back from it."""
     multiplier, offset = 1.0, 0.0
     for _ in joints:

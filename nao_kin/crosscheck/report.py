@@ -1,10 +1,20 @@
-"""What a cross-check found: one row per convention and oracle."""
+"""What a cross-check found: one row per convention and oracle, and how a row is tallied."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin._text import abbreviated
+from nao_kin.crosscheck.samples import Configurations
+from nao_kin.errors import NaoKinError
+
+TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -81,6 +91,62 @@ class Row:
             "failing": list(self.failing),
             "note": self.note,
         }
+
+
+class Tally:
+    """One row in the making: the worst difference of one convention over many chunks of configurations.
+
+    Args:
+        convention, against, tolerance, note: as in `Row`.
+    """
+
+    def __init__(self, convention: str, against: str, tolerance: float = TOLERANCE, note: str = "") -> None:
+        self.convention, self.against, self.tolerance, self.note = convention, against, tolerance, note
+        self._pairs, self._worst = 0, -1.0
+        self._place: tuple[int, str] | None = None
+        self._failing: dict[str, None] = {}
+
+    def add(self, differences: Floats, first: int, frames: Sequence[str]) -> None:
+        """Count the differences (n, m) of m frames at the configurations from index `first` on."""
+        values = np.where(np.isnan(differences), np.inf, differences)
+        self._pairs += int(np.count_nonzero(values >= 0.0))
+        if values.size == 0:
+            return
+        row, column = np.unravel_index(int(np.argmax(values)), values.shape)
+        worst = float(values[row, column])
+        if worst > self._worst:
+            self._worst, self._place = worst, (first + int(row), frames[int(column)])
+        for index in np.flatnonzero(values.max(axis=0) > self.tolerance).tolist():
+            self._failing[frames[index]] = None
+
+    def compare(self, differences: Callable[[], Floats], count: int, first: int, frames: Sequence[str]) -> None:
+        """Count the differences (count, m) that a comparison returns; where it raises an error, every pair fails.
+
+        Whatever a function under test raises is its own failure, and that of no other row.
+        """
+        try:
+            found = np.broadcast_to(differences(), (count, len(frames)))
+        except Exception as error:
+            self.refuse(error)
+            found = np.full((count, len(frames)), np.inf)
+        self.add(found, first, frames)
+
+    def refuse(self, error: Exception) -> None:
+        """Note the error that the function under test raised."""
+        reason = str(error) if isinstance(error, NaoKinError) else f"{type(error).__name__}: {error}"
+        self.note = f"refused: {abbreviated(reason)}"
+
+    def row(self, configurations: Configurations) -> Row:
+        """The row so far."""
+        place = None
+        if self._place is not None:
+            index, frame = self._place
+            q = tuple(configurations.q[index].tolist())
+            place = Place(frame, index, configurations.kinds[index], q)
+        worst = max(self._worst, 0.0)
+        return Row(
+            self.convention, self.against, self._pairs, worst, self.tolerance, place, tuple(self._failing), self.note
+        )
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
 from nao_kin.crosscheck.by_hand import HandRolled, Step
-from nao_kin.crosscheck.conversions import Conversions
-from nao_kin.crosscheck.differences import LEFT_OUT, TOLERANCE, Tally, difference, largest
+from nao_kin.crosscheck.comparisons import LEFT_OUT, Conversions, difference, largest
+from nao_kin.crosscheck.report import TOLERANCE, Tally
 from nao_kin.crosscheck.samples import turns_about
 from nao_kin.crosscheck.yourdfpy_oracle import YourdfpyOracle
 from nao_kin.robot import RobotModel

@@ -6,9 +6,10 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
-from nao_kin.crosscheck.conversions import Check, Conversions
-from nao_kin.crosscheck.differences import (
+from nao_kin.crosscheck.comparisons import (
     LEFT_OUT,
+    Check,
+    Conversions,
     difference,
     direction_difference,
     largest,

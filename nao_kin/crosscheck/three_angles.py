@@ -15,8 +15,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.crosscheck.conversions import Check, Conversions
-from nao_kin.crosscheck.differences import angle_difference, difference, largest, outside
+from nao_kin.crosscheck.comparisons import Check, Conversions, angle_difference, difference, largest, outside
 from nao_kin.crosscheck.samples import RotationSample, axis_numbers, each, matrices_from_moving, turns_about
 from nao_kin.rotations import SEQUENCES
 

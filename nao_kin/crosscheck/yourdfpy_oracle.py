@@ -18,8 +18,8 @@ _STALE = np.full((4, 4), np.nan)
 
 
 @dataclass(frozen=True)
-class JointReading:
-    """A moving joint as somebody else's parser reads it, nothing mended.
+class ParsedJoint:
+    """A moving joint as another parser reads it, nothing mended.
 
     Attributes:
         continuous: whether it turns without limits.
@@ -49,7 +49,7 @@ class YourdfpyOracle:
         import yourdfpy
 
         self._robot = robot
-        with _silence():
+        with _without_warnings():
             self._oracle = yourdfpy.URDF.load(str(robot.urdf_path), load_meshes=False, load_collision_meshes=False)
         joints = {joint.name: joint for joint in self._oracle.robot.joints}
         # By joints, not by links: a link that shares its name with a joint is called something else in the model.
@@ -59,8 +59,8 @@ class YourdfpyOracle:
         link_of |= {joint.name: joints[joint.name].child for joint in tree.joints if joint.kind != "fixed"}
         # A name that the file gives to a link and to a joint means the link.
         link_of |= {name: name for name in tree.shared_names}
-        self.joints: Mapping[str, JointReading] = {
-            name: _reading(joint) for name, joint in joints.items() if joint.type != "fixed"
+        self.joints: Mapping[str, ParsedJoint] = {
+            name: _parsed(joint) for name, joint in joints.items() if joint.type != "fixed"
         }
         self._actuated = list(self._oracle.actuated_joint_names)
         self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type != "fixed"]
@@ -80,7 +80,7 @@ class YourdfpyOracle:
         for row, joint_values in enumerate(values):
             for edge in self._moving:
                 edges[edge]["matrix"] = _STALE
-            with _silence():
+            with _without_warnings():
                 self._oracle.update_cfg(joint_values)
             for edge in self._walk:
                 T[row, self._place[edge[1]]] = edges[edge]["matrix"]
@@ -121,9 +121,9 @@ class YourdfpyOracle:
         return walk, unplaced
 
 
-def _reading(joint: Any) -> JointReading:
+def _parsed(joint: Any) -> ParsedJoint:
     limit, mimic = joint.limit, joint.mimic
-    return JointReading(
+    return ParsedJoint(
         continuous=joint.type == "continuous",
         lower=limit and limit.lower,
         upper=limit and limit.upper,
@@ -134,7 +134,7 @@ def _reading(joint: Any) -> JointReading:
 
 
 @contextlib.contextmanager
-def _silence() -> Iterator[None]:
+def _without_warnings() -> Iterator[None]:
     """Keep yourdfpy from warning, at every configuration, of the couplings that are counted in `left_out`."""
     logger = logging.getLogger("yourdfpy.urdf")
     level = logger.level

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from nao_kin.joints._tables import html_table, text_table
+from nao_kin._text import html_table, text_table
 from nao_kin.joints.nao_anatomy import NAO_TWISTS
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, KinematicPair
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from nao_kin._common.arrays import Floats
-from nao_kin.joints._tables import html_table
+from nao_kin._text import html_table
 from nao_kin.joints.anatomy import anatomical_kind, body_part
 from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
 from nao_kin.joints.multidof_joint import JointGroups, MultiDofJoint

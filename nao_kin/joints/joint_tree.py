@@ -94,7 +94,7 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
         if mimic is None:
             lower, upper, unit = ranges.get(name, (-np.inf, np.inf, ""))
         else:
-            lower, upper = _driven_range(ranges[mimic.joint][:2], mimic)
+            lower, upper = mimic.range(*ranges[mimic.joint][:2])
             unit = "m" if kind == "prismatic" else "rad"
         nodes[index] = JointNode(
             index=index,
@@ -133,10 +133,3 @@ def _motion_data(model: pin.Model, index: int) -> pin.JointData:
     data = model.joints[index].createData()
     model.joints[index].calc(data, pin.neutral(model))
     return data
-
-
-def _driven_range(ends: tuple[float, float], mimic: Mimic) -> tuple[float, float]:
-    if mimic.multiplier == 0.0:
-        return mimic.offset, mimic.offset
-    lower, upper = sorted(mimic.multiplier * end + mimic.offset for end in ends)
-    return lower, upper

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._text import at_index
 from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch
 from nao_kin.rotations import check_rotation
 
@@ -61,17 +62,14 @@ class PluckerLine:
         too_large = ~(np.abs(n).max(axis=-1) <= _LARGEST_MOMENT)
         if too_large.any():
             index = first_index(too_large)
-            raise BadArgument(
-                f"moment/‖direction‖ must not exceed {_LARGEST_MOMENT:.0e} in magnitude, got {n[index].tolist()}"
-                + (f" at index {list(index)}" if index else "")
-            )
+            got = f"{n[index].tolist()}{at_index(index)}"
+            raise BadArgument(f"moment/‖direction‖ must not exceed {_LARGEST_MOMENT:.0e} in magnitude, got {got}")
         pitch = dot(e, n)
-        crooked = ~(np.abs(pitch) <= _LARGEST_PITCH * np.maximum(1.0, norm(n)))
-        if crooked.any():
-            index = first_index(crooked)
+        not_a_line = ~(np.abs(pitch) <= _LARGEST_PITCH * np.maximum(1.0, norm(n)))
+        if not_a_line.any():
+            index = first_index(not_a_line)
             raise BadArgument(
-                f"direction·moment must be zero for a line, got a screw of pitch {pitch[index]:.3g}"
-                + (f" at index {list(index)}" if index else "")
+                f"direction·moment must be zero for a line, got a screw of pitch {pitch[index]:.3g}{at_index(index)}"
             )
         self._freeze(e, n - pitch[..., None] * e, as_vectors(self.origin, "origin"))
 
@@ -96,9 +94,7 @@ class PluckerLine:
         coincident = np.abs(difference).max(axis=-1) <= _COINCIDENT * largest
         if coincident.any():
             index = first_index(coincident)
-            raise DegeneratePoints(
-                "p and q coincide" + (f" at index {list(index)}" if index else "") + ": no line is distinguished"
-            )
+            raise DegeneratePoints(f"p and q coincide{at_index(index)}: no line is distinguished")
         e, _ = unit(difference, "q − p")
         p_near, q_near = p - o, q - o
         # The nearer point gives the moment the smaller rounding error.
@@ -242,8 +238,9 @@ def as_rigid_motion(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
     bad = (poses[..., 3, :] != (0.0, 0.0, 0.0, 1.0)).any(axis=-1)
     if bad.any():
         index = first_index(bad)
-        where = f" at index {list(index)}" if index else ""
-        raise BadArgument(f"the last row of {what} must be (0, 0, 0, 1), got {poses[index][3].tolist()}{where}")
+        raise BadArgument(
+            f"the last row of {what} must be (0, 0, 0, 1), got {poses[index][3].tolist()}{at_index(index)}"
+        )
     R = poses[..., :3, :3]
     check_rotation(R)
     return R, as_vectors(poses[..., :3, 3], f"the translation of {what}")

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
 from nao_kin.joints import JointGroups, JointNode, MultiDofJoint
-from nao_kin.multidof._coordinates import Ball, JointReading, Repetition, Slot, Source
+from nao_kin.multidof._readings import Ball, JointReading, Repetition, Slot, Source
 from nao_kin.robot import LIMIT_ARRAYS, RobotModel
 from nao_kin.semantics import Mimic
 
@@ -35,7 +35,7 @@ class Assembly:
         model: the Pinocchio model; its first frames are the robot's, in the robot's order.
         slots: its coordinates that are joint values.
         balls: its spherical joints.
-        repetitions: what it says a second time.
+        repetitions: values that it holds a second time.
         carriers: names of the carriers.
         lumped: joints of the robot that have no place in the model → the joint that their bodies are fixed to.
     """

@@ -25,18 +25,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.multidof._ball_angles import (
-    TURN,
+from nao_kin.multidof._balls import (
     inside_at_lock,
     moved,
     near,
     nearest_at_lock,
     turns_of_quaternion,
     uncertainty,
+)
+from nao_kin.multidof._readings import (
+    TURN,
+    Ball,
+    JointReading,
+    Mismatch,
+    Motor,
+    Repetition,
+    Slot,
+    Source,
+    connected,
+    motors_of,
     wrapped,
 )
-from nao_kin.multidof._coordinates import Ball, JointReading, Repetition, Slot, Source
-from nao_kin.multidof._couplings import Mismatch, Motor, connected, excess_of, motors_of
 from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE
 
 # A value better known than this needs no second source.
@@ -84,7 +93,7 @@ class _Given:
     reference: Floats | None
 
     def hint(self, source: Source) -> Floats:
-        """What a source says, shape (n,); nobody may have set it, so it is bounded."""
+        """The value at a source, shape (n,); nobody may have set it, so it is bounded."""
         return np.clip(source.of(self.typed), -_UNLIMITED, _UNLIMITED)
 
     def target(self, reading: JointReading, middle: float) -> Floats:
@@ -107,7 +116,7 @@ class _Assignment:
     Attributes:
         angles: shape (balls, 3, n).
         doubts: uncertainty of the outer angles, shape (balls, n).
-        costs: what decides between assignments, the weightiest first: couplings broken; squared distances from the
+        costs: what decides between assignments, the most important first: couplings broken; squared distances from the
             limits or the reference, from the hints, and from the middle of the limits; shape (4, n).
     """
 
@@ -226,7 +235,7 @@ def _assignment(group: _Group, triples: Sequence[_Triple], given: _Given) -> _As
     for index, triple in enumerate(triples):
         found.angles[index], found.doubts[index] = triple.angles, triple.doubt
     shared = [motor for motor in group.motors if motor.shared]
-    # At a lock one motor may have to wait for what another one tells the ball.
+    # At a lock one motor may have to wait for what another one adds to the ball.
     for _ in shared if np.any(found.doubts > _SURE) else shared[:1]:
         for motor in shared:
             _bring_together(group, motor, found, given)
@@ -246,7 +255,7 @@ def _bring_together(group: _Group, motor: Motor, found: _Assignment, given: _Giv
         _take_from_followers(group, motor, found, given)
     value, doubt = _driver_value(motor, found, given), _driver_doubt(motor, found)
     for follower, index, place in motor.in_balls:
-        off = excess_of(follower, found.value(index, place), value)
+        off = follower.excess(found.value(index, place), value)
         mine = found.doubt(index, place)
         asked = abs(follower.mimic.multiplier) * doubt
         agreed = np.abs(off) <= COUPLING_TOLERANCE + asked + mine
@@ -265,7 +274,7 @@ def _take_from_followers(group: _Group, motor: Motor, found: _Assignment, given:
     sources += [(each, source.of(given.typed), np.zeros(1)) for each, source in motor.written]
     for follower, stated, uncertain in sources:
         scale = follower.mimic.multiplier
-        off, other = excess_of(follower, stated, value) / scale, uncertain / abs(scale)
+        off, other = follower.excess(stated, value) / scale, uncertain / abs(scale)
         better = (doubt > _SURE) & (other < doubt) & (np.abs(off) <= COUPLING_TOLERANCE + doubt + other)
         by, doubt = np.where(better, off, by), np.where(better, other, doubt)
     _move(group, found, motor.ball, motor.place, by)
@@ -323,7 +332,7 @@ def _broken(motor: Motor, drivers: Floats, found: _Assignment, given: _Given) ->
     count = np.zeros(drivers.shape)
     doubt = _driver_doubt(motor, found)
     for follower, value, uncertain in _follower_values(motor, found, given):
-        off = np.abs(excess_of(follower, value, drivers))
+        off = np.abs(follower.excess(value, drivers))
         count += off > COUPLING_TOLERANCE + abs(follower.mimic.multiplier) * doubt + uncertain
     return count
 
@@ -340,7 +349,7 @@ def _mismatches(motor: Motor, found: _Assignment, given: _Given) -> list[Mismatc
     rows = [
         (
             follower,
-            excess_of(follower, stated, value),
+            follower.excess(stated, value),
             COUPLING_TOLERANCE + abs(follower.mimic.multiplier) * doubt + own,
         )
         for follower, stated, own in _follower_values(motor, found, given)

@@ -16,9 +16,13 @@ from nao_kin._common.vectors import common_batch
 from nao_kin.errors import DisagreeingJoints, UnknownName
 from nao_kin.joints import JointGroups, MultiDofJoint, Rule, group_joints, read_joint_tree
 from nao_kin.multidof._assembly import Assembly
-from nao_kin.multidof._ball_angles import angular_velocity_axes, quaternion_of_turns, turns_of_quaternion
-from nao_kin.multidof._coordinates import Ball, Quaternions
-from nao_kin.multidof._couplings import CouplingViolation, Mismatch, coupling_violations
+from nao_kin.multidof._balls import (
+    Quaternions,
+    angular_velocity_axes,
+    quaternion_of_turns,
+    turns_of_quaternion,
+)
+from nao_kin.multidof._readings import Ball, CouplingViolation, Mismatch, coupling_violations
 from nao_kin.multidof._turn_selection import TurnSelection
 from nao_kin.robot import Expression, FrameIds, Kinematics, RobotModel, expression_named
 from nao_kin.rotations import EulerAngles

@@ -5,8 +5,11 @@ of all versions, each with the versions that it holds for.
 """
 
 from nao_kin.parameters.bodies import COLLISION_SHAPES, COLOURS
-from nao_kin.parameters.frames import CAMERAS, OPTICAL_RPY
-from nao_kin.parameters.gather import (
+from nao_kin.parameters.frames import CAMERAS, END_EFFECTORS, OPTICAL_RPY, SOLES, VIEWS
+from nao_kin.parameters.overlay import VersionPage
+from nao_kin.parameters.postures import POSTURES, REST
+from nao_kin.parameters.ranges import COUPLED_LIMITS
+from nao_kin.parameters.robot_parameters import (
     ACTUATORS,
     FRAMES,
     INERTIALS,
@@ -14,14 +17,13 @@ from nao_kin.parameters.gather import (
     OFFSETS,
     PLACEHOLDER,
     VISUALS,
+    Finger,
+    Frame,
+    Joint,
+    NaoParameters,
     nao_parameters,
     version_named,
 )
-from nao_kin.parameters.meaning import END_EFFECTORS, REST, SOLES, VIEWS
-from nao_kin.parameters.overlay import VersionPage
-from nao_kin.parameters.postures import POSTURES
-from nao_kin.parameters.ranges import COUPLED_LIMITS
-from nao_kin.parameters.robot_parameters import Finger, Frame, Joint, NaoParameters
 from nao_kin.parameters.rows import (
     SOURCES,
     VERSIONS,
@@ -41,8 +43,7 @@ from nao_kin.parameters.rows import (
     VisualRow,
 )
 from nao_kin.parameters.skeleton import BODY_ORDER, CHAINS, FINGER_RATIO, FINGERS, JOINTS
-from nao_kin.parameters.urdf_files import nao_urdf_path, urdf_name
-from nao_kin.parameters.urdf_text import MESH_FOLDER, urdf_text
+from nao_kin.parameters.urdf_text import MESH_FOLDER, nao_urdf_path, urdf_name, urdf_text
 
 __all__ = [
     "ACTUATORS",

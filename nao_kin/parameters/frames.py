@@ -1,4 +1,4 @@
-"""Sensor and effector frames of V6.
+"""Sensor and effector frames of V6, and what they are for.
 
 Where a source prints π or π/2 with five to seven digits (3.14159, 1.5708), the exact value is meant and stands here.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from nao_kin.parameters.rows import FrameRow
+from nao_kin.parameters.rows import FrameRow, Vector
 from nao_kin.parameters.skeleton import FOOT_HEIGHT, HAND_OFFSET_X, HAND_OFFSET_Z, LEG_EFFECTOR_HEIGHT
 
 # fmt: off
@@ -60,3 +60,11 @@ V6_FRAMES: tuple[FrameRow, ...] = (
 # x right, y down, z forward, as image processing has it; body frames of cameras look along x.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 CAMERAS: tuple[str, ...] = ("CameraTop", "CameraBottom")
+END_EFFECTORS: tuple[str, ...] = ("Head", "LArm", "RArm", "LLeg", "RLeg")
+SOLES: tuple[str, ...] = ("LLeg", "RLeg")
+
+# Close views: name, direction from the robot to the camera, and the joints whose links it shows.
+VIEWS: tuple[tuple[str, Vector, tuple[str, ...]], ...] = (
+    ("hands", (1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
+    ("feet", (1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),
+)

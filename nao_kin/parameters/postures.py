@@ -1,8 +1,8 @@
-"""NAOqi's predefined postures."""
+"""NAOqi's predefined postures, and how the robot rests in those that leave its feet."""
 
 from __future__ import annotations
 
-from nao_kin.parameters.rows import PostureRow
+from nao_kin.parameters.rows import PostureRow, Vector
 
 # Single-precision values as NAOqi holds them; residues below 1e-9 (1.4e-45, 1.1e-13 …) are written as the zero they mean.
 # fmt: off
@@ -49,3 +49,12 @@ POSTURES: tuple[PostureRow, ...] = (
     ),
 )
 # fmt: on
+
+# NAOqi's postures say nothing about the trunk. Off its feet the robot rests where its centre of mass is lowest: the
+# vertical there in the torso's frame, found with the shapes of the V6 by turning them until no small turn lowers it.
+REST: dict[str, Vector] = {
+    "Sit": (0.384, -0.001, 0.923),
+    "SitRelax": (0.177, 0.010, 0.984),
+    "LyingBelly": (-0.976, -0.160, 0.146),
+    "LyingBack": (1.000, -0.015, 0.003),
+}

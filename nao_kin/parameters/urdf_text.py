@@ -1,4 +1,4 @@
-"""The robot's numbers as a URDF, the same text every time.
+"""The robot's numbers as a URDF, the same text every time, and where the generated files are.
 
 Links and sensor frames carry the names of the official ROS description wherever it has one, and NAOqi's own names stand
 beside them as links at the same place, so that code written for either finds its frames. Two links differ, because a
@@ -11,16 +11,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from nao_kin.errors import BadModel
 from nao_kin.parameters.bodies import COLOURS
 from nao_kin.parameters.frames import CAMERAS, OPTICAL_RPY
 from nao_kin.parameters.robot_parameters import Finger, Joint, NaoParameters
 from nao_kin.parameters.rows import InertialRow, ShapeRow, Vector
+from nao_kin.semantics import Mimic
 
 ROOT_LINK = "base_link"
 TRUNK = "torso"
 MESH_FOLDER = "meshes"
+
+# Holds the files inside a wheel; in a checkout they are beside it.
+_PACKAGE = Path(__file__).resolve().parent.parent
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 # NAOqi speaks of the torso and of the feet as bodies; the ROS description has no such links.
@@ -41,16 +47,17 @@ def urdf_text(parameters: NaoParameters) -> str:
     for name, rgba in COLOURS.items():
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=_numbers(rgba))
 
+    mimics = parameters.mimics
     link_of = {TRUNK: TRUNK} | {joint.name: joint.link for joint in parameters.joints}
     ET.SubElement(robot, "link", name=ROOT_LINK)
     _add_fixed(robot, TRUNK, ROOT_LINK, link=_body(parameters, TRUNK, TRUNK))
     for joint in parameters.joints:
         robot.append(_body(parameters, joint.name, joint.link))
-        _add_joint(robot, joint, link_of[joint.parent])
+        _add_joint(robot, joint, link_of[joint.parent], mimics.get(joint.name))
         for finger in parameters.fingers:
             if finger.driver == joint.name:
-                robot.append(_phalanx(parameters, finger))
-                _add_finger_joint(robot, finger)
+                robot.append(_body(parameters, finger.phalanx, finger.link))
+                _add_joint(robot, finger, finger.parent_link, mimics[finger.name], finger.rpy)
     for alias, body in _BODY_ALIASES.items():
         _add_fixed(robot, alias, body)
     for frame in parameters.frames:
@@ -66,8 +73,30 @@ def urdf_text(parameters: NaoParameters) -> str:
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
+def urdf_directory() -> Path:
+    """The folder of the generated URDFs.
+
+    Raises:
+        BadModel: the installation lacks it.
+    """
+    for folder in (_PACKAGE / "_urdf_files", _PACKAGE.parent / "urdf"):
+        if (folder / "nao_v6.urdf").is_file():
+            return folder
+    raise BadModel(f"no urdf folder with nao_v6.urdf in {_PACKAGE} or beside it; reinstall nao-kin")
+
+
+def nao_urdf_path(version: str) -> Path:
+    """The URDF of one NAO version, "v3.2" … "v6"."""
+    return urdf_directory() / urdf_name(version)
+
+
+def urdf_name(version: str) -> str:
+    """File name of the URDF of one version: "v3.2" → "nao_v32.urdf"."""
+    return f"nao_{version.replace('.', '')}.urdf"
+
+
 def _body(parameters: NaoParameters, key: str, name: str) -> ET.Element:
-    """A link with the inertia, the meshes and the collision shapes of what joint `key` moves."""
+    """A link with the inertia, the meshes and the collision shapes of what `key`, a joint or a phalanx, moves."""
     link = ET.Element("link", name=name)
     if key in parameters.inertials:
         _add_inertial(link, parameters.inertials[key])
@@ -77,14 +106,6 @@ def _body(parameters: NaoParameters, key: str, name: str) -> ET.Element:
     for shape in parameters.collision_shapes:
         if shape.parent == key:
             _add_collision(link, shape)
-    return link
-
-
-def _phalanx(parameters: NaoParameters, finger: Finger) -> ET.Element:
-    """The link of one phalanx."""
-    link = ET.Element("link", name=finger.link)
-    _add_placeholder(link, parameters)
-    _add_visuals(link, parameters, finger.phalanx)
     return link
 
 
@@ -112,21 +133,17 @@ def _add_placeholder(link: ET.Element, parameters: NaoParameters) -> None:
         _add_inertial(link, parameters.placeholder)
 
 
-def _add_joint(robot: ET.Element, joint: Joint, parent_link: str) -> None:
+def _add_joint(
+    robot: ET.Element, joint: Joint | Finger, parent_link: str, mimic: Mimic | None, rpy: Vector = _ZERO
+) -> None:
     element = ET.SubElement(robot, "joint", name=joint.name, type="revolute")
-    _add_ends(element, parent_link, joint.link, joint.xyz, _ZERO)
+    _add_ends(element, parent_link, joint.link, joint.xyz, rpy)
     ET.SubElement(element, "axis", xyz=_numbers(joint.axis))
-    _add_limit(element, joint.lower, joint.upper, joint.velocity, joint.effort)
-    if joint.mimic is not None:
-        ET.SubElement(element, "mimic", joint=joint.mimic, multiplier="1", offset="0")
-
-
-def _add_finger_joint(robot: ET.Element, finger: Finger) -> None:
-    element = ET.SubElement(robot, "joint", name=finger.name, type="revolute")
-    _add_ends(element, finger.parent_link, finger.link, finger.xyz, finger.rpy)
-    ET.SubElement(element, "axis", xyz=_numbers(finger.axis))
-    _add_limit(element, finger.lower, finger.upper, finger.velocity, finger.effort)
-    ET.SubElement(element, "mimic", joint=finger.driver, multiplier=_number(finger.multiplier), offset="0")
+    limits = {"lower": joint.lower, "upper": joint.upper, "velocity": joint.velocity, "effort": joint.effort}
+    ET.SubElement(element, "limit", {name: _number(value) for name, value in limits.items()})
+    if mimic is not None:
+        numbers = {"multiplier": _number(mimic.multiplier), "offset": _number(mimic.offset)}
+        ET.SubElement(element, "mimic", {"joint": mimic.joint, **numbers})
 
 
 def _add_fixed(
@@ -151,11 +168,6 @@ def _add_ends(joint: ET.Element, parent: str, child: str, xyz: Vector, rpy: Vect
 
 def _add_origin(element: ET.Element, xyz: Vector, rpy: Vector = _ZERO) -> None:
     ET.SubElement(element, "origin", xyz=_numbers(xyz), rpy=_numbers(rpy))
-
-
-def _add_limit(joint: ET.Element, lower: float, upper: float, velocity: float, effort: float) -> None:
-    values = {"lower": lower, "upper": upper, "velocity": velocity, "effort": effort}
-    ET.SubElement(joint, "limit", {name: _number(value) for name, value in values.items()})
 
 
 def _add_collision(link: ET.Element, shape: ShapeRow) -> None:

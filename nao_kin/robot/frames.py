@@ -7,8 +7,7 @@ from types import MappingProxyType
 
 import pinocchio as pin
 
-from nao_kin._common.warn import warn_caller
-from nao_kin.errors import RenamedFrameWarning, UnknownName
+from nao_kin.errors import RenamedFrameWarning, UnknownName, warn_caller
 from nao_kin.robot.kinematics import FrameIds
 from nao_kin.urdf import UrdfTree
 

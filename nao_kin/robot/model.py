@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
-from nao_kin._common.warn import warn_caller
-from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName
+from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName, warn_caller
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
 from nao_kin.robot.frames import FrameTable

@@ -6,10 +6,11 @@ from nao_kin.rotations._checks import RotationDefects, check_rotation, is_rotati
 from nao_kin.rotations._davenport import are_davenport_axes, davenport_angles, matrix_from_davenport
 from nao_kin.rotations._elementary import rot_x, rot_y, rot_z
 from nao_kin.rotations._euler import EulerAngles, euler_from_matrix, matrix_from_euler, matrix_from_rpy, rpy_from_matrix
-from nao_kin.rotations._exponential import exp, log
 from nao_kin.rotations._invariants import (
     euler_rodrigues,
+    exp,
     linear_invariants,
+    log,
     matrix_from_euler_rodrigues,
     matrix_from_linear,
     matrix_from_natural,

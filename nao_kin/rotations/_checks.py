@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
 from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import first_index
+from nao_kin._text import at_index
 from nao_kin.errors import BadArgument, NotARotation, WrongShape
 from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
 
@@ -105,11 +106,10 @@ def nearest_rotation(M: ArrayLike) -> Floats:
     ambiguous = ~(sigma[..., 1] + sign * sigma[..., 2] > 1e-12 * sigma[..., 0])
     if ambiguous.any():
         index = first_index(ambiguous.reshape(matrices.shape[:-2]))
-        where = f" at index {list(index)}" if index else ""
         values = ", ".join(
             f"{float(s) * float(scale[index].item()):.3g}" for s in sigma.reshape(matrices.shape[:-1])[index]
         )
-        raise BadArgument(f"the matrix{where} has no single nearest rotation: singular values {values}")
+        raise BadArgument(f"the matrix{at_index(index)} has no single nearest rotation: singular values {values}")
     U[..., :, 2] *= sign[..., np.newaxis]
     return np.asarray((U @ Vt).reshape(matrices.shape))
 

@@ -34,7 +34,7 @@ class OutOfScale(Exception):
 
 @dataclass(frozen=True)
 class Functions:
-    """The functions a kernel may call beyond + − × ÷ and comparison."""
+    """The functions a kernel may call beside + − × ÷ and comparison."""
 
     sqrt: Callable[[Number], Number]
     sin: Callable[[Number], Number]

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_numbers
 from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, unit
+from nao_kin._text import at_index
 from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
 from nao_kin.rotations._checks import nearest_rotation
 
@@ -43,7 +44,7 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
             no single rotation fits best.
         WrongShape: not of shape (..., n, 3), different n, mismatched batch shapes, n ≠ 3 for triads.
         UnknownName: no such method.
-        BadArgument, NotFinite: not numbers, beyond ±1e150, NaN or infinity.
+        BadArgument, NotFinite: not numbers, outside ±1e150, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
     """
@@ -87,10 +88,9 @@ def _centred(points: Floats, what: str, thinnest: float) -> Floats:
     sigma = row.reshape(*arms.shape[:-2], row.shape[-1])
     thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | (scale <= rounding)[..., 0, 0]
     if thin.any():
-        index = first_index(thin)
-        where = f" at index {list(index)}" if index else ""
+        which = f"{what}{at_index(first_index(thin))}"
         raise DegeneratePoints(
-            f"{what}{where} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
+            f"{which} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
         )
     return arms
 

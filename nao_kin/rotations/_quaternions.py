@@ -72,7 +72,7 @@ def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
         Quaternions, shape (..., 4); ‖p q‖ = ‖p‖ ‖q‖.
 
     Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, beyond ±1e150, wrong or mismatched shapes, NaN.
+        BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, wrong or mismatched shapes, NaN.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
     """
@@ -127,14 +127,14 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
     Args:
         p: quaternions at t = 0, shape (..., 4), of any length but zero.
         q: quaternions at t = 1, shape (..., 4); broadcasts with p.
-        t: shape (...), broadcasts with p and q; outside [0, 1] the motion goes on beyond its ends.
+        t: shape (...), broadcasts with p and q; outside [0, 1] the motion goes on past its ends.
 
     Returns:
         Unit quaternions, shape (..., 4); continuous in t, so not of canonical sign.
 
     Raises:
         ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, t beyond ±1e15, wrong or mismatched shapes, NaN or infinity.
+        BadArgument, WrongShape, NotFinite: not numbers, t outside ±1e15, wrong or mismatched shapes, NaN or infinity.
 
     Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
     """

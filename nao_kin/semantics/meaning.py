@@ -6,9 +6,91 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from nao_kin.semantics.limits import CoupledLimit
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.errors import BadArgument
 
 Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: value = multiplier · value of the driving joint + offset.
+
+    Attributes:
+        joint: the driving joint.
+        multiplier: ratio of the two values.
+        offset: value when the driving joint is at zero.
+    """
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+    def value(self, driver: Floats | float) -> Floats:
+        """Values of the follower for values of the driving joint, any shape."""
+        return np.asarray(self.multiplier * driver + self.offset)
+
+    def driver_value(self, value: Floats | float) -> Floats:
+        """Values of the driving joint for values of the follower; the multiplier must not be zero."""
+        return np.asarray((value - self.offset) / self.multiplier)
+
+    def through(self, driver: Mimic) -> Mimic:
+        """The mimic of the last driver, where the driving joint itself follows: a = m b + o and b = driver(c)."""
+        return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
+
+    def inverted(self, follower: str) -> Mimic:
+        """How the driving joint follows the `follower`; the multiplier must not be zero."""
+        return Mimic(follower, 1.0 / self.multiplier, -self.offset / self.multiplier)
+
+    def range(self, lower: float, upper: float) -> tuple[float, float]:
+        """Range of the follower for a range of the driving joint."""
+        if self.multiplier == 0.0:
+            return self.offset, self.offset
+        ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
+        return ends[0], ends[1]
+
+    def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
+        """Range of the driving joint for a range of the follower; the multiplier must not be zero."""
+        ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
+        return ends[0], ends[1]
+
+
+@dataclass(frozen=True)
+class CoupledLimit:
+    """Range of one joint as a piecewise linear function of another, constant outside its table.
+
+    Attributes:
+        joint: the joint whose range this is.
+        of: the joint it depends on.
+        at: values of `of` where the range bends, ascending [rad].
+        lower: smallest value of `joint` there [rad].
+        upper: largest value of `joint` there [rad].
+
+    Raises:
+        BadArgument: columns of different lengths, `at` not ascending, a lower bound above its upper one.
+    """
+
+    joint: str
+    of: str
+    at: tuple[float, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        what = f"the coupled limit of {self.joint}"
+        if not (len(self.at) == len(self.lower) == len(self.upper) > 0):
+            counts = f"{len(self.at)}, {len(self.lower)} and {len(self.upper)}"
+            raise BadArgument(f"{what} must have equally many at, lower and upper, got {counts}")
+        if not np.all(np.diff(self.at) > 0.0) or not np.isfinite([self.at, self.lower, self.upper]).all():
+            raise BadArgument(f"{what} must have finite numbers, at in ascending order")
+        if np.any(np.greater(self.lower, self.upper)):
+            raise BadArgument(f"{what} has a lower bound above the upper one")
+
+    def range(self, of: Floats) -> tuple[Floats, Floats]:
+        """Smallest and largest value of `joint` at values of `of`, any shape."""
+        return np.asarray(np.interp(of, self.at, self.lower)), np.asarray(np.interp(of, self.at, self.upper))
 
 
 @dataclass(frozen=True)

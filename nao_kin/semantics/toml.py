@@ -43,8 +43,7 @@ from typing import Any
 
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, nearest_names
-from nao_kin.semantics.limits import CoupledLimit
-from nao_kin.semantics.meaning import Posture, Semantics, Vector, View
+from nao_kin.semantics.meaning import CoupledLimit, Posture, Semantics, Vector, View
 
 
 def read_semantics(path: Path | str) -> Semantics:

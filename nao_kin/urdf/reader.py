@@ -1,4 +1,4 @@
-"""Any URDF, read leniently and made honest: what Pinocchio needs, and a note for everything that had to change.
+"""Any URDF, read leniently and mended: what Pinocchio needs, and a note for everything that had to change.
 
 Files in the wild couple joints in an order Pinocchio refuses, name a joint and a link alike, let a `continuous` joint
 mimic a `revolute` one, or round their axes. `read_urdf` mends all of that and records it; what cannot be mended is

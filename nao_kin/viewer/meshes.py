@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated
-from nao_kin.urdf import Rgba
+from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
 
 # Neighbouring faces that meet at less than this angle are one smooth surface [rad].
 _CREASE = np.radians(40.0)
@@ -38,6 +38,9 @@ class Mesh:
     normals: Floats
     faces: NDArray[np.uint32]
     colour: Rgba | None = None
+
+
+Shape = Box | Cylinder | Sphere | Mesh
 
 
 def mesh_path(urdf: Path, filename: str) -> Path | None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
-from nao_kin.viewer.visuals import Shape
+from nao_kin.viewer.meshes import Shape
 
 # MessagePack extension types of msgpack-lite, the reader inside meshcat.
 _TYPED_ARRAYS = {

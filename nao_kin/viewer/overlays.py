@@ -1,4 +1,7 @@
-"""What is drawn over the robot, as messages: checked here, so that the page can trust them."""
+"""What is drawn over the robot, as messages: checked here, so that the page can trust them.
+
+Arguments and errors are those of the methods of `Viewer`.
+"""
 
 from __future__ import annotations
 
@@ -63,12 +66,7 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
 
 
 def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
-    """Triads at frames.
-
-    Raises:
-        UnknownName: no such frame.
-        BadArgument: no names, or a size that is not positive.
-    """
+    """Triads at frames."""
     if not isinstance(names, Iterable):
         raise BadArgument(f"show_frames takes frame names, got {names!r}")
     chosen = [names] if isinstance(names, str) else list(names)
@@ -81,20 +79,12 @@ def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes
 
 
 def ghost(robot: RobotModel, q: ArrayLike | None) -> bytes:
-    """A second, pale robot.
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: q is no configuration.
-    """
+    """A second, pale robot."""
     return panel_message("ghost", {"q": None if q is None else typed_array(one_configuration(robot, q))})
 
 
 def targets(poses: Mapping[str, ArrayLike]) -> bytes:
-    """Marks at positions or poses in the robot's root frame.
-
-    Raises:
-        WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
-    """
+    """Marks at positions or poses in the robot's root frame."""
     if not isinstance(poses, Mapping):
         raise BadArgument(f"targets are a mapping from names to positions or poses, got {type(poses).__name__}")
     rows = []
@@ -122,18 +112,8 @@ def colours(
 ) -> bytes:
     """Links in the colours of a scale, with its legend.
 
-    Args:
-        links: place of every link.
-        carriers: link without a shape → the link with one that it is fixed to, which shows its colour unless it has a
-            value of its own.
-        values: link name → number.
-        low: the number at the cold end; None for the smallest.
-        high: the number at the warm end; None for the largest.
-        label: what the numbers are.
-
-    Raises:
-        UnknownName: no such link.
-        NotFinite, BadArgument: no numbers, or no scale from low to high.
+    `links` has the place of every link. `carriers` leads from a link without a shape to the link with one that it is
+    fixed to, which shows its colour unless it has a value of its own.
     """
     if not isinstance(values, Mapping):
         raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import math
-import warnings
 import weakref
 import webbrowser
 from collections.abc import Iterable, Mapping
@@ -16,17 +15,15 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape, warn_caller
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
-from nao_kin.viewer.description import describe
+from nao_kin.viewer.browser import Screenshots
+from nao_kin.viewer.description import describe, presets_of
 from nao_kin.viewer.messages import RetainedMessages, panel_message, set_animation, typed_array
 from nao_kin.viewer.page import live_page, static_page
-from nao_kin.viewer.pictures import Screenshots
-from nao_kin.viewer.presets import presets_of
-from nao_kin.viewer.scene import ROBOT, link_paths, scene_messages
+from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_messages
 from nao_kin.viewer.server import Answer, LiveServer
-from nao_kin.viewer.visuals import carriers, robot_drawables
 
 # A browser asked for an address that stands for all addresses would not know where to go.
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
@@ -377,8 +374,7 @@ class Viewer:
         new = [joint for joint in found if joint not in self._warned]
         self._warned.update(new)
         if new:
-            text = f"outside the joint limits, shown in red: {', '.join(new)}"
-            warnings.warn(text, OutsideLimitsWarning, stacklevel=3)
+            warn_caller(f"outside the joint limits, shown in red: {', '.join(new)}", OutsideLimitsWarning)
 
     def _check_camera(self, name: str) -> None:
         if name not in self.camera_names:

@@ -11,7 +11,7 @@ NaoKin.App = class {
     const viewer = (this.viewer = new MeshCat.Viewer(this.byId("pane")));
     viewer.set_3d_pane_size = () => NaoKin.resize(viewer, this.byId("pane").clientWidth, this.byId("pane").clientHeight);
     const handle = viewer.handle_command.bind(viewer);
-    viewer.handle_command = (message) => (message.type === "nao_kin" ? this.hear(message) : this.pass(message, handle));
+    viewer.handle_command = (message) => (message.type === "nao_kin" ? this.receive(message) : this.pass(message, handle));
     const render = viewer.render.bind(viewer);
     viewer.render = () => {
       this.settle();
@@ -40,7 +40,7 @@ NaoKin.App = class {
     if (message.type === "set_animation") this.player.load(message.options);
   }
 
-  hear(message) {
+  receive(message) {
     const { kind } = message;
     this.received += 1;
     if (kind === "joints") message.source !== this.source && this.set([...message.q], message.up, false);
@@ -60,7 +60,7 @@ NaoKin.App = class {
   start(about) {
     const root = this.viewer.scene_tree.find(["robot"]).object;
     this.robot = new NaoKin.Robot(root, about);
-    for (const { mesh } of this.robot.meshes) this.studio.dress(mesh);
+    for (const { mesh } of this.robot.meshes) this.studio.setMaterial(mesh);
     this.robot.apply(this.q);
     this.studio.fit(this.robot);
     this.marks = new NaoKin.Marks(this.viewer, this.studio, this.robot);
@@ -81,7 +81,7 @@ NaoKin.App = class {
     this.settle();
     this.viewer.set_dirty();
     document.body.dataset.ready = "true";
-    this.say({ kind: "ready" });
+    this.send({ kind: "ready" });
   }
 
   // --- the configuration ---------------------------------------------------------------------------------------
@@ -90,12 +90,12 @@ NaoKin.App = class {
     return this.robot.root.joint_values;
   }
 
-  // Show a configuration; `tell` whoever serves the page, when it comes from here.
-  set(q, up = this.up, tell = true) {
+  // Show a configuration; `report` it to whoever serves the page, when it comes from here.
+  set(q, up = this.up, report = true) {
     if (this.player.loaded) this.player.pause();
     this.robot.root.joint_values.splice(0, q.length, ...q);
     this.up = up;
-    this.untold = tell;
+    this.unreported = report;
     this.viewer.set_dirty();
   }
 
@@ -132,12 +132,12 @@ NaoKin.App = class {
       this.marks.ghost.root.quaternion.copy(robot.root.quaternion);
     }
     this.viewer.renderer.shadowMap.needsUpdate = true;
-    this.marks.weigh();
+    this.marks.drawBalance();
     const outside = robot.outside(this.q);
     this.marks.tint({ red: new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)) });
     this.panel.refresh();
-    if (this.untold) this.say({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
-    this.untold = false;
+    if (this.unreported) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
+    this.unreported = false;
   }
 
   // Pose of a frame in the robot's root, row by row.
@@ -158,8 +158,8 @@ NaoKin.App = class {
     const { frames, axes, com, support } = this.shown;
     if ("frames" in changes) this.marks.showFrames(frames ? this.frames.names : [], this.frames.size);
     if ("axes" in changes) this.legendOfPairs(this.marks.showAxes(axes));
-    this.marks.weighed = { com, support };
-    this.marks.weigh();
+    this.marks.balanceShown = { com, support };
+    this.marks.drawBalance();
     for (const button of this.byId("shown").children) {
       button.setAttribute("aria-pressed", String(Boolean(this.shown[button.dataset.shown])));
     }
@@ -232,13 +232,13 @@ NaoKin.App = class {
     document.body.dataset.live = "live";
   }
 
-  say(answer) {
+  send(answer) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(answer));
   }
 
   capture({ id, width, height, camera }) {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
-    this.say({ kind: "picture", id, data: this.studio.picture(width, height, preset, this.robot) });
+    this.send({ kind: "picture", id, data: this.studio.picture(width, height, preset, this.robot) });
   }
 };
 

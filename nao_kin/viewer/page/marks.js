@@ -13,7 +13,7 @@ NaoKin.Marks = class {
     this.balance = new MeshCat.THREE.Group();
     viewer.scene.add(this.balance);
     [this.scale, this.red] = [new Map(), new Set()];
-    this.weighed = { com: false, support: false };
+    this.balanceShown = { com: false, support: false };
   }
 
   showFrames(names, size) {
@@ -96,9 +96,9 @@ NaoKin.Marks = class {
   }
 
   // Centre of mass over its projection, and the hull of what touches the floor: green while the one is in the other.
-  weigh() {
+  drawBalance() {
     NaoKin.empty(this.balance);
-    const { com, support } = this.weighed;
+    const { com, support } = this.balanceShown;
     if (!com && !support) return;
     const T = MeshCat.THREE;
     const { robot } = this;

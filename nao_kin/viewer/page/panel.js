@@ -112,10 +112,10 @@ NaoKin.Panel = class {
       const [from, to] = [share(0), share(value)];
       slider.style.setProperty("--from", parseFloat(from) < parseFloat(to) ? from : to);
       slider.style.setProperty("--to", parseFloat(from) < parseFloat(to) ? to : from);
-      const beyond = outside.has(joint.column);
-      row.classList.toggle("outside", beyond);
+      const isOutside = outside.has(joint.column);
+      row.classList.toggle("outside", isOutside);
       const [low, high] = this.robot.range(coordinate, q).map((x) => (x * unit.scale).toFixed(unit.digits));
-      row.title = beyond ? `outside ${low} … ${high} ${unit.sign}` : "";
+      row.title = isOutside ? `outside ${low} … ${high} ${unit.sign}` : "";
     }
     this.locate();
   }

@@ -29,7 +29,7 @@ NaoKin.Player = class {
     this.bar.hidden = !this.loaded;
     if (!this.loaded) return;
     this.scrubber.max = this.animator.duration;
-    // An action that is not under way does not hear of seeking.
+    // An action that is not under way takes no notice of seeking.
     for (const action of this.animator.actions) action.play();
     this.setLoop(!(options.repetitions <= 1));
     if (this.animator.playing) this.begin();

@@ -70,11 +70,11 @@ NaoKin.Robot = class extends NaoKin.Skeleton {
   }
 
   outside(q) {
-    const beyond = this.about.coordinates.filter((coordinate) => {
+    const outside = this.about.coordinates.filter((coordinate) => {
       const [low, high] = this.range(coordinate, q);
       return q[coordinate.column] < low - 1e-9 || q[coordinate.column] > high + 1e-9;
     });
-    return new Set(beyond.map(({ column }) => column));
+    return new Set(outside.map(({ column }) => column));
   }
 
   // Centre of mass in the same frame as `pose`; null for a robot without mass.

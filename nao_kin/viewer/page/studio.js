@@ -83,7 +83,7 @@ NaoKin.Studio = class {
   }
 
   // Colours in a URDF are those of a screen; light is reckoned in linear ones.
-  dress(mesh) {
+  setMaterial(mesh) {
     const T = MeshCat.THREE;
     const { color, opacity } = mesh.material;
     mesh.material.dispose();

@@ -1,14 +1,18 @@
-"""The three angles of a ball: composed into its quaternion, taken apart again, moved where a lock leaves a choice."""
+"""The balls of the model: their quaternions composed of three angles and taken apart, and the angles at a lock."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin.multidof._coordinates import Ball
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._text import at_index
+from nao_kin.errors import BadArgument
+from nao_kin.multidof._readings import Ball, wrapped
+from nao_kin.robot import UNIT_TOLERANCE
 from nao_kin.rotations import (
     EulerAngles,
     davenport_angles,
@@ -18,9 +22,40 @@ from nao_kin.rotations import (
     quat_to_xyzw,
 )
 
-TURN = 2.0 * math.pi
 # Rounding of a quaternion and of the matrix made from it, as it shows in an angle far from lock.
 _ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
+
+
+class Quaternions:
+    """Where the quaternions (x, y, z, w) of a typed configuration stand."""
+
+    def __init__(self, nq: int, starts: Mapping[str, int]) -> None:
+        """Args: number of coordinates, and name of the joint (or "base") → column where its quaternion begins."""
+        self._nq, self._names = nq, tuple(starts)
+        self._columns = np.array(list(starts.values()), dtype=np.intp)[:, None] + np.arange(4)
+
+    def checked(self, q_typed: ArrayLike) -> Floats:
+        """`q_typed` with quaternions of norm 1 to rounding; a copy wherever there are any.
+
+        Raises:
+            BadArgument: a quaternion whose norm is not 1 to 1e-6, with its joint and its place in the batch.
+            WrongShape, NotFinite: no typed configuration.
+        """
+        typed = as_floats(q_typed, (self._nq,), "q_typed")
+        if not self._names:
+            return typed
+        parts = typed[..., self._columns]
+        with np.errstate(over="ignore"):
+            norms = np.sqrt(np.sum(parts * parts, axis=-1))
+        wrong = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
+        if wrong.any():
+            place = tuple(int(i) for i in np.argwhere(wrong)[0])
+            name, norm = self._names[place[-1]], f"{norms[place]:.8g}{at_index(place[:-1])}"
+            raise BadArgument(f"{name} must be a unit quaternion (x, y, z, w), got one of norm {norm}")
+        unit = np.array(typed)
+        # What is left of the norm would end up in the rotation matrices, squared.
+        unit[..., self._columns] = parts / norms[..., None]
+        return unit
 
 
 def quaternion_of_turns(ball: Ball, angles: Floats) -> Floats:
@@ -58,11 +93,6 @@ def uncertainty(ball: Ball, middle: Floats, locked: NDArray[np.bool_]) -> Floats
     _, sine = opening(ball, middle)
     with np.errstate(divide="ignore"):
         return np.where(locked, math.pi, np.minimum(_ROUNDING / np.abs(sine), math.pi))
-
-
-def wrapped(angle: Floats) -> Floats:
-    """The angle, by whole turns in [−π, π]."""
-    return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
 def near(angles: Floats, target: Floats) -> Floats:

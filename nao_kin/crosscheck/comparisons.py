@@ -1,4 +1,4 @@
-"""The functions under test, in one place where a faulty one can be put in, and how one of them is compared."""
+"""What is compared and how: the functions under test, one row's comparison, and how far two results are apart."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from nao_kin import rotations
 from nao_kin._common.arrays import Floats
 from nao_kin.crosscheck.samples import RotationSample
 from nao_kin.joints import JointAxes
+
+# The difference of a pair that says nothing about the convention; it is not counted.
+LEFT_OUT = -1.0
 
 Function = Callable[..., Any]
 
@@ -63,3 +68,39 @@ class Check:
     against: str
     difference: Callable[[RotationSample, Conversions], Floats]
     note: str = ""
+
+
+def difference(ours: Any, theirs: Floats) -> Floats:
+    """Largest difference of any component, shape (n,); infinite where the shapes differ."""
+    mine = np.asarray(ours, dtype=np.float64)
+    if mine.shape != theirs.shape:
+        return np.full(len(theirs), np.inf)
+    return np.asarray(np.abs(mine - theirs).max(axis=tuple(range(1, mine.ndim)), initial=0.0))
+
+
+def angle_difference(ours: Floats, theirs: Floats) -> Floats:
+    """Difference of angles modulo a turn, in magnitude, component by component [rad]."""
+    apart = ours - theirs
+    return np.asarray(np.abs(apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))))
+
+
+def direction_difference(ours: Any, theirs: Floats) -> Floats:
+    """Difference of vectors of which v and −v mean the same."""
+    return np.minimum(difference(ours, theirs), difference(ours, -theirs))
+
+
+def rotation_vector_difference(ours: Any, theirs: Floats) -> Floats:
+    """Difference of rotation vectors, of which v and v − 2π v/‖v‖ mean the same: none jumps at π."""
+    length = np.sqrt(np.square(theirs).sum(axis=1, keepdims=True))
+    round_the_other_way = theirs - 2.0 * np.pi * theirs / np.where(length > 0.0, length, 1.0)
+    return np.minimum(difference(ours, theirs), difference(ours, round_the_other_way))
+
+
+def outside(value: Floats, lower: float, upper: float) -> Floats:
+    """How far a value is outside [lower, upper]."""
+    return np.maximum(np.maximum(lower - value, value - upper), 0.0)
+
+
+def largest(*differences: Floats) -> Floats:
+    """The largest of several differences of each pair; NaN counts as the largest."""
+    return np.asarray(np.maximum.reduce(differences))

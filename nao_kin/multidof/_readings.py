@@ -1,7 +1,8 @@
-"""Joints that share a motor: where a typed configuration says what of each, and where it puts them at odds."""
+"""Where a typed configuration holds the values of which joints, and which of them share a motor."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -9,8 +10,139 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.multidof._ball_angles import wrapped
-from nao_kin.multidof._coordinates import Ball, JointReading, Repetition, Slot, Source
+from nao_kin.semantics import Mimic
+
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class JointReading:
+    """The value of one joint of the robot, as a function of the robot's own configuration q.
+
+    value = mimic.multiplier · q[column] + mimic.offset; a joint of its own mimics itself, with multiplier 1.
+
+    Attributes:
+        name: the joint.
+        mimic: the joint whose coordinate it reads, itself or the one it follows, and how.
+        column: place of that coordinate in q.
+        row: place of its rate in the velocity.
+        lower: smallest value.
+        upper: largest value.
+        revolute: whether whole turns of it leave every pose as it is.
+    """
+
+    name: str
+    mimic: Mimic
+    column: int
+    row: int
+    lower: float
+    upper: float
+    revolute: bool
+
+    @property
+    def driver(self) -> str:
+        """The joint whose coordinate it reads."""
+        return self.mimic.joint
+
+    @property
+    def follows(self) -> bool:
+        """Whether another joint drives it."""
+        return self.name != self.mimic.joint
+
+    def of(self, q: Floats) -> Floats:
+        """The values at configurations q, shape (..., nq) → (...)."""
+        return np.asarray(self.driven(q[..., self.column]))
+
+    def driven(self, driver: Floats) -> Floats:
+        """Its values at these values of its driver."""
+        return self.mimic.multiplier * driver + self.mimic.offset
+
+    def excess(self, value: Floats, driver: Floats) -> Floats:
+        """How far a value of it is above what its driver asks of it; of a revolute up to whole turns."""
+        difference = value - self.driven(driver)
+        return wrapped(difference) if self.revolute else np.asarray(difference)
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A coordinate of the typed model that is the value of one joint of the robot.
+
+    Attributes:
+        reading: the joint.
+        column: place in the typed configuration.
+        row: place of its rate in the typed velocity.
+        derived: whether it only repeats the value of another joint of the typed model.
+    """
+
+    reading: JointReading
+    column: int
+    row: int
+    derived: bool
+
+
+@dataclass(frozen=True)
+class Source:
+    """A joint value read off a typed configuration: scale · typed[column] + shift."""
+
+    column: int
+    scale: float = 1.0
+    shift: float = 0.0
+
+    def of(self, typed: Floats) -> Floats:
+        """The values at typed configurations, shape (..., nq) → (...)."""
+        return np.asarray(self.scale * typed[..., self.column] + self.shift)
+
+    def driver_of(self, mimic: Mimic) -> Source:
+        """The driver's value, where this one is its follower's."""
+        return Source(self.column, self.scale / mimic.multiplier, (self.shift - mimic.offset) / mimic.multiplier)
+
+    def follower_of(self, mimic: Mimic) -> Source:
+        """The follower's value, where this one is its driver's."""
+        return Source(self.column, self.scale * mimic.multiplier, self.shift * mimic.multiplier + mimic.offset)
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """A second value of a joint that a typed configuration has already, in a ball or as a follower's driver.
+
+    Attributes:
+        reading: the joint.
+        source: where it stands.
+        carrier: whether the joint only carries links between the axes of a merged joint; its value is then no more
+            than a hint.
+    """
+
+    reading: JointReading
+    source: Source
+    carrier: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Ball:
+    """A spherical joint of the typed model.
+
+    Attributes:
+        name: its name.
+        readings: the three joints of the robot it replaces.
+        axes: their axes in the ball's frame with all joints at zero, one per row, shape (3, 3).
+        column: where its quaternion (x, y, z, w) begins in the typed configuration.
+        row: where its angular velocity begins in the typed velocity.
+    """
+
+    name: str
+    readings: tuple[JointReading, JointReading, JointReading]
+    axes: Floats
+    column: int
+    row: int
+
+    def quaternions(self, typed: Floats) -> Floats:
+        """The quaternions (x, y, z, w) of typed configurations, shape (..., nq) → (..., 4)."""
+        return typed[..., self.column : self.column + 4]
+
+
+def wrapped(angle: Floats) -> Floats:
+    """The angle, by whole turns in [−π, π]."""
+    return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
 @dataclass(eq=False)
@@ -24,7 +156,7 @@ class Motor:
         stated: where its value is written when it is in no ball.
         in_balls: followers inside balls, each with the index of the ball and its place there.
         written: followers whose values are written.
-        hints: what carriers and followers say of the driver's value.
+        hints: the values that carriers and followers give the driver.
     """
 
     driver: JointReading
@@ -98,12 +230,6 @@ def connected(motors: Iterable[Motor]) -> Iterator[tuple[list[int], list[Motor]]
     for balls, members in groups:
         order = sorted(balls)
         yield order, [motor.among(order) for motor in members]
-
-
-def excess_of(follower: JointReading, value: Floats, driver: Floats) -> Floats:
-    """How far a follower's value is above what its driver asks of it; for a revolute up to whole turns."""
-    difference = value - follower.driven(driver)
-    return wrapped(difference) if follower.revolute else np.asarray(difference)
 
 
 @dataclass(frozen=True, eq=False)
