@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Mapping
 
 import numpy as np
@@ -13,6 +13,8 @@ from nao_kin.errors import BadArgument, CouplingViolated, UnknownName
 from nao_kin.semantics import Mimic
 
 _PLAIN = (float, int, np.float64)
+_LARGEST = sys.float_info.max
+_SMALLEST = -_LARGEST
 # Two values for the two ends of one motor agree when they differ by less than single precision can tell.
 COUPLING_TOLERANCE = 1e-6
 # A quaternion within this of norm 1 is meant to be one; what is left of the norm is divided out.
@@ -65,6 +67,8 @@ class Coordinates:
         for name, value in angles.items():
             if type(value) not in _PLAIN:
                 return None
+            if not _SMALLEST <= value <= _LARGEST:
+                return None
             if name in self.column:
                 values[name] = float(value)
         for name, value in angles.items():
@@ -76,7 +80,7 @@ class Coordinates:
             asked = (float(value) - mimic.offset) / mimic.multiplier
             if abs(values.setdefault(mimic.joint, asked) - asked) * abs(mimic.multiplier) > COUPLING_TOLERANCE:
                 return None
-        return values if all(map(math.isfinite, values.values())) else None
+        return values
 
     def by_name(self, joints: Floats) -> dict[str, Floats | float]:
         """Name → value, or → array of values of the batch shape."""
