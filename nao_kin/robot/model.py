@@ -475,6 +475,7 @@ class RobotModel:
             warn_caller(
                 f"{joint} = {value:.6g} rad is more than a full turn; q is in radians, np.deg2rad(q) converts degrees",
                 DegreesWarning,
+                subject="degrees",
             )
 
     def _within(self, q: Floats, limits: str, joints: Collection[str] | None = None) -> Floats:
