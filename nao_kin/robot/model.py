@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin._common.warn import warn_caller
+from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
@@ -101,7 +102,7 @@ class RobotModel:
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self._kinematics = Kinematics(model)
         self._postures = {
-            name: _frozen(self.configuration(posture.angles, limits="ignore"))
+            name: _frozen(self.configuration(dict(posture.angles), limits="ignore"))
             for name, posture in self.semantics.postures.items()
         }
 
@@ -134,6 +135,10 @@ class RobotModel:
         notes: list[str] = []
         meaning = semantics_beside(tree, semantics, notes)
         robot = RobotModel(tree, meaning, base=base)
+        for name in robot.posture_names:
+            outside = [violation.joint for violation in robot.limit_violations(robot.posture(name))]
+            if outside:
+                notes.append(f"posture {quoted(name)} is outside the limits of {abbreviated(', '.join(outside))}")
         robot.load_notes = (*tree.notes, *notes)
         return robot
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 
 
@@ -22,7 +23,8 @@ class CoupledLimit:
         upper: largest value of `joint` there [rad].
 
     Raises:
-        BadArgument: columns of different lengths, `at` not ascending, a lower bound above its upper one.
+        BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
+            one, a joint that depends on itself.
     """
 
     joint: str
@@ -33,6 +35,13 @@ class CoupledLimit:
 
     def __post_init__(self) -> None:
         what = f"the coupled limit of {self.joint}"
+        if self.joint == self.of:
+            raise BadArgument(f"{what} depends on that joint itself")
+        for name in ("at", "lower", "upper"):
+            try:
+                object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
+            except (TypeError, ValueError, OverflowError):
+                raise BadArgument(f"{what} must have numbers in {name}, got {quoted(getattr(self, name))}") from None
         if not (len(self.at) == len(self.lower) == len(self.upper) > 0):
             counts = f"{len(self.at)}, {len(self.lower)} and {len(self.upper)}"
             raise BadArgument(f"{what} must have equally many at, lower and upper, got {counts}")
