@@ -91,6 +91,7 @@ class RobotModel:
         self.joint_units = tuple(self._units[name] for name in self.joint_names)
         self._q_offset = model.nq - len(own)
         self._coordinates = Coordinates(self.joint_names, self.mimics)
+        self._places = {name: self._q_offset + column for name, column in self._coordinates.column.items()}
         self.lower, self.upper = _frozen([joint.lower for joint in own]), _frozen([joint.upper for joint in own])
         self.velocity_limits = _frozen([joint.velocity for joint in own])
         self.effort_limits = _frozen([joint.effort for joint in own])
@@ -260,9 +261,10 @@ class RobotModel:
         values = self._coordinates.plain_values(angles)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
             plain = self._neutral.tolist()
+            places = self._places
             for name, value in values.items():
-                plain[self._q_offset + self._coordinates.column[name]] = value
-            return np.array(plain)
+                plain[places[name]] = value
+            return np.array(plain, dtype=np.float64)
         joints, given = self._coordinates.values(angles)
         q = self._neutrals(joints.shape[:-1])
         q[..., self._q_offset :] = joints
