@@ -97,7 +97,7 @@ class JointLimits:
         boxes, tables = self._outside(values, None)
         for (_, column, _), outside in zip(self._tables, tables, strict=True):
             boxes[..., column] |= outside
-        return np.logical_not(boxes)
+        return np.logical_not(boxes, order="C")
 
     def surely_inside(self, values: Mapping[str, float]) -> bool:
         """Whether these joints of one configuration are inside, all others being at zero: a quick answer for a few."""

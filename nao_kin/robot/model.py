@@ -414,7 +414,7 @@ class RobotModel:
         Raises:
             OutsideLimits: with the violations.
         """
-        return np.array(self._within(self._checked(q), "raise"))
+        return np.array(self._within(self._checked(q), "raise"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
         """The nearest configurations inside the limits: first every joint into its box, then into its table."""
@@ -498,7 +498,7 @@ class RobotModel:
             if count:
                 raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_LISTED), count)
             return q
-        inside = np.array(q)
+        inside = np.array(q, order="C")
         clamped = self._limits.clamp(values)
         if joints is None:
             inside[..., self._q_offset :] = clamped
