@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import difflib
 import math
-import sys
-import warnings
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 from nao_kin._text import MOST_ECHOED, abbreviated, at_index, quoted
@@ -41,9 +38,6 @@ __all__ = [
 ]
 
 
-_PACKAGE = str(Path(__file__).resolve().parent)
-
-
 class NaoKinWarning(UserWarning):
     """Base of all warnings of nao_kin: what was asked is done, and is likely not what was meant."""
 
@@ -54,14 +48,6 @@ class DegreesWarning(NaoKinWarning):
 
 class RenamedFrameWarning(NaoKinWarning):
     """A frame is asked for by a name that a link of the URDF and a joint share: the joint's frame answers."""
-
-
-def warn_caller(message: str, category: type[NaoKinWarning]) -> None:
-    """Warn at the innermost line outside of this package; Python's default shows it once for each such line."""
-    level, frame = 1, sys._getframe(1)
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
-        level, frame = level + 1, frame.f_back
-    warnings.warn(message, category, stacklevel=level + 1)
 
 
 class NaoKinError(Exception):

@@ -50,7 +50,16 @@ def test_a_call_in_a_loop_warns_once(nao: nk.NaoModel) -> None:
             nao.fk(np.full(25, angle), "LArm")
         nao.fk(np.full(25, 10.0), "LArm")
     assert len([w for w in caught if "HeadYaw = 10 rad" in str(w.message)]) == 2  # one for each of the two lines
+    assert len(caught) == 2
     assert {w.lineno for w in caught} != {caught[0].lineno}
+
+
+def test_each_line_of_a_package_named_alike_is_warned_of(nao: nk.NaoModel) -> None:
+    folder = Path(nk.__file__).parent
+    code = compile("nao.fk([90.0] + [0.0] * 24)", f"{folder}_tools/script.py", "exec")
+    with pytest.warns(DegreesWarning) as caught:
+        exec(code, {"nao": nao, "__name__": "nao_kin_tools.script"})
+    assert caught[0].filename == f"{folder}_tools/script.py"
 
 
 def test_what_may_turn_that_far_is_not_taken_for_degrees(tmp_path: Path) -> None:

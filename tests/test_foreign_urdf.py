@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -176,7 +177,7 @@ def test_a_chain_of_followers_is_tied_to_its_end(write: Write) -> None:
     mimic = robot.mimics["C"]
     assert (mimic.joint, mimic.multiplier) == ("A", -6.0)
     assert mimic.offset == pytest.approx(-0.1)
-    assert "joint 'C' follows 'B', which follows 'A': tied to 'A' directly" in robot.load_notes
+    assert "joint 'C' follows 'B', which follows 'A': made to follow 'A' directly" in robot.load_notes
     q = robot.configuration({"A": 0.25}, limits="ignore")
     assert robot.angles(q) == {"A": 0.25}
     angle = 0.25 + 0.6 - 1.6  # A, B = 2 A + 0.1 and C = −3 B + 0.2, each on top of its origin's 0.2 rad
@@ -472,6 +473,23 @@ def test_meshes_beside_the_file_are_not_missing(write: Write, tmp_path: Path) ->
         (_links("a", "b") + _joint("J", "a", "b").replace('"-1"', '"-1e308"').replace('"1"', '"1e308"'), "beyond all"),
         (_links("a", "b") + _joint("J", "a", "b").replace('velocity="2"', 'velocity="-2"'), "velocity -2, expected"),
         (_links("a", "b") + _joint("J", "a", "b", axis="1.7e308 1.7e308 0"), "which has no direction"),
+        (
+            _links("a", "b") + _joint("J", "a", "b").replace('"0.1 0 0"', '"1e400 0 0"'),
+            "origin xyz '1e400 0 0', expected",
+        ),
+        (
+            _links("a").replace('mass value="1"', 'mass value="1e400"'),
+            "link 'a' has value '1e400', expected a number",
+        ),
+        (_links("a").replace('ixx="1"', 'ixx="-1e400"'), "link 'a' has ixx '-1e400', expected a number"),
+        (
+            _links("a", "b", "c") + _joint("J", "a", "b") + _joint("K", "b", "c", inside=_mimic("J", 1e999)),
+            "'inf', expected",
+        ),
+        (
+            _links("a", "b", "c") + _joint("J", "a", "b", inside=_mimic("K", 1e-320)) + _joint("K", "b", "c"),
+            "joint 'K' follows 'J' with a multiplier or an offset too large for floating point",
+        ),
         ('<?xml version="1.0" encoding="klingon"?><robot name="r"/>', "cannot read"),
     ],
 )
@@ -490,6 +508,36 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
         nk.RobotModel.from_urdf(tmp_path / "none.urdf")
     with pytest.raises(BadModel, match="Is a directory"):
         nk.RobotModel.from_urdf(tmp_path)
+
+
+def test_speeds_without_measure_are_none(write: Write) -> None:
+    text = _links("a", "b") + _joint("J", "a", "b", inside='<dynamics damping="1e400"/>').replace('"2"', '"1e400"')
+    robot = nk.RobotModel.from_urdf(write(text))
+    assert robot.velocity_limits[0] == math.inf
+    assert robot.model.damping[0] == 0.0
+    assert robot.load_notes == ("joint 'J' has damping '1e400': taken as none",)
+
+
+def test_a_follower_locked_at_zero_locks_its_driver_at_zero(write: Write) -> None:
+    locked = _joint("K", "a", "c", inside=_mimic("J", -1.0)).replace('lower="-1" upper="1"', 'lower="0" upper="0"')
+    robot = nk.RobotModel.from_urdf(write(_links("a", "b", "c") + _joint("J", "a", "b") + locked))
+    assert [str(robot.lower[0]), str(robot.upper[0])] == ["0.0", "0.0"]
+    assert robot.load_notes == ("joint 'J' confined to [0, 0] by 'K'",)
+
+
+def test_long_chains_of_mimics_side_by_side_are_read_in_time(write: Write) -> None:
+    count = 2000
+    chain = "".join(
+        _joint(f"J{n}", "base", f"l{n}", inside=_mimic(f"J{n + 1}", -1.0, 0.5) if n < count else "")
+        for n in range(1, count + 1)
+    )
+    text = _links("base", *(f"l{n}" for n in range(1, count + 1))) + chain
+    started = time.process_time()
+    tree = read_urdf(write(text))
+    assert time.process_time() - started < 5.0
+    mimic = tree.mimics["J1"]
+    assert (mimic.joint, mimic.multiplier, mimic.offset) == (f"J{count}", -1.0, 0.5)
+    assert max(map(len, tree.notes)) < 500
 
 
 # --- example-robot-data -----------------------------------------------------------------------------------------------

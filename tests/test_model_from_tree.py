@@ -84,3 +84,25 @@ def test_a_joint_without_an_axis_turns_about_x(tmp_path: Path) -> None:
     R = nk.RobotModel.from_urdf(path).rotation([0.5], "b")
     assert R[0].tolist() == [1.0, 0.0, 0.0]
     assert R[2, 1] == pytest.approx(np.sin(0.5))
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("name", ["universe", "root_joint", "world"])
+def test_a_joint_may_have_any_name_that_pinocchio_uses_itself(tmp_path: Path, name: str, base: str) -> None:
+    def robot(driver: str) -> nk.RobotModel:
+        return made_up(
+            tmp_path,
+            J(driver, limits=(-0.5, 1.0)),
+            J("b", axis=(1, 0, 0), xyz=(1, 0, 0), follows=(driver, -2, 0.1)),
+            base=base,
+        )
+
+    plain, named = robot("a"), robot(name)
+    assert named.joint_names == (name,)
+    assert len(named.model.frames) == len(plain.model.frames)
+    for limits in ("lowerPositionLimit", "upperPositionLimit", "upperVelocityLimit", "upperEffortLimit"):
+        assert np.array_equal(getattr(named.model, limits), getattr(plain.model, limits)), limits
+    for q in plain.random(0, 3):
+        assert np.array_equal(named.fk(q), plain.fk(q))
+        assert np.array_equal(named.fk(q, name), plain.fk(q, "a"))
+        assert np.array_equal(named.jacobian(q, "b_l"), plain.jacobian(q, "b_l"))

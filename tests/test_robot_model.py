@@ -467,6 +467,21 @@ def test_nan_and_infinity_are_told_with_the_joint(nao: nk.NaoModel, bad: float) 
             method(q[1, 0])
     with pytest.raises(NotFinite, match="HeadYaw must be finite"):
         nao.configuration({"HeadYaw": bad})
+    for angles in ({"RHipYawPitch": bad}, {"LHipYawPitch": 0.1, "RHipYawPitch": bad}):
+        with pytest.raises(NotFinite, match="RHipYawPitch must be finite"):
+            nao.configuration(angles)
+
+
+def test_a_whole_number_too_large_for_floating_point_is_refused(nao: nk.NaoModel) -> None:
+    for name in ("HeadYaw", "RHipYawPitch"):
+        with pytest.raises(BadArgument, match=f"{name} must be real numbers, got 1000"):
+            nao.configuration({name: 10**400})
+
+
+def test_frames_may_come_from_an_iterator(nao: nk.NaoModel) -> None:
+    q, names = nao.posture("StandInit"), ("LArm", "Head", "RLeg")
+    for _ in range(2):
+        assert np.array_equal(nao.fk(q, (name for name in names)), nao.fk(q, names))
 
 
 @pytest.mark.parametrize("q", ["stand", [["a"]], [1, [2, 3]], None, [1j] * 25, object()])

@@ -329,3 +329,26 @@ def test_pinocchio_of_this_python_or_of_its_user_is_at_home(
 ) -> None:
     monkeypatch.setattr(sys, "prefix", str(tmp_path / "environment"))
     assert _problems_with_pinocchio_at(tmp_path / folder, monkeypatch) == []
+
+
+def test_nobody_changes_the_tree_that_all_robots_of_a_version_share(nao: nk.NaoModel) -> None:
+    for table in (nao.tree.inertials, nao.tree.shared_names, nao.semantics.postures["Stand"].angles):
+        with pytest.raises(TypeError):
+            table["torso"] = None  # type: ignore[index]
+    for copied in (copy.deepcopy(nao.tree), pickle.loads(pickle.dumps(nao.tree))):
+        assert copied == nao.tree
+        assert copied.inertials == nao.tree.inertials
+
+
+def test_results_are_c_contiguous_whatever_the_input(nao: nk.NaoModel) -> None:
+    q = np.asfortranarray(nao.random(0, (4, 3)))
+    for result in (
+        nao.clamp(q),
+        nao.check_limits(q),
+        nao.within_limits(q, per_joint=True),
+        nao.fk(q),
+        nao.fk(q, "LArm", reference="Head"),
+        nao.jacobian(q, "LArm"),
+        nao.com(q),
+    ):
+        assert result.flags.c_contiguous

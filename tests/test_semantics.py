@@ -155,6 +155,104 @@ def test_a_table_may_not_bind_a_joint_that_follows(tmp_path: Path) -> None:
         nk.RobotModel.from_urdf(robot.urdf_path, semantics=Semantics(coupled_limits=(table,)))
 
 
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Semantics(end_effectors="tool"), "end_effectors must be several, as in a list, got 'tool'"),
+        (lambda: Semantics(soles=3), "soles must be several"),
+        (lambda: Semantics(cameras=(3,)), "cameras must be of the type str, got 3"),
+        (lambda: Semantics(chains=None), "chains must be a mapping of names, got None"),
+        (lambda: Semantics(chains={"arm": "a"}), "chain 'arm' must be several"),
+        (lambda: Semantics(postures={"p": {"a": 1.0}}), "postures: p must be of the type Posture"),
+        (lambda: Semantics(views={"v": 3}), "views: v must be of the type View"),
+        (lambda: Semantics(coupled_limits=("x",)), "coupled_limits must be of the type CoupledLimit"),
+        (lambda: Semantics(start=3), "start must be of the type str"),
+        (lambda: Semantics(units={"a": "deg"}), "unit of a must be one of rad, m, 1, got 'deg'"),
+        (lambda: Posture(3), "angles of a posture must be a mapping of names, got 3"),
+        (lambda: CoupledLimit("a", "a", (0.0,), (0.0,), (1.0,)), "coupled limit of a depends on that joint itself"),
+        (lambda: CoupledLimit("a", "b", ("x",), (0.0,), (1.0,)), "must have numbers in at, got \\('x',\\)"),
+        (lambda: CoupledLimit("a", "b", (0.0,), None, (1.0,)), "must have numbers in lower, got None"),
+        (lambda: read_semantics(3), "expected the path of a TOML file, got 3"),
+    ],
+)
+def test_parts_of_another_kind_are_refused(make, message: str) -> None:
+    with pytest.raises(BadArgument, match=message):
+        make()
+
+
+def test_semantics_are_copies_that_nobody_changes() -> None:
+    angles, joints = {"a": 1.0}, ["a", "b"]
+    semantics = Semantics(chains={"arm": joints}, postures={"p": Posture(angles)}, end_effectors=["tip"])
+    angles["a"] = 2.0
+    joints.clear()
+    assert semantics.postures["p"].angles == {"a": 1.0}
+    assert (semantics.chains, semantics.end_effectors) == ({"arm": ("a", "b")}, ("tip",))
+    with pytest.raises(TypeError):
+        semantics.postures["p"].angles["a"] = 3.0
+    for copied in (copy.deepcopy(semantics), pickle.loads(pickle.dumps(semantics))):
+        assert copied == semantics
+
+
+@pytest.mark.parametrize(
+    ("angles", "message"),
+    [
+        ({"a": 0.5, "b": 3.0}, "a = 0.5 drives b, which must then be 1, but b = 3 was given"),
+        ({"a": math.nan}, "a must be finite, got nan"),
+        ({"a": [0.1, 0.2]}, "expected one number for each joint"),
+        ({"a": "x"}, "a must be real numbers, got 'x'"),
+    ],
+)
+def test_a_posture_that_no_motors_take_is_refused_by_name(tmp_path: Path, angles: dict, message: str) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.0)))
+    with pytest.raises(BadModel, match=f"semantics of made_up: posture 'p': {message}"):
+        nk.RobotModel.from_urdf(robot.urdf_path, semantics=Semantics(postures={"p": Posture(angles)}))
+
+
+@pytest.mark.parametrize(
+    ("ending", "text", "reason"),
+    [
+        (".toml", "[postures.p]\nangles = { a = 0.5, b = 3.0 }", "posture 'p': a = 0.5 drives b"),
+        (".toml", f"[postures.p]\nangles = {{ a = 1{'0' * 400} }}", "postures.p.angles.a must be a finite number"),
+        (".toml", f"[postures.p]\nangles = {{ a = 1{'0' * 5000} }}", "cannot be read: "),
+        (".toml", '[units]\na = "deg"', "unit of a must be one of rad, m, 1, got 'deg'"),
+        (
+            ".srdf",
+            '<robot><group_state name="p"><joint name="a" value="1"/><joint name="b" value="9"/></group_state></robot>',
+            "posture 'p': a = 1 drives b",
+        ),
+        (
+            ".srdf",
+            '<robot><group_state name="p"><joint name="a" value="1e999"/></group_state></robot>',
+            "'a' is '1e999'",
+        ),
+    ],
+)
+def test_postures_beside_the_urdf_that_do_not_fit_keep_no_robot_from_loading(
+    tmp_path: Path, ending: str, text: str, reason: str
+) -> None:
+    path = made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.0), limits=(-6.0, 6.0))).urdf_path
+    path.with_suffix(ending).write_text(text, encoding="utf-8")
+    robot = nk.RobotModel.from_urdf(path)
+    assert robot.semantics == Semantics()
+    (note,) = robot.load_notes
+    assert f"{ending} beside the URDF is not used: " in note
+    assert reason in note
+    with pytest.raises(nk.NaoKinError):
+        nk.RobotModel.from_urdf(path, semantics=path.with_suffix(ending))
+
+
+def test_a_posture_outside_the_limits_is_noted(tmp_path: Path) -> None:
+    robot = _robot(tmp_path, Semantics(postures={"in": Posture({"a": 1.0}), "out": Posture({"a": 4.0, "c": -5.0})}))
+    assert robot.load_notes == ("posture 'out' is outside the limits of c, a",)
+    assert robot.angles(robot.posture("out"))["c"] == -5.0
+
+
+def test_a_path_that_no_system_takes_is_refused(tmp_path: Path) -> None:
+    for name in ("a\0b.toml", "a\0b.srdf"):
+        with pytest.raises(nk.NaoKinError, match="null byte"):
+            _robot(tmp_path, name)
+
+
 def test_neither_semantics_nor_a_path_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadArgument, match=r"a Semantics or the path of a \.toml or \.srdf file, got 5"):
         _robot(tmp_path, 5)

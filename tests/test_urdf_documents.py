@@ -46,8 +46,10 @@ def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str,
         '<xacro:macro name="m"/>' + FIXED,
         FIXED.replace('name="J"', 'name="${prefix}J"'),
         '<xacro:if value="${flag}"><link name="c"/></xacro:if>' + FIXED,
+        '<xacro:if value="true"><link name="c"/></xacro:if>' + FIXED,
+        f'<xacro:unless value="false">{FIXED}</xacro:unless>',
     ],
-    ids=["macro", "value", "condition"],
+    ids=["macro", "value", "condition", "condition that holds", "everything on a condition"],
 )
 def test_a_xacro_source_is_refused_with_the_command_that_expands_it(tmp_path: Path, inside: str) -> None:
     text = f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>'
@@ -86,8 +88,16 @@ def test_an_expression_that_no_element_uses_keeps_nothing_from_loading(tmp_path:
         f'<robot name="r">{FIXED}<sensor:camera sensor:name="c"/><controller:gazebo/></robot>',
         f'<?xml version="1.0" encoding="latin-1"?><robot name="r">{FIXED}<!-- é --></robot>'.encode("latin-1"),
         b"\xef\xbb\xbf" + f'<robot name="r">{FIXED}</robot>'.encode(),
+        b"\xef\xbb\xbf\n\n" + f'<?xml version="1.0"?><robot name="r">{FIXED}</robot>'.encode(),
     ],
-    ids=["blank lines", "default namespace", "unbound prefixes", "latin-1", "byte order mark"],
+    ids=[
+        "blank lines",
+        "default namespace",
+        "unbound prefixes",
+        "latin-1",
+        "byte order mark",
+        "byte order mark, blank lines",
+    ],
 )
 def test_what_strict_xml_refuses_and_everybody_reads_is_read(tmp_path: Path, text: str | bytes) -> None:
     robot = _load(tmp_path, text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -64,8 +65,10 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
     model = pin.Model()
     model.name = tree.name
     joint = frame = 0
+    # Joint of its own → its id: Pinocchio's "universe" may be the name of a joint of the file too.
+    drivers: dict[str, int] = {}
     if base == "floating":
-        joint = model.addJoint(0, pin.JointModelFreeFlyer(), _HERE, "root_joint")
+        joint = model.addJoint(0, pin.JointModelFreeFlyer(), _HERE, _free_name(tree))
         frame = model.addJointFrame(joint)
         model.appendBodyToJoint(joint, _inertia(tree, tree.root), _HERE)
         frame = model.addBodyFrame(tree.root, joint, _HERE, frame)
@@ -81,17 +84,25 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
             body = _inertia(tree, row.child)
             frame = model.addFrame(pin.Frame(row.name, joint, frame, placement, pin.FrameType.FIXED_JOINT, body))
         else:
-            joint = model.addJoint(joint, _motion(row, model), placement, row.name)
+            joint = model.addJoint(joint, _motion(row, model, drivers), placement, row.name)
             frame = model.addJointFrame(joint, frame)
             placement = _HERE
             model.appendBodyToJoint(joint, _inertia(tree, row.child), placement)
             if row.mimic is None:
-                _set_limits(model, row)
+                drivers[row.name] = joint
+                _set_limits(model, model.joints[joint], row)
         links[row.child] = joint, placement, model.addBodyFrame(row.child, joint, placement, frame)
     return model
 
 
-def _motion(row: UrdfJoint, model: pin.Model) -> pin.JointModel:
+def _free_name(tree: UrdfTree) -> str:
+    """Name of the free-flyer: "root_joint", as Pinocchio has it, or the first of its kind that no joint has."""
+    taken = {joint.name for joint in tree.joints}
+    names = itertools.chain(("root_joint",), (f"root_joint_{n}" for n in itertools.count(2)))
+    return next(name for name in names if name not in taken)
+
+
+def _motion(row: UrdfJoint, model: pin.Model, drivers: Mapping[str, int]) -> pin.JointModel:
     """The joint's motion; of a joint that follows another one, by the coordinate of that one."""
     aligned, free = (
         (_PRISMATIC, pin.JointModelPrismaticUnaligned)
@@ -101,13 +112,12 @@ def _motion(row: UrdfJoint, model: pin.Model) -> pin.JointModel:
     motion = aligned[row.axis]() if row.axis in aligned else free(np.array(row.axis))
     if row.mimic is None:
         return motion
-    driver = model.joints[model.getJointId(row.mimic.joint)]
+    driver = model.joints[drivers[row.mimic.joint]]
     motion.setIndexes(driver.id, driver.idx_q, driver.idx_v, driver.idx_vExtended)
     return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), row.mimic.multiplier, row.mimic.offset))
 
 
-def _set_limits(model: pin.Model, row: UrdfJoint) -> None:
-    joint = model.joints[model.getJointId(row.name)]
+def _set_limits(model: pin.Model, joint: pin.JointModel, row: UrdfJoint) -> None:
     model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q] = row.lower, row.upper
     model.lowerVelocityLimit[joint.idx_v], model.upperVelocityLimit[joint.idx_v] = -row.velocity, row.velocity
     model.lowerEffortLimit[joint.idx_v], model.upperEffortLimit[joint.idx_v] = -row.effort, row.effort

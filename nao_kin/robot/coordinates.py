@@ -12,7 +12,7 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, CouplingViolated, UnknownName
 from nao_kin.semantics import Mimic
 
-_PLAIN = (float, int, np.float64)
+_PLAIN = frozenset((float, int, np.float64))
 # Two values for the two ends of one motor agree when they differ by less than single precision can tell.
 COUPLING_TOLERANCE = 1e-6
 # A quaternion within this of norm 1 is meant to be one; what is left of the norm is divided out.
@@ -59,24 +59,26 @@ class Coordinates:
 
         None says no more than that the arrays must look at it.
         """
-        if type(angles) is not dict:
+        if type(angles) is not dict or not _PLAIN.issuperset(map(type, angles.values())):
             return None
-        values: dict[str, float] = {}
-        for name, value in angles.items():
-            if type(value) not in _PLAIN:
+        try:
+            if not all(map(math.isfinite, angles.values())):
                 return None
-            if name in self.column:
-                values[name] = float(value)
+        except OverflowError:
+            return None
+        if angles.keys() <= self.column.keys():
+            return angles
+        values = {name: value for name, value in angles.items() if name in self.column}
         for name, value in angles.items():
             if name in values:
                 continue
             mimic = self.mimics.get(name)
             if mimic is None or mimic.multiplier == 0.0:
                 return None
-            asked = (float(value) - mimic.offset) / mimic.multiplier
+            asked = (value - mimic.offset) / mimic.multiplier
             if abs(values.setdefault(mimic.joint, asked) - asked) * abs(mimic.multiplier) > COUPLING_TOLERANCE:
                 return None
-        return values if all(map(math.isfinite, values.values())) else None
+        return values
 
     def by_name(self, joints: Floats) -> dict[str, Floats | float]:
         """Name → value, or → array of values of the batch shape."""

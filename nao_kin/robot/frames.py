@@ -7,7 +7,8 @@ from types import MappingProxyType
 
 import pinocchio as pin
 
-from nao_kin.errors import RenamedFrameWarning, UnknownName, warn_caller
+from nao_kin._common.warn import warn_caller
+from nao_kin.errors import RenamedFrameWarning, UnknownName
 from nao_kin.robot.kinematics import FrameIds
 from nao_kin.urdf import UrdfTree
 
@@ -60,8 +61,8 @@ class FrameTable:
         """
         if not isinstance(name, str) or name not in self._ids:
             raise UnknownName("frame", name, self.names)
-        if self._ambiguous and name in self._ambiguous:
-            link, moved = self._ambiguous.pop(name)
+        if name in self._ambiguous and (frames := self._ambiguous.pop(name, None)):  # another thread may be quicker
+            link, moved = frames
             warn_caller(
                 f"frame {name!r}: the URDF has a link and a joint of this name. This is the link's frame "
                 f"({link!r}); the joint's own frame is {moved!r}",
@@ -79,13 +80,12 @@ class FrameTable:
             return self._link_ids
         try:
             key = tuple(names)
-            return self._sets[key]
-        except (TypeError, KeyError):
-            pass
-        try:
-            key = tuple(names)
         except TypeError:  # one thing that is no name, where several names are expected
             raise UnknownName("frame", names, self.names) from None
+        try:
+            return self._sets[key]
+        except (TypeError, KeyError):  # no names, or names asked for the first time
+            pass
         found = tuple(self.id(name) for name in key)
         if len(self._sets) > 1000:
             self._sets.clear()

@@ -88,24 +88,27 @@ class JointLimits:
         # Each table with the columns of its joint and of the joint that sets the range.
         self._tables = [(table, column[table.joint], column[table.of]) for table in self.tables]
         self._boxes = {name: (float(lower[i]), float(upper[i])) for name, i in column.items()}
-        self._tables_of = {name: [t for t in self.tables if name in (t.joint, t.of)] for name in names}
+        self._tolerated = {
+            name: (low - LIMIT_TOLERANCE, high + LIMIT_TOLERANCE) for name, (low, high) in self._boxes.items()
+        }
 
     def inside(self, values: Floats) -> NDArray[np.bool_]:
         """Which joints are inside their boxes and tables, shape (..., n)."""
         boxes, tables = self._outside(values, None)
         for (_, column, _), outside in zip(self._tables, tables, strict=True):
             boxes[..., column] |= outside
-        return np.logical_not(boxes)
+        return np.logical_not(boxes, order="C")
 
     def surely_inside(self, values: Mapping[str, float]) -> bool:
         """Whether these joints of one configuration are inside, all others being at zero: a quick answer for a few."""
         for name, value in values.items():
-            lower, upper = self._boxes[name]
-            if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
+            lower, upper = self._tolerated[name]
+            if not lower <= value <= upper:
                 return False
-            for table in self._tables_of[name]:
-                low, high = _range_at(table, values.get(table.of, 0.0))
-                if not low - LIMIT_TOLERANCE <= values.get(table.joint, 0.0) <= high + LIMIT_TOLERANCE:
+        for table in self.tables:
+            if table.joint in values or table.of in values:
+                lower, upper = _range_at(table, values.get(table.of, 0.0))
+                if not lower - LIMIT_TOLERANCE <= values.get(table.joint, 0.0) <= upper + LIMIT_TOLERANCE:
                     return False
         return True
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
+from nao_kin.robot.coordinates import Coordinates
 from nao_kin.semantics import Semantics, read_semantics
 from nao_kin.urdf import UrdfTree, read_srdf
 
@@ -55,7 +56,8 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     """The semantics, when the robot has everything they name.
 
     Raises:
-        BadModel: a joint, a frame or a posture is named that is not there; a coupled limit of a joint that follows.
+        BadModel: a joint, a frame or a posture is named that is not there; a posture that no motors take; a coupled
+            limit of a joint that follows.
     """
     moving = [joint.name for joint in tree.moving_joints]
     _check(semantics.joints(), moving, "joint", tree.name)
@@ -64,6 +66,7 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
         raise BadModel(
             f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which is not there"
         )
+    _check_postures(semantics, tree)
     for table in semantics.coupled_limits:
         for name in (table.joint, table.of):
             if name in tree.mimics:
@@ -73,9 +76,22 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     return semantics
 
 
-def _check(named: object, valid: Collection[str], kind: str, robot: str) -> None:
+def _check_postures(semantics: Semantics, tree: UrdfTree) -> None:
+    own = tuple(joint.name for joint in tree.moving_joints if joint.mimic is None)
+    coordinates = Coordinates(own, tree.mimics)
+    for name, posture in semantics.postures.items():
+        try:
+            if coordinates.plain_values(dict(posture.angles)) is None:
+                values, _ = coordinates.values(posture.angles)
+                if values.ndim != 1:
+                    raise BadArgument("expected one number for each joint")
+        except NaoKinError as error:
+            raise BadModel(f"semantics of {tree.name}: posture {quoted(name)}: {error}") from None
+
+
+def _check(named: Iterable[tuple[str, str]], valid: Collection[str], kind: str, robot: str) -> None:
     known = set(valid)
-    for name, where in named:  # type: ignore[attr-defined]
+    for name, where in named:
         if name not in known:
             near = ", ".join(nearest_names(name, valid))
             advice = f" (nearest: {near})" if near else ""

@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
-from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName, warn_caller
+from nao_kin._common.warn import warn_caller
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
 from nao_kin.robot.frames import FrameTable
@@ -89,6 +91,7 @@ class RobotModel:
         self.joint_units = tuple(self._units[name] for name in self.joint_names)
         self._q_offset = model.nq - len(own)
         self._coordinates = Coordinates(self.joint_names, self.mimics)
+        self._places = {name: self._q_offset + column for name, column in self._coordinates.column.items()}
         self.lower, self.upper = _frozen([joint.lower for joint in own]), _frozen([joint.upper for joint in own])
         self.velocity_limits = _frozen([joint.velocity for joint in own])
         self.effort_limits = _frozen([joint.effort for joint in own])
@@ -100,7 +103,7 @@ class RobotModel:
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self._kinematics = Kinematics(model)
         self._postures = {
-            name: _frozen(self.configuration(posture.angles, limits="ignore"))
+            name: _frozen(self.configuration(dict(posture.angles), limits="ignore"))
             for name, posture in self.semantics.postures.items()
         }
 
@@ -133,6 +136,10 @@ class RobotModel:
         notes: list[str] = []
         meaning = semantics_beside(tree, semantics, notes)
         robot = RobotModel(tree, meaning, base=base)
+        for name in robot.posture_names:
+            outside = [violation.joint for violation in robot.limit_violations(robot.posture(name))]
+            if outside:
+                notes.append(f"posture {quoted(name)} is outside the limits of {abbreviated(', '.join(outside))}")
         robot.load_notes = (*tree.notes, *notes)
         return robot
 
@@ -254,9 +261,10 @@ class RobotModel:
         values = self._coordinates.plain_values(angles)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
             plain = self._neutral.tolist()
+            places = self._places
             for name, value in values.items():
-                plain[self._q_offset + self._coordinates.column[name]] = value
-            return np.array(plain)
+                plain[places[name]] = value
+            return np.array(plain, dtype=np.float64)
         joints, given = self._coordinates.values(angles)
         q = self._neutrals(joints.shape[:-1])
         q[..., self._q_offset :] = joints
@@ -406,7 +414,7 @@ class RobotModel:
         Raises:
             OutsideLimits: with the violations.
         """
-        return np.array(self._within(self._checked(q), "raise"))
+        return np.array(self._within(self._checked(q), "raise"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
         """The nearest configurations inside the limits: first every joint into its box, then into its table."""
@@ -474,6 +482,7 @@ class RobotModel:
             warn_caller(
                 f"{joint} = {value:.6g} rad is more than a full turn; q is in radians, np.deg2rad(q) converts degrees",
                 DegreesWarning,
+                subject="degrees",
             )
 
     def _within(self, q: Floats, limits: str, joints: Collection[str] | None = None) -> Floats:
@@ -489,7 +498,7 @@ class RobotModel:
             if count:
                 raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_LISTED), count)
             return q
-        inside = np.array(q)
+        inside = np.array(q, order="C")
         clamped = self._limits.clamp(values)
         if joints is None:
             inside[..., self._q_offset :] = clamped

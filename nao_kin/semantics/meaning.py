@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 
 Vector = tuple[float, float, float]
+
+UNITS = ("rad", "m", "1")
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,8 @@ class CoupledLimit:
         upper: largest value of `joint` there [rad].
 
     Raises:
-        BadArgument: columns of different lengths, `at` not ascending, a lower bound above its upper one.
+        BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
+            one, a joint that depends on itself.
     """
 
     joint: str
@@ -80,6 +85,13 @@ class CoupledLimit:
 
     def __post_init__(self) -> None:
         what = f"the coupled limit of {self.joint}"
+        if self.joint == self.of:
+            raise BadArgument(f"{what} depends on that joint itself")
+        for name in ("at", "lower", "upper"):
+            try:
+                object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
+            except (TypeError, ValueError, OverflowError):
+                raise BadArgument(f"{what} must have numbers in {name}, got {quoted(getattr(self, name))}") from None
         if not (len(self.at) == len(self.lower) == len(self.upper) > 0):
             counts = f"{len(self.at)}, {len(self.lower)} and {len(self.upper)}"
             raise BadArgument(f"{what} must have equally many at, lower and upper, got {counts}")
@@ -105,6 +117,12 @@ class Posture:
 
     angles: Mapping[str, float]
     up: Vector | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "angles", _mapping(self.angles, "angles of a posture"))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Posture, (dict(self.angles), self.up)  # mapping proxies do not pickle
 
 
 @dataclass(frozen=True)
@@ -132,10 +150,13 @@ class Semantics:
         postures: predefined postures by name.
         start: the posture shown first; "" for all joints at zero, or at the limit nearest to it.
         coupled_limits: tables in which one joint's range depends on another's value.
-        units: joint → unit, where it is neither "rad" for a turning joint nor "m" for a sliding one.
+        units: joint → "rad", "m" or "1", where it is neither "rad" for a turning joint nor "m" for a sliding one.
         views: close views by name.
         version: which version of the robot this is; "" where there is but one.
         root: what people call the frame that poses are given in; "" for the name of the root link.
+
+    Raises:
+        BadArgument: a part of another kind, or a unit that is none of the three.
     """
 
     chains: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -151,8 +172,18 @@ class Semantics:
     root: str = ""
 
     def __post_init__(self) -> None:
-        for name in ("chains", "postures", "units", "views"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        for name, kind in (("chains", Iterable), ("postures", Posture), ("units", str), ("views", View)):
+            object.__setattr__(self, name, _mapping(getattr(self, name), name, kind))
+        chains = {name: _several(joints, f"chain {name!r}", str) for name, joints in self.chains.items()}
+        object.__setattr__(self, "chains", MappingProxyType(chains))
+        for name in ("end_effectors", "soles", "cameras"):
+            object.__setattr__(self, name, _several(getattr(self, name), name, str))
+        object.__setattr__(self, "coupled_limits", _several(self.coupled_limits, "coupled_limits", CoupledLimit))
+        for name in ("start", "version", "root"):
+            _check_kind(getattr(self, name), name, str)
+        for joint, unit in self.units.items():
+            if unit not in UNITS:
+                raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
 
     def joints(self) -> Iterator[tuple[str, str]]:
         """Every joint that is named here, with where it is named."""
@@ -178,3 +209,27 @@ class Semantics:
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
         Semantics.__post_init__(self)
+
+
+def _mapping(values: object, what: str, kind: type = object) -> Mapping[str, Any]:
+    """A read-only copy of a mapping with values of one kind."""
+    if not isinstance(values, Mapping):
+        raise BadArgument(f"{what} must be a mapping of names, got {quoted(values)}")
+    for name, value in values.items():
+        _check_kind(value, f"{what}: {name}", kind)
+    return MappingProxyType(dict(values))
+
+
+def _several(values: object, what: str, kind: type) -> tuple[Any, ...]:
+    """A tuple of things of one kind; a text is one thing, not several letters."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}")
+    found = tuple(values)
+    for value in found:
+        _check_kind(value, what, kind)
+    return found
+
+
+def _check_kind(value: object, what: str, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise BadArgument(f"{what} must be of the type {kind.__name__}, got {quoted(value)}")

@@ -35,7 +35,6 @@ joints = ["l_wrist", "r_wrist"]
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -52,6 +51,7 @@ def read_semantics(path: Path | str) -> Semantics:
     Whether its joints and frames exist is not looked at here, but when a robot is given them.
 
     Raises:
+        BadArgument: no path.
         BadInputFile: the file cannot be read, is no TOML, or has an entry that is unknown or of the wrong kind.
     """
     if sys.version_info >= (3, 11):
@@ -61,14 +61,21 @@ def read_semantics(path: Path | str) -> Semantics:
     try:
         with Path(path).open("rb") as file:
             document = tomllib.load(file)
+    except TypeError:
+        raise BadArgument(f"expected the path of a TOML file, got {quoted(path)}") from None
     except OSError as error:
         raise BadInputFile(str(path), f"cannot be read: {error.strerror or error}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise BadInputFile(str(path), f"not well-formed TOML: {error}") from None
+    except ValueError as error:  # a path that no system takes, a number of thousands of digits
+        raise BadInputFile(str(path), f"cannot be read: {error}") from None
     try:
         return Semantics(**_members(document, "", _READERS))
     except (_Wrong, BadArgument) as error:
         raise BadInputFile(str(path), str(error)) from None
+
+
+_LARGEST = sys.float_info.max
 
 
 class _Wrong(Exception):
@@ -104,7 +111,7 @@ def _text(value: Any, where: str) -> str:
 
 
 def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
         raise _Wrong(f"{where} must be a finite number, got {quoted(value)}")
     return float(value)
 

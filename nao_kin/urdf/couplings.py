@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from nao_kin._text import abbreviated, quoted
 from nao_kin.semantics import Mimic
 from nao_kin.urdf.tree import UrdfJoint
+
+# Of a chain of mimics, the notes name so many joints.
+_MOST_NAMED = 8
 
 
 class CouplingRefused(Exception):
@@ -21,30 +25,34 @@ def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[st
     Raises:
         CouplingRefused: a joint follows itself, a joint that does not exist, or one that cannot move.
     """
-    resolved = dict(joints)
-    for name, joint in joints.items():
-        if joint.mimic is None:
-            continue
-        mimic, driver, seen = Mimic(name), joint, [name]
-        while driver.mimic is not None:
-            mimic = mimic.through(driver.mimic)
+    direct: dict[str, Mimic] = {}
+    for name in joints:
+        chain, end = dict[str, Mimic](), name
+        while end not in direct and (mimic := joints[end].mimic) is not None:
+            chain[end] = mimic
             if mimic.joint not in joints:
-                raise CouplingRefused(
-                    f"joint {quoted(driver.name)} follows {quoted(mimic.joint)}, which does not exist"
-                )
-            if mimic.joint in seen:
-                raise CouplingRefused(
-                    f"joints follow each other in a circle: {abbreviated(' → '.join([*seen, mimic.joint]))}"
-                )
-            seen.append(mimic.joint)
-            driver = joints[mimic.joint]
-        if driver.kind == "fixed":
-            raise CouplingRefused(f"joint {quoted(name)} follows {quoted(driver.name)}, which is fixed")
-        if len(seen) > 2:
-            path = ", which follows ".join(map(quoted, seen[1:]))
-            notes.append(f"joint {quoted(name)} follows {path}: tied to {quoted(driver.name)} directly")
-        resolved[name] = replace(joint, mimic=mimic)
+                raise CouplingRefused(f"joint {quoted(end)} follows {quoted(mimic.joint)}, which does not exist")
+            if mimic.joint in chain:
+                circle = abbreviated(" → ".join([*chain, mimic.joint]))
+                raise CouplingRefused(f"joints follow each other in a circle: {circle}")
+            end = mimic.joint
+        if chain and joints[end].kind == "fixed":
+            raise CouplingRefused(f"joint {quoted(name)} follows {quoted(end)}, which is fixed")
+        for follower, mimic in reversed(chain.items()):
+            direct[follower] = mimic.through(direct[mimic.joint]) if mimic.joint in direct else mimic
+    resolved = {name: replace(joint, mimic=direct.get(name)) for name, joint in joints.items()}
+    for name, joint in joints.items():
+        if joint.mimic is not None and joint.mimic.joint in direct:
+            path = ", which follows ".join(map(quoted, itertools.islice(_drivers(joints, joint.mimic), _MOST_NAMED)))
+            notes.append(f"joint {quoted(name)} follows {path}: made to follow {quoted(direct[name].joint)} directly")
     return resolved
+
+
+def _drivers(joints: Mapping[str, UrdfJoint], mimic: Mimic | None) -> Iterator[str]:
+    """The joints of a chain of mimics, from the first driver to the last."""
+    while mimic is not None:
+        yield mimic.joint
+        mimic = joints[mimic.joint].mimic
 
 
 def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) -> list[UrdfJoint]:
@@ -55,7 +63,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
     another joint's, and the notes say so.
 
     Raises:
-        CouplingRefused: such a change would divide by a multiplier of zero.
+        CouplingRefused: such a change would divide by a multiplier of zero, or numbers grow without bound.
     """
     walk = _walk(joints, root)
     position = {joint.name: index for index, joint in enumerate(walk)}
@@ -76,7 +84,14 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
         notes.append(
             f"joint {quoted(first.name)} drives {quoted(driver)}, not the other way round: it comes first in the tree"
         )
-    return [changed.get(joint.name, joint) for joint in walk]
+    order = [changed.get(joint.name, joint) for joint in walk]
+    for joint in order:
+        if joint.mimic is not None and not math.isfinite(joint.mimic.multiplier + joint.mimic.offset):
+            raise CouplingRefused(
+                f"joint {quoted(joint.name)} follows {quoted(joint.mimic.joint)} with a multiplier or an offset "
+                "too large for floating point"
+            )
+    return order
 
 
 def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
@@ -119,7 +134,7 @@ def _sharing(driver: UrdfJoint, followers: Sequence[_Follower], notes: list[str]
     lower, upper, velocity = driver.lower, driver.upper, driver.velocity
     confined: list[str] = []
     for follower in turning:
-        low, high = follower.mimic.driver_range(follower.lower, follower.upper)
+        low, high = (end + 0.0 for end in follower.mimic.driver_range(follower.lower, follower.upper))  # no −0
         before = lower, upper
         lower, upper = _larger(lower, low), -_larger(-upper, -high)
         velocity = -_larger(-velocity, -follower.velocity / abs(follower.mimic.multiplier))
@@ -184,19 +199,20 @@ def _drivers_first(
     siblings: list[UrdfJoint], branch: Mapping[str, set[str]], joints: Mapping[str, UrdfJoint]
 ) -> list[UrdfJoint]:
     """Siblings by name, each after the siblings whose branches hold what drives a joint of its own branch."""
-    wanted = {
-        sibling.name: {mimic.joint for name in branch[sibling.name] if (mimic := joints[name].mimic) is not None}
+    holder = {name: sibling.name for sibling in siblings for name in branch[sibling.name]}
+    before = {
+        sibling.name: {
+            holder[mimic.joint]
+            for name in branch[sibling.name]
+            if (mimic := joints[name].mimic) is not None and mimic.joint in holder
+        }
+        - {sibling.name}
         for sibling in siblings
     }
-    waiting, placed = list(siblings), list[UrdfJoint]()
+    waiting = {sibling.name: sibling for sibling in siblings}
+    placed = list[UrdfJoint]()
     while waiting:
-        ready = (
-            candidate
-            for candidate in waiting
-            if not any(wanted[candidate.name] & branch[other.name] for other in waiting if other is not candidate)
-        )
+        ready = (name for name in waiting if before[name].isdisjoint(waiting))
         # Branches that drive each other have no right order: the first by name goes first.
-        chosen = next(ready, waiting[0])
-        waiting.remove(chosen)
-        placed.append(chosen)
+        placed.append(waiting.pop(next(ready, next(iter(waiting)))))
     return placed

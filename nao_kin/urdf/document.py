@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from nao_kin.errors import BadModel
 
 # What may hold ${…} without meaning that the file is still a source: it defines, and nothing uses it any more.
 _DEFINITIONS = ("property", "arg", "include")
+_BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 
 
 def read_document(path: Path | str, notes: list[str]) -> ET.Element:
@@ -66,15 +68,17 @@ def _parsed(content: bytes) -> ET.Element:
 
 
 def _blank(content: bytes) -> int:
-    """How many bytes of blank lines stand before the text."""
-    return len(content) - len(content.lstrip(b" \t\r\n"))
+    """How many bytes of blank lines, and of a byte order mark among them, stand before the text."""
+    match = _BLANK.match(content)
+    return match.end() if match else 0
 
 
 def _drop_xacro(document: ET.Element, path: Path, notes: list[str]) -> None:
     """Take leftover xacro elements out.
 
     Raises:
-        BadModel: the file is still a source: it defines macros or holds ${…} where a value should stand.
+        BadModel: the file is still a source: it defines macros, holds ${…} where a value should stand, or has links
+            inside an element of xacro.
     """
     prefixes = {"xacro:"} | {
         f"{name.removeprefix('xmlns:')}:"
@@ -88,13 +92,16 @@ def _drop_xacro(document: ET.Element, path: Path, notes: list[str]) -> None:
         return name if prefix + colon in prefixes else None
 
     found = [name for element in document.iter() if (name := xacro_name(element)) is not None]
-    unexpanded = found.count("macro") + sum(
-        "${" in value for element in _used(document, xacro_name) for value in element.attrib.values()
+    unexpanded = sum(
+        xacro_name(element) == "macro"
+        or any("${" in value for value in element.attrib.values())
+        or (xacro_name(element) is not None and element.find(".//link") is not None)
+        for element in _used(document, xacro_name)
     )
     if unexpanded:
         target = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
         raise BadModel(
-            f"{path}: a xacro source with {unexpanded} unexpanded macros or ${{…}}; expand it first: "
+            f"{path}: a xacro source with {unexpanded} unexpanded macros, conditions or ${{…}}; expand it first: "
             f"xacro {path.name} -o {target if target != path.name else 'expanded.urdf'}"
         )
     if found:

@@ -215,7 +215,9 @@ class _Reader:
         try:
             x, y, z = map(decimal, text.split())
         except ValueError:
-            raise _Refused(f"{_name(owner)} has {what} {quoted(text)}, expected three numbers") from None
+            x = y = z = math.inf
+        if not all(map(math.isfinite, (x, y, z))):
+            raise _Refused(f"{_name(owner)} has {what} {quoted(text)}, expected three numbers")
         return x, y, z
 
     def _number(self, owner: Owner, element: ET.Element, attribute: str, default: float) -> float:
@@ -223,15 +225,23 @@ class _Reader:
         if text is None:
             return default
         try:
-            return decimal(text)
+            value = decimal(text)
         except ValueError:
-            raise _Refused(f"{_name(owner)} has {attribute} {quoted(text)}, expected a number") from None
+            value = math.nan
+        if not math.isfinite(value):
+            raise _Refused(f"{_name(owner)} has {attribute} {quoted(text)}, expected a number")
+        return value
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
         """A largest speed or effort; "inf" and no word mean that there is none."""
         if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
             return math.inf
-        value = self._number(("joint", joint), limit, attribute, math.inf)
+        try:
+            value = decimal(limit.get(attribute, ""))
+        except ValueError:
+            raise _Refused(
+                f"joint {quoted(joint)} has {attribute} {quoted(limit.get(attribute))}, expected a number"
+            ) from None
         if value < 0.0:
             raise _Refused(f"joint {quoted(joint)} has {attribute} {value:g}, expected none or more")
         return value
@@ -243,7 +253,7 @@ class _Reader:
             value = decimal(text)
         except ValueError:
             value = -1.0
-        if value < 0.0:
+        if not 0.0 <= value < math.inf:
             self.notes.append(f"joint {quoted(joint)} has {attribute} {quoted(text)}: taken as none")
             return 0.0
         return value

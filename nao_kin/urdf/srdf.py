@@ -131,6 +131,8 @@ def _value(text: str) -> float | None:
         numbers = [decimal(word) for word in text.split()]
     except ValueError:
         return None
+    if not all(map(math.isfinite, numbers)):
+        return None
     if len(numbers) == 2:
         return math.atan2(numbers[1], numbers[0])
     return numbers[0] if len(numbers) == 1 else None

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from nao_kin.semantics import Mimic
 from nao_kin.urdf.visuals import Origin, Visual
@@ -81,12 +84,22 @@ class UrdfTree:
     name: str
     root: str
     links: tuple[str, ...]
-    inertials: dict[str, Inertial] = field(repr=False)
+    inertials: Mapping[str, Inertial] = field(repr=False)
     joints: tuple[UrdfJoint, ...] = field(repr=False)
     visuals: tuple[Visual, ...] = field(repr=False)
-    shared_names: dict[str, str] = field(repr=False)
+    shared_names: Mapping[str, str] = field(repr=False)
     notes: tuple[str, ...]
     visual_notes: tuple[str, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        # One tree serves every robot made of it.
+        for name in ("inertials", "shared_names"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Mapping proxies do not pickle.
+        values = (getattr(self, field.name) for field in fields(self))
+        return UrdfTree, tuple(dict(value) if isinstance(value, MappingProxyType) else value for value in values)
 
     @property
     def moving_joints(self) -> tuple[UrdfJoint, ...]:

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape, warn_caller
+from nao_kin._common.warn import warn_caller
+from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.browser import Screenshots
