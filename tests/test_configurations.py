@@ -230,6 +230,14 @@ def test_plain_numbers_take_the_same_way_as_arrays(angles: dict[str, float], lim
     assert answer(angles) == answer({name: np.array([value], dtype=np.float64) for name, value in angles.items()})
 
 
+def test_plain_numbers_face_either_bound(nao: nk.NaoModel) -> None:
+    for name, lower, upper in zip(nao.joint_names, nao.lower.tolist(), nao.upper.tolist(), strict=True):
+        for bound, outwards in ((lower, -1.0), (upper, 1.0)):
+            for miss in (2e-9, 0.01, 3.0):
+                with pytest.raises(OutsideLimits, match=name):
+                    nao.configuration({name: bound + outwards * miss})
+
+
 def test_not_a_number_is_named_on_every_way(nao: nk.NaoModel) -> None:
     q = nao.neutral()
     for value in (math.nan, math.inf, -math.inf):
