@@ -352,3 +352,17 @@ def test_results_are_c_contiguous_whatever_the_input(nao: nk.NaoModel) -> None:
         nao.com(q),
     ):
         assert result.flags.c_contiguous
+
+
+def test_the_centre_of_mass_follows_what_the_owner_changes_in_the_model(nao: nk.NaoModel) -> None:
+    robot, q = copy.deepcopy(nao), nao.posture("Crouch")
+    for _ in range(2):
+        trunk = robot.model.inertias[0]
+        before, mass = robot.com(q) * robot.mass, robot.mass
+        robot.model.inertias[0] = pin.Inertia(trunk.mass + 1.0, trunk.lever, trunk.inertia)
+        assert robot.mass == pytest.approx(mass + 1.0)
+        assert np.allclose(robot.com(q) * robot.mass, before + trunk.lever, atol=1e-12)
+        assert np.allclose(robot.com([q, q]), robot.com(q), atol=1e-15)
+    last = robot.com(q)
+    del robot.model
+    assert np.array_equal(robot.com(q), last)

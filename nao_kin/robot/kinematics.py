@@ -57,6 +57,7 @@ class Kinematics:
 
     def __init__(self, model: pin.Model) -> None:
         self.model = model
+        self._inertias = model.inertias  # a live view, which takes as long to get as all sums of a centre of mass
         self._local = threading.local()
         self._selections: dict[FrameIds, NDArray[np.intp]] = {}
 
@@ -108,7 +109,7 @@ class Kinematics:
         """
         model, data = self.model, self._workspace().data
         # Pinocchio counts only what moves, and divides by its mass.
-        held, moving = model.inertias[0], pin.computeTotalMass(model)
+        held, moving = self._inertias[0], pin.computeTotalMass(model)
         total = moving + held.mass
         if total <= 0.0:
             raise BadArgument(f"{model.name} has no mass, so no centre of mass")

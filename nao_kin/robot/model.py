@@ -64,6 +64,7 @@ class RobotModel:
         velocity_limits: largest joint speeds, shape (n,).
         effort_limits: largest joint torques or forces, shape (n,).
         coupled_limits: tables in which one joint's range depends on another's value.
+
     The limits are those of the file; changing them in `model` changes what Pinocchio knows, not what this class checks.
     """
 
@@ -115,7 +116,8 @@ class RobotModel:
 
         Couplings that Pinocchio refuses are mended (see `load_notes`): joints are ordered so that the driving one comes
         first, `continuous` joints become revolute ones without limits, axes are normalised, a link that shares its name
-        with a joint gets the suffix "_link". Meshes are not read.
+        with a joint gets another one ("…_link", or "…_frame" where that is taken) and answers under both. Meshes are
+        not read.
 
         Args:
             path: the URDF file.
@@ -128,6 +130,7 @@ class RobotModel:
             BadModel: the file cannot be read or describes no tree of revolute, continuous, prismatic and fixed joints;
                 or the semantics name what the robot does not have.
             BadInputFile: the TOML file cannot be read.
+            BadArgument: no such base, or semantics of another kind.
         """
         try:
             tree = read_urdf(Path(path).absolute())
