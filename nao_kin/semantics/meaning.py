@@ -8,10 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, Vector
 from nao_kin.errors import BadArgument
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
