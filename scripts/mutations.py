@@ -588,7 +588,7 @@ _MULTIDOF = (
         ("joints-of-one-motor-merged", "if len({node.driver for node in members}) < len(members) or not", "if not"),
     ),
     *_faults(
-        "joints/pairs.py",
+        "joints/kinematic_pairs.py",
         "test_joints_grouping.py test_joints_pairs.py",
         ("directions-parallel-to-a-hundredth", "PARALLEL = 1e-6", "PARALLEL = 1e-2"),
     ),
@@ -642,7 +642,7 @@ _CROSSCHECK = (
         ("crosscheck-row-without-pairs-counted-as-passed", "self.pairs > 0 and self.worst", "self.worst"),
     ),
     *_faults(
-        "crosscheck/rotation_parameters.py",
+        "crosscheck/parameter_checks.py",
         "test_crosscheck.py::test_exponentials_are_taken_of_vectors_within_and_out_of_half_a_turn",
         (
             "crosscheck-without-rotation-vectors-out-of-half-a-turn",

@@ -12,6 +12,7 @@ from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NotFinite, WrongShape
 
 Floats = NDArray[np.float64]
+Vector = tuple[float, float, float]
 
 # Below this size, setting up the error state of a dot product costs more than the exact search.
 _SMALL = 2000

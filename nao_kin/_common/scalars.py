@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import numbers
 import operator
 import re
@@ -25,6 +26,11 @@ def decimal(text: str) -> float:
     if not _DECIMAL.fullmatch(stripped):
         raise ValueError(f"not a decimal number: {text!r}")
     return float(stripped)
+
+
+def finite_or_none(value: float) -> float | None:
+    """`value` for JSON, which has no infinity: None for what is not there, such as a limit."""
+    return value if math.isfinite(value) else None
 
 
 def whole_number(value: SupportsIndex, what: str, least: int, most: int | None = None) -> int:

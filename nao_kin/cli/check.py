@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nao_kin.cli.options import Json, Robot, Urdf, Version, load
+from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
@@ -21,14 +21,14 @@ def register(app: typer.Typer) -> None:
 
 
 def check(
-    version: Version = "v6",
-    urdf: Urdf = None,
-    robot: Robot = None,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
     samples: Annotated[
         int, typer.Option("--samples", metavar="N", help="Number of configurations, 1 to 100000.")
     ] = 500,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random ones.")] = 0,
-    json: Json = False,
+    json: JsonOption = False,
 ) -> None:
     """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
     report = _run(load(version, urdf, robot), samples, seed)

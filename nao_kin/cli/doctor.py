@@ -22,7 +22,7 @@ import typer
 
 from nao_kin._common.ending import before_ending, kill_group, uninterrupted
 from nao_kin._text import abbreviated
-from nao_kin.cli.options import Json
+from nao_kin.cli.options import JsonOption
 from nao_kin.cli.output import print_json, print_table
 
 # Distribution name → module name.
@@ -53,7 +53,7 @@ def register(app: typer.Typer) -> None:
     app.command("doctor", epilog="Example: nao-kin doctor --json")(doctor)
 
 
-def doctor(json: Json = False) -> None:
+def doctor(json: JsonOption = False) -> None:
     """Versions, where each library comes from, known clashes, and a browser if any; exit 1 when something is wrong."""
     state = inspect_installation()
     if json:

@@ -11,7 +11,7 @@ import typer
 from nao_kin._common.arrays import Floats
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
+from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.poses import Pieces, PoseFormat, PosePrinter
 from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
 
@@ -41,14 +41,14 @@ def fk(
     ] = None,
     reference: Annotated[str | None, typer.Option(metavar="NAME", help="The frame to express poses in.")] = None,
     as_: Annotated[PoseFormat, typer.Option("--as", help="How to print a pose.")] = PoseFormat.rpy,
-    deg: Deg = False,
+    deg: DegOption = False,
     clamp: Annotated[bool, typer.Option("--clamp", help="Move joints outside their limits to the limit.")] = False,
     ignore_limits: Annotated[bool, typer.Option("--ignore-limits", help="Take joints wherever they are.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    json: Json = False,
-    version: Version = "v6",
-    urdf: Urdf = None,
-    robot: Robot = None,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin.cli.options import Json, Robot, Urdf, Version, load
+from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_table
 
 
@@ -13,7 +13,9 @@ def register(app: typer.Typer) -> None:
     app.command("info", epilog="Example: nao-kin info --version v5 --json")(info)
 
 
-def info(version: Version = "v6", urdf: Urdf = None, robot: Robot = None, json: Json = False) -> None:
+def info(
+    version: VersionOption = "v6", urdf: UrdfOption = None, robot: RobotOption = None, json: JsonOption = False
+) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
     model = load(version, urdf, robot)
     facts: dict[str, object] = {

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
+from nao_kin._common.scalars import finite_or_none
+from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_table, without_sign_of_zero
 
 if TYPE_CHECKING:
@@ -29,11 +30,11 @@ def joints(
     tolerance: Annotated[
         float | None, typer.Option(metavar="M", help="Merge axes that miss their common point by no more [m].")
     ] = None,
-    deg: Deg = False,
-    json: Json = False,
-    version: Version = "v6",
-    urdf: Urdf = None,
-    robot: Robot = None,
+    deg: DegOption = False,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
 ) -> None:
     """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
 
@@ -64,8 +65,10 @@ def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]
         # A part that follows another joint has that one's motor.
         drivers = [model.mimics[part].joint if part in model.mimics else part for part in row["parts"]]
         columns = [model.joint_names.index(name) for name in drivers]
-        row["velocity"] = [_finite(model.velocity_limits[i] * s) for i, s in zip(columns, scales, strict=True)]
-        row["effort"] = [_finite(model.effort_limits[i]) for i in columns]
+        row["velocity"] = [
+            finite_or_none(float(model.velocity_limits[i]) * s) for i, s in zip(columns, scales, strict=True)
+        ]
+        row["effort"] = [finite_or_none(float(model.effort_limits[i])) for i in columns]
         row["followed_by"] = [name for name, mimic in model.mimics.items() if mimic.joint in row["parts"]]
         row["units"] = ["deg" if scale != 1.0 else unit for unit, scale in zip(row["units"], scales, strict=True)]
     return document
@@ -92,11 +95,6 @@ def _cells(model: RobotModel, row: JointRow, deg: bool) -> list[str]:
 
 def _scale(unit: str, deg: bool) -> float:
     return math.degrees(1.0) if deg and unit == "rad" else 1.0
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no infinity: a joint without a limit has none."""
-    return float(value) if math.isfinite(value) else None
 
 
 def _number(value: float) -> str:

@@ -13,11 +13,13 @@ from nao_kin.errors import BadArgument
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
-Version = Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")]
-Urdf = Annotated[str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF file.")]
-Robot = Annotated[str | None, typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Deg = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
+VersionOption = Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")]
+UrdfOption = Annotated[str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF file.")]
+RobotOption = Annotated[
+    str | None, typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
 
 # Options of any command that cannot stand beside each other, by the names of their parameters, and why.
 _CONTRADICTIONS = (

@@ -12,7 +12,7 @@ import typer
 
 from nao_kin._common import atomic
 from nao_kin.cli.fk import one_configuration
-from nao_kin.cli.options import Deg, Json, Robot, Urdf, Version, load
+from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -38,7 +38,7 @@ def view(
     joint: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Set a joint; repeatable. Others are at zero.")
     ] = None,
-    deg: Deg = False,
+    deg: DegOption = False,
     fps: Annotated[
         float | None, typer.Option(metavar="N", help=f"Configurations of FILE per second. Default: {_FPS:g}.")
     ] = None,
@@ -62,10 +62,10 @@ def view(
         typer.Option(metavar="ADDRESS", help=f"Address to serve on; 0.0.0.0 lets others in. Default: {_HOST}."),
     ] = None,
     port: Annotated[int | None, typer.Option(metavar="N", help="Port to serve on. Default: the next free one.")] = None,
-    version: Version = "v6",
-    urdf: Urdf = None,
-    robot: Robot = None,
-    json: Json = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+    json: JsonOption = False,
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.scalars import whole_number
+from nao_kin.crosscheck.angle_checks import three_angle_checks
 from nao_kin.crosscheck.by_hand import Step, steps_of, turns
 from nao_kin.crosscheck.comparisons import Check, Conversions
 from nao_kin.crosscheck.limit_checks import LimitChecks
+from nao_kin.crosscheck.parameter_checks import parameter_checks
 from nao_kin.crosscheck.report import Report, Tally
 from nao_kin.crosscheck.robot_checks import JacobianChecks, PoseChecks
-from nao_kin.crosscheck.rotation_parameters import parameter_checks
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
-from nao_kin.crosscheck.three_angles import three_angle_checks
 from nao_kin.crosscheck.yourdfpy_oracle import YourdfpyOracle
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot

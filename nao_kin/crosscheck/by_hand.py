@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, Vector
 from nao_kin.crosscheck.comparisons import Conversions, Function
 from nao_kin.errors import UnknownName
 from nao_kin.parameters import CAMERAS, OPTICAL_RPY, NaoParameters
 from nao_kin.robot import RobotModel
 from nao_kin.urdf import UrdfTree
 
-Vector = tuple[float, float, float]
 Turns = tuple[tuple[str, float], ...]
 
 _HERE: Vector = (0.0, 0.0, 0.0)

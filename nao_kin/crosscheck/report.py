@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -10,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.scalars import finite_or_none
 from nao_kin._text import abbreviated
 from nao_kin.crosscheck.samples import Configurations
 from nao_kin.errors import NaoKinError
@@ -81,7 +81,7 @@ class Row:
             "convention": self.convention,
             "against": self.against,
             "pairs": self.pairs,
-            "worst": self.worst if math.isfinite(self.worst) else None,
+            "worst": finite_or_none(self.worst),
             "tolerance": self.tolerance,
             "ok": self.ok,
             "frame": place.frame if place else None,

@@ -5,9 +5,9 @@ from nao_kin.joints.grouping import RULES, Rule, group_joints, unmerged_joints
 from nao_kin.joints.joint_axes import JointAxes
 from nao_kin.joints.joint_table import JointTable, JointTableRow, joint_table
 from nao_kin.joints.joint_tree import JointNode, read_joint_tree
+from nao_kin.joints.kinematic_pairs import KINEMATIC_PAIRS, KinematicPair, kinematic_pair, mobility
 from nao_kin.joints.multidof_joint import Coupling, JointGroups, MultiDofJoint, Singularity
 from nao_kin.joints.nao_anatomy import NAO_ANATOMY, BodyPart
-from nao_kin.joints.pairs import KINEMATIC_PAIRS, KinematicPair, kinematic_pair, mobility
 
 # Names of earlier versions.
 LOWER_PAIRS = KINEMATIC_PAIRS

@@ -7,8 +7,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from nao_kin._text import html_table, text_table
+from nao_kin.joints.kinematic_pairs import KINEMATIC_PAIRS, KinematicPair
 from nao_kin.joints.nao_anatomy import NAO_TWISTS
-from nao_kin.joints.pairs import KINEMATIC_PAIRS, KinematicPair
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import dot, norm
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joints.joint_tree import JointNode, read_joint_tree
+from nao_kin.joints.kinematic_pairs import KINEMATIC_PAIRS, PARALLEL
 from nao_kin.joints.multidof_joint import JointGroups, MultiDofJoint, Singularity
-from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL
 from nao_kin.lines import PluckerLine, common_normal
 from nao_kin.robot import RobotModel
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.scalars import finite_or_none
 from nao_kin._text import html_table
 from nao_kin.joints.anatomy import anatomical_kind, body_part
 from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
@@ -166,11 +166,7 @@ def _cells(row: JointTableRow) -> tuple[str, ...]:
 
 
 def _without_infinities(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    return {name: _finite(value) if name in ("lower", "upper") else value for name, value in items}
-
-
-def _finite(values: Sequence[float]) -> tuple[float | None, ...]:
-    return tuple(value if math.isfinite(value) else None for value in values)
+    return {name: tuple(map(finite_or_none, value)) if name in ("lower", "upper") else value for name, value in items}
 
 
 def _plain(rows: Floats) -> tuple[Numbers, ...]:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from nao_kin._common.arrays import Floats
 from nao_kin._text import html_table
 from nao_kin.errors import UnknownName
-from nao_kin.joints.pairs import KinematicPair, mobility
+from nao_kin.joints.kinematic_pairs import KinematicPair, mobility
 from nao_kin.lines import PluckerLine
 from nao_kin.semantics import Mimic
 

@@ -4,6 +4,7 @@
 of all versions, each with the versions that it holds for.
 """
 
+from nao_kin._common.arrays import Vector
 from nao_kin.parameters.bodies import COLLISION_SHAPES, COLOURS
 from nao_kin.parameters.frames import CAMERAS, END_EFFECTORS, OPTICAL_RPY, SOLES, VIEWS
 from nao_kin.parameters.overlay import VersionPage
@@ -38,7 +39,6 @@ from nao_kin.parameters.rows import (
     OffsetRow,
     PostureRow,
     ShapeRow,
-    Vector,
     Version,
     VisualRow,
 )

@@ -5,7 +5,12 @@ Masses, centres of mass and inertia tensors are as published: left and right are
 
 from __future__ import annotations
 
-from nao_kin.parameters.rows import InertialRow, ShapeRow, Vector, VisualRow
+from nao_kin._common.arrays import Vector
+from nao_kin.parameters.rows import (
+    InertialRow,
+    ShapeRow,
+    VisualRow,
+)
 
 # fmt: off
 V6_INERTIALS: tuple[InertialRow, ...] = (

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import math
 
-from nao_kin.parameters.rows import FrameRow, Vector
+from nao_kin._common.arrays import Vector
+from nao_kin.parameters.rows import (
+    FrameRow,
+)
 from nao_kin.parameters.skeleton import FOOT_HEIGHT, HAND_OFFSET_X, HAND_OFFSET_Z, LEG_EFFECTOR_HEIGHT
 
 # fmt: off

@@ -14,12 +14,12 @@ from nao_kin.parameters.rows import (
     InertialRow,
     LimitRow,
     OffsetRow,
-    Row,
     Version,
+    VersionedRow,
     VisualRow,
 )
 
-_Row = TypeVar("_Row", bound=Row)
+_Row = TypeVar("_Row", bound=VersionedRow)
 
 
 @dataclass(frozen=True)

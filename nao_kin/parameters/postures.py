@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from nao_kin.parameters.rows import PostureRow, Vector
+from nao_kin._common.arrays import Vector
+from nao_kin.parameters.rows import (
+    PostureRow,
+)
 
 # Single-precision values as NAOqi holds them; residues below 1e-9 (1.4e-45, 1.1e-13 …) are written as the zero they mean.
 # fmt: off

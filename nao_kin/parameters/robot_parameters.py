@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeVar
 
+from nao_kin._common.arrays import Vector
 from nao_kin.errors import UnknownName
 from nao_kin.parameters.bodies import COLLISION_SHAPES
 from nao_kin.parameters.overlay import with_versions
@@ -22,7 +23,6 @@ from nao_kin.parameters.rows import (
     LimitRow,
     OffsetRow,
     ShapeRow,
-    Vector,
     Version,
     VisualRow,
 )

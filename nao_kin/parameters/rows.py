@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, get_args
 
+from nao_kin._common.arrays import Vector
+
 Version = Literal["v3.2", "v3.3", "v4", "v5", "v6"]
 VERSIONS: tuple[Version, ...] = get_args(Version)
 
-Vector = tuple[float, float, float]
 ShapeKind = Literal["sphere", "cylinder", "box"]
 
 
@@ -36,7 +37,7 @@ Coordinate = float | Offset
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class VersionedRow:
     """A row that a version's page can change.
 
     Attributes:
@@ -61,7 +62,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class OffsetRow(Row):
+class OffsetRow(VersionedRow):
     """The length of an offset.
 
     Attributes:
@@ -126,7 +127,7 @@ class FingerRow:
 
 
 @dataclass(frozen=True)
-class LimitRow(Row):
+class LimitRow(VersionedRow):
     """Range of one joint.
 
     Attributes:
@@ -146,7 +147,7 @@ class LimitRow(Row):
 
 
 @dataclass(frozen=True)
-class ActuatorRow(Row):
+class ActuatorRow(VersionedRow):
     """Speed and torque of one joint as the official URDF prints them.
 
     Attributes:
@@ -180,7 +181,7 @@ class CoupledLimitRow:
 
 
 @dataclass(frozen=True)
-class InertialRow(Row):
+class InertialRow(VersionedRow):
     """Mass, centre of mass and inertia of the link that a joint moves.
 
     Attributes:
@@ -200,7 +201,7 @@ class InertialRow(Row):
 
 
 @dataclass(frozen=True)
-class FrameRow(Row):
+class FrameRow(VersionedRow):
     """A sensor or effector frame.
 
     Attributes:
@@ -245,7 +246,7 @@ class ShapeRow:
 
 
 @dataclass(frozen=True)
-class VisualRow(Row):
+class VisualRow(VersionedRow):
     """The meshes of one link: a file per colour, in the frame of the joint that moves the link.
 
     Attributes:

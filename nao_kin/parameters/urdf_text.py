@@ -14,11 +14,15 @@ from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from nao_kin._common.arrays import Vector
 from nao_kin.errors import BadModel
 from nao_kin.parameters.bodies import COLOURS
 from nao_kin.parameters.frames import CAMERAS, OPTICAL_RPY
 from nao_kin.parameters.robot_parameters import Finger, Joint, NaoParameters
-from nao_kin.parameters.rows import InertialRow, ShapeRow, Vector
+from nao_kin.parameters.rows import (
+    InertialRow,
+    ShapeRow,
+)
 from nao_kin.semantics import Mimic
 
 ROOT_LINK = "base_link"

@@ -23,7 +23,7 @@ from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
 from nao_kin.robot.frames import FrameTable
 from nao_kin.robot.kinematics import Expression, FrameIds, Kinematics, expression_named
 from nao_kin.robot.limits import JointLimits, LimitViolation
-from nao_kin.robot.meaning import checked_semantics, semantics_beside
+from nao_kin.robot.semantics_files import checked_semantics, semantics_beside
 from nao_kin.semantics import CoupledLimit, Mimic, Semantics
 from nao_kin.urdf import UrdfTree, read_urdf
 

@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, Vector
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
-
-Vector = tuple[float, float, float]
 
 UNITS = ("rad", "m", "1")
 

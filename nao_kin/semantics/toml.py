@@ -40,9 +40,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from nao_kin._common.arrays import Vector
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, nearest_names
-from nao_kin.semantics.meaning import CoupledLimit, Posture, Semantics, Vector, View
+from nao_kin.semantics.meaning import CoupledLimit, Posture, Semantics, View
 
 
 def read_semantics(path: Path | str) -> Semantics:

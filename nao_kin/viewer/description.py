@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, Vector
+from nao_kin._common.scalars import finite_or_none
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel, topology
 from nao_kin.urdf import UrdfTree
 from nao_kin.viewer.scene import link_paths
-
-Vector = tuple[float, float, float]
 
 # Whole-body cameras: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
@@ -112,7 +110,13 @@ def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[s
             for joint in moving
         ],
         "coordinates": [
-            {"joint": name, "column": column[name], "lower": _finite(lower), "upper": _finite(upper), "unit": unit}
+            {
+                "joint": name,
+                "column": column[name],
+                "lower": finite_or_none(lower),
+                "upper": finite_or_none(upper),
+                "unit": unit,
+            }
             for name, lower, upper, unit in zip(
                 robot.joint_names, robot.lower.tolist(), robot.upper.tolist(), robot.joint_units, strict=True
             )
@@ -172,7 +176,3 @@ def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]
             link = child.get(robot.model.names[index], 0)
             bodies.append({"link": link, "mass": float(inertia.mass), "centre": np.array(inertia.lever).tolist()})
     return bodies
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
