@@ -373,6 +373,20 @@ def test_an_srdf_that_was_asked_for_is_refused_when_it_is_none(tmp_path: Path) -
         _robot(tmp_path, path)
 
 
+def test_an_srdf_speaks_of_links_by_the_names_of_the_file(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b"), J("c"))
+    text = robot.urdf_path.read_text(encoding="utf-8").replace('"a_l"', '"a"').replace('"c_l"', '"c"')
+    robot.urdf_path.write_text(text, encoding="utf-8")
+    robot.urdf_path.with_suffix(".srdf").write_text(
+        '<robot name="r"><group name="arm"><chain base_link="a" tip_link="c"/></group>'
+        '<group name="end"><link name="c"/></group><end_effector name="e" parent_link="c" group="end"/></robot>',
+        encoding="utf-8",
+    )
+    robot = nk.RobotModel.from_urdf(robot.urdf_path)
+    assert robot.chains == {"arm": ("b", "c"), "end": ("c",)}
+    assert robot.semantics.end_effectors == ("c_link",)
+
+
 def test_robots_of_example_robot_data_bring_their_postures() -> None:
     romeo = nk.load_robot("romeo")
     assert romeo.posture_names == ("half_sitting",)

@@ -34,7 +34,7 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
     if document.tag != "robot":
         raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")
     reader = _Groups(document, tree)
-    ends = [element.get("parent_link", "") for element in document.findall("end_effector")]
+    ends = [reader.link(element.get("parent_link", "")) for element in document.findall("end_effector")]
     semantics = Semantics(
         chains=reader.chains(),
         end_effectors=tuple(dict.fromkeys(end for end in ends if end in tree.links)),
@@ -62,6 +62,7 @@ class _Groups:
         self._joints = {joint.name: joint for joint in tree.joints}
         self._above = {joint.child: joint for joint in tree.joints}
         self._links = set(tree.links)
+        self._renamed = tree.shared_names
         self._order = {joint.name: index for index, joint in enumerate(tree.joints)}
 
     def chains(self) -> dict[str, tuple[str, ...]]:
@@ -74,6 +75,10 @@ class _Groups:
                 found[name] = tuple(ordered)
         return found
 
+    def link(self, name: str) -> str:
+        """The name here of a link that the files call `name`: another one where a joint has that name, too."""
+        return self._renamed.get(name, name)
+
     def _members(self, group: ET.Element, inside: tuple[str, ...]) -> list[UrdfJoint]:
         members: list[UrdfJoint] = []
         for element in group:
@@ -81,9 +86,9 @@ class _Groups:
             if element.tag == "joint":
                 members += self._known(name, self._joints)
             elif element.tag == "link":
-                members += self._known(name, self._above)
+                members += self._known(self.link(name), self._above)
             elif element.tag == "chain":
-                members += self._path(element.get("tip_link", ""), element.get("base_link", ""))
+                members += self._path(self.link(element.get("tip_link", "")), self.link(element.get("base_link", "")))
             elif element.tag == "group" and name in self._elements and name not in inside:
                 members += self._members(self._elements[name], (*inside, name))
         return members
