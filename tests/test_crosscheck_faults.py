@@ -646,8 +646,12 @@ def test_turns_of_a_urdf_about_moving_axes_are_caught_and_named(nao: nk.NaoModel
     assert {"Sonar/Left", "LHandFinger11", "CameraTop_optical_frame"} <= several
 
 
+def geared(step: Step, multiplier: float) -> Step:
+    return replace(step, mimic=step.mimic and replace(step.mimic, multiplier=multiplier))
+
+
 def test_fingers_that_follow_in_full_are_caught_and_named(nao: nk.NaoModel) -> None:
-    steps = changed(crosscheck.steps_of(nao), lambda step: replace(step, ratio=1.0))
+    steps = changed(crosscheck.steps_of(nao), lambda step: geared(step, 1.0))
     report = crosscheck.run(nao, 15, steps=steps)
     assert failing(report) == {COUPLED, BY_HAND}
     assert blamed(report, COUPLED) == FINGERS
@@ -655,7 +659,7 @@ def test_fingers_that_follow_in_full_are_caught_and_named(nao: nk.NaoModel) -> N
 
 def test_a_joint_driven_in_degrees_is_caught_and_named(nao: nk.NaoModel) -> None:
     def degrees(step: Step) -> Step:
-        return replace(step, ratio=math.pi / 180) if step.name == "LKneePitch" else step
+        return geared(step, math.pi / 180) if step.name == "LKneePitch" else step
 
     report = crosscheck.run(nao, 15, steps=changed(crosscheck.steps_of(nao), degrees))
     assert failing(report) == {TRAVEL, BY_HAND}

@@ -13,6 +13,7 @@ from nao_kin.crosscheck.comparisons import Conversions, Function
 from nao_kin.errors import UnknownName
 from nao_kin.parameters import CAMERAS, OPTICAL_RPY, NaoParameters
 from nao_kin.robot import RobotModel
+from nao_kin.semantics import Mimic
 from nao_kin.urdf import UrdfTree
 
 Turns = tuple[tuple[str, float], ...]
@@ -35,9 +36,7 @@ class Step:
         turns: elementary turns about moving axes, ("z", yaw), ("y", pitch), ("x", roll) for a URDF's rpy [rad].
         axis: unit vector along the joint's axis; None where the frame is fixed in its parent.
         sliding: whether the joint is prismatic.
-        driver: the joint whose coordinate moves this one: value = ratio · coordinate + offset.
-        ratio: see `driver`.
-        offset: see `driver`.
+        mimic: the coordinate that moves the joint, its own or another joint's, and how; None where there is no joint.
     """
 
     name: str
@@ -46,9 +45,7 @@ class Step:
     turns: Turns = ()
     axis: Vector | None = None
     sliding: bool = False
-    driver: str = ""
-    ratio: float = 1.0
-    offset: float = 0.0
+    mimic: Mimic | None = None
 
 
 def steps_of(robot: RobotModel) -> tuple[Step, ...]:
@@ -60,13 +57,14 @@ def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
     """The steps of a NAO, made of its parameters alone, under all names that its model has for them."""
     steps = [Step("base_link", None), Step("torso", "base_link")]
     for joint in parameters.joints:
-        steps.append(Step(joint.name, joint.parent, joint.xyz, axis=joint.axis, driver=joint.mimic or joint.name))
+        steps.append(Step(joint.name, joint.parent, joint.xyz, axis=joint.axis, mimic=Mimic(joint.mimic or joint.name)))
         steps.append(Step(joint.link, joint.name))
         for finger in parameters.fingers if joint.unit == "1" else ():
             if finger.driver == joint.name:
                 turns = _turns(finger.rpy)
-                driven = Step(finger.name, finger.parent, finger.xyz, turns, finger.axis, driver=finger.driver)
-                steps += [replace(driven, ratio=finger.multiplier), Step(finger.link, finger.name)]
+                mimic = Mimic(finger.driver, finger.multiplier)
+                steps.append(Step(finger.name, finger.parent, finger.xyz, turns, finger.axis, mimic=mimic))
+                steps.append(Step(finger.link, finger.name))
     steps += [Step(name, carrier) for name, carrier in _BODIES.items()]
     for frame in parameters.frames:
         steps.append(Step(frame.name, frame.parent, frame.xyz, _turns(frame.rpy)))
@@ -88,10 +86,8 @@ def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
         if joint.kind == "fixed":
             steps.append(held)
             continue
-        moved = replace(held, axis=joint.axis, sliding=joint.kind == "prismatic", driver=joint.name)
-        if joint.mimic is not None:
-            mimic = joint.mimic
-            moved = replace(moved, driver=mimic.joint, ratio=mimic.multiplier, offset=mimic.offset)
+        mimic = joint.mimic or Mimic(joint.name)
+        moved = replace(held, axis=joint.axis, sliding=joint.kind == "prismatic", mimic=mimic)
         if joint.name in tree.shared_names:
             steps.append(moved)
         else:
@@ -121,9 +117,10 @@ class HandRolled:
 
     def value(self, step: Step, q: Floats) -> Floats:
         """Joint values of one step, shape (n,); a joint without a coordinate stays at its offset."""
-        column = self._column.get(step.driver)
+        mimic = step.mimic or Mimic("", 0.0)
+        column = self._column.get(mimic.joint)
         coordinate = np.zeros(len(q)) if column is None else q[:, column]
-        return np.asarray(step.ratio * coordinate + step.offset)
+        return np.asarray(mimic.multiplier * coordinate + mimic.offset)
 
     def poses(self, q: Floats) -> Floats:
         """T_root_frame of every step, shape (n, steps, 4, 4), for configurations of shape (n, nq)."""

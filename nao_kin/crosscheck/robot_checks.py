@@ -170,7 +170,7 @@ class _StepChecks:
     def _motion_differences(self, joint: Step, T: Floats, q: Floats) -> tuple[Floats, Floats]:
         """How far one joint goes too far, and how far it goes along another axis, two arrays (n,)."""
         (R, p), (R_zero, p_zero) = self._relative(T, joint), self._zero[joint.name]
-        value = self._by_hand.value(joint, q) - joint.offset
+        value = self._by_hand.value(joint, q) - (joint.mimic.offset if joint.mimic else 0.0)
         if joint.sliding:
             vector, sine = (p - p_zero) @ R_zero[0], value
             turned = np.zeros(len(q))
