@@ -1,4 +1,4 @@
-"""Text for people: foreign words inside messages, places in a batch, and rows of words as tables."""
+"""Text for people: foreign words inside messages, and rows of words as tables."""
 
 from __future__ import annotations
 
@@ -19,11 +19,6 @@ def abbreviated(value: object, most: int = MOST_ECHOED) -> str:
 def quoted(value: object, most: int = MOST_ECHOED) -> str:
     """`repr(value)`, abbreviated; of a long text only the beginning is looked at."""
     return abbreviated(repr(value[: 4 * most] if isinstance(value, (str, bytes)) else value), most)
-
-
-def at_index(index: Sequence[int]) -> str:
-    """Where in a batch something stands, to follow a word of a message: " at index [2, 0]"; "" outside a batch."""
-    return f" at index {list(index)}" if index else ""
 
 
 def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from nao_kin._text import MOST_ECHOED, abbreviated, at_index, quoted
+from nao_kin._text import MOST_ECHOED, abbreviated, quoted
 
 __all__ = [
     "BadArgument",
@@ -66,6 +66,11 @@ def _revived(kind: type[NaoKinError], args: tuple[Any, ...], state: dict[str, An
     error.args = args
     error.__dict__.update(state)
     return error
+
+
+def at_index(index: Sequence[int]) -> str:
+    """Where in a batch something stands, to follow a word of a message: " at index [2, 0]"; "" outside a batch."""
+    return f" at index {list(index)}" if index else ""
 
 
 def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str, ...]:

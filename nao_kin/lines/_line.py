@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
-from nao_kin._text import at_index
-from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch
+from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch, at_index
 from nao_kin.rotations import check_rotation
 
 _CENTRE = (0.0, 0.0, 0.0)

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._text import at_index
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, at_index
 from nao_kin.multidof._readings import Ball, wrapped
 from nao_kin.robot import UNIT_TOLERANCE
 from nao_kin.rotations import (

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
 from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import first_index
-from nao_kin._text import at_index
-from nao_kin.errors import BadArgument, NotARotation, WrongShape
+from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not

@@ -7,8 +7,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import as_batch, common_batch, first_index
-from nao_kin._text import at_index
-from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin.errors import BadArgument, ZeroNorm, at_index
 from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural, from_rotation_vector
 from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_numbers
 from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, unit
-from nao_kin._text import at_index
-from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape, at_index
 from nao_kin.rotations._checks import nearest_rotation
 
 Method = Literal["least_squares", "triads"]
