@@ -5,7 +5,8 @@ from __future__ import annotations
 # Everything in these modules: browsers, cross-checks, wheels, documents, generated files.
 MODULES = """
     test_against_yourdfpy test_crosscheck test_crosscheck_faults test_documents test_installation test_joints_documents
-    test_meshes test_reproduce_paper test_typed_model test_viewer_browser test_viewer_cli test_viewer_server test_wheel
+    test_meshes test_reproduce_paper test_signals test_typed_model test_typed_random_robots test_typed_whole_turns
+    test_typed_without_intermediate_links test_viewer_browser test_viewer_cli test_viewer_server test_wheel
 """.split()
 
 # Single tests of the other modules.
@@ -38,6 +39,16 @@ TESTS = """
     test_a_reader_that_stops_early_is_no_error
     test_at_a_singular_value_the_axes_span_a_plane_and_beside_it_space
     test_the_determinant_of_the_jordan_basis_is_the_cosine_or_one_over_the_lengths
+    test_closed_streams_are_named_or_done_without
+    test_plain_numbers_take_the_same_way_as_arrays
+    test_the_second_foot_is_the_first_moved_along_the_normal_and_both_lie_on_their_lines
+    test_the_library_loads_without_the_viewer
+    test_a_misspelt_offset_is_seen_by_the_type_checker
+    test_importing_the_package_loads_nothing_heavy
+    test_a_pickle_lives_in_another_process
+    test_a_warning_is_printed_once_as_one_line
+    test_messages_repeat_little_of_what_was_given
+    test_an_interrupt_ends_without_a_traceback
 """.split()
 
 
