@@ -703,3 +703,18 @@ _NAO = nk.load_nao()
 def test_no_message_repeats_more_than_a_little_of_what_it_was_given() -> None:
     for error in (UnknownName("joint", "x" * 100_000, ("HeadYaw",)), UnknownName("joint", "y", ("z" * 100_000,))):
         assert len(str(error)) < 600
+
+
+def test_arguments_of_the_wrong_kind_are_repeated_only_in_part(nao: nk.NaoModel) -> None:
+    long = "x" * 10_000
+    for call in (
+        lambda: nk.load_nao(base=long),  # type: ignore[arg-type]
+        lambda: nk.joints.mobility(5 * 10**3000),  # type: ignore[arg-type]
+        lambda: nk.joints.mobility(["revolute"], space=long),  # type: ignore[arg-type]
+        lambda: nk.joints.group_joints(nao, tolerance=long),  # type: ignore[arg-type]
+        lambda: nk.Viewer(nao).show_frames(5 * 10**3000),  # type: ignore[arg-type]
+        lambda: nk.lines.incident(*[nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])] * 2, within=long),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(nk.NaoKinError) as caught:
+            call()
+        assert len(str(caught.value)) < 400

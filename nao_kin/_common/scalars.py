@@ -24,7 +24,7 @@ def decimal(text: str) -> float:
     """
     stripped = text.strip()
     if not _DECIMAL.fullmatch(stripped):
-        raise ValueError(f"not a decimal number: {text!r}")
+        raise ValueError(f"not a decimal number: {quoted(text)}")
     return float(stripped)
 
 
@@ -61,4 +61,4 @@ def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
     except OverflowError:
         fine = False
     if not fine:
-        raise BadArgument(f"{what} must be a number ≥ 0, got {tolerance!r}")
+        raise BadArgument(f"{what} must be a number ≥ 0, got {quoted(tolerance)}")

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
 from nao_kin.crosscheck.report import Tally
 from nao_kin.crosscheck.yourdfpy_oracle import ParsedJoint, YourdfpyOracle
 from nao_kin.robot import RobotModel
@@ -153,7 +154,10 @@ def _read_by_pinocchio(
         if not joint.continuous and (joint.velocity is None or joint.effort is None)
     ]
     if incomplete:
-        return None, f"not compared with Pinocchio's own parser, which needs velocity and effort of {incomplete[0]!r}"
+        return (
+            None,
+            f"not compared with Pinocchio's own parser, which needs velocity and effort of {quoted(incomplete[0])}",
+        )
     try:
         model = pin.buildModelFromUrdf(str(robot.urdf_path))
     except (RuntimeError, ValueError):
@@ -161,7 +165,7 @@ def _read_by_pinocchio(
     found = dict(joints)
     for name, joint in joints.items():
         if not model.existJointName(name):
-            return None, f"not compared with Pinocchio's own parser, which has no joint {name!r}"
+            return None, f"not compared with Pinocchio's own parser, which has no joint {quoted(name)}"
         index = model.joints[model.getJointId(name)]
         speeds = float(model.upperVelocityLimit[index.idx_v]), float(model.upperEffortLimit[index.idx_v])
         found[name] = replace(joint, velocity=speeds[0], effort=speeds[1])

@@ -11,6 +11,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import dot, norm
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.joints.joint_tree import JointNode, read_joint_tree
 from nao_kin.joints.kinematic_pairs import KINEMATIC_PAIRS, PARALLEL
@@ -96,7 +97,7 @@ def _grouped(
 def _checked_tolerance(tolerance: object) -> float:
     least, most = _TOLERANCES
     if not isinstance(tolerance, numbers.Real):
-        raise BadArgument(f"tolerance must be a length in metres, got {tolerance!r}")
+        raise BadArgument(f"tolerance must be a length in metres, got {quoted(tolerance)}")
     try:
         value = float(tolerance)
     except OverflowError:

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot import RobotModel
 from nao_kin.semantics import Mimic
@@ -118,7 +119,7 @@ def _motion(model: pin.Model, index: int, mimic: Mimic | None) -> tuple[str, Flo
     if joint.shortname() == "JointModelFreeFlyer":
         return "free", np.zeros(3)
     if joint.nq > 1:
-        raise BadModel(f"joint {model.names[index]!r}: joints of {joint.nq} coordinates are not taken apart")
+        raise BadModel(f"joint {quoted(model.names[index])}: joints of {joint.nq} coordinates are not taken apart")
     if mimic is not None and mimic.multiplier == 0.0:
         return "fixed", np.zeros(3)
     screw = np.array(_motion_data(model, index).S, dtype=np.float64).reshape(6)

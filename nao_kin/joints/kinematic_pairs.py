@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_floats, as_numbers
 from nao_kin._common.scalars import whole_number
 from nao_kin._common.vectors import as_vectors, unit
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 
 # Directions closer than this span no plane [rad].
@@ -187,10 +188,10 @@ def mobility(
     Source: Hartenberg and Denavit, Kinematic Synthesis of Linkages, 1964, ch. 5.
     """
     if not isinstance(pairs, Iterable):
-        raise BadArgument(f"pairs must be a list of joints, got {pairs!r}")
+        raise BadArgument(f"pairs must be a list of joints, got {quoted(pairs)}")
     known = [pair if isinstance(pair, KinematicPair) else kinematic_pair(pair) for pair in pairs]
     if space not in (3, 6):
-        raise BadArgument(f"space must be 3 or 6, got {space!r}")
+        raise BadArgument(f"space must be 3 or 6, got {quoted(space)}")
     freest = max((pair.freedoms for pair in known), default=0)
     if freest > space:
         raise BadArgument(f"a joint of {freest} freedoms does not fit a space of {space}")

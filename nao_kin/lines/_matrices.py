@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.vectors import as_vectors, common_batch, cross_matrix
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.lines._line import PluckerLine, as_rigid_motion, check_line
 
@@ -105,7 +106,7 @@ def geometric_jacobian(
     count = axes.batch_shape[-1]
     slides = np.asarray(sliding, dtype=object)
     if not all(isinstance(answer, (bool, np.bool_)) for answer in slides.flat):
-        raise BadArgument(f"sliding must be true or false for each joint, got {sliding!r}")
+        raise BadArgument(f"sliding must be true or false for each joint, got {quoted(sliding)}")
     if slides.shape not in ((), (count,)):
         raise WrongShape("sliding", f"({count},)", slides.shape)
     slides = np.broadcast_to(slides.astype(np.bool_), (count,))[:, None]

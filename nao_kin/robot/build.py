@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import pinocchio as pin
 
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
 
@@ -56,7 +57,7 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
         BadModel: more joints than Pinocchio can take.
     """
     if base not in ("fixed", "floating"):
-        raise BadArgument(f"base must be 'fixed' or 'floating', got {base!r}")
+        raise BadArgument(f"base must be 'fixed' or 'floating', got {quoted(base)}")
     if len(tree.moving_joints) > MOST_JOINTS:
         raise BadModel(
             f"{tree.name}: {len(tree.moving_joints)} moving joints; "

@@ -8,6 +8,7 @@ from types import MappingProxyType
 import pinocchio as pin
 
 from nao_kin._common.warn import warn_caller
+from nao_kin._text import quoted
 from nao_kin.errors import RenamedFrameWarning, UnknownName
 from nao_kin.robot.kinematics import FrameIds
 from nao_kin.urdf import UrdfTree
@@ -64,8 +65,8 @@ class FrameTable:
         if name in self._ambiguous and (frames := self._ambiguous.pop(name, None)):  # another thread may be quicker
             link, moved = frames
             warn_caller(
-                f"frame {name!r}: the URDF has a link and a joint of this name. This is the link's frame "
-                f"({link!r}); the joint's own frame is {moved!r}",
+                f"frame {quoted(name)}: the URDF has a link and a joint of this name. This is the link's frame "
+                f"({quoted(link)}); the joint's own frame is {quoted(moved)}",
                 RenamedFrameWarning,
             )
         return self._ids[name]

@@ -172,7 +172,7 @@ class Semantics:
     def __post_init__(self) -> None:
         for name, kind in (("chains", Iterable), ("postures", Posture), ("units", str), ("views", View)):
             object.__setattr__(self, name, _mapping(getattr(self, name), name, kind))
-        chains = {name: _several(joints, f"chain {name!r}", str) for name, joints in self.chains.items()}
+        chains = {name: _several(joints, f"chain {quoted(name)}", str) for name, joints in self.chains.items()}
         object.__setattr__(self, "chains", MappingProxyType(chains))
         for name in ("end_effectors", "soles", "cameras"):
             object.__setattr__(self, name, _several(getattr(self, name), name, str))
@@ -186,14 +186,14 @@ class Semantics:
     def joints(self) -> Iterator[tuple[str, str]]:
         """Every joint that is named here, with where it is named."""
         for chain, joints in self.chains.items():
-            yield from ((joint, f"chain {chain!r}") for joint in joints)
+            yield from ((joint, f"chain {quoted(chain)}") for joint in joints)
         for posture, values in self.postures.items():
-            yield from ((joint, f"posture {posture!r}") for joint in values.angles)
+            yield from ((joint, f"posture {quoted(posture)}") for joint in values.angles)
         for table in self.coupled_limits:
             yield from ((joint, "a coupled limit") for joint in (table.joint, table.of))
         yield from ((joint, "the units") for joint in self.units)
         for view, what in self.views.items():
-            yield from ((joint, f"view {view!r}") for joint in what.joints)
+            yield from ((joint, f"view {quoted(view)}") for joint in what.joints)
 
     def frames(self) -> Iterator[tuple[str, str]]:
         """Every frame that is named here, with where it is named."""

@@ -86,7 +86,7 @@ class Screenshots:
             or len(size) != 2
             or not all(isinstance(edge, int) and edge in _EDGES for edge in size)
         ):
-            raise BadArgument(f"size must be two whole numbers from {_EDGES[0]} to {_EDGES[-1]}, got {size!r}")
+            raise BadArgument(f"size must be two whole numbers from {_EDGES[0]} to {_EDGES[-1]}, got {quoted(size)}")
         end = time.monotonic() + timeout
         mine = next(self._numbers)
         answers = self._waiting[mine] = queue.SimpleQueue()

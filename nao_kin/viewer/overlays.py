@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.vectors import as_vectors, unit
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
@@ -68,7 +69,7 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
 def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
     """Triads at frames."""
     if not isinstance(names, Iterable):
-        raise BadArgument(f"show_frames takes frame names, got {names!r}")
+        raise BadArgument(f"show_frames takes frame names, got {quoted(names)}")
     chosen = [names] if isinstance(names, str) else list(names)
     for name in chosen:
         if name not in robot.frame_names:

@@ -22,6 +22,7 @@ import tornado.iostream
 import tornado.web
 import tornado.websocket
 
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.viewer.messages import RetainedMessages, panel_message
 
@@ -223,18 +224,18 @@ class _Page(tornado.websocket.WebSocketHandler):
 def _listen(host: str, port: int | None) -> socket.socket:
     """A socket on the port asked for, or on the first free one."""
     if not isinstance(host, str):
-        raise BadArgument(f"host must be an address or a name, got {host!r}")
+        raise BadArgument(f"host must be an address or a name, got {quoted(host)}")
     if port is not None and not (isinstance(port, int) and not isinstance(port, bool) and 0 <= port <= 0xFFFF):
-        raise BadArgument(f"port must be a number from 0 to 65535, got {port!r}")
+        raise BadArgument(f"port must be a number from 0 to 65535, got {quoted(port)}")
     wanted = [port] if port is not None else [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]
     for number in wanted:
         try:
             return _bound(host, number)
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
-                raise BadArgument(f"cannot listen on {host!r} port {number}: {error.strerror or error}") from None
+                raise BadArgument(f"cannot listen on {quoted(host)} port {number}: {error.strerror or error}") from None
         except ValueError:
-            raise BadArgument(f"{host!r} is no address") from None
+            raise BadArgument(f"{quoted(host)} is no address") from None
     raise BadArgument(f"port {port} on {host} is in use; leave it out to take the next free one")
 
 
