@@ -97,7 +97,7 @@ class YourdfpyOracle:
             if mimic is None:
                 values[:, index] = q[:, columns[name]]
             else:
-                values[:, index] = mimic.multiplier * q[:, columns[mimic.joint]] + mimic.offset
+                values[:, index] = mimic.value(q[:, columns[mimic.joint]])
         return values
 
     def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:

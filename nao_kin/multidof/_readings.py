@@ -51,11 +51,11 @@ class JointReading:
 
     def of(self, q: Floats) -> Floats:
         """The values at configurations q, shape (..., nq) → (...)."""
-        return np.asarray(self.driven(q[..., self.column]))
+        return self.driven(q[..., self.column])
 
     def driven(self, driver: Floats) -> Floats:
         """Its values at these values of its driver."""
-        return self.mimic.multiplier * driver + self.mimic.offset
+        return self.mimic.value(driver)
 
     def excess(self, value: Floats, driver: Floats) -> Floats:
         """How far a value of it is above what its driver asks of it; of a revolute up to whole turns."""

@@ -3,7 +3,7 @@
 from nao_kin.urdf.reader import read_urdf
 from nao_kin.urdf.srdf import read_srdf
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
-from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual
+from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual, mesh_in
 
 __all__ = [
     "Box",
@@ -17,6 +17,7 @@ __all__ = [
     "UrdfJoint",
     "UrdfTree",
     "Visual",
+    "mesh_in",
     "read_srdf",
     "read_urdf",
 ]

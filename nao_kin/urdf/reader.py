@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from nao_kin._common.arrays import Vector
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadModel
@@ -21,7 +22,7 @@ from nao_kin.semantics import Mimic
 from nao_kin.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
 from nao_kin.urdf.document import read_document
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
-from nao_kin.urdf.visuals import Origin, Vector, read_visuals
+from nao_kin.urdf.visuals import Origin, mesh_in, read_visuals
 
 # What an attribute belongs to: "joint" or "link", and its name.
 Owner = tuple[str, str]
@@ -291,19 +292,9 @@ class _Reader:
     def _note_missing_meshes(self) -> None:
         folder = self.path.resolve().parent
         meshes = {mesh.get("filename", "") for mesh in self.document.iter("mesh")}
-        missing = sorted(name for name in meshes if not _mesh_exists(folder, name))
+        missing = sorted(name for name in meshes if mesh_in(folder, name) is None)
         if missing:
             self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are not there, first {quoted(missing[0])}")
-
-
-def _mesh_exists(folder: Path, name: str) -> bool:
-    try:
-        if not name.startswith("package://"):
-            return (folder / name.removeprefix("file://")).is_file()
-        inside = name.removeprefix("package://").lstrip("/")
-        return any((parent / inside).is_file() for parent in folder.parents)
-    except (OSError, ValueError):  # a name that no system takes
-        return False
 
 
 def _name(owner: Owner) -> str:

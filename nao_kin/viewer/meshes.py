@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated
-from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
+from nao_kin.urdf import Box, Cylinder, Rgba, Sphere, mesh_in
 
 # Neighbouring faces that meet at less than this angle are one smooth surface [rad].
 _CREASE = np.radians(40.0)
@@ -48,16 +48,7 @@ def mesh_path(urdf: Path, filename: str) -> Path | None:
 
     A plain name is relative to the URDF; `package://` is looked up in the folders above it.
     """
-    folder = urdf.resolve().parent
-    if not filename.startswith("package://"):
-        candidates = [folder / filename.removeprefix("file://")]
-    else:
-        inside = filename.removeprefix("package://").lstrip("/")
-        candidates = [parent / inside for parent in folder.parents]
-    try:
-        return next((path for path in candidates if path.is_file()), None)
-    except OSError:  # a name too long for any file
-        return None
+    return mesh_in(urdf.resolve().parent, filename)
 
 
 def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
