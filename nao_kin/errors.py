@@ -50,6 +50,10 @@ class RenamedFrameWarning(NaoKinWarning):
     """A frame is asked for by a name that a link of the URDF and a joint share: the joint's frame answers."""
 
 
+class NotCachedWarning(NaoKinWarning):
+    """Compiled kernels cannot be kept on disk; every process compiles them anew."""
+
+
 class NaoKinError(Exception):
     """Base of all errors raised by nao_kin; one line, whatever names from outside hold."""
 

@@ -1,0 +1,31 @@
+"""Kinematics of many configurations at once: programs made of a robot's joints, run by compiled kernels."""
+
+from nao_kin.batch.compiling import cache_folder, is_ready, kernel
+from nao_kin.batch.execution import execute
+from nao_kin.batch.program import Program
+from nao_kin.batch.questions import (
+    FORMS,
+    com_jacobian_program,
+    com_program,
+    jacobian_program,
+    motion_program,
+    poses_program,
+)
+from nao_kin.batch.tree import JointTree, TreeFrame, TreeJoint
+
+__all__ = [
+    "FORMS",
+    "JointTree",
+    "Program",
+    "TreeFrame",
+    "TreeJoint",
+    "cache_folder",
+    "com_jacobian_program",
+    "com_program",
+    "execute",
+    "is_ready",
+    "jacobian_program",
+    "kernel",
+    "motion_program",
+    "poses_program",
+]

@@ -1,0 +1,102 @@
+"""The kernel compiled: once on a machine for each precision, and kept on its disk.
+
+The folder is the user's own cache, so that the package may be installed where nobody can write. Its name changes with
+the sources of the kernel, with the compiler and with the processor.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nao_kin._common.warn import warn_caller
+from nao_kin.errors import NotCachedWarning
+
+Run = Callable[..., int]
+
+_LOCK = threading.RLock()
+_kernels: dict[np.dtype[Any], Run] = {}
+_PRECISION = {4: "single", 8: "double"}
+
+
+def is_ready(dtype: np.dtype[Any]) -> bool:
+    """Whether the kernel of this precision is in memory."""
+    return dtype in _kernels
+
+
+def kernel(dtype: np.dtype[Any]) -> Run:
+    """`nao_kin.batch.kernel.run` for one precision, compiled or read from the cache at the first call."""
+    found = _kernels.get(dtype)
+    if found is None:
+        with _LOCK:  # one thread compiles, the others wait
+            found = _kernels.get(dtype)
+            if found is None:
+                found = _kernels[dtype] = _compiled(dtype)
+    return found
+
+
+def cache_folder() -> Path:
+    """Where compiled kernels are kept: below NUMBA_CACHE_DIR if that is set, else in the user's cache directory."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    if named:
+        return Path(named) / "nao_kin"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "nao_kin"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nao_kin"
+
+
+def _compiled(dtype: np.dtype[Any]) -> Run:
+    import numba
+
+    from nao_kin.batch.kernel import run, signature
+
+    if numba.config.DISABLE_JIT:
+        return run
+    precision = _PRECISION[dtype.itemsize]
+    options = {"nogil": True, "error_model": "numpy"}
+    folder = None
+    try:
+        folder = cache_folder() / _fingerprint()
+        folder.mkdir(parents=True, exist_ok=True)
+        mark = folder / f"{precision}-precision"
+        if not mark.exists():
+            _announce(precision)
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+        try:
+            made: Run = numba.njit(signature(dtype), cache=True, **options)(run)
+        finally:
+            numba.config.CACHE_DIR = before
+        mark.touch()
+        return made
+    except (OSError, RuntimeError) as error:  # Numba says that a folder is not writable by a RuntimeError
+        warn_caller(
+            f"compiled kernels cannot be kept in {folder or 'the home directory'}: {error}; "
+            "each process compiles them anew (NUMBA_CACHE_DIR names another folder)",
+            NotCachedWarning,
+            subject="cache",
+        )
+        _announce(precision)
+        uncached: Run = numba.njit(signature(dtype), **options)(run)
+        return uncached
+
+
+def _announce(precision: str) -> None:
+    if sys.stderr is not None:
+        print(f"nao_kin: compiling the kernel for {precision} precision, about ten seconds …", file=sys.stderr)  # noqa: T201
+
+
+def _fingerprint() -> str:
+    """What a compiled kernel depends on, in sixteen letters."""
+    import llvmlite.binding
+    import numba
+
+    parts = [numba.__version__, llvmlite.binding.get_host_cpu_name()]
+    parts += [path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("*.py"))]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]

@@ -1,0 +1,113 @@
+"""Programs run on arrays: any layout and precision in, blocks of rows to one thread or several."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin.batch.compiling import Run, kernel
+from nao_kin.batch.program import Program
+
+Array = NDArray[Any]
+
+# Rows that are brought into order at a time: few enough to stay in the processor's cache.
+_BLOCK = 4096
+# Rows from which on a second thread is worth its start.
+_WORTH_A_THREAD = 8192
+_LINE = 64  # bytes of a cache line
+_VECTOR_BYTES = 64
+_VECTORS = 2
+
+
+def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int | None = None) -> float:
+    """Run a program on rows of configurations, and of velocities and accelerations where it takes them.
+
+    Args:
+        program: what to compute.
+        inputs: arrays of shape (n, numbers), in any layout and precision.
+        out: where the results go, shape (n, numbers), contiguous, in the precision to compute in.
+        threads: how many to use; None for all cores, where there are rows enough.
+
+    Returns:
+        The largest magnitude among the inputs: NaN or infinity if there is one.
+    """
+    run = kernel(out.dtype)
+    count = len(out)
+    if threads is None:
+        threads = min(_cores(), count // _WORTH_A_THREAD)
+    # Every thread begins with a full tile.
+    tile = _VECTORS * _VECTOR_BYTES // out.itemsize
+    share = -(-count // max(threads, 1))
+    share = max(tile, -(-share // tile) * tile)
+    parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
+    if len(parts) < 2:
+        return max((_execute(run, program, inputs, out, part) for part in parts), default=0.0)
+    with ThreadPoolExecutor(len(parts)) as pool:
+        peaks = list(pool.map(lambda part: _execute(run, program, inputs, out, part), parts))
+    return float(np.max(peaks))  # which hands on NaN
+
+
+def _execute(run: Run, program: Program, inputs: Sequence[Array], out: Array, part: slice) -> float:
+    dtype = out.dtype
+    memory = _scratch(program, dtype)
+    far = _far(program, dtype)
+    ready = all(rows.flags.c_contiguous and rows.flags.aligned and rows.dtype == dtype for rows in inputs)
+    step = part.stop - part.start if ready else _BLOCK
+    peak = 0
+    for start in range(part.start, part.stop, step):
+        block = slice(start, min(start + step, part.stop))
+        with np.errstate(over="ignore", invalid="ignore"):
+            rows = [np.ascontiguousarray(values[block], dtype=dtype).reshape(-1) for values in inputs]
+        rows += [np.empty(0, dtype)] * (3 - len(rows))
+        found = run(
+            *rows,
+            program.widths,
+            program.angles,
+            program.ratios,
+            program.operations,
+            program.weights,
+            program.sources,
+            program.inputs,
+            memory,
+            out[block].reshape(-1),
+            far,
+        )
+        peak = max(peak, found)
+    bits: Any = np.array(peak, np.int64 if dtype.itemsize == 8 else np.int32)
+    return float(bits.view(dtype))
+
+
+def _scratch(program: Program, dtype: np.dtype[Any]) -> Array:
+    """Memory for one thread, with the constants in their rows, at the start of a cache line."""
+    width = _VECTORS * _VECTOR_BYTES // dtype.itemsize
+    memory = np.zeros(program.rows * width + _LINE // dtype.itemsize, dtype)
+    skipped = -memory.ctypes.data % _LINE // dtype.itemsize
+    memory = memory[skipped : skipped + program.rows * width]
+    constants = program.constants.reshape(-1, 1)
+    memory[: constants.size * width].reshape(-1, width)[...] = constants
+    return memory
+
+
+def _far(program: Program, dtype: np.dtype[Any]) -> int:
+    """Bits of the largest number of an input that cannot make an angle too large for the polynomials."""
+    from nao_kin.batch.functions import FARTHEST
+
+    ratio, offset = program.farthest_input
+    if ratio == 0.0:
+        return int(np.iinfo(np.int64).max)
+    largest = np.array(max(0.0, (FARTHEST[dtype.itemsize] - offset) / ratio), dtype)
+    bits: Any = largest.view(np.int64 if dtype.itemsize == 8 else np.int32)
+    return int(bits)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS
+        return os.cpu_count() or 1

@@ -1,0 +1,107 @@
+"""Vectors of one register's width in plain Python: what `nao_kin.batch.lanes` means, and what runs uncompiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+BITS = 512
+
+Array = NDArray[Any]
+Lanes = NDArray[Any]
+
+
+def lane_count(m: Array) -> int:
+    """How many entries of an array of this kind one vector holds."""
+    return BITS // (8 * m.itemsize)
+
+
+def load(m: Array, at: int) -> Lanes:
+    """The vector that starts at m[at]."""
+    return m[at : at + lane_count(m)].copy()
+
+
+def store(m: Array, at: int, v: Lanes) -> None:
+    """Write a vector to m[at] and after."""
+    m[at : at + len(v)] = v
+
+
+def spread(m: Array, value: float) -> Lanes:
+    """One number in every lane, of the kind of `m`."""
+    return np.full(lane_count(m), value, dtype=m.dtype)
+
+
+def square_root(v: Lanes) -> Lanes:
+    """The root in every lane."""
+    return np.sqrt(v)
+
+
+def nearest(v: Lanes) -> Lanes:
+    """The nearest whole number in every lane."""
+    return np.rint(v)
+
+
+def whole(v: Lanes) -> Lanes:
+    """Whole numbers as integers."""
+    return v.astype(np.int64 if v.itemsize == 8 else np.int32)
+
+
+def following(k: Lanes) -> Lanes:
+    """k + 1 in every lane of integers."""
+    return k + 1
+
+
+def with_sign(v: Lanes, sign: Lanes) -> Lanes:
+    """The magnitude of one with the sign of the other."""
+    return np.copysign(v, sign)
+
+
+def where_less(a: Lanes, b: Lanes, yes: Lanes, no: Lanes) -> Lanes:
+    """In every lane `yes` where a < b, else `no`."""
+    return np.where(a < b, yes, no)
+
+
+def where_even(k: Lanes, yes: Lanes, no: Lanes) -> Lanes:
+    """In every lane `yes` where the integer k is even, else `no`."""
+    return np.where(k & 1 == 0, yes, no)
+
+
+def negated_by_bit(k: Lanes, v: Lanes) -> Lanes:
+    """−v in the lanes where the second lowest bit of the integer k is set, else v."""
+    return np.where(k & 2 == 0, v, -v)
+
+
+def magnitude_bits(v: Lanes) -> Lanes:
+    """The bits of |v| as integers: they have the order of the magnitudes, with infinity and then NaN at the top."""
+    bits = v.view(np.int64 if v.itemsize == 8 else np.int32)
+    return bits & np.iinfo(bits.dtype).max
+
+
+def larger(a: Lanes, b: Lanes) -> Lanes:
+    """The larger integer in every lane."""
+    return np.maximum(a, b)
+
+
+def largest(k: Lanes) -> int:
+    """The largest of all lanes of integers."""
+    return int(k.max())
+
+
+def read_columns(rows: Array, at: int, stride: int, m: Array, to: int, width: int) -> None:
+    """A square block of `rows`, whose rows are `stride` apart, as columns of `m`, which are `width` apart."""
+    n = lane_count(m)
+    for i in range(n):
+        for k in range(n):
+            m[to + k * width + i] = rows[at + i * stride + k]
+
+
+def write_rows(
+    m: Array, sources: Array, first: int, width: int, shift: int, out: Array, at: int, stride: int
+) -> None:
+    """Columns of `m`, which start at width · sources[first…] + shift, as rows of `out`, which are `stride` apart."""
+    n = lane_count(m)
+    for i in range(n):
+        for k in range(n):
+            out[at + i * stride + k] = m[width * sources[first + k] + shift + i]
