@@ -17,6 +17,7 @@ from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
     from nao_kin import (
+        batch,
         cli,
         configuration_files,
         crosscheck,
@@ -47,6 +48,7 @@ __all__ = [
     "NaoModel",
     "RobotModel",
     "Viewer",
+    "batch",
     "cli",
     "configuration_files",
     "crosscheck",

@@ -20,6 +20,7 @@ ROOMS = {
     "rotations": 1,
     "lines": 1,
     "rank_one": 1,
+    "batch": 2,
     "semantics": 2,
     "urdf": 2,
     "parameters": 2,

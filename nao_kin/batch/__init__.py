@@ -1,7 +1,7 @@
 """Kinematics of many configurations at once: programs made of a robot's joints, run by compiled kernels."""
 
 from nao_kin.batch.compiling import cache_folder, is_ready, kernel
-from nao_kin.batch.execution import execute
+from nao_kin.batch.execution import LINE, execute
 from nao_kin.batch.program import Program
 from nao_kin.batch.questions import (
     FORMS,
@@ -15,6 +15,7 @@ from nao_kin.batch.tree import JointTree, TreeFrame, TreeJoint
 
 __all__ = [
     "FORMS",
+    "LINE",
     "JointTree",
     "Program",
     "TreeFrame",

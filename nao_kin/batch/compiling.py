@@ -60,7 +60,6 @@ def _compiled(dtype: np.dtype[Any]) -> Run:
     if numba.config.DISABLE_JIT:
         return run
     precision = _PRECISION[dtype.itemsize]
-    options = {"nogil": True, "error_model": "numpy"}
     folder = None
     try:
         folder = cache_folder() / _fingerprint()
@@ -70,7 +69,7 @@ def _compiled(dtype: np.dtype[Any]) -> Run:
             _announce(precision)
         before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
         try:
-            made: Run = numba.njit(signature(dtype), cache=True, **options)(run)
+            made: Run = numba.njit(signature(dtype), nogil=True, error_model="numpy", cache=True)(run)
         finally:
             numba.config.CACHE_DIR = before
         mark.touch()
@@ -83,7 +82,7 @@ def _compiled(dtype: np.dtype[Any]) -> Run:
             subject="cache",
         )
         _announce(precision)
-        uncached: Run = numba.njit(signature(dtype), **options)(run)
+        uncached: Run = numba.njit(signature(dtype), nogil=True, error_model="numpy")(run)
         return uncached
 
 

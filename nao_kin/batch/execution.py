@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,7 @@ Array = NDArray[Any]
 _BLOCK = 4096
 # Rows from which on a second thread is worth its start.
 _WORTH_A_THREAD = 8192
-_LINE = 64  # bytes of a cache line
-_VECTOR_BYTES = 64
+LINE = 64  # bytes of a cache line, and of a vector
 _VECTORS = 2
 
 
@@ -41,12 +39,15 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     if threads is None:
         threads = min(_cores(), count // _WORTH_A_THREAD)
     # Every thread begins with a full tile.
-    tile = _VECTORS * _VECTOR_BYTES // out.itemsize
+    tile = _VECTORS * LINE // out.itemsize
     share = -(-count // max(threads, 1))
     share = max(tile, -(-share // tile) * tile)
     parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
     if len(parts) < 2:
         return max((_execute(run, program, inputs, out, part) for part in parts), default=0.0)
+    from concurrent.futures import ThreadPoolExecutor
+
+    # Started for this call alone: threads that waited for the next one would not be there after a fork.
     with ThreadPoolExecutor(len(parts)) as pool:
         peaks = list(pool.map(lambda part: _execute(run, program, inputs, out, part), parts))
     return float(np.max(peaks))  # which hands on NaN
@@ -62,7 +63,7 @@ def _execute(run: Run, program: Program, inputs: Sequence[Array], out: Array, pa
     for start in range(part.start, part.stop, step):
         block = slice(start, min(start + step, part.stop))
         with np.errstate(over="ignore", invalid="ignore"):
-            rows = [np.ascontiguousarray(values[block], dtype=dtype).reshape(-1) for values in inputs]
+            rows = [np.require(values[block], dtype, ("C", "A")).reshape(-1) for values in inputs]
         rows += [np.empty(0, dtype)] * (3 - len(rows))
         found = run(
             *rows,
@@ -84,9 +85,9 @@ def _execute(run: Run, program: Program, inputs: Sequence[Array], out: Array, pa
 
 def _scratch(program: Program, dtype: np.dtype[Any]) -> Array:
     """Memory for one thread, with the constants in their rows, at the start of a cache line."""
-    width = _VECTORS * _VECTOR_BYTES // dtype.itemsize
-    memory = np.zeros(program.rows * width + _LINE // dtype.itemsize, dtype)
-    skipped = -memory.ctypes.data % _LINE // dtype.itemsize
+    width = _VECTORS * LINE // dtype.itemsize
+    memory = np.zeros(program.rows * width + LINE // dtype.itemsize, dtype)
+    skipped = -memory.ctypes.data % LINE // dtype.itemsize
     memory = memory[skipped : skipped + program.rows * width]
     constants = program.constants.reshape(-1, 1)
     memory[: constants.size * width].reshape(-1, width)[...] = constants

@@ -8,6 +8,8 @@ fdlibm and, for single precision and for the arc tangent, of Cephes.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from numba import njit
 
@@ -28,7 +30,13 @@ from nao_kin.batch.lanes import (
 # Up to here the parts of π/2 are exact; the arguments of larger ones are left to the C library.
 FARTHEST = {8: 1e5, 4: 500.0}
 
-compiled = njit(nogil=True, error_model="numpy", forceinline=True)
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def compiled(function: _Function) -> _Function:
+    """A part of the kernel: compiled with it, and put in its place."""
+    made: _Function = njit(nogil=True, error_model="numpy", forceinline=True)(function)
+    return made
 
 
 @compiled

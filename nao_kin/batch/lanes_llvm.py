@@ -44,7 +44,7 @@ __all__ = [
 ]
 
 
-class LanesType(types.Type):  # type: ignore[misc]
+class LanesType(types.Type):
     """Numba's type of a vector: so many lanes of one kind of number."""
 
     def __init__(self, dtype: Any) -> None:
@@ -53,7 +53,7 @@ class LanesType(types.Type):  # type: ignore[misc]
 
 
 @register_model(LanesType)
-class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
+class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, lanes: LanesType) -> None:
         number = manager.lookup(lanes.dtype).get_value_type()
         super().__init__(manager, lanes, ir.VectorType(number, lanes.count))
@@ -64,6 +64,8 @@ class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
 
 @intrinsic
 def lane_count(_: Any, m: Any) -> Any:
+    """How many lanes the vectors of an array of this kind have."""
+
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         return context.get_constant(types.intp, LanesType(m.dtype).count)
 
@@ -72,6 +74,8 @@ def lane_count(_: Any, m: Any) -> Any:
 
 @intrinsic
 def load(_: Any, m: Any, at: Any) -> Any:
+    """As `lanes_numpy.load`."""
+
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         return _load(context, builder, signature.args[0], *values)
 
@@ -80,6 +84,8 @@ def load(_: Any, m: Any, at: Any) -> Any:
 
 @intrinsic
 def store(_: Any, m: Any, at: Any, v: Any) -> Any:
+    """As `lanes_numpy.store`."""
+
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         _store(context, builder, signature.args[0], *values)
         return context.get_dummy_value()
@@ -89,17 +95,23 @@ def store(_: Any, m: Any, at: Any, v: Any) -> Any:
 
 @intrinsic
 def spread(_: Any, m: Any, value: Any) -> Any:
+    """As `lanes_numpy.spread`."""
+
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         number = context.cast(builder, values[1], signature.args[1], m.dtype)
         vector = context.get_value_type(signature.return_type)
         first = builder.insert_element(ir.Constant(vector, ir.Undefined), number, _INT32(0))
-        return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(_INT32, vector.count), [0] * vector.count))
+        return builder.shuffle_vector(
+            first, first, ir.Constant(ir.VectorType(_INT32, vector.count), [0] * vector.count)
+        )
 
     return LanesType(m.dtype)(m, types.float64), instructions
 
 
 @intrinsic
 def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width: Any) -> Any:
+    """As `lanes_numpy.read_columns`."""
+
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         rows, at, stride, m, to, width = values
         count = LanesType(signature.args[0].dtype).count
@@ -113,9 +125,9 @@ def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width
 
 
 @intrinsic
-def write_rows(
-    _: Any, m: Any, sources: Any, first: Any, width: Any, shift: Any, out: Any, at: Any, stride: Any
-) -> Any:
+def write_rows(_: Any, m: Any, sources: Any, first: Any, width: Any, shift: Any, out: Any, at: Any, stride: Any) -> Any:
+    """As `lanes_numpy.write_rows`."""
+
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         m, sources, first, width, shift, out, at, stride = values
         places = context.make_array(signature.args[1])(context, builder, sources).data
@@ -246,6 +258,8 @@ larger = _elementwise(_larger)
 
 @intrinsic
 def largest(_: Any, k: Any) -> Any:
+    """As `lanes_numpy.largest`."""
+
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         vector, count = values[0], signature.args[0].count
         while count > 1:

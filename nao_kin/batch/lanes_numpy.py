@@ -15,7 +15,7 @@ Lanes = NDArray[Any]
 
 def lane_count(m: Array) -> int:
     """How many entries of an array of this kind one vector holds."""
-    return BITS // (8 * m.itemsize)
+    return int(BITS // (8 * m.itemsize))
 
 
 def load(m: Array, at: int) -> Lanes:
@@ -49,7 +49,7 @@ def whole(v: Lanes) -> Lanes:
 
 
 def following(k: Lanes) -> Lanes:
-    """k + 1 in every lane of integers."""
+    """K + 1 in every lane of integers."""
     return k + 1
 
 
@@ -97,9 +97,7 @@ def read_columns(rows: Array, at: int, stride: int, m: Array, to: int, width: in
             m[to + k * width + i] = rows[at + i * stride + k]
 
 
-def write_rows(
-    m: Array, sources: Array, first: int, width: int, shift: int, out: Array, at: int, stride: int
-) -> None:
+def write_rows(m: Array, sources: Array, first: int, width: int, shift: int, out: Array, at: int, stride: int) -> None:
     """Columns of `m`, which start at width · sources[first…] + shift, as rows of `out`, which are `stride` apart."""
     n = lane_count(m)
     for i in range(n):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nao_kin.batch.posing import PosedTree
-from nao_kin.batch.program import Builder, Frame, Register
+from nao_kin.batch.program import Frame, Register
 from nao_kin.batch.tree import ROOT
 
 

@@ -4,12 +4,12 @@ A register holds a three-vector of every configuration of a tile: all x, all y, 
 integers: its code, the rows of scratch memory where registers begin, and where its weights do:
 
     code       result and operands        meaning
-    TURN       d e | a b | s              d = cos a + sin b,  e = cos b − sin a: two columns of a matrix, turned about the third
+    TURN       d e | a b | s              d = cos a + sin b,  e = cos b − sin a: two columns turned about the third
     ADD_1…3    d | p | a, b, c | w        d = p + w₀ a + w₁ b + w₂ c
     SLIDE      d | p | a | x | w          d = p + w x a, with one number x a configuration
     CROSS      d | p | a b | w            d = p + w a × b
     PROJECT    d | a b c | x              d = (a·x, b·x, c·x): x in the axes a, b, c
-    BASE       d e f | x | w              the columns of the matrix of the quaternion (x, y, z, w · scalar) at the numbers x…
+    BASE       d e f | x | w              the columns of the matrix of a quaternion (x, y, z, w · scalar)
     HINGE      d | p | x | axis s | w     d = p + R x + w, with R the turn about a coordinate axis
     MATRIX     d | p | x | w              d = p + W x, with a constant matrix
     QUATERNION d e | a b c                the unit quaternion of the matrix with these columns: (r0, r1, r2), (r3, 0, 0)

@@ -62,4 +62,5 @@ class PosedTree:
         columns = (
             builder.combination(builder.zero, zip(turned.columns, row, strict=True)) for row in joint.alignment.tolist()
         )
-        return Frame(*columns, turned.origin)
+        x, y, z = columns
+        return Frame(x, y, z, turned.origin)

@@ -114,7 +114,8 @@ class Builder:
         self._constants: dict[tuple[float, float, float], Register] = {}
         self._registers = 0
         self.zero = self.constant(0.0, 0.0, 0.0)
-        self.root = Frame(*(self.constant(*row) for row in np.eye(3).tolist()), self.zero)
+        x, y, z = (self.constant(*row) for row in np.eye(3).tolist())
+        self.root = Frame(x, y, z, self.zero)
 
     # --- numbers --------------------------------------------------------------------------------------------------
 
@@ -144,7 +145,7 @@ class Builder:
     # --- operations -----------------------------------------------------------------------------------------------
 
     def combination(self, start: Register, terms: Iterable[tuple[Register, float]]) -> Register:
-        """start + Σ weight · register."""
+        """Start + Σ weight · register."""
         kept = [(register, weight) for register, weight in terms if abs(weight) > _NOTHING and register != self.zero]
         if start == self.zero and len(kept) == 1 and kept[0][1] == 1.0:
             return kept[0][0]
@@ -160,7 +161,8 @@ class Builder:
         axes = frame.columns
         origin = self.combination(frame.origin, zip(axes, t.tolist(), strict=True))
         columns = (self.combination(self.zero, zip(axes, column, strict=True)) for column in R.T.tolist())
-        return Frame(*columns, origin)
+        x, y, z = columns
+        return Frame(x, y, z, origin)
 
     def turned(self, frame: Frame, axis: int, angle: int) -> Frame:
         """The frame turned about its own coordinate axis."""
@@ -170,17 +172,17 @@ class Builder:
         return Frame(columns[0], columns[1], columns[2], frame.origin)
 
     def scaled(self, start: Register, direction: Register, number: int, weight: float = 1.0) -> Register:
-        """start + weight · number · direction, with one number a configuration."""
+        """Start + weight · number · direction, with one number a configuration."""
         return self._new(SLIDE, 1, (start, direction), (weight,), number=number)[0]
 
     def cross(self, a: Register, b: Register, weight: float = 1.0, start: Register | None = None) -> Register:
-        """start + weight · a × b."""
+        """Start + weight · a × b."""
         if self.zero in (a, b):
             return self.zero if start is None else start
         return self._new(CROSS, 1, (self.zero if start is None else start, a, b), (weight,))[0]
 
     def difference(self, a: Register, b: Register) -> Register:
-        """a − b."""
+        """A − b."""
         return a if b == self.zero else self.combination(a, [(b, -1.0)])
 
     def projected(self, columns: Columns, vector: Register) -> Register:
@@ -201,14 +203,12 @@ class Builder:
         x, y, z = self._new(BASE, 3, (), (-1.0 if inverse else 1.0,), number=first)
         return x, y, z
 
-    def hinged(
-        self, start: Register, vector: Register, axis: int, angle: int, offset: Sequence[float]
-    ) -> Register:
-        """start + R · vector + offset, with R the turn about a coordinate axis."""
+    def hinged(self, start: Register, vector: Register, axis: int, angle: int, offset: Sequence[float]) -> Register:
+        """Start + R · vector + offset, with R the turn about a coordinate axis."""
         return self._new(HINGE, 1, (start, vector), tuple(offset), angle=angle, axis=axis)[0]
 
     def transformed(self, start: Register, W: Floats, vector: Register) -> Register:
-        """start + W · vector, with a constant matrix."""
+        """Start + W · vector, with a constant matrix."""
         return self._new(MATRIX, 1, (start, vector), tuple(W.reshape(-1).tolist()))[0]
 
     def quaternion(self, frame: Frame) -> tuple[Number, ...]:
@@ -261,8 +261,9 @@ class Builder:
         starts = np.cumsum([inputs, *self._widths[:2]])
         return Program(
             widths=np.array(self._widths, np.int64),
-            angles=np.array([[inputs + key[0], sine_of[a]] for a, key in zip(angles, chosen, strict=True)], np.int64)
-            .reshape(-1, 2),
+            angles=np.array(
+                [[inputs + key[0], sine_of[a]] for a, key in zip(angles, chosen, strict=True)], np.int64
+            ).reshape(-1, 2),
             ratios=np.array([key[1:] for key in chosen], np.float64).reshape(-1, 2),
             operations=np.array(table, np.int64).reshape(-1, 8),
             weights=np.array([*weights, 0.0]),
@@ -304,7 +305,7 @@ def _encoded(
         return code, d, 0, operands[0], operands[1], operands[2], 0
     if code == PROJECT:
         return code, d, 0, operands[0], operands[1], operands[2], operands[3]
-    start, a, b, c = (operands + [0, 0, 0])[:4]
+    start, a, b, c = [*operands, 0, 0, 0][:4]
     if code == HINGE:
         return code, d, start, a, operation.axis, 0, sine_of[operation.angle]
     if code == SLIDE:

@@ -113,7 +113,7 @@ def com_jacobian_program(tree: JointTree) -> Program:
 
 
 def motion_program(tree: JointTree, frames: Sequence[TreeFrame], expression: str, derivatives: int) -> Program:
-    """Twists of frames, or with two derivatives the rates at which the numbers of the twists change; shape (6,) each."""
+    """Twists of frames, shape (6,) each; with two derivatives the rates at which the numbers of the twists change."""
     builder = Builder(tree.nq, tree.nv, derivatives)
     posed = PosedTree(builder, tree)
     moving = MovingTree(posed, derivatives)

@@ -2,10 +2,12 @@
 
 from nao_kin.robot.build import LIMIT_ARRAYS, Base
 from nao_kin.robot.coordinates import COUPLING_TOLERANCE, UNIT_TOLERANCE
-from nao_kin.robot.kinematics import Expression, FrameIds, Kinematics, expression_named
+from nao_kin.robot.kinematic_methods import WORLD, KinematicMethods, LimitPolicy
+from nao_kin.robot.kinematics import Kinematics, expression_named
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitViolation
-from nao_kin.robot.model import WORLD, LimitPolicy, RobotModel, check_robot
+from nao_kin.robot.model import RobotModel, check_robot
+from nao_kin.robot.questions import Expression, FrameIds, PoseForm
 from nao_kin.robot.topology import SharedMotor, Topology, topology
 
 __all__ = [
@@ -17,9 +19,11 @@ __all__ = [
     "Base",
     "Expression",
     "FrameIds",
+    "KinematicMethods",
     "Kinematics",
     "LimitPolicy",
     "LimitViolation",
+    "PoseForm",
     "RobotModel",
     "SharedMotor",
     "Topology",

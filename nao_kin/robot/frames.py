@@ -10,7 +10,7 @@ import pinocchio as pin
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import quoted
 from nao_kin.errors import RenamedFrameWarning, UnknownName
-from nao_kin.robot.kinematics import FrameIds
+from nao_kin.robot.questions import FrameIds
 from nao_kin.urdf import UrdfTree
 
 

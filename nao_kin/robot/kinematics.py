@@ -11,17 +11,16 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterable, Sequence
-from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument, UnknownName
-
-Expression = Literal["frame", "root", "mixed"]
-FrameIds = tuple[int, ...]
+from nao_kin.errors import BadArgument
+from nao_kin.robot.model_numbers import address
+from nao_kin.robot.questions import FrameIds, Question, check_expression
+from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 
 _DOUBLES = 12
 _ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero
@@ -44,8 +43,7 @@ def expression_named(name: str) -> pin.ReferenceFrame:
     Raises:
         UnknownName: none of the three.
     """
-    if not isinstance(name, str) or name not in _EXPRESSIONS:
-        raise UnknownName("expression", name, tuple(_EXPRESSIONS))
+    check_expression(name)
     return _EXPRESSIONS[name]
 
 
@@ -60,6 +58,25 @@ class Kinematics:
         self._inertias = model.inertias  # a live view, which takes as long to get as all sums of a centre of mass
         self._local = threading.local()
         self._selections: dict[FrameIds, NDArray[np.intp]] = {}
+
+    def answer(self, question: Question, q: Floats, *rates: Floats) -> Floats:
+        """The answer to a question about configurations, and velocities and accelerations where it needs them."""
+        if question.kind == "poses":
+            ids, reference = question.frame_ids, question.reference_id
+            poses = self.poses(q, ids) if reference is None else self.relative_poses(q, ids, reference)
+            return _in_form(poses, question.form)
+        if question.kind == "jacobian":
+            return self.jacobians(q, question.frame_ids[0], _EXPRESSIONS[question.form])
+        if question.kind == "com_jacobian":
+            return self.com_jacobians(q)
+        if question.kind in ("velocity", "acceleration"):
+            return self.motions(question.frame_ids, question.form, q, *rates)
+        centres = self.centres_of_mass(q)
+        if question.reference_id is None:
+            return centres
+        T_root_reference = self.poses(q, (question.reference_id,))[..., 0, :, :]
+        lever = centres - T_root_reference[..., :3, 3]
+        return np.asarray(np.einsum("...ji,...j->...i", T_root_reference[..., :3, :3], lever))
 
     def poses(self, q: Floats, frame_ids: FrameIds) -> Floats:
         """T_root_frame of several frames, shape (..., frames, 4, 4); a fresh array."""
@@ -109,10 +126,8 @@ class Kinematics:
         """
         model, data = self.model, self._workspace().data
         # Pinocchio counts only what moves, and divides by its mass.
+        total = self.check_mass()
         held, moving = self._inertias[0], pin.computeTotalMass(model)
-        total = moving + held.mass
-        if total <= 0.0:
-            raise BadArgument(f"{model.name} has no mass, so no centre of mass")
         share, rest = moving / total, held.mass / total
         if q.ndim == 1 and moving > 0.0:  # three numbers are quicker added one by one
             x, y, z = pin.centerOfMass(model, data, q).tolist()
@@ -124,10 +139,52 @@ class Kinematics:
                 centre[...] = pin.centerOfMass(model, data, row)
         return np.asarray(share * centres + rest * held.lever)
 
+    def com_jacobians(self, q: Floats) -> Floats:
+        """The Jacobians of the centres of mass, shape (..., 3, nv).
+
+        Raises:
+            BadArgument: the robot has no mass.
+        """
+        model, data = self.model, self._workspace().data
+        share = pin.computeTotalMass(model) / self.check_mass()
+        jacobians = np.zeros((*q.shape[:-1], 3, model.nv))
+        if share > 0.0:
+            for row, J in _rows(q, jacobians, 2):
+                J[...] = share * pin.jacobianCenterOfMass(model, data, row).reshape(3, model.nv)
+        return jacobians
+
+    def motions(self, frame_ids: FrameIds, form: str, q: Floats, v: Floats, a: Floats | None = None) -> Floats:
+        """Twists of frames, or with accelerations the derivatives of their numbers; shape (..., frames, 6)."""
+        model, data, expression = self.model, self._workspace().data, _EXPRESSIONS[form]
+        motions = np.empty((*q.shape[:-1], len(frame_ids), 6))
+        count = math.prod(q.shape[:-1])
+        rows = [array.reshape(count, array.shape[-1]) for array in (q, v, *(() if a is None else (a,)))]
+        flat = motions.reshape(count, len(frame_ids), 6)
+        # The numbers of a "mixed" twist change with the velocity of the point, those of the others do not.
+        rate = pin.getFrameClassicalAcceleration if form == "mixed" else pin.getFrameAcceleration
+        for i in range(count):
+            pin.forwardKinematics(model, data, *(values[i] for values in rows))
+            for k, frame_id in enumerate(frame_ids):
+                pin.updateFramePlacement(model, data, frame_id)
+                found = (pin.getFrameVelocity if a is None else rate)(model, data, frame_id, expression)
+                flat[i, k] = found.vector
+        return motions
+
+    def check_mass(self) -> float:
+        """Mass of all bodies [kg].
+
+        Raises:
+            BadArgument: the robot has no mass.
+        """
+        mass = self.mass
+        if mass <= 0.0:
+            raise BadArgument(f"{self.model.name} has no mass, so no centre of mass")
+        return mass
+
     @property
     def mass(self) -> float:
         """Mass of all bodies, those held to the world included [kg]."""
-        return float(pin.computeTotalMass(self.model) + self.model.inertias[0].mass)
+        return float(pin.computeTotalMass(self.model) + self._inertias[0].mass)
 
     def _workspace(self) -> _Workspace:
         try:
@@ -144,6 +201,19 @@ class Kinematics:
                 self._selections.clear()
             selection = self._selections[frame_ids] = _selection_of(frame_ids)
             return selection
+
+
+def _in_form(poses: Floats, form: str) -> Floats:
+    """Poses as one of `POSE_SHAPES`."""
+    R, p = poses[..., :3, :3], poses[..., :3, 3]
+    if form == "matrix":
+        return poses
+    if form == "rotation":
+        return np.array(R)
+    if form == "position":
+        return np.array(p)
+    turn = quat_from_matrix(R) if form == "position_quaternion" else rpy_from_matrix(R)
+    return np.concatenate((p, turn), axis=-1)
 
 
 def _rows(q: Floats, results: Floats, axes: int) -> Iterable[tuple[Floats, Floats]]:
@@ -189,14 +259,10 @@ class _Workspace:
 def _block_of(data: pin.Data, count: int) -> Floats | None:
     """A view of all placements as one array; None when this Pinocchio lays them out otherwise."""
     first: Floats = data.oMf[0].rotation
-    start = _address(first)
+    start = address(first)
     for i in {0, count // 2, count - 1}:
         rotation, translation = data.oMf[i].rotation, data.oMf[i].translation
         expected = start + i * _DOUBLES * 8
-        if _address(rotation) != expected or _address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
+        if address(rotation) != expected or address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
             return None
     return np.lib.stride_tricks.as_strided(first, shape=(count * _DOUBLES,), strides=(8,), writeable=False)
-
-
-def _address(array: Floats) -> int:
-    return int(array.__array_interface__["data"][0])

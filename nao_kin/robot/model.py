@@ -1,43 +1,41 @@
-"""A robot: one configuration, or a batch of them, in; poses, rotations, Jacobians and the centre of mass out."""
+"""A robot model: its names, configurations and limits; what it computes stands in `kinematic_methods`."""
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.arrays import Floats
 from nao_kin._common.scalars import whole_number
-from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName
+from nao_kin.errors import BadArgument, OutsideLimits, UnknownName
+from nao_kin.robot.answers import Answers
+from nao_kin.robot.batch_kinematics import BatchKinematics
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.coordinates import UNIT_TOLERANCE, Coordinates
+from nao_kin.robot.checks import ConfigurationChecks
+from nao_kin.robot.coordinates import Coordinates
 from nao_kin.robot.frames import FrameTable
-from nao_kin.robot.kinematics import Expression, FrameIds, Kinematics, expression_named
+from nao_kin.robot.kinematic_methods import KinematicMethods, LimitPolicy
+from nao_kin.robot.kinematics import Kinematics
 from nao_kin.robot.limits import JointLimits, LimitViolation
+from nao_kin.robot.questions import FrameIds
 from nao_kin.robot.semantics_files import checked_semantics, semantics_beside
 from nao_kin.semantics import CoupledLimit, Mimic, Semantics
 from nao_kin.urdf import UrdfTree, read_urdf
 
-LimitPolicy = Literal["raise", "clamp", "ignore"]
-WORLD = "world"
-
 _POLICIES = ("raise", "clamp", "ignore")
 # An error about a batch carries the violations of this many configurations, and counts the rest.
 _MOST_LISTED = 100
-_TURN = 2.0 * math.pi
-_FLOAT64 = np.dtype(np.float64)
 
 
-class RobotModel:
+class RobotModel(KinematicMethods):
     """A robot from a URDF, with one coordinate per joint that can be moved on its own.
 
     Configurations are arrays q of shape (..., nq). With a fixed base, q holds the joint values in the order of
@@ -102,7 +100,10 @@ class RobotModel:
         self._neutral: Floats = _frozen(pin.neutral(model))
         self._frames = FrameTable(model, tree)
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
-        self._kinematics = Kinematics(model)
+        turning = [unit == "rad" for unit in self.joint_units]
+        self._checks = ConfigurationChecks(base, model.nq, self.joint_names, turning, self.lower, self.upper)
+        self._kinematics, batch = Kinematics(model), BatchKinematics(model, tree)
+        self._answers = Answers(self._kinematics, batch, self._checks, int(model.nq), int(model.nv))
         self._postures = {
             name: _frozen(self.configuration(dict(posture.angles), limits="ignore"))
             for name, posture in self.semantics.postures.items()
@@ -284,96 +285,6 @@ class RobotModel:
         """
         return self._coordinates.by_name(self._checked(q)[..., self._q_offset :])
 
-    # --- kinematics -----------------------------------------------------------------------------------------------
-
-    def fk(
-        self,
-        q: ArrayLike,
-        frame: str | Sequence[str] | None = None,
-        *,
-        reference: str | None = None,
-        limits: LimitPolicy = "ignore",
-    ) -> Floats:
-        """Poses of frames: T_reference_frame maps coordinates in the frame to coordinates in the reference.
-
-        Args:
-            q: configurations, shape (..., nq).
-            frame: a frame name, several, or None for all links in the order of `link_names`.
-            reference: the frame to express the poses in. None for the root: the trunk with a fixed base, the world
-                with a floating one. "world" names the latter in both cases.
-            limits: "ignore" computes the pose wherever the joints are; "raise" and "clamp" look at the limits first.
-
-        Returns:
-            Homogeneous matrices, shape (..., 4, 4) for one name, (..., n, 4, 4) for several [m].
-
-        Raises:
-            UnknownName: no such frame.
-            WrongShape, NotFinite: q is no configuration.
-            OutsideLimits: with limits="raise".
-        """
-        q = self._posed(q) if limits == "ignore" else self._within(self._checked(q), limits)
-        one = isinstance(frame, str)
-        ids = self._frames.ids((frame,) if one else frame)  # type: ignore[arg-type]
-        if self._is_root(reference):
-            poses = self._kinematics.poses(q, ids)
-        else:
-            poses = self._kinematics.relative_poses(q, ids, self._frames.id(reference))
-        return poses[..., 0, :, :] if one else poses
-
-    def rotation(
-        self, q: ArrayLike, frame: str | Sequence[str] | None = None, *, reference: str | None = None
-    ) -> Floats:
-        """Rotations of frames, R_reference_frame; arguments as in `fk`, shape (..., 3, 3) or (..., n, 3, 3)."""
-        return np.array(self.fk(q, frame, reference=reference)[..., :3, :3])
-
-    def position(
-        self, q: ArrayLike, frame: str | Sequence[str] | None = None, *, reference: str | None = None
-    ) -> Floats:
-        """Positions of frame origins in the reference; arguments as in `fk`, shape (..., 3) or (..., n, 3) [m]."""
-        return np.array(self.fk(q, frame, reference=reference)[..., :3, 3])
-
-    def jacobian(self, q: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
-        """Geometric Jacobian of a frame with respect to the root: J(q) · velocity = twist (linear; angular).
-
-        Args:
-            q: configurations, shape (..., nq).
-            frame: a frame name.
-            expressed_in: "frame": twist at the frame's origin in the frame's axes; "mixed": at the frame's origin in
-                the root's axes; "root": the spatial twist, at the root's origin in the root's axes.
-
-        Returns:
-            Shape (..., 6, nv): rows vx vy vz ωx ωy ωz, columns in the order of the velocities; a joint that drives
-            others carries their motion in its column [m/s and rad/s per unit of joint speed].
-
-        Raises:
-            UnknownName: no such frame or expression.
-            WrongShape, NotFinite: q is no configuration.
-        """
-        q, expression = self._posed(q), expression_named(expressed_in)
-        return self._kinematics.jacobians(q, self._frames.id(frame), expression)
-
-    def com(self, q: ArrayLike, *, reference: str | None = None) -> Floats:
-        """Centre of mass of the whole robot, the root link included.
-
-        Args:
-            q: configurations, shape (..., nq).
-            reference: the frame to express it in, as in `fk`.
-
-        Returns:
-            Position, shape (..., 3) [m].
-
-        Raises:
-            BadArgument: the robot has no mass.
-        """
-        q = self._posed(q)
-        centres = self._kinematics.centres_of_mass(q)
-        if self._is_root(reference):
-            return centres
-        T_root_reference = self._kinematics.poses(q, (self._frames.id(reference),))[..., 0, :, :]
-        lever = centres - T_root_reference[..., :3, 3]
-        com: Floats = np.einsum("...ji,...j->...i", T_root_reference[..., :3, :3], lever)
-        return com
-
     # --- limits ---------------------------------------------------------------------------------------------------
 
     def within_limits(self, q: ArrayLike, *, per_joint: bool = False) -> NDArray[np.bool_]:
@@ -445,48 +356,8 @@ class RobotModel:
         q[...] = self._neutral
         return q
 
-    def _posed(self, q: ArrayLike) -> Floats:
-        """`q` as configurations for poses, which come out whatever the unit: with a warning where it is degrees."""
-        one = type(q) is np.ndarray and q.shape == self._neutral.shape and q.dtype is _FLOAT64
-        if one and self.base == "fixed" and math.hypot(*q.tolist()) <= _TURN:  # type: ignore[union-attr]
-            # The common case in as few steps as possible: within a turn of zero nothing is infinite or in degrees.
-            return q  # type: ignore[return-value]
-        array = self._checked(q)
-        joints = array[..., self._q_offset :]
-        if joints.size and max(float(joints.max()), -float(joints.min())) > _TURN:
-            self._warn_of_degrees(joints)
-        return array
-
     def _checked(self, q: ArrayLike) -> Floats:
-        """`q` as configurations: finite, of the right shape, with a unit quaternion for a floating base."""
-        try:
-            array = as_floats(q, (self.nq,), "q")
-        except NotFinite as error:
-            column = error.index[-1] - self._q_offset
-            name = self.joint_names[column] if column >= 0 else "base"
-            raise NotFinite("q", error.index, error.value, name) from None
-        if self.base == "floating":
-            norms = np.linalg.norm(array[..., 3:7], axis=-1)
-            if np.any(np.abs(norms - 1.0) > UNIT_TOLERANCE):
-                worst = float(norms.flat[np.argmax(np.abs(norms - 1.0))])
-                raise BadArgument(f"q[..., 3:7] must be a unit quaternion (x, y, z, w), got one of norm {worst:.6g}")
-            array = array.copy()
-            array[..., 3:7] /= norms[..., None]  # what is left of the norm would end up in the rotation matrices
-        return array
-
-    def _warn_of_degrees(self, joints: Floats) -> None:
-        """Warn where a turning joint with limits is outside of them and more than a turn from zero."""
-        bounded = np.array([u == "rad" for u in self.joint_units]) & np.isfinite(self.lower) & np.isfinite(self.upper)
-        outside = (joints < self.lower) | (joints > self.upper)
-        wrong = (np.abs(joints) > _TURN) & outside & bounded
-        if wrong.any():
-            place = tuple(np.argwhere(wrong)[0])
-            joint, value = self.joint_names[place[-1]], float(joints[place])
-            warn_caller(
-                f"{joint} = {value:.6g} rad is more than a full turn; q is in radians, np.deg2rad(q) converts degrees",
-                DegreesWarning,
-                subject="degrees",
-            )
+        return self._checks.checked(q)
 
     def _within(self, q: Floats, limits: str, joints: Collection[str] | None = None) -> Floats:
         if limits == "ignore":
@@ -509,12 +380,6 @@ class RobotModel:
             columns = [self._coordinates.column[name] for name in joints]
             inside[..., [self._q_offset + column for column in columns]] = clamped[..., columns]
         return inside
-
-    def _is_root(self, reference: str | None) -> bool:
-        """Whether `reference` is the root; a link that is called "world" is a link like any other."""
-        return reference is None or (
-            isinstance(reference, str) and reference == WORLD and WORLD not in self._frames.names
-        )
 
     def __getstate__(self) -> dict[str, Any]:
         return {

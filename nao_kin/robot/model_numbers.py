@@ -1,0 +1,67 @@
+"""The placements and masses of a Pinocchio model, watched for changes.
+
+Whoever calibrates a robot writes into `robot.model`. Pinocchio sees that at once; what was made of those numbers has to
+be made again. Reading them one by one takes longer than a small batch, so they are compared in the memory where
+Pinocchio keeps them, one after another at equal distances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._common.arrays import Floats
+
+_DOUBLE = 8
+
+
+def address(array: Floats) -> int:
+    """Where an array begins."""
+    return int(array.__array_interface__["data"][0])
+
+
+class ModelNumbers:
+    """A copy of the numbers, and where they are."""
+
+    def __init__(self, model: pin.Model) -> None:
+        self._model = model
+        # R by columns, then p. The mass stands before the lever: the masses of all but the first follow the tensors.
+        self._parts = [
+            _Part(lambda: model.jointPlacements, lambda placement: placement.rotation, 12),
+            _Part(lambda: model.frames, lambda frame: frame.placement.rotation, 12),
+            _Part(lambda: model.inertias, lambda inertia: inertia.lever, 3),
+        ]
+        self._masses = _masses(model)
+
+    def changed(self) -> bool:
+        """Whether any number is another one than when it was first looked at."""
+        return any(part.changed() for part in self._parts) or _masses(self._model) != self._masses
+
+
+def _masses(model: pin.Model) -> tuple[float, float]:
+    """Mass of what moves, and of what no joint moves."""
+    return float(pin.computeTotalMass(model)), float(model.inertias[0].mass)
+
+
+class _Part:
+    """One vector of Pinocchio's: so many doubles of each of its elements, from an array in it on."""
+
+    def __init__(self, elements: Callable[[], Sequence[Any]], array_in: Callable[[Any], Floats], doubles: int) -> None:
+        self._elements, self._array_in = elements, array_in
+        self._where = self._now()
+        count, start = self._where
+        first = array_in(elements()[0])
+        step = address(array_in(elements()[1])) - start if count > 1 else _DOUBLE * doubles
+        self._view = np.lib.stride_tricks.as_strided(first, (count, doubles), (step, _DOUBLE), writeable=False)
+        self._seen = self._view.copy()
+
+    def changed(self) -> bool:
+        """Whether the vector was moved, which ends the view of it, or a number in it is another one."""
+        return self._now() != self._where or not bool((self._view == self._seen).all())
+
+    def _now(self) -> tuple[int, int]:
+        elements = self._elements()
+        return len(elements), address(self._array_in(elements[0]))
