@@ -1,6 +1,6 @@
 """Kinematics of many configurations at once: programs made of a robot's joints, run by compiled kernels."""
 
-from nao_kin.batch.compiling import cache_folder, is_ready, kernel
+from nao_kin.batch.compiling import KernelState, cache_folder, is_ready, kernel, warm_up
 from nao_kin.batch.execution import LINE, execute
 from nao_kin.batch.program import Program
 from nao_kin.batch.questions import (
@@ -17,6 +17,7 @@ __all__ = [
     "FORMS",
     "LINE",
     "JointTree",
+    "KernelState",
     "Program",
     "TreeFrame",
     "TreeJoint",
@@ -29,4 +30,5 @@ __all__ = [
     "kernel",
     "motion_program",
     "poses_program",
+    "warm_up",
 ]

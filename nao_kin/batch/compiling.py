@@ -10,20 +10,41 @@ import hashlib
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nao_kin._common.warn import warn_caller
+from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import NotCachedWarning
 
 Run = Callable[..., int]
 
+_PRECISION = {4: "single", 8: "double"}
 _LOCK = threading.RLock()
 _kernels: dict[np.dtype[Any], Run] = {}
-_PRECISION = {4: "single", 8: "double"}
+
+
+@dataclass(frozen=True)
+class KernelState:
+    """A kernel that is ready to run.
+
+    Attributes:
+        precision: "double" or "single".
+        seconds: how long it took to get it ready.
+        compiled: whether it had to be compiled, and was not found on disk.
+        folder: where it is kept; None where it could not be kept.
+    """
+
+    precision: str
+    seconds: float
+    compiled: bool
+    folder: Path | None
 
 
 def is_ready(dtype: np.dtype[Any]) -> bool:
@@ -40,6 +61,19 @@ def kernel(dtype: np.dtype[Any]) -> Run:
             if found is None:
                 found = _kernels[dtype] = _compiled(dtype)
     return found
+
+
+def warm_up() -> tuple[KernelState, ...]:
+    """Get the kernels of both precisions ready, so that no later call has to wait for them."""
+    states = []
+    for dtype in (np.dtype(np.float64), np.dtype(np.float32)):
+        precision = _PRECISION[dtype.itemsize]
+        kept = _mark(precision).exists()
+        started = time.perf_counter()
+        kernel(dtype)
+        folder = _mark(precision).parent if _mark(precision).exists() else None
+        states.append(KernelState(precision, time.perf_counter() - started, not kept, folder))
+    return tuple(states)
 
 
 def cache_folder() -> Path:
@@ -60,14 +94,12 @@ def _compiled(dtype: np.dtype[Any]) -> Run:
     if numba.config.DISABLE_JIT:
         return run
     precision = _PRECISION[dtype.itemsize]
-    folder = None
+    mark = _mark(precision)
     try:
-        folder = cache_folder() / _fingerprint()
-        folder.mkdir(parents=True, exist_ok=True)
-        mark = folder / f"{precision}-precision"
+        mark.parent.mkdir(parents=True, exist_ok=True)
         if not mark.exists():
             _announce(precision)
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(mark.parent)
         try:
             made: Run = numba.njit(signature(dtype), nogil=True, error_model="numpy", cache=True)(run)
         finally:
@@ -76,8 +108,8 @@ def _compiled(dtype: np.dtype[Any]) -> Run:
         return made
     except (OSError, RuntimeError) as error:  # Numba says that a folder is not writable by a RuntimeError
         warn_caller(
-            f"compiled kernels cannot be kept in {folder or 'the home directory'}: {error}; "
-            "each process compiles them anew (NUMBA_CACHE_DIR names another folder)",
+            f"compiled kernels cannot be kept in {quoted(str(mark.parent))}: {abbreviated(str(error))}; each process "
+            "compiles them anew (NUMBA_CACHE_DIR names another folder)",
             NotCachedWarning,
             subject="cache",
         )
@@ -86,11 +118,17 @@ def _compiled(dtype: np.dtype[Any]) -> Run:
         return uncached
 
 
+def _mark(precision: str) -> Path:
+    """The file that says that a kernel has been kept."""
+    return cache_folder() / _fingerprint() / f"{precision}-precision"
+
+
 def _announce(precision: str) -> None:
     if sys.stderr is not None:
         print(f"nao_kin: compiling the kernel for {precision} precision, about ten seconds …", file=sys.stderr)  # noqa: T201
 
 
+@cache
 def _fingerprint() -> str:
     """What a compiled kernel depends on, in sixteen letters."""
     import llvmlite.binding

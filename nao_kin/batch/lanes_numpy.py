@@ -15,12 +15,13 @@ Lanes = NDArray[Any]
 
 def lane_count(m: Array) -> int:
     """How many entries of an array of this kind one vector holds."""
-    return int(BITS // (8 * m.itemsize))
+    itemsize: int = m.itemsize
+    return BITS // (8 * itemsize)
 
 
 def load(m: Array, at: int) -> Lanes:
     """The vector that starts at m[at]."""
-    return m[at : at + lane_count(m)].copy()
+    return np.array(m[at : at + lane_count(m)])
 
 
 def store(m: Array, at: int, v: Lanes) -> None:
@@ -76,7 +77,7 @@ def negated_by_bit(k: Lanes, v: Lanes) -> Lanes:
 def magnitude_bits(v: Lanes) -> Lanes:
     """The bits of |v| as integers: they have the order of the magnitudes, with infinity and then NaN at the top."""
     bits = v.view(np.int64 if v.itemsize == 8 else np.int32)
-    return bits & np.iinfo(bits.dtype).max
+    return np.asarray(bits & np.iinfo(bits.dtype).max)
 
 
 def larger(a: Lanes, b: Lanes) -> Lanes:

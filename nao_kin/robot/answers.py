@@ -143,7 +143,8 @@ class Answers:
             # Finite numbers that are infinite in single precision.
             double = empty_answers(len(answers), answers.shape[1:], _DOUBLE)
             self._batch.answer(question, rows, double, threads)
-            answers[...] = double
+            with np.errstate(over="ignore"):
+                answers[...] = double
         if not peak <= TURN:
             self._checks.warn_of_degrees(rows[0].reshape(*batch, rows[0].shape[-1]))
 

@@ -18,7 +18,7 @@ from nao_kin.robot.questions import Question
 from nao_kin.urdf import UrdfTree
 
 # From here on the kernels are quicker than Pinocchio, once they are in memory.
-CROSSOVER = 12
+CROSSOVER = 16
 # Reading compiled kernels from disk takes as long as Pinocchio takes for so many configurations.
 WORTH_LOADING = 50_000
 

@@ -13,7 +13,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.checks import ConfigurationChecks
 from nao_kin.robot.frames import FrameTable
-from nao_kin.robot.kinematics import Kinematics
+from nao_kin.robot.kinematics import Kinematics, expression_named
 from nao_kin.robot.questions import Expression, PoseForm, Question, check_expression, check_pose_form
 
 LimitPolicy = Literal["raise", "clamp", "ignore"]
@@ -78,9 +78,7 @@ class KinematicMethods(ABC):
         """
         one = isinstance(frame, str)
         ids = self._frames.ids((frame,) if one else frame)  # type: ignore[arg-type]
-        plain = as_ == "matrix" and dtype is None and out is None and threads is None
-        if plain and type(q) is np.ndarray and q.ndim == 1:
-            # The common case in as few steps as possible.
+        if as_ == "matrix" and _is_plain(q, dtype, out, threads):
             q = self._checks.posed(q) if limits == "ignore" else self._within(self._checks.checked(q), limits)
             if self._is_root(reference):
                 poses = self._kinematics.poses(q, ids)
@@ -149,6 +147,9 @@ class KinematicMethods(ABC):
             WrongShape, NotFinite: q is no configuration.
             BadArgument: no such precision, or `out` or `threads` cannot be used.
         """
+        if _is_plain(q, dtype, out, threads):
+            q, expression = self._checks.posed(q), expression_named(expressed_in)
+            return self._kinematics.jacobians(q, self._frames.id(frame), expression)
         check_expression(expressed_in)
         question = Question("jacobian", (self._frames.id(frame),), form=expressed_in)
         return self._answers.answer(question, (q,), Output(dtype, out, threads))
@@ -246,6 +247,8 @@ class KinematicMethods(ABC):
         Raises:
             BadArgument: the robot has no mass, or options that cannot be used.
         """
+        if reference is None and _is_plain(q, dtype, out, threads):
+            return self._kinematics.centres_of_mass(self._checks.posed(q))
         question = Question("com", reference_id=self._reference_id(reference))
         return self._answers.answer(question, (q,), Output(dtype, out, threads))
 
@@ -303,3 +306,8 @@ class KinematicMethods(ABC):
         one = isinstance(frame, str)
         question = Question(kind, self._frames.ids((frame,) if one else frame), form=expressed_in)  # type: ignore[arg-type]
         return self._answers.answer(question, inputs, output, one=one)
+
+
+def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool:
+    """Whether one configuration is asked about, and nothing else: to be answered in as few steps as possible."""
+    return type(q) is np.ndarray and q.ndim == 1 and dtype is None and out is None and threads is None

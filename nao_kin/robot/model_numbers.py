@@ -30,31 +30,31 @@ class ModelNumbers:
         self._model = model
         # R by columns, then p. The mass stands before the lever: the masses of all but the first follow the tensors.
         self._parts = [
-            _Part(lambda: model.jointPlacements, lambda placement: placement.rotation, 12),
-            _Part(lambda: model.frames, lambda frame: frame.placement.rotation, 12),
-            _Part(lambda: model.inertias, lambda inertia: inertia.lever, 3),
+            _Part(model.jointPlacements, lambda placement: placement.rotation, 12),
+            _Part(model.frames, lambda frame: frame.placement.rotation, 12),
+            _Part(model.inertias, lambda inertia: inertia.lever, 3),
         ]
-        self._masses = _masses(model)
+        self._held = model.inertias[0]
+        self._masses = self._masses_now()
 
     def changed(self) -> bool:
         """Whether any number is another one than when it was first looked at."""
-        return any(part.changed() for part in self._parts) or _masses(self._model) != self._masses
+        return any(part.changed() for part in self._parts) or self._masses_now() != self._masses
 
-
-def _masses(model: pin.Model) -> tuple[float, float]:
-    """Mass of what moves, and of what no joint moves."""
-    return float(pin.computeTotalMass(model)), float(model.inertias[0].mass)
+    def _masses_now(self) -> tuple[float, float]:
+        """Mass of what moves, and of what no joint moves."""
+        return float(pin.computeTotalMass(self._model)), float(self._held.mass)
 
 
 class _Part:
     """One vector of Pinocchio's: so many doubles of each of its elements, from an array in it on."""
 
-    def __init__(self, elements: Callable[[], Sequence[Any]], array_in: Callable[[Any], Floats], doubles: int) -> None:
+    def __init__(self, elements: Sequence[Any], array_in: Callable[[Any], Floats], doubles: int) -> None:
         self._elements, self._array_in = elements, array_in
         self._where = self._now()
         count, start = self._where
-        first = array_in(elements()[0])
-        step = address(array_in(elements()[1])) - start if count > 1 else _DOUBLE * doubles
+        first = array_in(elements[0])
+        step = address(array_in(elements[1])) - start if count > 1 else _DOUBLE * doubles
         self._view = np.lib.stride_tricks.as_strided(first, (count, doubles), (step, _DOUBLE), writeable=False)
         self._seen = self._view.copy()
 
@@ -63,5 +63,4 @@ class _Part:
         return self._now() != self._where or not bool((self._view == self._seen).all())
 
     def _now(self) -> tuple[int, int]:
-        elements = self._elements()
-        return len(elements), address(self._array_in(elements[0]))
+        return len(self._elements), address(self._array_in(self._elements[0]))

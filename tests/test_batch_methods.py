@@ -1,0 +1,281 @@
+"""Batches as users pass them: any shape and layout, results where they want them, and one clear line for the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName, WrongShape
+from nao_kin.robot.batch_kinematics import CROSSOVER, WORTH_LOADING
+
+FEET = ["LLeg", "RLeg"]
+Ask = Callable[..., np.ndarray]
+
+
+def methods(robot: nk.RobotModel) -> dict[str, tuple[Ask, tuple[int, ...]]]:
+    """Every method, and the shape of its answer for one configuration."""
+    return {
+        "fk": (lambda q, **o: robot.fk(q, FEET, **o), (2, 4, 4)),
+        "one": (lambda q, **o: robot.fk(q, "LArm", **o), (4, 4)),
+        "relative": (lambda q, **o: robot.fk(q, FEET, reference="Head", **o), (2, 4, 4)),
+        "quaternion": (lambda q, **o: robot.fk(q, "LArm", as_="position_quaternion", **o), (7,)),
+        "position6d": (lambda q, **o: robot.fk(q, FEET, as_="position6d", **o), (2, 6)),
+        "rotation": (lambda q, **o: robot.rotation(q, FEET, **o), (2, 3, 3)),
+        "position": (lambda q, **o: robot.position(q, "LArm", **o), (3,)),
+        "jacobian": (lambda q, **o: robot.jacobian(q, "LArm", **o), (6, robot.nv)),
+        "com": (lambda q, **o: robot.com(q, **o), (3,)),
+        "com_jacobian": (lambda q, **o: robot.com_jacobian(q, **o), (3, robot.nv)),
+        "velocity": (lambda q, **o: robot.velocity(q, np.ones(robot.nv), FEET, **o), (2, 6)),
+        "acceleration": (lambda q, **o: robot.acceleration(q, np.ones(robot.nv), np.ones(robot.nv), "LArm", **o), (6,)),
+    }
+
+
+METHODS = sorted(methods(nk.load_nao()))
+each_method = pytest.mark.parametrize("name", METHODS)
+
+
+@each_method
+@pytest.mark.parametrize("shape", [(), (1,), (40,), (0,), (4, 5), (2, 0, 3), (2, 3, 1, 4)])
+def test_every_leading_shape_comes_back(nao: nk.NaoModel, name: str, shape: tuple[int, ...]) -> None:
+    ask, tail = methods(nao)[name]
+    q = nao.random(0, shape)
+    few, many = ask(q), ask(q, threads=1)
+    assert few.shape == many.shape == (*shape, *tail)
+    assert few.dtype == many.dtype == np.float64
+    assert many.flags.c_contiguous
+    assert many.flags.writeable
+    np.testing.assert_allclose(few, many, rtol=0, atol=1e-13)
+
+
+@each_method
+def test_every_layout_and_kind_of_number_is_read(nao: nk.NaoModel, name: str) -> None:
+    ask, _ = methods(nao)[name]
+    q = nao.random(0, 100)
+    expected = ask(q, threads=1)
+    read_only = q.copy()
+    read_only.flags.writeable = False
+    wide = np.zeros((200, nao.nq + 3))
+    wide[::2, 1:-2] = q
+    unaligned = np.frombuffer(b"x" + q.tobytes(), dtype=np.uint8)[1:].view(np.float64).reshape(q.shape)
+    layouts = {
+        "read-only": read_only,
+        "Fortran": np.asfortranarray(q),
+        "sliced": wide[::2, 1:-2],
+        "reversed": q[::-1].copy()[::-1],
+        "unaligned": unaligned,
+        "list": q.tolist(),
+        "big-endian": q.astype(">f8"),
+    }
+    for what, layout in layouts.items():
+        for threads in (1, 2):
+            np.testing.assert_array_equal(ask(layout, threads=threads), expected, err_msg=what)
+    whole = np.round(q)
+    np.testing.assert_array_equal(ask(whole.astype(int), threads=1), ask(whole, threads=1))
+    single = q.astype(np.float32)
+    np.testing.assert_array_equal(ask(single, threads=1), ask(single.astype(np.float64), threads=1))
+    np.testing.assert_array_equal(q, nao.random(0, 100))
+
+
+@each_method
+@pytest.mark.parametrize("count", [3, 40])
+@pytest.mark.parametrize("threads", [None, 1])
+def test_results_go_where_they_are_wanted(nao: nk.NaoModel, name: str, count: int, threads: int | None) -> None:
+    ask, tail = methods(nao)[name]
+    q = nao.random(0, count)
+    for kind in (np.float64, np.float32):
+        out = np.full((count, *tail), np.nan, dtype=kind)
+        assert ask(q, out=out, threads=threads) is not None
+        np.testing.assert_array_equal(out, ask(q, dtype=kind, threads=threads))
+    assert np.shares_memory(ask(q, out=out, threads=threads), out)
+
+
+def test_an_out_that_cannot_be_used_is_refused(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 40)
+    for threads in (None, 1):
+        with pytest.raises(WrongShape, match=r"out must have shape \(40, 4, 4\), got \(40, 4\)"):
+            nao.fk(q, "LArm", out=np.empty((40, 4)), threads=threads)
+        with pytest.raises(BadArgument, match="out must be an array of float64, got int64"):
+            nao.fk(q, "LArm", out=np.empty((40, 4, 4), np.int64), threads=threads)
+        with pytest.raises(BadArgument, match="out must be an array of float32, got float64"):
+            nao.fk(q, "LArm", out=np.empty((40, 4, 4)), dtype=np.float32, threads=threads)
+        with pytest.raises(BadArgument, match="out must be an array of float64, got list"):
+            nao.fk(q, "LArm", out=[], threads=threads)  # type: ignore[arg-type]
+        with pytest.raises(BadArgument, match="contiguous"):
+            nao.fk(q, "LArm", out=np.empty((40, 4, 8))[..., ::2], threads=threads)
+        fixed = np.empty((40, 4, 4))
+        fixed.flags.writeable = False
+        with pytest.raises(BadArgument, match="writable"):
+            nao.fk(q, "LArm", out=fixed, threads=threads)
+        memory = np.zeros(40 * 25 + 120)
+        memory[: q.size] = q.reshape(-1)
+        with pytest.raises(BadArgument, match="must not be in the memory of an input"):
+            nao.com(memory[: q.size].reshape(q.shape), out=memory[900:1020].reshape(40, 3), threads=threads)
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, "two"])
+def test_threads_are_a_whole_number_from_one(nao: nk.NaoModel, threads: object) -> None:
+    with pytest.raises(BadArgument, match="threads must be"):
+        nao.fk(nao.random(0, 3), "LArm", threads=threads)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("dtype", [np.int32, "float16", complex, "no such", object(), np.longdouble])
+def test_precisions_are_single_and_double(nao: nk.NaoModel, dtype: object) -> None:
+    with pytest.raises(BadArgument, match="dtype must be float64 or float32"):
+        nao.com(nao.random(0, 3), dtype=dtype)  # type: ignore[call-overload]
+    for good in (np.float32, "float32", "f4", np.dtype(np.float32)):
+        assert nao.com(nao.neutral(), dtype=good).dtype == np.float32
+
+
+def test_names_are_refused_with_the_valid_ones(nao: nk.NaoModel) -> None:
+    q, v = nao.random(0, 3), np.zeros(nao.nv)
+    with pytest.raises(UnknownName, match=r"(?s)form of a pose.*position_quaternion"):
+        nao.fk(q, "LArm", as_="quaternion")  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="expression"):
+        nao.velocity(q, v, "LArm", "torso")  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="expression"):
+        nao.acceleration(q, v, v, "LArm", None)  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="frame"):
+        nao.velocity(q, v, ["LArm", "LFot"])
+
+
+@each_method
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("place", [(0, 0), (7, 11), (16, 24), (39, 3)])
+def test_the_first_number_that_is_not_finite_is_named(
+    nao: nk.NaoModel, name: str, bad: float, place: tuple[int, int]
+) -> None:
+    ask, _ = methods(nao)[name]
+    q = nao.random(0, 40)
+    q[place] = q[39, 24] = bad
+    for threads in (None, 1, 2):
+        for kind in (np.float64, np.float32):
+            with pytest.raises(NotFinite) as caught:
+                ask(q, threads=threads, dtype=kind)
+            assert caught.value.index == place
+            assert nao.joint_names[place[1]] in str(caught.value)
+        with pytest.raises(NotFinite) as caught:
+            ask(q.reshape(5, 8, 25), threads=threads)
+        assert caught.value.index == (*divmod(place[0], 8), place[1])
+
+
+@pytest.mark.parametrize("threads", [None, 1])
+def test_velocities_that_are_not_finite_are_named(nao: nk.NaoModel, threads: int | None) -> None:
+    q, v = nao.random(0, 40), np.zeros((40, nao.nv))
+    v[3, 4] = np.nan
+    with pytest.raises(NotFinite, match=r"v must be finite, got nan at index \[3, 4\]"):
+        nao.velocity(q, v, "LArm", threads=threads)
+    with pytest.raises(NotFinite, match=r"a must be finite, got nan at index \[3, 4\]"):
+        nao.acceleration(q, np.zeros(nao.nv), v, "LArm", threads=threads)
+
+
+@each_method
+def test_wrong_shapes_and_no_numbers_are_refused(nao: nk.NaoModel, name: str) -> None:
+    ask, _ = methods(nao)[name]
+    for threads in (None, 1):
+        for shape in ((40, 24), (40,), (25, 40), ()):
+            with pytest.raises(WrongShape):
+                ask(np.zeros(shape), threads=threads)
+        for nothing in (np.array([None] * 25), "zero", np.zeros(25, complex), [[0.0] * 25, [0.0] * 24]):
+            with pytest.raises(BadArgument):
+                ask(nothing, threads=threads)
+        with pytest.raises(BadArgument, match="masked"):
+            ask(np.ma.masked_array(np.zeros(25), mask=[True] * 25), threads=threads)
+
+
+def test_rates_broadcast_with_the_configurations(nao: nk.NaoModel) -> None:
+    q, v = nao.random(0, (4, 1)), np.random.default_rng(0).normal(size=(5, nao.nv))
+    found = nao.velocity(q, v, "LArm", threads=1)
+    assert found.shape == (4, 5, 6)
+    np.testing.assert_allclose(found, nao.velocity(q, v, "LArm"), rtol=0, atol=1e-14)
+    expected = np.einsum("aij,bj->abi", nao.jacobian(q[:, 0], "LArm"), v)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
+    with pytest.raises(BadArgument, match="one batch shape"):
+        nao.velocity(nao.random(0, 3), v, "LArm")
+    with pytest.raises(WrongShape, match="v must have shape"):
+        nao.velocity(q, v[:, :-1], "LArm")
+
+
+def test_accelerations_are_the_derivatives_of_velocities(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(0)
+    q, v, a = nao.random(rng, 20), rng.normal(size=(20, nao.nv)), rng.normal(size=(20, nao.nv))
+    h = 1e-5
+    for expression in ("mixed", "frame", "root"):
+        before = nao.velocity(q - h * v + h * h / 2 * a, v - h * a, FEET, expression)  # type: ignore[arg-type]
+        after = nao.velocity(q + h * v + h * h / 2 * a, v + h * a, FEET, expression)  # type: ignore[arg-type]
+        rate = nao.acceleration(q, v, a, FEET, expression)  # type: ignore[arg-type]
+        np.testing.assert_allclose(rate, (after - before) / (2 * h), rtol=0, atol=1e-7)
+
+
+def test_the_jacobian_of_the_centre_of_mass_is_its_derivative(each_nao: nk.NaoModel) -> None:
+    q, h = each_nao.random(0, 10), 1e-6
+    for k in range(each_nao.nv):
+        step = h * np.eye(each_nao.nq)[k]
+        slope = (each_nao.com(q + step) - each_nao.com(q - step)) / (2 * h)
+        np.testing.assert_allclose(each_nao.com_jacobian(q)[..., k], slope, rtol=0, atol=1e-9)
+
+
+def test_limits_are_looked_at_first(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 40)
+    q[5, nao.joint_names.index("HeadYaw")] = 3.0
+    with pytest.raises(OutsideLimits, match="HeadYaw"):
+        nao.fk(q, "LArm", limits="raise", threads=1)
+    clamped = nao.fk(q, "Head", limits="clamp", threads=1)
+    np.testing.assert_array_equal(clamped, nao.fk(nao.clamp(q), "Head", threads=1))
+
+
+def test_degrees_are_noticed_in_batches(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 40)
+    q[5, nao.joint_names.index("HeadYaw")] = 30.0
+    for threads in (None, 1):
+        with pytest.warns(DegreesWarning, match="HeadYaw = 30"):
+            nao.position(q, "LArm", threads=threads)
+
+
+def test_a_quaternion_of_another_length_is_refused() -> None:
+    nao = nk.load_nao(base="floating")
+    q = nao.random(0, (5, 8))
+    q[2, 3, 3:7] *= 1 + 1e-5
+    for threads in (None, 1):
+        with pytest.raises(BadArgument, match=r"unit quaternion \(x, y, z, w\), got one of norm 1.00001"):
+            nao.fk(q, "LArm", threads=threads)
+    q[2, 3, 3:7] /= 1 + 1e-5
+    q[..., 3:7] *= 1 - 9e-7
+    few, many = nao.fk(q, "LArm"), nao.fk(q, "LArm", threads=1)
+    np.testing.assert_allclose(few, many, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(many[..., :3, :3]), 1.0, rtol=0, atol=1e-14)
+
+
+def test_numbers_too_large_for_single_precision_are_computed_in_double(nao: nk.NaoModel) -> None:
+    robot = nk.load_nao(base="floating")
+    q = robot.random(0, 40)
+    q[3, 0] = 1e300
+    T = robot.fk(q, "LArm", dtype=np.float32, threads=1)
+    assert T.dtype == np.float32
+    assert np.isinf(T[3, 0, 3])
+    np.testing.assert_allclose(T[4:], robot.fk(q[4:], "LArm"), rtol=0, atol=2e-6)
+
+
+def test_few_configurations_go_through_pinocchio(nao: nk.NaoModel) -> None:
+    """Starting the kernels takes as long as tens of thousands of configurations by Pinocchio."""
+    assert 4 <= CROSSOVER <= 64
+    assert WORTH_LOADING >= 10_000
+    q = nao.random(0, 20_000)
+    # Twice: what was asked for before counts.
+    first = [nao.fk(q, "LArm") for _ in range(1 + WORTH_LOADING // len(q))]
+    np.testing.assert_array_equal(nao.fk(q, "LArm"), nao.fk(q, "LArm", threads=1))
+    np.testing.assert_allclose(first[0], nao.fk(q, "LArm", threads=1), rtol=0, atol=1e-14)
+
+
+def test_many_threads_may_ask_at_once(nao: nk.NaoModel) -> None:
+    from concurrent.futures import ThreadPoolExecutor
+
+    q = nao.random(0, 2000)
+    expected = {frame: nao.fk(q, frame, threads=1) for frame in nao.frame_names[:24]}
+    fresh = nk.load_nao()
+    with ThreadPoolExecutor(8) as pool:
+        found = pool.map(lambda frame: fresh.fk(q, frame, threads=1), expected)
+        for poses, frame in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(poses, expected[frame])
