@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING
 
 from nao_kin._common.scalars import whole_number
@@ -48,11 +49,15 @@ def connect(
         count = None if workers is None else whole_number(workers, "workers", 1)
         threads = whole_number(threads_per_worker, "threads_per_worker", 1)
         return Client(
-            n_workers=count, threads_per_worker=threads, processes=True, host="127.0.0.1", dashboard_address=None
+            n_workers=count,
+            threads_per_worker=threads,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
         )
     if workers is not None:
         raise BadArgument("workers are started on this machine only: leave out either workers or address")
     try:
         return Client(address, timeout=timeout)
-    except (OSError, TypeError, ValueError) as error:
+    except (OSError, asyncio.TimeoutError, TypeError, ValueError) as error:
         raise BadArgument(f"no dask scheduler answers at {quoted(address)}: {abbreviated(error)}") from None

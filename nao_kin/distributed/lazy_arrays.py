@@ -106,7 +106,7 @@ def _mapped(robot: RobotModel, q: Array, method: str, dtype: DTypeLike | None, a
     # Without configurations the method looks at its other arguments, and says what shape comes out.
     tail = _chunk(robot, np.empty((0, robot.nq)), method, arguments, result_dtype).shape[1:]
     batch = q.ndim - 1
-    pickled = PickledRobot.of(robot)
+    pickled, settled = PickledRobot.of(robot), tuple(sorted(arguments.items()))
     # A key of its own in the graph: inside the tasks, the robot would travel with each of them.
     shared = delayed(pickled, name=f"nao_kin-robot-{pickled.token}", traverse=False)
     return map_blocks(
@@ -114,9 +114,9 @@ def _mapped(robot: RobotModel, q: Array, method: str, dtype: DTypeLike | None, a
         q,
         shared,
         method,
-        dict(arguments),
+        settled,
         result_dtype,
-        name=f"nao_kin-{method}-{tokenize(pickled, q, dict(arguments), result_dtype)}",
+        name=f"nao_kin-{method}-{tokenize(pickled, q, settled, result_dtype)}",
         dtype=result_dtype,
         meta=np.empty((0,) * (batch + len(tail)), result_dtype),
         chunks=(*q.chunks[:-1], *((length,) for length in tail)),
@@ -129,13 +129,13 @@ def _block(
     q: NDArray[Any],
     pickled: PickledRobot,
     method: str,
-    arguments: Mapping[str, Any],
+    arguments: tuple[tuple[str, Any], ...],
     dtype: np.dtype[Any],
     block_id: tuple[int, ...],
 ) -> NDArray[Any]:
     """The task of one chunk, in whatever process it runs."""
     try:
-        return _chunk(pickled.load(), q, method, arguments, dtype)
+        return _chunk(pickled.load(), q, method, dict(arguments), dtype)
     except NaoKinError as error:
         error.args = (f"{error}; counted within q.blocks{list(block_id[: q.ndim - 1])}",)
         raise
