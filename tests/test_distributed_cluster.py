@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import re
 import signal
@@ -26,6 +27,8 @@ from nao_kin.errors import BadArgument, NotFinite
 
 ROOT = Path(nk.__file__).parent.parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+# Programs of dask's that do what functions of this file say must find it.
+TASKS_HERE = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(Path(__file__).parent)])}
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +44,7 @@ def _loads() -> tuple[int, int]:
 
 
 def _slowly(poses: np.ndarray) -> np.ndarray:
-    time.sleep(0.04)
+    time.sleep(0.08)
     return poses
 
 
@@ -113,6 +116,41 @@ def test_a_number_that_is_none_comes_back_from_a_worker_as_our_error(client: Cli
     with pytest.raises(NotFinite, match=message) as caught:
         distributed.position(nao, da.from_array(q, chunks=(50, -1)), "Head").compute()
     assert caught.value.value == np.inf
+
+
+def test_programs_that_run_already_do_the_work_though_one_is_killed(nao: nk.NaoModel, tmp_path: Path) -> None:
+    q = nao.random(4, 2000)
+    here, file = ("--host", "127.0.0.1"), tmp_path / "scheduler.json"
+    with contextlib.ExitStack() as stack:
+        scheduler = _dask(
+            stack, "scheduler", *here, "--port", "0", "--dashboard-address", "127.0.0.1:0", "--scheduler-file", file
+        )
+        _wait_until(lambda: file.exists() or scheduler.poll() is not None)
+        address = json.loads(file.read_text(encoding="utf-8"))["address"]
+        victim, _ = (
+            _dask(stack, "worker", address, *here, "--nthreads", "1", "--no-nanny", "--no-dashboard") for _ in range(2)
+        )
+        with distributed.connect(address=address) as client:
+            client.wait_for_workers(2, timeout=30)
+            lazy = distributed.com(nao, da.from_array(q, chunks=(50, -1)), reference="LFoot").map_blocks(_slowly)
+            centres = lazy.persist()
+            parts = futures_of(centres)
+            _wait_until(lambda: sum(part.done() for part in parts) >= len(parts) // 2)
+            victim.kill()
+            victim.wait()
+            assert np.array_equal(centres.compute(), nao.com(q, reference="LFoot"))
+            assert len(client.run(os.getpid)) == 1
+    _wait_until(lambda: not _answers(address))
+
+
+def _dask(stack: contextlib.ExitStack, *arguments: str | Path) -> subprocess.Popen[bytes]:
+    """One of dask's own programs, ended with the stack."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    program = stack.enter_context(
+        subprocess.Popen([sys.executable, "-m", "dask", *map(str, arguments)], env=TASKS_HERE, **quiet)
+    )
+    stack.callback(program.kill)
+    return program
 
 
 def test_nothing_is_left_behind(nao: nk.NaoModel) -> None:
