@@ -49,6 +49,8 @@ TESTS = """
     test_a_warning_is_printed_once_as_one_line
     test_messages_repeat_little_of_what_was_given
     test_an_interrupt_ends_without_a_traceback
+    test_the_program_of_the_documentation_runs
+    test_programs_that_run_already_do_the_work_though_one_is_killed
 """.split()
 
 

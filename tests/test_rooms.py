@@ -29,6 +29,7 @@ ROOMS = {
     "joints": 4,
     "configuration_files": 4,
     "multidof": 5,
+    "distributed": 5,
     "crosscheck": 7,
     "viewer": 7,
     "cli": 8,

@@ -18,6 +18,7 @@ from viewer_pages import made_of, messages_of
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NaoKinWarning, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.rotations import exp, matrix_from_rpy
+from nao_kin.semantics import CoupledLimit, Semantics
 from nao_kin.urdf import Box, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
 from nao_kin.viewer.meshes import UnreadableMesh, load_meshes, mesh_path
@@ -501,6 +502,31 @@ def test_only_joints_that_somebody_set_are_warned_of(nao: nk.NaoModel, monkeypat
     monkeypatch.setattr(nk.NaoModel, "limit_violations", lambda self, q: (at_zero,))
     with pytest.warns(OutsideLimitsWarning, match="in red: LAnkleRoll$"):
         viewer.display(neutral)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_clip_warns_of_the_joints_that_its_frames_warn_of_in_their_order(nao: nk.NaoModel, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    clip = np.where(rng.random((300, nao.nq)) < 0.98, 0.0, rng.uniform(-3.0, 3.0, (300, nao.nq)))
+    clip[:, 2 * seed : 2 * seed + 8] = 0.0
+    rows = nao.limit_violations(clip)
+    expected = dict.fromkeys(row.joint for row in rows if row.value != 0.0 or row.of_value != 0.0)
+    with pytest.warns(OutsideLimitsWarning) as warned:
+        Viewer(nao).animate(clip)
+    assert str(warned[0].message).endswith(f"in red: {', '.join(expected)}")
+
+
+def test_a_joint_at_zero_is_warned_of_where_another_one_leaves_it_no_zero(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("neck"), J("nod"))
+    table = CoupledLimit("nod", "neck", at=(0.0, 1.0), lower=(-0.1, 0.2), upper=(0.5, 0.5))
+    robot = nk.RobotModel(robot.tree, Semantics(coupled_limits=(table,)))
+    clip = np.zeros((4, 2))
+    clip[2:, robot.joint_names.index("neck")] = 1.0
+    with pytest.warns(OutsideLimitsWarning, match="in red: nod$"):
+        Viewer(robot).animate(clip)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Viewer(robot).animate(clip[:2])
 
 
 def test_nothing_given_is_aliased(viewer: Viewer, nao: nk.NaoModel) -> None:

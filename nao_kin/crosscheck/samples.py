@@ -10,6 +10,7 @@ from typing import Any
 import eigenpy
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin.robot import RobotModel
@@ -96,19 +97,35 @@ def _half_turns(robot: RobotModel, rng: np.random.Generator, count: int) -> Floa
     tr R(θ) = a + b cos θ + c sin θ, whose least value is −1: the half turn is at θ = π + atan2(c, b).
     """
     configurations = rng.uniform(-np.pi, np.pi, (count, len(robot.joint_names)))
-    if not robot.joint_names:
-        return configurations
-    for index, q in enumerate(configurations):
-        for _ in range(_TRIES):
-            joint, frame = int(rng.integers(len(q))), str(rng.choice(robot.frame_names))
-            thirds = np.tile(q, (3, 1))
-            thirds[:, joint] = np.array([0.0, 2.0, 4.0]) * np.pi / 3.0
-            traces = np.trace(robot.rotation(thirds, frame), axis1=-2, axis2=-1)
-            b, c = traces @ [2 / 3, -1 / 3, -1 / 3], traces @ [0.0, 3**-0.5, -(3**-0.5)]
-            if b * b + c * c > 0.01:  # the joint carries the frame
-                q[joint] = np.pi + np.arctan2(c, b) + (_nudges(rng, ()) if index % 2 else 0.0)
-                break
+    joints, frames = _turned_frames(robot)
+    waiting = np.arange(count if len(joints) else 0)
+    for _ in range(_TRIES):
+        pair = rng.integers(len(joints), size=len(waiting)) if len(waiting) else waiting
+        nudge = np.where(waiting % 2 == 1, _nudges(rng, waiting.shape), 0.0)
+        joint, frame = joints[pair], frames[pair]
+        thirds = np.repeat(configurations[waiting, None], 3, axis=1)
+        thirds[np.arange(len(waiting)), :, joint] = np.array([0.0, 2.0, 4.0]) * np.pi / 3.0
+        traces = np.empty((len(waiting), 3))
+        for index in np.unique(frame):
+            R = robot.rotation(thirds[frame == index], robot.frame_names[index])
+            traces[frame == index] = np.trace(R, axis1=-2, axis2=-1)
+        b, c = traces @ [2 / 3, -1 / 3, -1 / 3], traces @ [0.0, 3**-0.5, -(3**-0.5)]
+        found = b * b + c * c > 0.01
+        configurations[waiting[found], joint[found]] = (np.pi + np.arctan2(c, b) + nudge)[found]
+        waiting = waiting[~found]
     return configurations
+
+
+def _turned_frames(robot: RobotModel) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """All pairs of a joint, by its place in `joint_names`, and a frame that it turns, by its place in `frame_names`."""
+    zero = robot.neutral()
+    R_zero = robot.rotation(zero, robot.frame_names)
+    # A joint at a time: what all frames of all joints take would be large for a robot of hundreds.
+    turned = [
+        np.abs(robot.rotation(q, robot.frame_names) - R_zero).max(axis=(1, 2)) > 1e-6 for q in zero + np.eye(len(zero))
+    ]
+    pairs = np.argwhere(np.reshape(turned, (len(turned), len(robot.frame_names))))
+    return pairs[:, 0], pairs[:, 1]
 
 
 def _nudges(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:

@@ -370,6 +370,8 @@ class Viewer:
         self._messages.put(f"shown {what}", panel_message("shown", {"shown": {what: bool(on)}}))
 
     def _warn(self, qs: Floats) -> None:
+        if qs.ndim > 1:
+            qs = qs[_first_outside(self.robot, qs)]
         violations = self.robot.limit_violations(qs)
         found = dict.fromkeys(row.joint for row in violations if row.value != 0.0 or row.of_value != 0.0)
         new = [joint for joint in found if joint not in self._warned]
@@ -384,3 +386,18 @@ class Viewer:
     def __repr__(self) -> str:
         where = f"live at {self.url}" if self._server is not None else "not live"
         return f"<Viewer of {self.robot.name}, {where}>"
+
+
+def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
+    """Of a clip, the first configuration in which each joint is outside its limits and not because all is at zero.
+
+    A clip that runs outside of them for minutes has a violation in every frame, and they say no more than these.
+    """
+    outside = ~robot.within_limits(qs, per_joint=True)
+    values = qs[:, robot.nq - len(robot.joint_names) :]
+    moved = outside & (values != 0.0)
+    for table in robot.coupled_limits:
+        joint, of = robot.joint_names.index(table.joint), robot.joint_names.index(table.of)
+        if robot.lower[joint] <= 0.0 <= robot.upper[joint]:  # else the box refuses zero, whatever the table says
+            moved[:, joint] |= outside[:, joint] & (values[:, of] != 0.0)
+    return sorted({int(column.argmax()) for column in moved.T if column.any()})

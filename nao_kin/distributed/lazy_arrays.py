@@ -1,0 +1,201 @@
+"""The robot's methods as functions of dask arrays: chunk by chunk, computed when asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from nao_kin._text import quoted
+from nao_kin.distributed.pickled_robot import PickledRobot
+from nao_kin.errors import BadArgument, MissingExtra, NaoKinError, WrongShape
+from nao_kin.robot import Expression, PoseForm, RobotModel, check_robot
+
+if TYPE_CHECKING:
+    from dask.array import Array
+
+Frames = str | Sequence[str] | None
+
+
+def fk(
+    robot: RobotModel,
+    q: Array,
+    frame: Frames = None,
+    *,
+    reference: str | None = None,
+    as_: PoseForm = "matrix",
+    dtype: DTypeLike | None = None,
+) -> Array:
+    """Poses of frames, lazily: `robot.fk(q, frame, reference=reference)` of every chunk of q.
+
+    Names are looked up now, configurations are looked at when they are computed. The robot is taken as it is now. The
+    entries are those that a single process computes, bit for bit, however q is cut into chunks.
+
+    Args:
+        robot: any robot.
+        q: configurations, a dask array of shape (..., nq) and any chunks; those of the last axis are joined. The
+            lengths of the other chunks may be unknown.
+        frame: a frame name, several, or None for all links in the order of `link_names`.
+        reference: the frame to express the poses in, as `RobotModel.fk` has it.
+        as_: "matrix", "position_quaternion" or "position6d", as `RobotModel.fk` has it.
+        dtype: float32 or float64; None for that of q, float64 where q is neither.
+
+    Returns:
+        A dask array of shape (..., 4, 4) for one name, (..., n, 4, 4) for several, or with 7 or 6 numbers instead of
+        4 × 4; with the chunks of q [m].
+
+    Raises:
+        UnknownName: no such frame or form.
+        WrongShape, BadArgument: q is no dask array of numbers of shape (..., nq); another dtype.
+        MissingExtra: dask is not installed.
+        NotFinite: when computed; the message says in which block of q.
+    """
+    return _mapped(robot, q, "fk", dtype, {"frame": _names(frame), "reference": reference, "as_": as_})
+
+
+def rotation(
+    robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
+) -> Array:
+    """Rotations of frames, lazily; arguments and errors as in `fk`, shape (..., 3, 3) or (..., n, 3, 3)."""
+    return _mapped(robot, q, "rotation", dtype, {"frame": _names(frame), "reference": reference})
+
+
+def position(
+    robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
+) -> Array:
+    """Positions of frame origins, lazily; arguments and errors as in `fk`, shape (..., 3) or (..., n, 3) [m]."""
+    return _mapped(robot, q, "position", dtype, {"frame": _names(frame), "reference": reference})
+
+
+def jacobian(
+    robot: RobotModel, q: Array, frame: str, expressed_in: Expression = "mixed", *, dtype: DTypeLike | None = None
+) -> Array:
+    """Geometric Jacobians of a frame, lazily: `RobotModel.jacobian` of every chunk of q.
+
+    Args:
+        robot: any robot.
+        q: configurations, as in `fk`.
+        frame: a frame name.
+        expressed_in: "frame", "root" or "mixed", as `RobotModel.jacobian` has it.
+        dtype: as in `fk`.
+
+    Returns:
+        A dask array of shape (..., 6, nv), linear rows first.
+
+    Raises:
+        UnknownName: no such frame or expression.
+        WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
+    """
+    return _mapped(robot, q, "jacobian", dtype, {"frame": frame, "expressed_in": expressed_in})
+
+
+def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
+    """Centres of mass of the whole robot, lazily: `RobotModel.com` of every chunk of q, shape (..., 3) [m].
+
+    Arguments and errors as in `fk`; BadArgument also where the robot has no mass.
+    """
+    return _mapped(robot, q, "com", dtype, {"reference": reference})
+
+
+def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None) -> Array:
+    """Jacobians of the centre of mass, lazily: `RobotModel.com_jacobian` of every chunk of q, shape (..., 3, nv).
+
+    Arguments and errors as in `com`.
+    """
+    return _mapped(robot, q, "com_jacobian", dtype, {})
+
+
+def _mapped(robot: RobotModel, q: Array, method: str, dtype: DTypeLike | None, arguments: Mapping[str, Any]) -> Array:
+    """The dask array of a method's results, one task for each chunk of q."""
+    try:
+        from dask.array import map_blocks
+        from dask.delayed import delayed
+        from dask.tokenize import tokenize
+    except ModuleNotFoundError:
+        raise MissingExtra("nao_kin.distributed", "dask") from None
+    check_robot(robot)
+    q = _checked(q, robot.nq)
+    result_dtype = _float_dtype(q.dtype, dtype)
+    # Without configurations the method looks at its other arguments, and says what shape comes out.
+    tail = _chunk(robot, np.empty((0, robot.nq)), method, arguments, result_dtype).shape[1:]
+    batch = q.ndim - 1
+    pickled, settled = PickledRobot.of(robot), tuple(sorted(arguments.items()))
+    # A key of its own in the graph: inside the tasks, the robot would travel with each of them.
+    shared = delayed(pickled, name=f"nao_kin-robot-{pickled.token}", traverse=False)
+    return map_blocks(
+        _block,
+        q,
+        shared,
+        method,
+        settled,
+        result_dtype,
+        name=f"nao_kin-{method}-{tokenize(pickled, q, settled, result_dtype)}",
+        dtype=result_dtype,
+        meta=np.empty((0,) * (batch + len(tail)), result_dtype),
+        chunks=(*q.chunks[:-1], *((length,) for length in tail)),
+        drop_axis=batch,
+        new_axis=list(range(batch, batch + len(tail))),
+    )
+
+
+def _block(
+    q: NDArray[Any],
+    pickled: PickledRobot,
+    method: str,
+    arguments: tuple[tuple[str, Any], ...],
+    dtype: np.dtype[Any],
+    block_id: tuple[int, ...],
+) -> NDArray[Any]:
+    """The task of one chunk, in whatever process it runs."""
+    try:
+        return _chunk(pickled.load(), q, method, dict(arguments), dtype)
+    except NaoKinError as error:
+        error.args = (f"{error}; counted within q.blocks{list(block_id[: q.ndim - 1])}",)
+        raise
+
+
+def _chunk(
+    robot: RobotModel, q: NDArray[Any], method: str, arguments: Mapping[str, Any], dtype: np.dtype[Any]
+) -> NDArray[Any]:
+    """What a method makes of one chunk; every chunk goes through here."""
+    # The kernels give a configuration the same bits in every chunk; the threads are dask's. No rows, no kernels.
+    answer: NDArray[Any] = getattr(robot, method)(q, **arguments, dtype=dtype, threads=1 if q.size else None)
+    return answer
+
+
+def _checked(q: Array, nq: int) -> Array:
+    """`q` with all coordinates of a configuration in one chunk."""
+    import dask.array as da
+
+    if not isinstance(q, da.Array):
+        advice = "; dask.array.from_array(q, chunks=…) makes one" if isinstance(q, np.ndarray) else ""
+        raise BadArgument(f"q must be a dask array, got {type(q).__name__}{advice}")
+    if q.dtype.kind not in "fiub":
+        raise BadArgument(f"q must be real numbers, got a dask array of {q.dtype}")
+    if q.ndim == 0 or q.shape[-1] != nq:
+        unknown = q.ndim > 0 and math.isnan(q.shape[-1])
+        raise WrongShape(
+            "q", f"(..., {nq})", "an unknown last axis: call q.compute_chunk_sizes()" if unknown else q.shape
+        )
+    return q if q.numblocks[-1] == 1 else q.rechunk({q.ndim - 1: -1})
+
+
+def _float_dtype(given: np.dtype[Any], asked: DTypeLike | None) -> np.dtype[Any]:
+    """The dtype of the results."""
+    if asked is None:
+        return given if given == np.float32 else np.dtype(np.float64)
+    try:
+        found = np.dtype(asked)
+        if found in (np.float32, np.float64):
+            return found
+    except TypeError:
+        pass  # no dtype at all
+    raise BadArgument(f"dtype must be float32 or float64, got {quoted(asked)}")
+
+
+def _names(frame: Frames) -> Frames:
+    """Several names as a tuple, which nobody can change before they are looked at again."""
+    return frame if frame is None or isinstance(frame, str) or not isinstance(frame, Sequence) else tuple(frame)
