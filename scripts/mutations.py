@@ -61,8 +61,8 @@ _COMMON = (
         ),
         (
             "finite-check-of-large-arrays-misses-nan",
-            "if math.isfinite(flat.dot(flat)):",
-            "if flat.dot(flat) != np.inf:",
+            "if math.isfinite(array.sum()):",
+            "if array.sum() != np.inf:",
         ),
         ("finite-check-of-small-arrays-misses-infinity", "np.isfinite(array).all()", "~np.isnan(array).any()"),
     ),

@@ -11,6 +11,10 @@ MODULES = """
 
 # Single tests of the other modules.
 TESTS = """
+    test_two_processes_may_compile_at_once_and_the_third_need_not
+    test_a_folder_that_cannot_be_written_costs_one_warning
+    test_a_full_disk_costs_one_warning
+    test_warmup_says_what_is_ready_and_where
     test_a_narrow_terminal_cuts_nothing
     test_the_two_triples_keep_their_ranges_and_are_two
     test_both_triples_of_any_rotation_give_it_back
