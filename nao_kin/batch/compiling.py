@@ -1,33 +1,23 @@
-"""The kernel compiled: once on a machine for each precision, and kept on its disk.
-
-The folder is the user's own cache, so that the package may be installed where nobody can write. Its name changes with
-the sources of the kernel, with the compiler and with the processor.
-"""
+"""The kernel in the precisions it is compiled for: of what is given, and of what is computed."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-import sys
-import threading
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from nao_kin._common.warn import warn_caller
-from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import NotCachedWarning
+from nao_kin._common.kernel_cache import KeptKernel, cache_folder
 
-Run = Callable[..., int]
+_DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
+_PRECISIONS = {(_DOUBLE, _DOUBLE): "double", (_DOUBLE, _SINGLE): "double to single", (_SINGLE, _SINGLE): "single"}
+_kernels: dict[tuple[np.dtype[Any], np.dtype[Any]], KeptKernel] = {}
 
-_PRECISION = {4: "single", 8: "double"}
-_LOCK = threading.RLock()
-_kernels: dict[np.dtype[Any], Run] = {}
+__all__ = ["KernelState", "cache_folder", "given_precision", "is_ready", "kernel", "warm_up"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +25,7 @@ class KernelState:
     """A kernel that is ready to run.
 
     Attributes:
-        precision: "double" or "single".
+        precision: "double", "single", or "double to single" for numbers given in the one and computed in the other.
         seconds: how long it took to get it ready.
         compiled: whether it had to be compiled, and was not found on disk.
         folder: where it is kept; None where it could not be kept.
@@ -47,93 +37,42 @@ class KernelState:
     folder: Path | None
 
 
-def is_ready(dtype: np.dtype[Any]) -> bool:
-    """Whether the kernel of this precision is in memory."""
-    return dtype in _kernels
+def is_ready(given: np.dtype[Any], computed: np.dtype[Any]) -> bool:
+    """Whether the kernel of these precisions is in memory."""
+    found = _kernels.get((given, computed))
+    return found is not None and found.is_ready
 
 
-def kernel(dtype: np.dtype[Any]) -> Run:
-    """`nao_kin.batch.kernel.run` for one precision, compiled or read from the cache at the first call."""
-    found = _kernels.get(dtype)
+def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> np.dtype[Any]:
+    """The precision in which a kernel reads these: double, but single where that is all there is."""
+    return computed if all(values.dtype == computed for values in inputs) else _DOUBLE
+
+
+def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
+    """`nao_kin.batch.kernel.run` for numbers given in one precision, computed in it or in single precision."""
+    found = _kernels.get((given, computed))
     if found is None:
-        with _LOCK:  # one thread compiles, the others wait
-            found = _kernels.get(dtype)
-            if found is None:
-                found = _kernels[dtype] = _compiled(dtype)
+        from nao_kin.batch.kernel import run, signature
+
+        name = _PRECISIONS[given, computed]
+        made = KeptKernel(
+            run,
+            f"the batch kernel ({name} precision, about ten seconds)",
+            f"batch kernel, {name} precision",
+            Path(__file__).parent,
+            lambda: signature(given, computed),
+        )
+        found = _kernels.setdefault((given, computed), made)
     return found
 
 
 def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of both precisions ready, so that no later call has to wait for them."""
+    """Get the kernels of all precisions ready, so that no later call has to wait for them."""
     states = []
-    for dtype in (np.dtype(np.float64), np.dtype(np.float32)):
-        precision = _PRECISION[dtype.itemsize]
-        kept = _mark(precision).exists()
+    for precisions, name in _PRECISIONS.items():
+        run = kernel(*precisions)
+        found = run.kept_in is not None
         started = time.perf_counter()
-        kernel(dtype)
-        folder = _mark(precision).parent if _mark(precision).exists() else None
-        states.append(KernelState(precision, time.perf_counter() - started, not kept, folder))
+        run.ready()
+        states.append(KernelState(name, time.perf_counter() - started, not found, run.kept_in))
     return tuple(states)
-
-
-def cache_folder() -> Path:
-    """Where compiled kernels are kept: below NUMBA_CACHE_DIR if that is set, else in the user's cache directory."""
-    named = os.environ.get("NUMBA_CACHE_DIR")
-    if named:
-        return Path(named) / "nao_kin"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "nao_kin"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nao_kin"
-
-
-def _compiled(dtype: np.dtype[Any]) -> Run:
-    import numba
-
-    from nao_kin.batch.kernel import run, signature
-
-    if numba.config.DISABLE_JIT:
-        return run
-    precision = _PRECISION[dtype.itemsize]
-    mark = _mark(precision)
-    try:
-        mark.parent.mkdir(parents=True, exist_ok=True)
-        if not mark.exists():
-            _announce(precision)
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(mark.parent)
-        try:
-            made: Run = numba.njit(signature(dtype), nogil=True, error_model="numpy", cache=True)(run)
-        finally:
-            numba.config.CACHE_DIR = before
-        mark.touch()
-        return made
-    except (OSError, RuntimeError) as error:  # Numba says that a folder is not writable by a RuntimeError
-        warn_caller(
-            f"compiled kernels cannot be kept in {quoted(str(mark.parent))}: {abbreviated(str(error))}; each process "
-            "compiles them anew (NUMBA_CACHE_DIR names another folder)",
-            NotCachedWarning,
-            subject="cache",
-        )
-        _announce(precision)
-        uncached: Run = numba.njit(signature(dtype), nogil=True, error_model="numpy")(run)
-        return uncached
-
-
-def _mark(precision: str) -> Path:
-    """The file that says that a kernel has been kept."""
-    return cache_folder() / _fingerprint() / f"{precision}-precision"
-
-
-def _announce(precision: str) -> None:
-    if sys.stderr is not None:
-        print(f"nao_kin: compiling the kernel for {precision} precision, about ten seconds …", file=sys.stderr)  # noqa: T201
-
-
-@cache
-def _fingerprint() -> str:
-    """What a compiled kernel depends on, in sixteen letters."""
-    import llvmlite.binding
-    import numba
-
-    parts = [numba.__version__, llvmlite.binding.get_host_cpu_name()]
-    parts += [path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("*.py"))]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]

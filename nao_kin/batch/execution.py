@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin.batch.compiling import Run, kernel
+from nao_kin.batch.compiling import given_precision, kernel
 from nao_kin.batch.program import Program
 
 Array = NDArray[Any]
@@ -34,7 +34,6 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     Returns:
         The largest magnitude among the inputs: NaN or infinity if there is one.
     """
-    run = kernel(out.dtype)
     count = len(out)
     if threads is None:
         threads = min(_cores(), count // _WORTH_A_THREAD)
@@ -44,27 +43,28 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     share = max(tile, -(-share // tile) * tile)
     parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
     if len(parts) < 2:
-        return max((_execute(run, program, inputs, out, part) for part in parts), default=0.0)
+        return max((_execute(program, inputs, out, part) for part in parts), default=0.0)
     from concurrent.futures import ThreadPoolExecutor
 
     # Started for this call alone: threads that waited for the next one would not be there after a fork.
     with ThreadPoolExecutor(len(parts)) as pool:
-        peaks = list(pool.map(lambda part: _execute(run, program, inputs, out, part), parts))
+        peaks = list(pool.map(lambda part: _execute(program, inputs, out, part), parts))
     return float(np.max(peaks))  # which hands on NaN
 
 
-def _execute(run: Run, program: Program, inputs: Sequence[Array], out: Array, part: slice) -> float:
+def _execute(program: Program, inputs: Sequence[Array], out: Array, part: slice) -> float:
     dtype = out.dtype
+    given = given_precision(inputs, dtype)
+    run = kernel(given, dtype).ready()
     memory = _scratch(program, dtype)
     far = _far(program, dtype)
-    ready = all(rows.flags.c_contiguous and rows.flags.aligned and rows.dtype == dtype for rows in inputs)
+    ready = all(values.flags.c_contiguous and values.flags.aligned and values.dtype == given for values in inputs)
     step = part.stop - part.start if ready else _BLOCK
     peak = 0
     for start in range(part.start, part.stop, step):
         block = slice(start, min(start + step, part.stop))
-        with np.errstate(over="ignore", invalid="ignore"):
-            rows = [np.require(values[block], dtype, ("C", "A")).reshape(-1) for values in inputs]
-        rows += [np.empty(0, dtype)] * (3 - len(rows))
+        rows = [np.require(values[block], given, ("C", "A")).reshape(-1) for values in inputs]
+        rows += [np.empty(0, given)] * (3 - len(rows))
         found = run(
             *rows,
             program.widths,

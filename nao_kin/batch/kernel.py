@@ -25,7 +25,7 @@ from nao_kin.batch.lanes import (
     read_columns,
     spread,
     store,
-    write_rows,
+    write_fours,
 )
 from nao_kin.batch.operations import VECTORS, perform
 
@@ -121,11 +121,11 @@ def _write(m: Array, sources: Array, out: Array, first: int, here: int) -> None:
     n = lane_count(m)
     width = VECTORS * n
     numbers = len(sources)
-    if here == width and numbers >= n:
+    if here == width and numbers >= 4:
         for i in range(0, width, n):
-            for k in range(0, numbers, n):
-                column = min(k, numbers - n)
-                write_rows(m, sources, column, width, i, out, (first + i) * numbers + column, numbers)
+            for k in range(0, numbers, 4):
+                column = min(k, numbers - 4)
+                write_fours(m, sources, column, width, i, out, (first + i) * numbers + column, numbers)
         return
     for i in range(here):
         for k in range(numbers):
@@ -145,13 +145,13 @@ def _far_angles(m: Array, angles: Array, ratios: Array) -> None:
                 m[(angles[k, 1] + 1) * width + i] = math.cos(x)
 
 
-def signature(dtype: np.dtype[Any]) -> Any:
-    """The types of `run` for one precision."""
+def signature(given: np.dtype[Any], computed: np.dtype[Any]) -> Any:
+    """The types of `run` for inputs in one precision, computed in the same one or in single."""
 
     def array(kind: Any, axes: int = 1, *, readonly: bool = True) -> Any:
         return types.Array(kind, axes, "C", readonly=readonly)
 
-    number, row = numba.from_dtype(dtype), array(types.int64)
-    given, memory = array(number), array(number, readonly=False)
+    row, values = array(types.int64), array(numba.from_dtype(given))
+    memory = array(numba.from_dtype(computed), readonly=False)
     tables = array(types.int64, 2), array(types.float64, 2), array(types.int64, 2), array(types.float64)
-    return types.int64(given, given, given, row, *tables, row, row, memory, memory, types.int64)
+    return types.int64(values, values, values, row, *tables, row, row, memory, memory, types.int64)

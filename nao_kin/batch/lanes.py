@@ -32,7 +32,7 @@ if TYPE_CHECKING or numba.config.DISABLE_JIT:
         where_less,
         whole,
         with_sign,
-        write_rows,
+        write_fours,
     )
 else:
     from nao_kin.batch.lanes_llvm import (
@@ -54,7 +54,7 @@ else:
         where_less,
         whole,
         with_sign,
-        write_rows,
+        write_fours,
     )
 
 __all__ = [
@@ -76,5 +76,5 @@ __all__ = [
     "where_less",
     "whole",
     "with_sign",
-    "write_rows",
+    "write_fours",
 ]

@@ -40,7 +40,7 @@ __all__ = [
     "where_less",
     "whole",
     "with_sign",
-    "write_rows",
+    "write_fours",
 ]
 
 
@@ -114,8 +114,15 @@ def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         rows, at, stride, m, to, width = values
-        count = LanesType(signature.args[0].dtype).count
-        vectors = [_load(context, builder, signature.args[0], rows, _nth(builder, at, stride, i)) for i in range(count)]
+        given, kept = signature.args[0], context.get_value_type(LanesType(signature.args[3].dtype))
+        vectors = []
+        for i in range(kept.count):
+            vector = ir.VectorType(context.get_value_type(given.dtype), kept.count)
+            pointer = builder.bitcast(
+                _pointer(context, builder, given, rows, _nth(builder, at, stride, i)), vector.as_pointer()
+            )
+            row = builder.load(pointer, align=given.dtype.bitwidth // 8)
+            vectors.append(row if vector == kept else builder.fptrunc(row, kept))
         for k, vector in enumerate(_transposed(builder, vectors)):
             _store(context, builder, signature.args[3], m, _nth(builder, to, width, k), vector)
         return context.get_dummy_value()
@@ -125,18 +132,20 @@ def read_columns(_: Any, rows: Any, at: Any, stride: Any, m: Any, to: Any, width
 
 
 @intrinsic
-def write_rows(_: Any, m: Any, sources: Any, first: Any, width: Any, shift: Any, out: Any, at: Any, stride: Any) -> Any:
-    """As `lanes_numpy.write_rows`."""
+def write_fours(
+    _: Any, m: Any, sources: Any, first: Any, width: Any, shift: Any, out: Any, at: Any, stride: Any
+) -> Any:
+    """As `lanes_numpy.write_fours`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         m, sources, first, width, shift, out, at, stride = values
         places = context.make_array(signature.args[1])(context, builder, sources).data
         vectors = []
-        for k in range(LanesType(signature.args[0].dtype).count):
+        for k in range(4):
             row = builder.load(builder.gep(places, [builder.add(first, ir.Constant(first.type, k))]))
             vectors.append(_load(context, builder, signature.args[0], m, builder.add(builder.mul(row, width), shift)))
-        for i, vector in enumerate(_transposed(builder, vectors)):
-            _store(context, builder, signature.args[5], out, _nth(builder, at, stride, i), vector)
+        for i, four in _fours(builder, vectors):
+            _store(context, builder, signature.args[5], out, _nth(builder, at, stride, i), four)
         return context.get_dummy_value()
 
     place = types.intp
@@ -156,7 +165,8 @@ def _load(context: Any, builder: Any, array_type: Any, array: Any, at: Any) -> A
 
 
 def _store(context: Any, builder: Any, array_type: Any, array: Any, at: Any, vector: Any) -> None:
-    builder.store(vector, _pointer(context, builder, array_type, array, at), align=array_type.dtype.bitwidth // 8)
+    pointer = builder.bitcast(_pointer(context, builder, array_type, array, at), vector.type.as_pointer())
+    builder.store(vector, pointer, align=array_type.dtype.bitwidth // 8)
 
 
 def _nth(builder: Any, first: Any, step: Any, count: int) -> Any:
@@ -177,6 +187,30 @@ def _transposed(builder: Any, vectors: Sequence[Any]) -> list[Any]:
                 rows[i], rows[i + size] = (builder.shuffle_vector(*pair, mask) for mask in masks)
         size //= 2
     return rows
+
+
+def _fours(builder: Any, vectors: Sequence[Any]) -> list[tuple[int, Any]]:
+    """The lanes of four vectors, four of one lane together, each with the number of its lane.
+
+    Pairs are joined within the 128 bits where they stand, which costs least, then pairs of pairs: eight shuffles.
+    """
+    a, b, c, d = vectors
+    count = a.type.count
+    pieces = []
+    for odd in (0, 1):
+        lanes = [k + odd for k in range(0, count, 2)]
+        pair = ir.Constant(ir.VectorType(_INT32, count), [lane for k in lanes for lane in (k, count + k)])
+        first, second = builder.shuffle_vector(a, b, pair), builder.shuffle_vector(c, d, pair)
+        for half in (0, 1):
+            chosen = range(half, len(lanes), 2)  # pairs that are next to each other when those between are left out
+            mask = [x for k in chosen for x in (2 * k, 2 * k + 1, count + 2 * k, count + 2 * k + 1)]
+            joined = builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(_INT32, count), mask))
+            pieces += [(lanes[k], joined, 4 * place) for place, k in enumerate(chosen)]
+    four = ir.VectorType(_INT32, 4)
+    return [
+        (lane, builder.shuffle_vector(joined, joined, ir.Constant(four, list(range(start, start + 4)))))
+        for lane, joined, start in pieces
+    ]
 
 
 # --- arithmetic -------------------------------------------------------------------------------------------------------

@@ -91,16 +91,18 @@ def largest(k: Lanes) -> int:
 
 
 def read_columns(rows: Array, at: int, stride: int, m: Array, to: int, width: int) -> None:
-    """A square block of `rows`, whose rows are `stride` apart, as columns of `m`, which are `width` apart."""
+    """A square block of `rows`, whose rows are `stride` apart, as columns of `m`, which are `width` apart.
+
+    The rows may be in double precision where `m` is in single.
+    """
     n = lane_count(m)
     for i in range(n):
         for k in range(n):
             m[to + k * width + i] = rows[at + i * stride + k]
 
 
-def write_rows(m: Array, sources: Array, first: int, width: int, shift: int, out: Array, at: int, stride: int) -> None:
-    """Columns of `m`, which start at width · sources[first…] + shift, as rows of `out`, which are `stride` apart."""
-    n = lane_count(m)
-    for i in range(n):
-        for k in range(n):
+def write_fours(m: Array, sources: Array, first: int, width: int, shift: int, out: Array, at: int, stride: int) -> None:
+    """Four columns of `m`, which start at width · sources[first…] + shift, as rows of `out`, `stride` apart."""
+    for i in range(lane_count(m)):
+        for k in range(4):
             out[at + i * stride + k] = m[width * sources[first + k] + shift + i]

@@ -107,7 +107,7 @@ class Answers:
             self._kinematics.check_mass()
         count = math.prod(batch)
         out = output.out
-        if threads is None and not self._batch.is_worthwhile(count, kind):
+        if threads is None and not self._batch.is_worthwhile(count, arrays, kind):
             few = self._by_pinocchio(question, arrays).reshape(shape)
             if out is None:
                 return few.astype(kind, copy=False)

@@ -37,11 +37,11 @@ class BatchKinematics:
         self._tree: batch.JointTree | None = None
         self._asked = 0
 
-    def is_worthwhile(self, count: int, dtype: np.dtype[Any]) -> bool:
-        """Whether the kernels should answer so many configurations."""
+    def is_worthwhile(self, count: int, inputs: Sequence[NDArray[Any]], dtype: np.dtype[Any]) -> bool:
+        """Whether the kernels should answer about so many configurations, in this precision."""
         if count < CROSSOVER:
             return False
-        if batch.is_ready(dtype):
+        if batch.is_ready(batch.given_precision(inputs, dtype), dtype):
             return True
         self._asked += count
         return self._asked >= WORTH_LOADING
