@@ -12,21 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.colour_scale import COLD_TO_WARM
+from nao_kin._common.colour_scale import colours as scale_colours
 from nao_kin._common.vectors import as_vectors, unit
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer.messages import panel_message, typed_array
-
-# Red, green, blue from the lowest value to the highest, equally spaced: cold to warm through a light middle.
-_SCALE: tuple[tuple[float, float, float], ...] = (
-    (0.16, 0.32, 0.66),
-    (0.36, 0.63, 0.83),
-    (0.90, 0.91, 0.88),
-    (0.95, 0.66, 0.36),
-    (0.74, 0.17, 0.12),
-)
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -130,13 +123,8 @@ def colours(
             bottom, top = (bottom - 0.5 if low is None else bottom), (top + 0.5 if high is None else top)
         if not bottom < top:
             raise BadArgument(f"the colour scale needs low < high, got {bottom:g} and {top:g}")
-        rgb = {name: _colour(value, bottom, top) for name, value in numbers.items()}
+        rgb = {name: scale_colours(value, bottom, top).tolist() for name, value in numbers.items()}
         own = {carriers[name]: rgb[name] for name in numbers if name in carriers} | rgb
         content["links"] = [{"link": links[name], "rgb": own[name]} for name in own]
-        content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": _SCALE}
+        content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": COLD_TO_WARM}
     return panel_message("colours", content)
-
-
-def _colour(value: float, low: float, high: float) -> list[float]:
-    at = np.linspace(low, high, len(_SCALE))
-    return [float(np.interp(value, at, [stop[channel] for stop in _SCALE])) for channel in range(3)]
