@@ -15,11 +15,22 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.colour_scale import COLD_TO_WARM
 from nao_kin._common.colour_scale import colours as scale_colours
 from nao_kin._common.vectors import as_vectors, unit
-from nao_kin._text import quoted
+from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer.messages import panel_message, typed_array
+
+# What the numbers of a voxel are called in the legend.
+REACH_LABELS = {
+    "best": "best manipulability",
+    "mean": "mean manipulability",
+    "count": "samples",
+    "coverage": "share of directions",
+}
+# A browser without a graphics card still turns so many cubes.
+_MOST_CUBES = 40_000
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -94,6 +105,46 @@ def targets(poses: Mapping[str, ArrayLike]) -> bytes:
             raise WrongShape(f"target {name}", "(3,) or (4, 4)", array.shape)
         rows.append({"name": str(name), "matrix": T.T.reshape(-1).tolist(), "point": array.shape == (3,)})
     return panel_message("targets", {"targets": rows})
+
+
+def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, float] | None) -> bytes:
+    """Voxels in the colours of a scale, behind a plane."""
+    if found is None:
+        return panel_message("reach", {"cells": None})
+    if not isinstance(found, ReachMap):
+        raise BadArgument(f"show_reach takes a reach map, got {type(found).__name__}")
+    settings = found.settings
+    if settings.robot != robot.name:
+        raise BadArgument(f"the reach map is of {abbreviated(settings.robot)}, and the robot on show is {robot.name}")
+    if settings.reference not in robot.frame_names:
+        raise UnknownName("frame", settings.reference, robot.frame_names)
+    if len(found.count) == 0:
+        raise BadArgument("the reach map is empty: nothing to show")
+    factor = 1
+    while len((shown := found.coarser(factor)).count) > _MOST_CUBES or np.ptp(shown.indices, axis=0).max() > 0xFFFF:
+        factor += 1
+    values, first = shown.column(by), shown.indices.min(axis=0)
+    low, high = float(values.min()), float(values.max())
+    share = (values - low) / (high - low) if high > low else np.zeros(len(values))
+    content = {
+        "frame": settings.reference,
+        "voxel": shown.voxel,
+        "first": first.tolist(),
+        "cells": typed_array((shown.indices - first).astype(np.uint16).reshape(-1)),
+        "values": typed_array(np.round(0xFFFF * share).astype(np.uint16)),
+        "stops": COLD_TO_WARM,
+        "label": f"{settings.frame}: {REACH_LABELS[by]}",
+        "low": f"{low:.3g}",
+        "high": f"{high:.3g}",
+        "cut": None if cut is None else _plane(cut),
+    }
+    return panel_message("reach", content)
+
+
+def _plane(cut: tuple[str, float]) -> dict[str, Any]:
+    if not isinstance(cut, (tuple, list)) or len(cut) != 2 or cut[0] not in ("x", "y", "z"):
+        raise BadArgument(f"cut must be an axis, x, y or z, and a place on it, got {quoted(cut)}")
+    return {"axis": cut[0], "place": number(cut[1], "cut")}
 
 
 def colours(
