@@ -125,7 +125,8 @@ def serial_chain(robot: RobotModel, name: str, reference: str | None) -> SerialC
     """
     frame = _frame_named(robot, name)
     is_root = reference is None or (reference == WORLD and WORLD not in robot.frame_names)
-    base = robot.tree.root if is_root or reference is None else reference
+    root = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
+    base = root if is_root or reference is None else reference
     up, T_last_base = _path(robot, base)
     down, T_last_frame = _path(robot, frame)
     while up and down and up[0] == down[0]:  # joints that carry both
