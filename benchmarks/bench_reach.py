@@ -43,7 +43,7 @@ def loop_seconds(samples: int) -> float:
     J = nao.jacobian(q, "LArm")[:, :3, arm]
     manipulability = np.sqrt(np.linalg.det(J @ J.swapaxes(1, 2)))
     rows, place = np.unique(cells, axis=0, return_inverse=True)
-    np.maximum.at(np.zeros(len(rows)), place, manipulability)
+    np.maximum.at(np.zeros(len(rows)), place.reshape(-1), manipulability)
     return time.perf_counter() - start
 
 

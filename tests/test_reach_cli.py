@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -186,7 +188,7 @@ def interrupted(folder: Path, number: signal.Signals, *arguments: str) -> tuple[
         end = time.monotonic() + 60
         while time.monotonic() < end and not counting(tasks):
             time.sleep(0.05)
-        time.sleep(0.3)
+        time.sleep(0.1)
         process.send_signal(number)
         out, err = process.communicate(timeout=30)
         return process.returncode, out, err
@@ -209,7 +211,7 @@ def counting(tasks: Path) -> bool:
 def test_ctrl_c_keeps_what_is_done_and_a_later_run_goes_on(
     nao: nk.NaoModel, tmp_path: Path, number: signal.Signals
 ) -> None:
-    code, out, err = interrupted(tmp_path, number, "LArm", "--samples", "4e9", "-o", "a.npz")
+    code, out, err = interrupted(tmp_path, number, "LArm", "--samples", "4e9", "--threads", "1", "-o", "a.npz")
     assert (code, out) == (128 + number, "")
     part = nk.reach.load(tmp_path / "a.npz")
     assert 0 < part.samples < 4_000_000_000
@@ -241,3 +243,10 @@ def test_standard_output_gets_the_map_and_nothing_else(tmp_path: Path) -> None:
     assert (process.returncode, process.stderr) == (0, b"")
     (tmp_path / "a.npz").write_bytes(process.stdout)
     assert nk.reach.load(tmp_path / "a.npz").samples == 3000
+
+
+def test_parts_from_several_processes_add_up_to_the_whole(nao: nk.NaoModel) -> None:
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        running = [pool.submit(nk.reach.workspace, nao, "LLeg", 20_000, shard=(k, 3)) for k in range(3)]
+        parts = [part.result(timeout=60) for part in running]
+    assert parts[2] + parts[0] + parts[1] == nk.reach.workspace(nao, "LLeg", 20_000)

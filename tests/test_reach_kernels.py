@@ -16,7 +16,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.reach.chain_tables import SerialChain, serial_chain
 from nao_kin.reach.directions import DIRECTION_COUNT, direction_cells
-from nao_kin.reach.workspace import _draws
+from nao_kin.reach.sampling import _draws
 from nao_kin.semantics import CoupledLimit, Semantics
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -3,8 +3,8 @@
 from nao_kin.reach.directions import DIRECTION_COUNT, direction_cells
 from nao_kin.reach.reach_map import ReachMap, ReachSettings, load
 from nao_kin.reach.sample_ranges import MOST_SAMPLES
+from nao_kin.reach.sampling import MOST_VOXELS, workspace
 from nao_kin.reach.stance import Stance
-from nao_kin.reach.workspace import MOST_VOXELS, workspace
 
 __all__ = [
     "DIRECTION_COUNT",

@@ -18,6 +18,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.reach.chain_tables import ChainTables, Integers
 from nao_kin.reach.directions import RESOLUTION
 
+# Machine code on disk is renewed when this file changes, not when one that it imports does.
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _DISCARDED = np.uint64(11)
 _UNIT = 2.0**-53

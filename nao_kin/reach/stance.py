@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from nao_kin.reach.reach_map import ReachMap
 
 # Places that are compared at once, 8 bytes each.
-_MOST_PLACES = 100_000_000
+_MOST_PLACES = 30_000_000
 # A place's score: the number of targets above these bits, the sum of their manipulability in them.
 _BITS = 40
 
@@ -118,7 +118,7 @@ class _Votes:
         starts: Integers = cells.astype(np.int64) - (self._low + self._sides - 1)
         first, last = starts.min(axis=0), starts.max(axis=0) + self._sides
         if self._heights is not None:
-            first[2], last[2] = 0, math.floor((self._heights[1] - self._heights[0]) / self._voxel) + 1
+            first[2], last[2] = 0, math.floor((self._heights[1] - self._heights[0]) / self._voxel + 1e-9) + 1
         if math.prod((last - first).tolist()) > _MOST_PLACES:
             raise BadArgument("targets are too far apart to compare all places between them: give fewer at a time")
         votes = np.zeros(tuple(last - first), dtype=np.int64)

@@ -120,7 +120,7 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         raise UnknownName("frame", settings.reference, robot.frame_names)
     if len(found.count) == 0:
         raise BadArgument("the reach map is empty: nothing to show")
-    factor = 1
+    factor = max(1, round((len(found.count) / _MOST_CUBES) ** (1 / 3)))
     while len((shown := found.coarser(factor)).count) > _MOST_CUBES or np.ptp(shown.indices, axis=0).max() > 0xFFFF:
         factor += 1
     values, first = shown.column(by), shown.indices.min(axis=0)
