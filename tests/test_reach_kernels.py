@@ -97,13 +97,20 @@ def test_the_manipulability_in_another_frame_agrees_with_finite_differences(kern
     assert np.allclose(hands(kernels, chain, values)[2], expected, rtol=1e-7, atol=1e-10)
 
 
+# A frame away from all axes, so that every joint moves it.
+TIP = J("tip", kind="fixed", xyz=(0.1, 0.2, 0.05))
 MADE_UP = {
-    "slides": (J("a", (1, 0, 0), (0.1, 0, 0), kind="prismatic", limits=(-0.2, 0.3)), J("b", (0, 1, 0), (0, 0.1, 0.2))),
+    "slides": (
+        J("a", (1, 0, 0), (0.1, 0, 0), kind="prismatic", limits=(-0.2, 0.3)),
+        J("b", (0, 1, 0), (0, 0.1, 0.2)),
+        TIP,
+    ),
     "skew": (
         J("a", (0.6, 0, 0.8), (0.1, 0.2, 0.3), (0.1, -0.4, 0.9)),
         J("b", (0, 0.6, -0.8), (0, 0.1, 0), (1.2, 0.3, -0.5)),
         J("c", (0.36, 0.48, 0.8), (0.3, 0, 0.1), (-2.0, 0.7, 0.2)),
         J("d", (-1, 0, 0), (0.05, 0.1, 0)),
+        TIP,
     ),
     "follows": (
         J("a", (0, 0, 1), (0.1, 0, 0)),
@@ -112,6 +119,7 @@ MADE_UP = {
         J("d", (0, 0, 1), (0.1, 0, 0), kind="prismatic", follows=("c", 0.1, 0.05)),
         J("e", (0, 1, 0), (0.1, 0.1, 0), kind="fixed"),
         J("f", (0, 1, 0), (0.1, 0, 0.1)),
+        TIP,
     ),
     "one": (J("a", (0, 1, 0), (0, 0, 0.1)), J("b", kind="fixed", xyz=(0.3, 0.2, 0.1), rpy=(0.3, 0.2, 0.1))),
 }

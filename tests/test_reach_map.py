@@ -185,6 +185,8 @@ def test_reachable_is_where_samples_fell(nao: nk.NaoModel, whole: ReachMap) -> N
     assert whole.reachable(np.full((2, 3, 3), 1e300)).shape == (2, 3)
     assert not whole.reachable([1e300, -1e300, 0.0])
     assert not whole.reachable([2**20 * VOXEL * 2, 0, 0])
+    around_origin = replace(whole, indices=whole.indices - whole.indices[0])
+    assert around_origin.reachable([[VOXEL / 2] * 3, [1e300] * 3]).tolist() == [True, False]
     assert whole.reachable(np.zeros((0, 3))).shape == (0,)
     other = nao.random(11, 4000)
     assert whole.reachable(nao.position(other, "LArm")).mean() > 0.97
