@@ -18,7 +18,7 @@ from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from rich.progress import Progress
 
     from nao_kin.reach import ReachMap
     from nao_kin.robot import RobotModel
@@ -63,8 +63,10 @@ def reach(
     model = load(version, urdf, robot)
     from nao_kin import reach as room
 
-    # One sample tells all settings, and compiles what a signal could not interrupt.
-    first = room.workspace(model, frame, 1, voxel=voxel, seed=seed, reference=reference, threads=threads)
+    # One sample tells all settings, and compiles what a signal should not have to wait for.
+    with _progress_bar() as bar:
+        bar.add_task("getting ready", total=None)
+        first = room.workspace(model, frame, 1, voxel=voxel, seed=seed, reference=reference, threads=threads)
     first.column(by)
     previous = _previous(output)
     if previous is not None:
@@ -73,23 +75,22 @@ def reach(
         if most > asked:
             raise BadArgument(f"{abbreviated(output)} has samples up to {most} already; ask for as many, or more")
 
-    def run(stop: Callable[[], bool], progress: Callable[[int, int], object]) -> ReachMap:
-        return room.workspace(
-            model,
-            frame,
-            asked,
-            voxel=voxel,
-            seed=seed,
-            reference=reference,
-            previous=previous,
-            threads=threads,
-            stop=stop,
-            progress=progress,
-        )
-
     # A signal ends the counting, and then the program, when what was counted is written.
     with uninterrupted() as ending:
-        found = _with_progress(run, ending)
+        with _progress_bar() as bar:
+            task = bar.add_task("samples", total=None)
+            found = room.workspace(
+                model,
+                frame,
+                asked,
+                voxel=voxel,
+                seed=seed,
+                reference=reference,
+                previous=previous,
+                threads=threads,
+                progress=lambda done, total: bar.update(task, completed=done, total=total),
+                stop=ending,
+            )
         files = _written(model, found, output, html, by) if found.samples else []
         if found.samples < asked:
             kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
@@ -133,16 +134,12 @@ def _previous(output: str | None) -> ReachMap | None:
     return load_map(output)
 
 
-def _with_progress(
-    run: Callable[[Callable[[], bool], Callable[[int, int], object]], ReachMap], ending: Callable[[], bool]
-) -> ReachMap:
+def _progress_bar() -> Progress:
     from rich.console import Console
     from rich.progress import Progress
 
     errors = Console(file=sys.stderr)
-    with Progress(console=errors, disable=not errors.is_terminal, transient=True) as bar:
-        task = bar.add_task("samples", total=None)
-        return run(ending, lambda done, total: bar.update(task, completed=done, total=total))
+    return Progress(console=errors, disable=not errors.is_terminal, transient=True)
 
 
 def _written(model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str) -> list[str]:
