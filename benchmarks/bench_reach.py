@@ -33,8 +33,8 @@ def seconds(
     return min(times)
 
 
-def loop_seconds(samples: int) -> float:
-    """The time of what a user would write without a map: positions, Jacobians and voxels from arrays [s]."""
+def arrays_seconds(samples: int) -> float:
+    """The time of what a user would write himself: positions, Jacobians and voxels from the robot's methods [s]."""
     nao = nk.load_nao()
     start = time.perf_counter()
     q = nao.random(0, samples)
@@ -59,6 +59,7 @@ def main() -> int:
     all_cores = seconds(samples, rounds)
     one = seconds(samples, rounds, threads=1)
     few = min(samples, 50_000)
+    by_methods = min(arrays_seconds(few) for _ in range(rounds + 1))  # the first compiles
     figures = {
         "cores": os.cpu_count(),
         "samples": samples,
@@ -70,7 +71,7 @@ def main() -> int:
         "one_thread_by_all": round(one / all_cores, 2),
         "leg_seconds": round(seconds(samples, rounds, frame="LLeg"), 2),
         "three_millimetres_seconds": round(seconds(samples, rounds, voxel=0.003), 2),
-        "times_faster_than_a_loop": round(loop_seconds(few) / few / (one / samples), 1),
+        "times_faster_than_methods": round(by_methods / few / (one / samples), 1),
     }
     print(json.dumps(figures, indent=2))
     return 0 if figures["met"] else 1
