@@ -55,12 +55,15 @@ def before_ending(action: Callable[[], object]) -> Callable[[], None]:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Let a signal wait for the end of a few quick steps that belong together, such as starting and registering."""
+def uninterrupted() -> Iterator[Callable[[], bool]]:
+    """Let a signal wait for the end of a few quick steps that belong together, such as starting and registering.
+
+    Longer steps ask the function that this yields, again and again, whether a signal waits.
+    """
     key = object()
     _uninterrupted.add(key)
     try:
-        yield
+        yield lambda: bool(_postponed)
     finally:
         _uninterrupted.discard(key)
         if _postponed and not _uninterrupted:

@@ -12,21 +12,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.colour_scale import COLD_TO_WARM
+from nao_kin._common.colour_scale import colours as scale_colours
 from nao_kin._common.vectors import as_vectors, unit
-from nao_kin._text import quoted
+from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer.messages import panel_message, typed_array
 
-# Red, green, blue from the lowest value to the highest, equally spaced: cold to warm through a light middle.
-_SCALE: tuple[tuple[float, float, float], ...] = (
-    (0.16, 0.32, 0.66),
-    (0.36, 0.63, 0.83),
-    (0.90, 0.91, 0.88),
-    (0.95, 0.66, 0.36),
-    (0.74, 0.17, 0.12),
-)
+# What the numbers of a voxel are called in the legend.
+REACH_LABELS = {
+    "best": "best manipulability",
+    "mean": "mean manipulability",
+    "count": "samples",
+    "coverage": "share of directions",
+}
+# A browser without a graphics card still turns so many cubes.
+_MOST_CUBES = 40_000
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -103,6 +107,46 @@ def targets(poses: Mapping[str, ArrayLike]) -> bytes:
     return panel_message("targets", {"targets": rows})
 
 
+def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, float] | None) -> bytes:
+    """Voxels in the colours of a scale, behind a plane."""
+    if found is None:
+        return panel_message("reach", {"cells": None})
+    if not isinstance(found, ReachMap):
+        raise BadArgument(f"show_reach takes a reach map, got {type(found).__name__}")
+    settings = found.settings
+    if settings.robot != robot.name:
+        raise BadArgument(f"the reach map is of {abbreviated(settings.robot)}, and the robot on show is {robot.name}")
+    if settings.reference not in robot.frame_names:
+        raise UnknownName("frame", settings.reference, robot.frame_names)
+    if len(found.count) == 0:
+        raise BadArgument("the reach map is empty: nothing to show")
+    factor = max(1, round((len(found.count) / _MOST_CUBES) ** (1 / 3)))
+    while len((shown := found.coarser(factor)).count) > _MOST_CUBES or np.ptp(shown.indices, axis=0).max() > 0xFFFF:
+        factor += 1
+    values, first = shown.column(by), shown.indices.min(axis=0)
+    low, high = float(values.min()), float(values.max())
+    share = (values - low) / (high - low) if high > low else np.zeros(len(values))
+    content = {
+        "frame": settings.reference,
+        "voxel": shown.voxel,
+        "first": first.tolist(),
+        "cells": typed_array((shown.indices - first).astype(np.uint16).reshape(-1)),
+        "values": typed_array(np.round(0xFFFF * share).astype(np.uint16)),
+        "stops": COLD_TO_WARM,
+        "label": f"{settings.frame}: {REACH_LABELS[by]}",
+        "low": f"{low:.3g}",
+        "high": f"{high:.3g}",
+        "cut": None if cut is None else _plane(cut),
+    }
+    return panel_message("reach", content)
+
+
+def _plane(cut: tuple[str, float]) -> dict[str, Any]:
+    if not isinstance(cut, (tuple, list)) or len(cut) != 2 or cut[0] not in ("x", "y", "z"):
+        raise BadArgument(f"cut must be an axis, x, y or z, and a place on it, got {quoted(cut)}")
+    return {"axis": cut[0], "place": number(cut[1], "cut")}
+
+
 def colours(
     links: Mapping[str, int],
     carriers: Mapping[str, str],
@@ -130,13 +174,8 @@ def colours(
             bottom, top = (bottom - 0.5 if low is None else bottom), (top + 0.5 if high is None else top)
         if not bottom < top:
             raise BadArgument(f"the colour scale needs low < high, got {bottom:g} and {top:g}")
-        rgb = {name: _colour(value, bottom, top) for name, value in numbers.items()}
+        rgb = {name: scale_colours(value, bottom, top).tolist() for name, value in numbers.items()}
         own = {carriers[name]: rgb[name] for name in numbers if name in carriers} | rgb
         content["links"] = [{"link": links[name], "rgb": own[name]} for name in own]
-        content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": _SCALE}
+        content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": COLD_TO_WARM}
     return panel_message("colours", content)
-
-
-def _colour(value: float, low: float, high: float) -> list[float]:
-    at = np.linspace(low, high, len(_SCALE))
-    return [float(np.interp(value, at, [stop[channel] for stop in _SCALE])) for channel in range(3)]

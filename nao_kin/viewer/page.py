@@ -13,7 +13,7 @@ from pathlib import Path
 from nao_kin.errors import BadModel
 
 _FOLDER = Path(__file__).resolve().parent / "page"
-_SCRIPTS = ("robot.js", "studio.js", "marks.js", "player.js", "panel.js", "main.js")
+_SCRIPTS = ("robot.js", "studio.js", "marks.js", "reach.js", "player.js", "panel.js", "main.js")
 
 # Everything is inside the document; a page that nothing can lead out of needs no trust.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"

@@ -17,6 +17,7 @@ from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
 from nao_kin._common.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
+from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.browser import Screenshots
@@ -212,6 +213,23 @@ class Viewer:
             NotFinite, BadArgument: no numbers, or no scale from low to high.
         """
         self._messages.put("colours", overlays.colours(self._links, self._carriers, values, low, high, label))
+
+    def show_reach(self, reach: ReachMap | None, *, by: str = "best", cut: tuple[str, float] | None = None) -> None:
+        """Draw a reach map as coloured voxels, with a slider that cuts them along an axis; None removes it.
+
+        Where there are more than 40 000 voxels, coarser ones are drawn.
+
+        Args:
+            reach: a map of this robot.
+            by: what colours them: "best", "mean" (manipulability), "count" or "coverage".
+            cut: axis, "x", "y" or "z", and place of the cut in the map's reference frame [m]; what is beyond is not
+                drawn. None for the middle along x.
+
+        Raises:
+            UnknownName: no such number.
+            BadArgument, NotFinite, WrongShape: no map, one of another robot or an empty one; no cut.
+        """
+        self._messages.put("reach", overlays.reach(self.robot, reach, by, cut))
 
     def camera(self, name: str) -> None:
         """Look at the robot from one of `camera_names`.

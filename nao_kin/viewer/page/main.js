@@ -28,7 +28,7 @@ NaoKin.App = class {
       button.dataset.shown = name;
       this.byId("shown").append(button);
     }
-    this.legends = { colours: [], pairs: [] };
+    this.legends = { colours: [], pairs: [], reach: [] };
     this.settled = null;
     this.up = null;
   }
@@ -50,6 +50,7 @@ NaoKin.App = class {
     else if (kind === "ghost") this.marks.showGhost(message.q);
     else if (kind === "targets") this.marks.showTargets(message.targets);
     else if (kind === "colours") this.colour(message);
+    else if (kind === "reach") this.reach.show(message);
     else if (kind === "camera") this.camera(message.name);
     else if (kind === "still") this.still();
     else if (kind === "capture") this.capture(message);
@@ -66,6 +67,7 @@ NaoKin.App = class {
     this.marks = new NaoKin.Marks(this.viewer, this.studio, this.robot);
     this.frames = { names: about.effectors, size: 0.075 * Math.min(this.studio.size, 1.5) };
     this.panel = new NaoKin.Panel(this, this.byId("panel"));
+    this.reach = new NaoKin.Reach(this, this.byId("cut"));
     this.byId("cameras").replaceChildren(
       ...about.cameras.map(({ name }) =>
         NaoKin.element("button", { type: "button", onclick: () => this.camera(name) }, name),
@@ -180,10 +182,7 @@ NaoKin.App = class {
 
   colour({ links, label, low, high, stops }) {
     this.marks.tint({ scale: new Map(links.map(({ link, rgb }) => [link, rgb])) });
-    const css = (rgb) => `rgb(${rgb.map((value) => Math.round(255 * value)).join(",")})`;
-    const bar = NaoKin.element("span", { className: "bar" });
-    if (stops) bar.style.background = `linear-gradient(to right, ${stops.map(css).join(",")})`;
-    this.legend("colours", stops ? [`${label} ${low}`.trim(), bar, `${high}`] : []);
+    this.legend("colours", stops ? [`${label} ${low}`.trim(), NaoKin.scaleBar(stops), `${high}`] : []);
   }
 
   legendOfPairs(kinds) {
@@ -195,7 +194,7 @@ NaoKin.App = class {
     this.legend("pairs", [...kinds].map(entry));
   }
 
-  // Colours of links and kinds of joints each have their own part of the legend.
+  // Colours of links, kinds of joints and what is reached each have their own part of the legend.
   legend(part, children) {
     this.legends[part] = children;
     const parts = Object.values(this.legends).filter(({ length }) => length > 0);

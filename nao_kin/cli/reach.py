@@ -1,0 +1,202 @@
+"""`nao-kin reach`: where a hand can be."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nao_kin._common import atomic
+from nao_kin._common.ending import uninterrupted
+from nao_kin._common.scalars import decimal
+from nao_kin._text import abbreviated, quoted
+from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.output import print_json, print_note
+from nao_kin.errors import BadArgument
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from nao_kin.reach import ReachMap
+    from nao_kin.robot import RobotModel
+
+_ENDINGS = (".npz", ".vtk", ".ply")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("reach", epilog="Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html")(reach)
+
+
+def reach(
+    frame: Annotated[str, typer.Argument(metavar="FRAME", help="A frame, or a chain for its end effector.")],
+    samples: Annotated[str, typer.Option(metavar="N", help="How many configurations, such as 200000 or 1e7.")] = "1e6",
+    voxel: Annotated[float, typer.Option(metavar="METRES", help="Edge of a voxel.")] = 0.01,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the samples.")] = 0,
+    reference: Annotated[str | None, typer.Option(metavar="NAME", help="The frame to count positions in.")] = None,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write the map: .npz, which a later run goes on from, .vtk or .ply."
+        ),
+    ] = None,
+    html: Annotated[str | None, typer.Option(metavar="FILE", help="Write a page with the robot and its map.")] = None,
+    by: Annotated[
+        str, typer.Option("--by", metavar="NAME", help="Colours of --html and .ply: best, mean, count or coverage.")
+    ] = "best",
+    threads: Annotated[int | None, typer.Option(metavar="N", help="Default: one for each core.")] = None,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+) -> None:
+    """Where a hand can be: a voxel map of its positions at random joint values, with manipulability and directions.
+
+    Joints are uniform inside their limits. With -o map.npz the same command goes on where an earlier one ended, also
+    one that Ctrl-C ended: what was done until then is written.
+    """
+    asked = _count(samples)
+    _check_files(output, html, json)
+    model = load(version, urdf, robot)
+    from nao_kin import reach as room
+
+    # One sample tells all settings, and compiles what a signal should not have to wait for.
+    with _progress_bar() as bar:
+        bar.add_task("getting ready", total=None)
+        first = room.workspace(model, frame, 1, voxel=voxel, seed=seed, reference=reference, threads=threads)
+    first.column(by)
+    previous = _previous(output)
+    if previous is not None:
+        first.settings.check_same(previous.settings, abbreviated(output))
+        most = previous.ranges[-1][1] if previous.ranges else 0
+        if most > asked:
+            raise BadArgument(f"{abbreviated(output)} has samples up to {most} already; ask for as many, or more")
+
+    # A signal ends the counting, and then the program, when what was counted is written.
+    with uninterrupted() as ending:
+        with _progress_bar() as bar:
+            task = bar.add_task("samples", total=None)
+            found = room.workspace(
+                model,
+                frame,
+                asked,
+                voxel=voxel,
+                seed=seed,
+                reference=reference,
+                previous=previous,
+                threads=threads,
+                progress=lambda done, total: bar.update(task, completed=done, total=total),
+                stop=ending,
+            )
+        files = _written(model, found, output, html, by) if found.samples else []
+        if found.samples < asked:
+            kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
+            print_note(f"ended after {found.samples} of {asked} samples; {kept}")
+        else:
+            _report(found, files, json)
+        sys.stdout.flush()
+
+
+def _count(text: str) -> int:
+    try:
+        value = decimal(text)
+        if value != int(value):
+            raise ValueError
+    except (ValueError, OverflowError):
+        raise BadArgument(f"--samples {quoted(text)}: expected a whole number, such as 200000 or 1e7") from None
+    return int(value)
+
+
+def _check_files(output: str | None, html: str | None, json: bool) -> None:
+    """Refuse files that could not be written, before anything is loaded or counted."""
+    if output is not None:
+        if Path(output).suffix.lower() not in _ENDINGS and not atomic.leads_to_standard_output(output):
+            raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
+        atomic.check_writable(output)
+    if html is not None:
+        atomic.check_writable(html)
+    for option, path in (("--output", output), ("--html", html)):
+        if json and path is not None and atomic.leads_to_standard_output(path):
+            raise BadArgument(f"{option} {path} and --json both write to standard output; give one")
+    if output is not None and html is not None and os.path.realpath(output) == os.path.realpath(html):
+        raise BadArgument(f"--output and --html name one file, {html}; give two")
+
+
+def _previous(output: str | None) -> ReachMap | None:
+    """The map that stands in the file already."""
+    from nao_kin.reach import load as load_map
+
+    if output is None or Path(output).suffix.lower() != ".npz" or not Path(output).is_file():
+        return None
+    return load_map(output)
+
+
+def _progress_bar() -> Progress:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    errors = Console(file=sys.stderr)
+    return Progress(console=errors, disable=not errors.is_terminal, transient=True)
+
+
+def _written(model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str) -> list[str]:
+    files = []
+    if output is not None:
+        ending = Path(output).suffix.lower()
+        if ending == ".vtk":
+            found.save_vtk(output)
+        elif ending == ".ply":
+            found.save_ply(output, colour_by=by)
+        else:
+            found.save(output)
+        files.append(output)
+    if html is not None:
+        from nao_kin.viewer import Viewer
+
+        viewer = Viewer(model)
+        viewer.show_reach(found, by=by)
+        viewer.save_html(html)
+        files.append(html)
+    return files
+
+
+def _report(found: ReachMap, files: list[str], json: bool) -> None:
+    summary = _summary(found)
+    if json:
+        print_json({**summary, "files": files})
+        return
+    if any(atomic.leads_to_standard_output(file) for file in files):
+        return  # which has the file, and nothing behind it
+    settings, best = found.settings, summary["best"]
+    print(
+        f"{settings.frame} in {settings.reference} of {settings.robot}, {found.samples} samples, seed {settings.seed}"
+    )
+    print(f"{summary['voxels']} voxels of {1000 * found.voxel:g} mm, {1000 * found.volume:.4g} dm³")
+    for axis, low, high in zip("xyz", summary["lower"], summary["upper"], strict=True):
+        print(f"{axis} from {low:.3f} to {high:.3f} m")
+    place = ", ".join(f"{coordinate:.3f}" for coordinate in best["position"])
+    print(f"best manipulability {best['manipulability']:.4g} at ({place}) m")
+    for file in files:
+        print(file)
+
+
+def _summary(found: ReachMap) -> dict[str, Any]:
+    settings, best = found.settings, int(found.best_steps.argmax())
+    return {
+        "robot": settings.robot,
+        "frame": settings.frame,
+        "reference": settings.reference,
+        "joints": list(settings.joints),
+        "samples": found.samples,
+        "seed": settings.seed,
+        "voxel": found.voxel,
+        "voxels": len(found.count),
+        "volume": found.volume,
+        "lower": (found.indices.min(axis=0) * found.voxel).tolist(),
+        "upper": ((found.indices.max(axis=0) + 1) * found.voxel).tolist(),
+        "best": {"manipulability": float(found.best[best]), "position": found.centres[best].tolist()},
+        "mean_coverage": float(found.coverage.mean()),
+    }

@@ -1,0 +1,19 @@
+"""Where a hand can be: voxel maps of positions drawn at random, with manipulability and directions."""
+
+from nao_kin.reach.directions import DIRECTION_COUNT, direction_cells
+from nao_kin.reach.reach_map import ReachMap, ReachSettings, load
+from nao_kin.reach.sample_ranges import MOST_SAMPLES
+from nao_kin.reach.sampling import MOST_VOXELS, workspace
+from nao_kin.reach.stance import Stance
+
+__all__ = [
+    "DIRECTION_COUNT",
+    "MOST_SAMPLES",
+    "MOST_VOXELS",
+    "ReachMap",
+    "ReachSettings",
+    "Stance",
+    "direction_cells",
+    "load",
+    "workspace",
+]

@@ -1,0 +1,130 @@
+"""Reach maps in files: NumPy archives that come back, and VTK and PLY for other programs."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+import zlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common import atomic
+from nao_kin._common.arrays import Floats
+from nao_kin._common.colour_scale import colours
+from nao_kin._text import abbreviated
+from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.reach.sample_ranges import SampleRange
+
+COLUMNS = ("best", "mean", "count", "coverage")
+_FORMAT = "nao_kin reach map 1"
+
+
+def check_column(name: str) -> None:
+    """Raise `UnknownName` for what is no number of a voxel."""
+    if not isinstance(name, str) or name not in COLUMNS:
+        raise UnknownName("number of a voxel", name, COLUMNS)
+
+
+def write_npz(
+    path: Path | str,
+    settings: Mapping[str, Any],
+    ranges: Sequence[SampleRange],
+    arrays: Mapping[str, NDArray[Any]],
+) -> Path:
+    """Write the parts of a map as a compressed archive."""
+    parts: dict[str, Any] = {
+        "format": np.array(_FORMAT),
+        "settings": np.array(json.dumps(settings)),
+        "ranges": np.array(ranges, dtype=np.int64).reshape(-1, 2),
+        **arrays,
+    }
+    content = io.BytesIO()
+    np.savez_compressed(content, **parts)
+    atomic.write_bytes(path, content.getvalue())
+    return Path(path)
+
+
+def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...], dict[str, NDArray[Any]]]:
+    """The parts of a map: settings, ranges, and the arrays of its voxels.
+
+    Raises:
+        BadInputFile: the file cannot be read, or is no such archive.
+    """
+    try:
+        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as archive:
+            found = {name: archive[name] for name in archive.files}
+        if str(found.pop("format")) != _FORMAT:
+            raise ValueError("of another format")
+        settings = json.loads(str(found.pop("settings")))
+        ranges = tuple((int(start), int(stop)) for start, stop in found.pop("ranges"))
+        _check_arrays(found, sum(stop - start for start, stop in ranges))
+    except OSError as error:
+        raise BadInputFile(abbreviated(path), error.strerror or "cannot be read") from None
+    except (ValueError, TypeError, KeyError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error):
+        raise BadInputFile(abbreviated(path), "no reach map of nao-kin (.npz), or not all of one") from None
+    return settings, ranges, found
+
+
+def _check_arrays(arrays: Mapping[str, NDArray[Any]], samples: int) -> None:
+    rows = len(arrays["count"])
+    for name, array in arrays.items():
+        if array.shape != ((rows, 3) if name == "indices" else (rows,)) or array.dtype.kind != "i":
+            raise ValueError(name)
+    if int(arrays["count"].sum()) != samples:
+        raise ValueError("count")
+
+
+def write_vtk(
+    path: Path | str, title: str, indices: NDArray[np.int32], voxel: float, columns: Mapping[str, Floats]
+) -> Path:
+    """Write voxels as the cells of structured points, numbers in big-endian binary.
+
+    Source: The VTK User's Guide, 11th edition, VTK File Formats, Simple Legacy Formats.
+    """
+    _check_any(indices)
+    first = indices.min(axis=0)
+    shape = indices.max(axis=0) - first + 1
+    place = np.ravel_multi_index(tuple((indices - first).T), tuple(shape), order="F")  # x runs fastest
+    cells = int(np.prod(shape))
+    head = (
+        "# vtk DataFile Version 3.0",
+        abbreviated(title.encode("ascii", "replace").decode(), 200),
+        "BINARY",
+        "DATASET STRUCTURED_POINTS",
+        "DIMENSIONS " + " ".join(str(side + 1) for side in shape),
+        "ORIGIN " + " ".join(repr(float(corner)) for corner in first * voxel),
+        f"SPACING {voxel!r} {voxel!r} {voxel!r}",
+        f"CELL_DATA {cells}",
+    )
+    content = io.BytesIO()
+    content.write(("\n".join(head) + "\n").encode("ascii"))
+    for name, values in columns.items():
+        dense = np.zeros(cells, dtype=">f8")
+        dense[place] = values
+        content.write(f"SCALARS {name} double 1\nLOOKUP_TABLE default\n".encode("ascii"))
+        content.write(dense.tobytes() + b"\n")
+    atomic.write_bytes(path, content.getvalue())
+    return Path(path)
+
+
+def write_ply(path: Path | str, points: Floats, values: Floats) -> Path:
+    """Write coloured points, cold for the least value and warm for the most."""
+    from trimesh import PointCloud
+
+    _check_any(points)
+    low, high = float(values.min()), float(values.max())
+    rgb = colours(values, low, high if high > low else low + 1.0)
+    rgba = np.column_stack([np.round(255.0 * rgb), np.full(len(rgb), 255.0)]).astype(np.uint8)
+    make: Any = PointCloud
+    atomic.write_bytes(path, make(points, colors=rgba).export(file_type="ply"))
+    return Path(path)
+
+
+def _check_any(rows: NDArray[Any]) -> None:
+    if len(rows) == 0:
+        raise BadArgument("the map is empty: nothing to write")

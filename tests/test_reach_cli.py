@@ -1,0 +1,252 @@
+"""`nao-kin reach`, as people use it: files that stand there already, signals, pipes, wrong words."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from viewer_pages import messages_of
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
+FEW = ("--samples", "3000", "--voxel", "0.03")
+
+
+def said(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["reach", *arguments]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return out
+
+
+def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["reach", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nao-kin: ")
+    assert err.count("\n") == 1
+    return err
+
+
+def test_help_gives_an_example(capsys: pytest.CaptureFixture) -> None:
+    assert run(["reach", "--help"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "Example: nao-kin reach LArm" in out
+    for option in ("--samples", "--voxel", "--seed", "--reference", "--output", "--html", "--by", "--threads"):
+        assert option in out
+
+
+def test_it_says_where_the_hand_can_be(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    out = said(capsys, "LArm", *FEW)
+    found = nk.reach.workspace(nao, "LArm", 3000, voxel=0.03)
+    assert "LArm in torso of nao_v6, 3000 samples, seed 0" in out
+    assert f"{len(found.count)} voxels of 30 mm" in out
+    assert f"best manipulability {found.best.max():.4g}" in out
+
+
+def test_json_holds_the_same_and_the_files(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+    path = str(tmp_path / "a.npz")
+    document = json.loads(said(capsys, "RLeg", *FEW, "--seed", "7", "--reference", "Head", "-o", path, "--json"))
+    found = nk.reach.workspace(nao, "RLeg", 3000, voxel=0.03, seed=7, reference="Head")
+    assert nk.reach.load(path) == found
+    assert document["files"] == [path]
+    assert document["samples"] == 3000
+    assert document["reference"] == "Head"
+    assert document["joints"] == list(found.settings.joints)
+    assert document["voxels"] == len(found.count)
+    assert document["volume"] == pytest.approx(found.volume)
+    assert document["best"]["manipulability"] == pytest.approx(found.best.max())
+    assert found.best_at(document["best"]["position"]) == found.best.max()
+    assert (found.centres > document["lower"]).all()
+    assert (found.centres < document["upper"]).all()
+
+
+def test_a_later_run_goes_on_from_the_file(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+    path = str(tmp_path / "a.npz")
+    part = nk.reach.workspace(nao, "LArm", (1000, 2000), voxel=0.03)
+    part.save(path)
+    said(capsys, "LArm", *FEW, "-o", path)
+    assert nk.reach.load(path) == nk.reach.workspace(nao, "LArm", 3000, voxel=0.03)
+    before = Path(path).read_bytes()
+    said(capsys, "LArm", *FEW, "-o", path)
+    assert Path(path).read_bytes() == before
+
+
+def test_nobodys_samples_are_thrown_away(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    said(capsys, "LArm", *FEW, "-o", str(path))
+    before = path.read_bytes()
+    assert "is of another voxel: 0.03 instead of 0.01" in refused(capsys, "LArm", "-o", str(path))
+    assert "is of another seed" in refused(capsys, "LArm", *FEW, "--seed", "1", "-o", str(path))
+    assert "is of another frame" in refused(capsys, "RArm", *FEW, "-o", str(path))
+    assert "is of another robot" in refused(capsys, "LArm", *FEW, "--version", "v5", "-o", str(path))
+    assert "has samples up to 3000 already" in refused(
+        capsys, "LArm", "--voxel", "0.03", "--samples", "2999", "-o", str(path)
+    )
+    assert path.read_bytes() == before
+
+
+def test_a_file_that_is_no_map_is_left_alone(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    path = tmp_path / "mine.npz"
+    np.savez(path, a=np.arange(3))
+    before = path.read_bytes()
+    assert "mine.npz: no reach map of nao-kin" in refused(capsys, "LArm", *FEW, "-o", str(path))
+    assert path.read_bytes() == before
+
+
+def test_a_link_to_the_file_stays_a_link(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    (tmp_path / "link.npz").symlink_to(tmp_path / "real.npz")
+    said(capsys, "LArm", *FEW, "-o", str(tmp_path / "link.npz"))
+    assert (tmp_path / "link.npz").is_symlink()
+    assert nk.reach.load(tmp_path / "real.npz").samples == 3000
+
+
+def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+    found = nk.reach.workspace(nao, "LArm", 3000, voxel=0.03)
+    for name in ("a.vtk", "a.PLY"):
+        out = said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), "--by", "coverage")
+        assert out.endswith(f"{tmp_path / name}\n")
+    found.save_vtk(tmp_path / "b.vtk")
+    assert (tmp_path / "a.vtk").read_bytes() == (tmp_path / "b.vtk").read_bytes()
+    colours = trimesh.load(found.save_ply(tmp_path / "b.ply", colour_by="coverage")).colors
+    with (tmp_path / "a.PLY").open("rb") as file:
+        assert np.array_equal(trimesh.load(file, file_type="ply").colors, colours)
+    said(capsys, "LArm", *FEW, "--html", str(tmp_path / "a.html"))
+    (message,) = (m for m in messages_of((tmp_path / "a.html").read_text("utf-8")) if m.get("kind") == "reach")
+    assert message["frame"] == found.settings.reference
+    assert len(message["values"].data) == 2 * len(found.count)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("LArn",), "unknown frame or chain 'LArn' (nearest: LArm"),
+        (("LArm", "--reference", "Hed"), "unknown frame 'Hed'"),
+        (("LArm", "--samples", "0"), "samples must be at least 1, got 0"),
+        (("LArm", "--samples", "-5"), "samples must be at least 1, got -5"),
+        (("LArm", "--samples", "1.5"), "--samples '1.5': expected a whole number, such as 200000 or 1e7"),
+        (("LArm", "--samples", "many"), "--samples 'many': expected a whole number"),
+        (("LArm", "--samples", "1e999"), "--samples '1e999': expected a whole number"),
+        (("LArm", "--samples", "1e10"), "samples must be at most 4294967296"),
+        (("LArm", "--voxel", "0"), "voxel must be positive"),
+        (("LArm", "--voxel", "nan"), "voxel must be finite"),
+        (("LArm", "--voxel", "1e-5"), "take voxels of at least 0.0012 m"),
+        (("LArm", "--seed", "-1"), "seed must be at least 0"),
+        (("LArm", "--threads", "0"), "threads must be at least 1"),
+        (("LArm", "--by", "bset"), "unknown number of a voxel 'bset' (nearest: best"),
+        (("LArm", "-o", "map.csv"), "cannot write map.csv: end the name in .npz, .vtk, .ply"),
+        (("LArm", "-o", "no/map.npz"), "cannot write no/map.npz"),
+        (("LArm", "--html", "no/map.html"), "cannot write no/map.html"),
+        (("LArm", "-o", "/dev/stdout", "--json"), "both write to standard output"),
+        (("LArm", "--html", "a.npz", "-o", "a.npz"), "name one file"),
+        (("base_link",), "no joint moves base_link in torso"),
+        ((), "Missing argument 'FRAME'"),
+    ],
+)
+def test_wrong_words_are_one_line(
+    capsys: pytest.CaptureFixture,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert message in refused(capsys, *arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def program(folder: Path, *arguments: str) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-m", "nao_kin", "reach", *arguments],
+        cwd=folder,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+
+
+def interrupted(folder: Path, number: signal.Signals, *arguments: str) -> tuple[int, str, str]:
+    """Let the program count for a while, then send the signal; exit code, output, and what it said."""
+    process = program(folder, *arguments)
+    try:
+        tasks = Path(f"/proc/{process.pid}/task")
+        end = time.monotonic() + 60
+        while time.monotonic() < end and not counting(tasks):
+            time.sleep(0.05)
+        time.sleep(0.1)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=30)
+        return process.returncode, out, err
+    finally:
+        process.kill()
+
+
+def counting(tasks: Path) -> bool:
+    """Whether a worker thread has used half a second of a processor, which one sample does not take."""
+    for task in tasks.glob("*/stat"):
+        if task.parent.name != tasks.parent.name:
+            fields = task.read_text().rpartition(")")[2].split()
+            if int(fields[11]) + int(fields[12]) >= 0.5 * os.sysconf("SC_CLK_TCK"):
+                return True
+    return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_keeps_what_is_done_and_a_later_run_goes_on(
+    nao: nk.NaoModel, tmp_path: Path, number: signal.Signals
+) -> None:
+    code, out, err = interrupted(tmp_path, number, "LArm", "--samples", "4e9", "--threads", "1", "-o", "a.npz")
+    assert (code, out) == (128 + number, "")
+    part = nk.reach.load(tmp_path / "a.npz")
+    assert 0 < part.samples < 4_000_000_000
+    assert err == f"nao-kin: ended after {part.samples} of 4000000000 samples; kept in a.npz\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
+    some = part.ranges[-1][1] + 1000
+    process = program(tmp_path, "LArm", "--samples", str(some), "-o", "a.npz", "--json")
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, "")
+    assert json.loads(out)["samples"] == some
+    assert nk.reach.load(tmp_path / "a.npz") == nk.reach.workspace(nao, "LArm", some)
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
+def test_ctrl_c_without_a_file_says_that_nothing_is_kept(tmp_path: Path) -> None:
+    code, out, err = interrupted(tmp_path, signal.SIGINT, "LArm", "--samples", "4e9")
+    assert (code, out) == (130, "")
+    assert err.startswith("nao-kin: ended after ")
+    assert err.endswith(" of 4000000000 samples; without -o FILE nothing is kept\n")
+
+
+def test_standard_output_gets_the_map_and_nothing_else(tmp_path: Path) -> None:
+    process = subprocess.run(
+        [sys.executable, "-m", "nao_kin", "reach", "LArm", *FEW, "-o", "/dev/stdout"],
+        env=ENVIRONMENT,
+        capture_output=True,
+        timeout=60,
+    )
+    assert (process.returncode, process.stderr) == (0, b"")
+    (tmp_path / "a.npz").write_bytes(process.stdout)
+    assert nk.reach.load(tmp_path / "a.npz").samples == 3000
+
+
+def test_parts_from_several_processes_add_up_to_the_whole(nao: nk.NaoModel) -> None:
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        running = [pool.submit(nk.reach.workspace, nao, "LLeg", 20_000, shard=(k, 3)) for k in range(3)]
+        parts = [part.result(timeout=60) for part in running]
+    assert parts[2] + parts[0] + parts[1] == nk.reach.workspace(nao, "LLeg", 20_000)
