@@ -11,7 +11,9 @@ import hashlib
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,23 @@ from nao_kin.errors import NotCachedWarning
 
 _LOCK = threading.RLock()  # one thread compiles, the others wait
 _announced: set[str] = set()
+
+
+@dataclass(frozen=True)
+class KernelState:
+    """A kernel that is ready to run.
+
+    Attributes:
+        name: which one.
+        seconds: how long it took to get it ready.
+        compiled: whether it had to be compiled, and was not found on disk.
+        folder: where it is kept; None where it could not be kept.
+    """
+
+    name: str
+    seconds: float
+    compiled: bool
+    folder: Path | None
 
 
 class KeptKernel:
@@ -51,6 +70,12 @@ class KeptKernel:
     def is_ready(self) -> bool:
         """Whether it is in memory."""
         return self._compiled is not None
+
+    def warm_up(self) -> KernelState:
+        """Get it ready now; it must have been made with its signature."""
+        found, started = self.kept_in is not None, time.perf_counter()
+        self.ready()
+        return KernelState(self._name, time.perf_counter() - started, not found, self.kept_in)
 
     @property
     def kept_in(self) -> Path | None:

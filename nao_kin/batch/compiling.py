@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.kernel_cache import KeptKernel, cache_folder
+from nao_kin._common.kernel_cache import KeptKernel, KernelState, cache_folder
 
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
-_PRECISIONS = {(_DOUBLE, _DOUBLE): "double", (_DOUBLE, _SINGLE): "double to single", (_SINGLE, _SINGLE): "single"}
+_PRECISIONS: dict[tuple[np.dtype[Any], np.dtype[Any]], str] = {
+    (_DOUBLE, _DOUBLE): "double",
+    (_DOUBLE, _SINGLE): "double to single",
+    (_SINGLE, _SINGLE): "single",
+}
 _kernels: dict[tuple[np.dtype[Any], np.dtype[Any]], KeptKernel] = {}
 
 __all__ = ["KernelState", "cache_folder", "given_precision", "is_ready", "kernel", "warm_up"]
-
-
-@dataclass(frozen=True)
-class KernelState:
-    """A kernel that is ready to run.
-
-    Attributes:
-        precision: "double", "single", or "double to single" for numbers given in the one and computed in the other.
-        seconds: how long it took to get it ready.
-        compiled: whether it had to be compiled, and was not found on disk.
-        folder: where it is kept; None where it could not be kept.
-    """
-
-    precision: str
-    seconds: float
-    compiled: bool
-    folder: Path | None
 
 
 def is_ready(given: np.dtype[Any], computed: np.dtype[Any]) -> bool:
@@ -68,11 +53,4 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
 
 def warm_up() -> tuple[KernelState, ...]:
     """Get the kernels of all precisions ready, so that no later call has to wait for them."""
-    states = []
-    for precisions, name in _PRECISIONS.items():
-        run = kernel(*precisions)
-        found = run.kept_in is not None
-        started = time.perf_counter()
-        run.ready()
-        states.append(KernelState(name, time.perf_counter() - started, not found, run.kept_in))
-    return tuple(states)
+    return tuple(kernel(*precisions).warm_up() for precisions in _PRECISIONS)

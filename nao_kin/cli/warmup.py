@@ -14,19 +14,20 @@ def register(app: typer.Typer) -> None:
 
 
 def warmup(json: JsonOption = False) -> None:
-    """Compile the kernels for large batches ahead, once on a machine; they are kept in the user's cache.
+    """Compile the kernels for large batches and reach maps ahead, once on a machine.
 
-    NUMBA_CACHE_DIR names another folder. Without this command, the first large batch compiles them.
+    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first large batch
+    and the first map compile what they need.
     """
-    from nao_kin.batch import warm_up
+    from nao_kin import batch, reach
 
-    states = warm_up()
+    states = (*batch.warm_up(), *reach.warm_up())
     if json:
         print_json(
             {
                 "kernels": [
                     {
-                        "precision": state.precision,
+                        "name": state.name,
                         "compiled": state.compiled,
                         "seconds": round(state.seconds, 3),
                         "folder": None if state.folder is None else str(state.folder),
@@ -37,7 +38,7 @@ def warmup(json: JsonOption = False) -> None:
         )
         return
     rows = [
-        (state.precision, "compiled" if state.compiled else "found", f"{state.seconds:.1f}", str(state.folder or "–"))
+        (state.name, "compiled" if state.compiled else "found", f"{state.seconds:.1f}", str(state.folder or "–"))
         for state in states
     ]
-    print_table(("precision", "", "s", "kept in"), rows, numbers=("s",))
+    print_table(("kernel", "", "s", "kept in"), rows, numbers=("s",))

@@ -3,7 +3,7 @@
 from nao_kin.reach.directions import DIRECTION_COUNT, direction_cells
 from nao_kin.reach.reach_map import ReachMap, ReachSettings, load
 from nao_kin.reach.sample_ranges import MOST_SAMPLES
-from nao_kin.reach.sampling import MOST_VOXELS, workspace
+from nao_kin.reach.sampling import MOST_VOXELS, warm_up, workspace
 from nao_kin.reach.stance import Stance
 
 __all__ = [
@@ -15,5 +15,6 @@ __all__ = [
     "Stance",
     "direction_cells",
     "load",
+    "warm_up",
     "workspace",
 ]

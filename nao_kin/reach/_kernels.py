@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernel_cache import KeptKernel
 from nao_kin.reach.chain_tables import ChainTables, Integers
 from nao_kin.reach.directions import RESOLUTION
 
-# Machine code on disk is renewed when this file changes, not when one that it imports does.
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _DISCARDED = np.uint64(11)
 _UNIT = 2.0**-53
@@ -33,14 +35,47 @@ class VoxelGrid(NamedTuple):
 
 
 def compiled(function: _Function) -> _Function:
-    """The function as machine code that does not hold the interpreter; kept on disk where a folder can be written."""
-    try:
-        return cast(_Function, numba.njit(cache=True, nogil=True)(function))
-    except RuntimeError:  # no folder to keep it in
-        return cast(_Function, numba.njit(nogil=True)(function))
+    """A part of the kernels: compiled with them."""
+    return cast(_Function, numba.njit(nogil=True, error_model="numpy")(function))
 
 
-@compiled
+def kept(*arguments: Any) -> Callable[[Callable[..., Any]], KeptKernel]:
+    """A kernel with arguments of these types, kept on disk."""
+
+    def made(function: Callable[..., Any]) -> KeptKernel:
+        name = function.__name__
+        return KeptKernel(
+            function,
+            "the kernels of reach maps (a few seconds)",
+            f"reach kernel, {name}",
+            Path(__file__).parent,
+            lambda: types.void(*arguments),
+        )
+
+    return made
+
+
+_FLOATS, _FLOAT_ROWS = types.float64[::1], types.float64[:, ::1]
+_INTEGERS, _INTEGER_ROWS = types.int64[::1], types.int64[:, ::1]
+_CHAIN = types.NamedTuple(
+    (
+        types.float64[:, :, ::1],
+        types.boolean[::1],
+        _INTEGERS,
+        _FLOATS,
+        _FLOATS,
+        types.int64,
+        _FLOATS,
+        _FLOATS,
+        _INTEGER_ROWS,
+        _FLOAT_ROWS,
+    ),
+    ChainTables,
+)
+_GRID = types.NamedTuple((types.float64, types.UniTuple(types.int64, 3), types.UniTuple(types.int64, 3)), VoxelGrid)
+
+
+@kept(types.uint64[:, ::1], _CHAIN, _FLOAT_ROWS)
 def joint_values(draws: NDArray[np.uint64], chain: ChainTables, values: Floats) -> None:
     """Values (m, c) inside all limits from 64 random bits each.
 
@@ -80,7 +115,7 @@ def interpolated(bends: Floats, column: int, at: float) -> float:
     return float(bends[left, column] + share * (bends[right, column] - bends[left, column]))
 
 
-@compiled
+@kept(_FLOAT_ROWS, _CHAIN, _FLOAT_ROWS, _FLOAT_ROWS, _FLOATS)
 def hands(values: Floats, chain: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
     """Position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
     joints = chain.slides.shape[0]
@@ -172,7 +207,7 @@ def direction_cell(x: float, y: float, z: float) -> int:
     return 2 * ring * (ring - 1) + place if z > 0.0 else 12 * n * n - 2 * ring * (ring + 1) + place
 
 
-@compiled
+@kept(_FLOAT_ROWS, _FLOAT_ROWS, _GRID, _INTEGER_ROWS)
 def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) -> None:
     """Number of the voxel in its grid, and the bit of the direction, shape (m, 2)."""
     for sample in range(positions.shape[0]):
@@ -184,7 +219,7 @@ def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) ->
         found[sample, 1] = 1 << direction_cell(axes[sample, 0], axes[sample, 1], axes[sample, 2])
 
 
-@compiled
+@kept(_INTEGER_ROWS, _FLOATS, types.float64, _INTEGER_ROWS)
 def tally(found: Integers, manipulability: Floats, step: float, totals: Integers) -> None:
     """Count samples into `totals`, one row per voxel: how many, best and sum of manipulability in steps, directions."""
     for sample in range(found.shape[0]):

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 import numpy as np
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.kernel_cache import KernelState
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.reach.chain_tables import ChainTables, Integers, serial_chain
@@ -107,6 +108,15 @@ def workspace(
     indices = np.stack(np.unravel_index(rows, shape), axis=-1) + np.array(first)
     counted = map_of(settings, counter.done, indices, counter.totals[rows])
     return counted if previous is None else previous + counted
+
+
+def warm_up() -> tuple[KernelState, ...]:
+    """Get the kernels of reach maps ready, so that no later call has to wait for them."""
+    from nao_kin.reach import _kernels
+
+    return tuple(
+        kernel.warm_up() for kernel in (_kernels.joint_values, _kernels.hands, _kernels.places, _kernels.tally)
+    )
 
 
 class _Counter:
