@@ -20,6 +20,8 @@ import nao_kin as nk
 Answer = Callable[[NDArray[np.float64], NDArray[Any]], None]
 
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+# Up to here, this library is asked as users ask it.
+FEW = 1000
 # Questions, with the frames they are about: "effectors", "joints" or "links".
 QUESTIONS = ("effectors", "joints", "links", "jacobian", "com")
 
@@ -47,18 +49,21 @@ def answer_shape(robot: nk.RobotModel, question: str) -> tuple[int, ...]:
 # --- this library -----------------------------------------------------------------------------------------------------
 
 
-def ours(robot: nk.RobotModel, question: str, threads: int) -> Answer:
-    """This library, in the precision of the answers."""
+def ours(robot: nk.RobotModel, question: str, threads: int | None) -> Answer:
+    """This library, in the precision of the answers; without a number of threads, as it decides itself."""
     frames = frames_of(robot, question)
-    if question == "com":
-        return lambda q, out: _ignore(robot.com(q, out=out, threads=threads))
-    if question == "jacobian":
-        return lambda q, out: _ignore(robot.jacobian(q, frames[0], out=out, threads=threads))
-    return lambda q, out: _ignore(robot.fk(q, frames, out=out, threads=threads))
 
+    def answer(q: NDArray[np.float64], out: NDArray[Any]) -> None:
+        # The library itself starts no second thread, and no kernel for a few configurations.
+        workers = threads if len(q) > FEW else None
+        if question == "com":
+            robot.com(q, out=out, threads=workers)
+        elif question == "jacobian":
+            robot.jacobian(q, frames[0], out=out, threads=workers)
+        else:
+            robot.fk(q, frames, out=out, threads=workers)
 
-def _ignore(result: object) -> None:
-    """The answer is where it was wanted."""
+    return answer
 
 
 # --- Pinocchio --------------------------------------------------------------------------------------------------------

@@ -24,14 +24,15 @@ class KinematicMethods(ABC):
     """What every `RobotModel` answers about configurations q of shape (..., nq), with any leading batch shape.
 
     A few configurations are answered by Pinocchio; many by compiled kernels, which agree with it to 1e-12. The methods
-    share three arguments:
+    share three arguments.
 
-        dtype: precision of the result, np.float64 or np.float32; with float32, many configurations are also computed
-            in it, to 2e-6, in half the time. None for that of `out`, or float64.
-        out: an array to write the result into and return: of its shape and precision, contiguous, apart from the input.
-        threads: how many threads to use for many configurations; None for all cores where that is worthwhile. With a
-            number given, the kernels answer however few there are: the same bits for a configuration, whatever batch
-            it is in.
+    `dtype` is the precision of the result, np.float64 or np.float32; with float32, many configurations are also
+    computed in it, to 2e-6. None stands for that of `out`, or float64.
+
+    `out` is an array to write the result into and return: of its shape and precision, contiguous, apart from the input.
+
+    `threads` says how many threads may work on many configurations; None for all cores where that is worthwhile. With a
+    number given, the kernels answer however few there are: the same bits for a configuration, whatever batch it is in.
     """
 
     _frames: FrameTable
