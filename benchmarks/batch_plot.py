@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib
 import numpy as np
 from batch_contenders import answer_shape
+from numpy.typing import NDArray
 
 import nao_kin as nk
 
@@ -86,7 +87,7 @@ def _threads(axes: Any, robot: nk.RobotModel, best_call: Callable[..., float]) -
         "five effectors": lambda n, out: robot.fk(q, list(robot.semantics.end_effectors), out=out, threads=n),
     }
     for name, ask in questions.items():
-        out = ask(1, None)
+        out: NDArray[Any] = ask(1, None)  # type: ignore[no-untyped-call]
         costs = [min(best_call(partial(ask, k, out)) for _ in range(3)) for k in threads]
         axes.plot(threads, [costs[0] / cost for cost in costs], "o-", markersize=4, label=name)
     axes.plot(threads, threads, "--", color="#9aa0a6", label="as many times as fast")

@@ -22,7 +22,7 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Forward kinematics by hand, by the robot's own methods, by Pinocchio called directly, and by yourdfpy.
+    """Forward kinematics by hand, by the robot's methods, by the batch kernels, by plain Pinocchio, and by yourdfpy.
 
     Attributes:
         frames: the frames that the steps and the robot have in common.
@@ -49,6 +49,7 @@ class PoseChecks:
         self._by_hand_yourdfpy = Tally("pose in the root, by hand", "yourdfpy", note=note)
         self._pinocchio_yourdfpy = Tally("pose in the root, by Pinocchio", "yourdfpy", note=note)
         self._robot_pinocchio = Tally("pose in the root, by the robot", "pin.framesForwardKinematics")
+        self._kernels_pinocchio = Tally("pose in the root, by the batch kernels", "pin.framesForwardKinematics")
         self._elementary = {axis: Tally(f"rot_{axis}", "pin.AngleAxis") for axis in _AXES}
         self._names = Tally("frame names", "Pinocchio")
         by_hand = {step.name for step in steps}
@@ -58,7 +59,8 @@ class PoseChecks:
     @property
     def tallies(self) -> list[Tally]:
         """The rows, in the order of the report."""
-        poses = [self._by_hand_pinocchio, self._by_hand_yourdfpy, self._pinocchio_yourdfpy, self._robot_pinocchio]
+        poses = [self._by_hand_pinocchio, self._by_hand_yourdfpy, self._pinocchio_yourdfpy]
+        poses += [self._robot_pinocchio, self._kernels_pinocchio]
         elementary = self._elementary.values() if self._robot.joint_names else ()
         return [*poses, self._names, *self._steps.tallies, *elementary]
 
@@ -68,7 +70,7 @@ class PoseChecks:
         Returns:
             The robot's poses of `frames`, shape (n, frames, 4, 4).
         """
-        T = self._robot.fk(q, self.frames)
+        T, direct = self._robot.fk(q, self.frames), self._direct.poses(q)
         try:
             by_hand = self._by_hand.poses(q)[:, self._mine]
         except Exception as error:  # of an elementary rotation under test
@@ -76,11 +78,13 @@ class PoseChecks:
             self._by_hand_yourdfpy.refuse(error)
             by_hand = np.full(T.shape, np.inf)
         second = self._second.poses(q)[:, self._second_columns]
-        self._by_hand_pinocchio.add(_pose_difference(by_hand, T), first, self.frames)
+        self._by_hand_pinocchio.add(_pose_difference(by_hand, direct), first, self.frames)
         self._by_hand_yourdfpy.add(_pose_difference(by_hand[:, self._columns], second), first, self._shared)
-        self._pinocchio_yourdfpy.add(_pose_difference(T[:, self._columns], second), first, self._shared)
-        self._robot_pinocchio.add(_pose_difference(T, self._direct.poses(q)), first, self.frames)
-        self._steps.add(T, q, first)
+        self._pinocchio_yourdfpy.add(_pose_difference(direct[:, self._columns], second), first, self._shared)
+        self._robot_pinocchio.add(_pose_difference(T, direct), first, self.frames)
+        kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
+        self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
+        self._steps.add(direct, q, first)
         for axis, tally in self._elementary.items():
             tally.compare(
                 functools.partial(self._elementary_difference, axis, q), len(q), first, self._robot.joint_names
