@@ -13,12 +13,14 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.csv_numbers import Records, delimiter_of, has_pyarrow, plain_floats, quick_numbers
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, nearest_names
@@ -26,8 +28,10 @@ from nao_kin.robot import LimitPolicy, RobotModel
 
 # Characters of a name or a value in a message; the line holds more than it.
 _MOST_SHOWN = 40
+# Characters of a CSV file for which loading pyarrow pays.
+_LARGE = 1 << 20
 
-__all__ = ["read_configurations"]
+__all__ = ["check_joint_names", "finite_numbers", "read_configurations"]
 
 
 def read_configurations(
@@ -54,14 +58,16 @@ def read_configurations(
     if not name:
         raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
     text = _read(name)
-    if not text.strip():
+    if not text or text.isspace():
         raise BadInputFile(name, "empty; expected joint names and values")
     many = True
+    rows: list[list[float]] | Floats
+    lines: Sequence[int]
     if Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{"):
         names, rows, lines, many = _from_json(name, text, robot)
     else:
         names, rows, lines = _from_csv(name, text, robot)
-    values = np.array(rows, dtype=np.float64).reshape(len(rows), len(names))
+    values = np.asarray(rows, dtype=np.float64).reshape(len(rows), len(names))
     if degrees:
         values = np.where([robot.unit(joint) == "rad" for joint in names], np.radians(values), values)
     try:
@@ -83,6 +89,54 @@ def read_configurations(
         raise BadInputFile(name, reason, *_place(lines[row], column)) from None
 
 
+def check_joint_names(name: str, names: Sequence[str], robot: RobotModel, line: int = 0, where: str = "") -> None:
+    """Refuse names that do not name every joint of a robot once.
+
+    Args:
+        name: the file, for the message.
+        names: what it names.
+        robot: whose joints they should be; one that follows another may stand for it or beside it.
+        line: where they stand in a CSV file, 0 elsewhere.
+        where: what the message begins with.
+
+    Raises:
+        BadInputFile: an unknown joint, one named twice, or joints missing.
+    """
+    known = {*robot.joint_names, *robot.mimics}
+    for column, joint in enumerate(names, start=1):
+        if joint not in known:
+            near = ", ".join(nearest_names(joint, [*robot.joint_names, *robot.mimics]))
+            advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
+            what = f"unknown joint {quoted(joint, _MOST_SHOWN)} ({advice})" if joint else "a column without a name"
+            raise BadInputFile(name, where + what, line, column if line else 0)
+        if joint in names[: column - 1]:
+            raise BadInputFile(name, f"{where}joint {quoted(joint)} is given twice", line, column if line else 0)
+    missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]
+    if missing:
+        shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
+        raise BadInputFile(name, f"{where}missing joints: {shown}", line)
+
+
+def finite_numbers(name: str, fields: Sequence[str], names: Sequence[str], line: int) -> list[float]:
+    """The numbers that the fields of one CSV record write in decimal digits.
+
+    Raises:
+        BadInputFile: with line and column of the first that is no finite number.
+    """
+    values = []
+    for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=1):
+        try:
+            value = decimal(field)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise BadInputFile(
+                name, f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number", line, column
+            )
+        values.append(value)
+    return values
+
+
 def _place(line: int, column: int) -> tuple[int, int]:
     """1-based line and column of a CSV field; JSON values have neither (line 0)."""
     return line, column + 1 if line else 0
@@ -101,23 +155,31 @@ def _read(name: str) -> str:
         raise BadInputFile(name, f"not UTF-8 text (byte {error.start})") from None
 
 
-def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]], list[int]]:
+def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]] | Floats, Sequence[int]]:
     header_line = text.lstrip("\r\n").split("\n", 1)[0]
-    delimiter = max(",;\t", key=header_line.count)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    delimiter = delimiter_of(header_line)
+    file = io.StringIO(text, newline="")
+    reader = csv.reader(file, delimiter=delimiter, strict=True)
+    # Then `float` reads only decimal digits.
+    plain = text.isascii() and "_" not in text
     rows, lines, names = [], [], list[str]()
     try:
         for fields in reader:
-            if not any(field.strip() for field in fields):
+            if not any(fields) or not any(field.strip() for field in fields):
                 continue
             if not names:
                 names = [field.strip() for field in fields]
-                _check_names(name, names, robot, reader.line_num)
+                check_joint_names(name, names, robot, reader.line_num)
+                if len(text) > _LARGE and has_pyarrow():
+                    numbers = quick_numbers(text[file.tell() :].encode(), len(names), delimiter)
+                    if numbers is not None and len(numbers):
+                        return names, numbers, _Lines(text, delimiter)
                 continue
             if len(fields) != len(names):
                 reason = f"{len(fields)} values, the header names {len(names)} joints"
                 raise BadInputFile(name, reason, line=reader.line_num)
-            rows.append(_numbers(name, fields, names, reader.line_num))
+            row = plain_floats(fields) if plain else None
+            rows.append(row or finite_numbers(name, fields, names, reader.line_num))
             lines.append(reader.line_num)
     except csv.Error as error:
         raise BadInputFile(name, f"malformed CSV: {error}", line=reader.line_num) from None
@@ -126,19 +188,21 @@ def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[
     return names, rows, lines
 
 
-def _numbers(name: str, fields: Sequence[str], names: Sequence[str], line: int) -> list[float]:
-    values = []
-    for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=1):
-        try:
-            value = decimal(field)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise BadInputFile(
-                name, f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number", line, column
-            )
-        values.append(value)
-    return values
+class _Lines(Sequence[int]):
+    """The line of every row of a CSV text, found when one is asked for."""
+
+    def __init__(self, text: str, delimiter: str) -> None:
+        self._text, self._delimiter = text, delimiter
+
+    def __getitem__(self, row: Any) -> Any:
+        return self._found[row]
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    @cached_property
+    def _found(self) -> list[int]:
+        return [line for line, _, _ in Records(self._text.encode(), self._delimiter)][1:]
 
 
 def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]], list[int], bool]:
@@ -159,7 +223,7 @@ def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list
             raise BadInputFile(name, f"{where}expected an object of joint values, got {_kind(entry)}")
         if not names:
             names = list(entry)
-            _check_names(name, names, robot, 0, where)
+            check_joint_names(name, names, robot, 0, where)
         elif entry.keys() != set(names):
             odd = sorted(entry.keys() ^ set(names))
             raise BadInputFile(
@@ -201,22 +265,6 @@ def _kind(value: Any) -> str:
     if isinstance(value, float) and math.isinf(value):
         return "a number too large for floating point"
     return abbreviated(json.dumps(value, ensure_ascii=False), _MOST_SHOWN)
-
-
-def _check_names(name: str, names: Sequence[str], robot: RobotModel, line: int, where: str = "") -> None:
-    known = {*robot.joint_names, *robot.mimics}
-    for column, joint in enumerate(names, start=1):
-        if joint not in known:
-            near = ", ".join(nearest_names(joint, [*robot.joint_names, *robot.mimics]))
-            advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
-            what = f"unknown joint {quoted(joint, _MOST_SHOWN)} ({advice})" if joint else "a column without a name"
-            raise BadInputFile(name, where + what, line, column if line else 0)
-        if joint in names[: column - 1]:
-            raise BadInputFile(name, f"{where}joint {quoted(joint)} is given twice", line, column if line else 0)
-    missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]
-    if missing:
-        shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
-        raise BadInputFile(name, f"{where}missing joints: {shown}", line)
 
 
 def _determined(robot: RobotModel, names: Iterable[str]) -> set[str]:

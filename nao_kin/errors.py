@@ -31,6 +31,7 @@ __all__ = [
     "OutsideLimits",
     "RenamedFrameWarning",
     "SingularMatrix",
+    "StartedOverWarning",
     "UnknownName",
     "WrongShape",
     "ZeroNorm",
@@ -52,6 +53,10 @@ class RenamedFrameWarning(NaoKinWarning):
 
 class NotCachedWarning(NaoKinWarning):
     """Compiled kernels cannot be kept on disk; every process compiles them anew."""
+
+
+class StartedOverWarning(NaoKinWarning):
+    """A run that was to go on from an earlier one begins at the beginning, for what it depends on has changed."""
 
 
 class NaoKinError(Exception):

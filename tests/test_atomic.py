@@ -283,3 +283,51 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypa
         atomic.write_bytes(tmp_path / ("n" * 3000), b"new")
     assert "File name too long" in str(caught.value)
     assert len(str(caught.value)) < 300
+
+
+def test_a_finished_file_takes_the_place_by_one_rename(tmp_path: Path) -> None:
+    finished, path, link = tmp_path / "finished", tmp_path / "old", tmp_path / "link"
+    path.write_bytes(b"old")
+    path.chmod(0o640)
+    link.symlink_to("old")
+    finished.write_bytes(b"new")
+    inode = finished.stat().st_ino
+    assert atomic.replaced_file(link) == path
+    atomic.move_into_place(finished, link)
+    assert (path.read_bytes(), path.stat().st_ino, stat.S_IMODE(path.stat().st_mode)) == (b"new", inode, 0o640)
+    assert link.is_symlink()
+    assert not finished.exists()
+    finished.write_bytes(b"first")
+    atomic.move_into_place(finished, tmp_path / "fresh")
+    assert (tmp_path / "fresh").read_bytes() == b"first"
+    finished.write_bytes(b"kept")
+    path.chmod(0o444)
+    with pytest.raises(BadArgument, match="read-only"):
+        atomic.move_into_place(finished, link)
+    assert finished.read_bytes() == b"kept"
+
+
+def test_a_finished_file_that_cannot_be_given_away_is_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    finished, path = tmp_path / "finished", tmp_path / "old"
+    path.write_bytes(b"old, and longer than what comes")
+    finished.write_bytes(b"new")
+    inode = path.stat().st_ino
+    monkeypatch.setattr(atomic, "_like_before", lambda temporary, state: False)
+    atomic.move_into_place(finished, path)
+    assert (path.read_bytes(), path.stat().st_ino) == (b"new", inode)
+    assert not finished.exists()
+
+
+def test_a_pipe_gets_the_content_of_a_finished_file(tmp_path: Path) -> None:
+    pipe, finished = tmp_path / "pipe", tmp_path / "finished"
+    os.mkfifo(pipe)
+    finished.write_bytes(bytes(range(256)) * 4000)
+    received: list[bytes] = []
+    reader = threading.Thread(target=lambda: received.append(pipe.read_bytes()), daemon=True)
+    reader.start()
+    assert atomic.replaced_file(pipe) is None
+    atomic.move_into_place(finished, pipe)
+    reader.join(10.0)
+    assert received == [bytes(range(256)) * 4000]
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert not finished.exists()

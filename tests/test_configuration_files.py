@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin import configuration_files
 from nao_kin.configuration_files import read_configurations
 from nao_kin.errors import BadInputFile
 
@@ -240,3 +241,62 @@ def test_limits_can_be_clamped_or_ignored(nao: nk.NaoModel, tmp_path: Path) -> N
     path.write_text(json.dumps(nao.angles(q)))
     assert np.array_equal(read_configurations(nao, path, limits="ignore")[0][0], q)
     assert np.array_equal(read_configurations(nao, path, limits="clamp")[0][0], nao.clamp(q))
+
+
+# --- large files, which pyarrow reads --------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=["pyarrow", "no pyarrow", "not ASCII"])
+def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The three ways of reading, which must not differ."""
+    monkeypatch.setattr(configuration_files, "_LARGE", 0)
+    if request.param != "pyarrow":
+        monkeypatch.setattr(configuration_files, "has_pyarrow", lambda: False)
+    return request.param
+
+
+def _prepared(text: str, reader: str) -> str:
+    # A space of another script, which a field may have around it.
+    return text.replace("\n0.0,", "\n\u20030.0,", 1) if reader == "not ASCII" else text
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_large_files_are_read_to_the_same_numbers(
+    nao: nk.NaoModel, shuffled: list[str], tmp_path: Path, reader: str, delimiter: str
+) -> None:
+    q = nao.random(0, 50)
+    q[0, nao.joint_names.index(shuffled[0])] = 0.0
+    path = tmp_path / "poses.csv"
+    text = _csv(nao, q, [*shuffled, "RHipYawPitch"], delimiter)
+    path.write_text(_prepared("\n" + text.replace("\n", "\n\n"), reader), encoding="utf-8")
+    read, many = read_configurations(nao, path, limits="ignore")
+    assert many
+    assert np.array_equal(read, q)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("\n0.1,", "\n9.0,", "line 6, column 1: outside the joint limits: HeadYaw = 9 not in"),
+        ("\n0.1,", "\nnan,", "line 6, column 1: HeadYaw is 'nan', expected a finite number"),
+        ("\n0.1,", "\n0_1,", "line 6, column 1: HeadYaw is '0_1', expected a finite number"),
+        ("\n0.1,", "\n1e400,", "line 6, column 1: HeadYaw is '1e400', expected a finite number"),
+        ("\n0.1,", "\n\u0661,", "line 6, column 1: HeadYaw is '\u0661', expected a finite number"),
+        ("\n0.1,", "\n,", "line 6, column 1: HeadYaw is '', expected a finite number"),
+        ("\n0.1,", "\n0,1,", "line 6: 27 values, the header names 26 joints"),
+        ("\n0.1,", '\n"0.1,', "malformed CSV"),
+        (",0.2\n", ",0.3\n", "line 6, column 26: LHipYawPitch = 0.2 drives RHipYawPitch, which must then be 0.2"),
+    ],
+)
+def test_errors_in_large_files_name_the_same_lines(
+    nao: nk.NaoModel, tmp_path: Path, reader: str, old: str, new: str, message: str
+) -> None:
+    q = np.tile(nao.posture("StandInit"), (4, 1))
+    q[2, nao.joint_names.index("LHipYawPitch")], q[2, 0] = 0.2, 0.1
+    text = _csv(nao, q, [*nao.joint_names, "RHipYawPitch"]).replace("\n0.0,", "\n\n0.0,")
+    assert text.count(old) == 1
+    path = tmp_path / "poses.csv"
+    path.write_text(_prepared(text.replace(old, new), reader), encoding="utf-8")
+    with pytest.raises(BadInputFile) as caught:
+        read_configurations(nao, path)
+    assert message in str(caught.value)

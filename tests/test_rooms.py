@@ -30,6 +30,7 @@ ROOMS = {
     "configuration_files": 4,
     "multidof": 5,
     "distributed": 5,
+    "stream": 5,
     "reach": 6,
     "crosscheck": 7,
     "viewer": 7,

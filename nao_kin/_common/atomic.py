@@ -9,12 +9,14 @@ from __future__ import annotations
 import os
 import re
 import secrets
+import shutil
 import stat
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from nao_kin._common.ending import before_ending, uninterrupted
 from nao_kin._text import abbreviated, quoted
@@ -23,6 +25,7 @@ from nao_kin.errors import BadArgument
 _DESCRIPTORS = re.compile(r"/(?:dev|proc/(?:self|thread-self|(?P<process>\d+)))/fd/(?P<descriptor>\d+)")
 _MOST_LINKS = 40
 _STANDARD_OUTPUT = 1
+_COPIED_AT_ONCE = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,17 @@ def leads_to_standard_output(path: Path | str) -> bool:
     return _descriptor_of(os.fspath(path)) == _STANDARD_OUTPUT
 
 
+def replaced_file(path: Path | str) -> Path | None:
+    """The file, without symbolic links, that writing to `path` puts or replaces; None for a device, pipe, descriptor.
+
+    Raises:
+        BadArgument: as `write_bytes`.
+    """
+    with _errors_naming(path):
+        target = _target_of(path)
+    return target.path if target.replaceable else None
+
+
 def write_text(path: Path | str, text: str) -> None:
     """Write `text` (UTF-8) to `path`, as `write_bytes` does.
 
@@ -89,17 +103,46 @@ def write_bytes(path: Path | str, content: bytes) -> None:
     """
     with _errors_naming(path):
         target = _target_of(path)
-        if target.descriptor is not None:
-            if target.descriptor == _STANDARD_OUTPUT and sys.stdout is not None:
-                sys.stdout.flush()  # what was printed before stays before
-            with os.fdopen(os.dup(target.descriptor), "wb") as stream:
-                stream.write(content)
-        elif not target.replaceable:
-            with target.path.open("wb") as stream:
+        if not target.replaceable:
+            with _opened(target) as stream:
                 stream.write(content)
         elif not _replace(target, content):
             with uninterrupted(), target.path.open("wb") as file:
                 file.write(content)
+
+
+def move_into_place(finished: Path, path: Path | str) -> None:
+    """Make a file that is finished what `path` leads to, by one rename; a device or a pipe gets its content.
+
+    Args:
+        finished: the file, in the file system of `replaced_file(path)`.
+        path: as in `write_bytes`.
+
+    Raises:
+        BadArgument: as `write_bytes`; the finished file is still there.
+    """
+    with _errors_naming(path):
+        target = _target_of(path)
+        if target.replaceable and (target.state is None or _like_before(finished, target.state)):
+            os.replace(finished, target.path)
+            return
+        with finished.open("rb") as content:
+            if not target.replaceable:
+                with _opened(target) as stream:
+                    shutil.copyfileobj(content, stream, _COPIED_AT_ONCE)
+            else:
+                with uninterrupted(), target.path.open("wb") as file:
+                    shutil.copyfileobj(content, file, _COPIED_AT_ONCE)
+        finished.unlink()
+
+
+def _opened(target: _Target) -> BinaryIO:
+    """A device, a pipe or a descriptor, open for writing."""
+    if target.descriptor is None:
+        return target.path.open("wb")
+    if target.descriptor == _STANDARD_OUTPUT and sys.stdout is not None:
+        sys.stdout.flush()  # what was printed before stays before
+    return os.fdopen(os.dup(target.descriptor), "wb")
 
 
 def _target_of(path: Path | str) -> _Target:

@@ -3,29 +3,56 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
+from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
+from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
-from nao_kin.cli.poses import Pieces, PoseFormat, PosePrinter
+from nao_kin.cli.output import print_json, print_note
+from nao_kin.cli.poses import STYLES, Pieces, PoseFormat, PosePrinter
 from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
     from nao_kin.robot import LimitPolicy, RobotModel
+    from nao_kin.stream import PoseColumns, StreamResult
 
 # One pass of the progress bar; small enough to move often, large enough to cost nothing.
-_CHUNK = 2000
+_CHUNK = 8192
 _WORLD = "world"
+
+
+class ErrorChoice(str, Enum):
+    """What to do with a row from which no configuration can be made."""
+
+    stop = "stop"
+    skip = "skip"
+    nan = "nan"
+
+
+class NumberChoice(str, Enum):
+    """Size of the numbers of a file."""
+
+    float32 = "float32"
+    float64 = "float64"
+
+
+_EXAMPLES = (
+    "Example: nao-kin fk --posture StandInit --joint HeadYaw=0.3 --frame CameraTop --json; "
+    "nao-kin fk big.csv --frame LLeg -o poses.parquet"
+)
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command("fk", epilog="Example: nao-kin fk --posture StandInit --joint HeadYaw=0.3 --frame CameraTop --json")(fk)
+    app.command("fk", epilog=_EXAMPLES)(fk)
 
 
 def fk(
@@ -45,6 +72,16 @@ def fk(
     clamp: Annotated[bool, typer.Option("--clamp", help="Move joints outside their limits to the limit.")] = False,
     ignore_limits: Annotated[bool, typer.Option("--ignore-limits", help="Take joints wherever they are.")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write .parquet, .arrow, .feather, .npy or .csv."),
+    ] = None,
+    on_error: Annotated[
+        ErrorChoice | None, typer.Option("--on-error", help="With -o: what to do with a bad row. Default: stop.")
+    ] = None,
+    dtype: Annotated[
+        NumberChoice | None, typer.Option("--dtype", help="With -o: size of the numbers. Default: float64.")
+    ] = None,
     json: JsonOption = False,
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
@@ -54,9 +91,35 @@ def fk(
 
     Values are radians (hands: 0 closed to 1 open) unless --deg is given. A file names all joints in its header or
     keys, in any order: the 25 joints, or NAOqi's 26.
+
+    With -o, the file may be larger than memory, and also be .npy, .parquet, .arrow or .feather. What is ended
+    half-way goes on where it was when it is called again.
     """
+    for option, value in (("--on-error", on_error), ("--dtype", dtype)):
+        if output is None and value is not None:
+            raise BadArgument(f"{option} is for files; name one with --output")
+    if output is not None:
+        _check_output(file, output, json)
     model = load(version, urdf, robot)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
+    if output is not None and file is not None:
+        from nao_kin import stream
+
+        result = stream.fk(
+            model,
+            file,
+            frame or _default_frames(model),
+            output,
+            reference=reference,
+            as_=STYLES[as_],
+            dtype=np.float64 if dtype is None else dtype.value,
+            limits=limits,
+            degrees=deg,
+            on_error="stop" if on_error is None else on_error.value,
+            progress=True,
+        )
+        _report(result, json)
+        return
     if file is None:
         q, many = one_configuration(model, posture, joint or [], deg, limits)[None], False
     else:
@@ -66,8 +129,8 @@ def fk(
     frames = frame or _default_frames(model)
     # Before anything is printed.
     model.frame_ids(frames if reference is None or _is_world(model, reference) else [*frames, reference])
-    poses = _poses(model, q, frames, reference)
     printer = PosePrinter(frames, as_, deg)
+    poses = _poses(model, q, frames, reference, printer.columns)
     if json:
         printer.print_json(poses, model.name, reference, many=many)
     elif csv:
@@ -76,6 +139,32 @@ def fk(
         printer.print_lines(poses)
     else:
         printer.print_table(poses)
+
+
+def _check_output(file: str | None, output: str, json: bool) -> None:
+    """Refuse a file that could not be written, before anything is loaded."""
+    if file is None:
+        raise BadArgument("--output is for the rows of a file; name the FILE to read")
+    atomic.check_writable(output)
+    if json and atomic.leads_to_standard_output(output):
+        raise BadArgument(f"--output {output} and --json both write to standard output; give one")
+
+
+def _report(result: StreamResult, json: bool) -> None:
+    """What was written, and on standard error what could not be."""
+    if json:
+        print_json(result.as_dict())
+    elif not atomic.leads_to_standard_output(result.sink):  # which has the poses, and nothing behind them
+        print(result.sink)
+    if result.rows_resumed:
+        print_note(f"the first {result.rows_resumed} rows had been done by an earlier run")
+    if result.bad_rows:
+        done = "left out" if result.rows_written < result.rows_read else "written as nan"
+        print_note(f"{result.bad_rows} bad rows of {result.rows_read} {done}:")
+        for bad in result.first_bad_rows:
+            print_note(f"  {bad}")
+        if result.bad_rows > len(result.first_bad_rows):
+            print_note(f"  and {result.bad_rows - len(result.first_bad_rows)} more")
 
 
 def one_configuration(
@@ -125,15 +214,16 @@ def _is_world(model: RobotModel, reference: str) -> bool:
     return reference == _WORLD and _WORLD not in model.frame_names
 
 
-def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None) -> Pieces:
-    """First row and poses (n, frames, 4, 4) of one piece after another, with a progress bar when there are many."""
+def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Pieces:
+    """First row and poses (n, frames, k) of one piece after another, with a progress bar when there are many."""
     starts = range(0, len(q), _CHUNK)
     if len(starts) == 1:
-        yield 0, model.fk(q, frames, reference=reference)
+        yield 0, columns.poses(model, q, frames, reference)
         return
     from rich.console import Console
     from rich.progress import track
 
     errors = Console(file=sys.stderr)
     for start in track(starts, "forward kinematics", console=errors, disable=not errors.is_terminal, transient=True):
-        yield start, model.fk(q[start : start + _CHUNK], frames, reference=reference)
+        rows = q[start : start + _CHUNK]
+        yield start, columns.poses(model, rows, frames, reference, threads=os.cpu_count() or 1)

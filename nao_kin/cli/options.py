@@ -27,6 +27,7 @@ _CONTRADICTIONS = (
     ("version", "urdf", "--version is a version of the NAO, and --urdf another robot; give one"),
     ("version", "robot", "--version is a version of the NAO, and --robot another robot; give one"),
     ("csv", "json", "--csv and --json are two formats; give one"),
+    ("csv", "output", "--csv prints, and the ending of --output names its format; leave out --csv"),
     ("clamp", "ignore_limits", "--clamp and --ignore-limits contradict each other; give one"),
     ("file", "posture", "a file gives whole configurations; leave out --posture and --joint"),
     ("file", "joint", "a file gives whole configurations; leave out --posture and --joint"),

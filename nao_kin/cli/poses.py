@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nao_kin import rotations
 from nao_kin._common.arrays import Floats
 from nao_kin.cli.output import print_json, print_json_list, print_table, without_sign_of_zero
 
-# First row and poses (n, frames, 4, 4) of one piece after another.
+if TYPE_CHECKING:
+    from nao_kin.stream import PoseColumns, PoseStyle
+
+# First row and numbers of the poses (n, frames, k) of one piece after another.
 Pieces = Iterator[tuple[int, Floats]]
 
 
@@ -33,11 +35,11 @@ class PoseFormat(str, Enum):
     quaternion = "quaternion"
 
 
-_POSITION = ("x", "y", "z")
-_ORIENTATION = {
-    PoseFormat.position6d: ("wx", "wy", "wz"),
-    PoseFormat.rpy: ("roll", "pitch", "yaw"),
-    PoseFormat.quaternion: ("r0", "r1", "r2", "r3"),
+STYLES: dict[PoseFormat, PoseStyle] = {
+    PoseFormat.matrix: "matrix",
+    PoseFormat.position6d: "position6d",
+    PoseFormat.rpy: "rpy",
+    PoseFormat.quaternion: "position_quaternion",
 }
 
 
@@ -56,24 +58,11 @@ class PosePrinter:
     degrees: bool
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the numbers of a pose; angles in degrees carry a _deg."""
-        if self.style is PoseFormat.matrix:
-            return tuple(f"t{i}{j}" for i in range(1, 5) for j in range(1, 5))
-        suffix = "_deg" if self.degrees and self.style is not PoseFormat.quaternion else ""
-        return (*_POSITION, *(name + suffix for name in _ORIENTATION[self.style]))
+    def columns(self) -> PoseColumns:
+        """The numbers of a pose and their names."""
+        from nao_kin.stream import PoseColumns  # which loads Pinocchio; an installation without it must get this far
 
-    def numbers(self, T: Floats) -> Floats:
-        """Homogeneous matrices (..., 4, 4) as rows of numbers, in the order of `columns`."""
-        if self.style is PoseFormat.matrix:
-            return T.reshape(*T.shape[:-2], 16)
-        if self.style is PoseFormat.quaternion:
-            orientation = rotations.quat_from_matrix(T[..., :3, :3])
-        else:
-            orientation = rotations.rpy_from_matrix(T[..., :3, :3])
-            if self.degrees:
-                orientation = np.degrees(orientation)
-        return np.concatenate([T[..., :3, 3], orientation], axis=-1)
+        return PoseColumns(STYLES[self.style], self.degrees)
 
     def print_json(self, pieces: Pieces, robot: str, reference: str | None, *, many: bool) -> None:
         """One document: the poses of the one configuration, or of each of `many`."""
@@ -91,10 +80,12 @@ class PosePrinter:
 
     def print_csv(self, pieces: Pieces) -> None:
         """One line per configuration and frame, with a header."""
-        writer = csv.writer(sys.stdout, lineterminator="\n")
-        writer.writerow(("row", "frame", *self.columns))
-        for index, rows in self._rows(pieces):
-            writer.writerows((index, name, *row) for name, row in zip(self.frames, rows, strict=True))
+        from nao_kin.stream import csv_header, pose_lines
+
+        sys.stdout.write(csv_header(self.columns.names))
+        for start, numbers in pieces:
+            rows = np.arange(start, start + len(numbers))
+            sys.stdout.write(pose_lines(rows, self.frames, numbers).decode())
 
     def print_table(self, pieces: Pieces) -> None:
         """The poses of one configuration, laid out for a reader."""
@@ -112,25 +103,27 @@ class PosePrinter:
     def print_lines(self, pieces: Pieces) -> None:
         """One line per row and frame as they come: no waiting until a table of many thousand rows is laid out."""
         width = max(5, *map(len, self.frames))
-        print(f"{'row':>7}  {'frame':{width}}" + "".join(f"{name:>11}" for name in self.columns))
+        print(f"{'row':>7}  {'frame':{width}}" + "".join(f"{name:>11}" for name in self.columns.names))
         for index, rows in self._rows(pieces):
             for name, row in zip(self.frames, rows, strict=True):
                 print(f"{index:>7}  {name:{width}}" + "".join(f"{_fixed(value):>11}" for value in row))
 
     def _rows(self, pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
         """Index of every configuration, and the numbers of each frame."""
-        for start, poses in pieces:
-            yield from enumerate(self.numbers(poses).tolist(), start)
+        for start, numbers in pieces:
+            yield from enumerate(numbers.tolist(), start)
 
     def _json_pose(self, row: list[float]) -> object:
         if self.style is PoseFormat.matrix:
             return [row[i : i + 4] for i in range(0, 16, 4)]
-        return dict(zip(self.columns, row, strict=True))
+        return dict(zip(self.columns.names, row, strict=True))
 
     def _headings(self) -> tuple[str, ...]:
         unit = "" if self.style is PoseFormat.quaternion else "\n[°]" if self.degrees else "\n[rad]"
-        orientation = _ORIENTATION[self.style]
-        return (*(f"{name}\n[m]" for name in _POSITION), *(name + unit for name in orientation))
+        columns = self.columns
+        position = columns.names[: -len(columns.orientation)]
+        orientation = (name.removesuffix("_deg") for name in columns.orientation)
+        return (*(f"{name}\n[m]" for name in position), *(name + unit for name in orientation))
 
 
 def _fixed(value: float) -> str:

@@ -1,0 +1,144 @@
+"""Tables of numbers in CSV: read whole blocks at a time by pyarrow where it is installed, exactly by the csv module.
+
+The quick way takes only what the exact one would take, and gives the same numbers, rounded correctly. What it does not
+take (a word, a row of another length, an empty field, NaN) says nothing yet: the exact way looks again.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common.arrays import Floats
+
+DELIMITERS = ",;\t"
+# By one thread.
+_PARSED_AT_ONCE = 1 << 20
+
+
+def delimiter_of(header: str) -> str:
+    """The delimiter that a header line uses most; a comma where it uses none."""
+    return max(DELIMITERS, key=header.count)
+
+
+def quick_numbers(block: bytes, columns: int, delimiter: str) -> Floats | None:
+    """The numbers of a block of whole lines, shape (n, columns); None where only the exact way can tell.
+
+    Blank lines are no rows. Quotes are left to the exact way. Needs pyarrow.
+    """
+    if b'"' in block:
+        return None
+    import pyarrow as pa
+    from pyarrow import csv as pyarrow_csv
+
+    names = [str(column) for column in range(columns)]
+    try:
+        table = pyarrow_csv.read_csv(
+            pa.BufferReader(block),
+            pyarrow_csv.ReadOptions(column_names=names, block_size=_PARSED_AT_ONCE),
+            pyarrow_csv.ParseOptions(delimiter=delimiter, quote_char=False),
+            pyarrow_csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()), null_values=[]),
+        )
+    except pa.ArrowInvalid:
+        return None
+    numbers = np.empty((table.num_rows, columns))
+    for column, values in enumerate(table.itercolumns()):
+        numbers[:, column] = values.to_numpy()
+    return numbers if np.isfinite(numbers).all() else None
+
+
+def plain_floats(fields: list[str]) -> list[float] | None:
+    """The numbers of a record; None where one is not finite, or none.
+
+    Python's `float` reads more than decimal digits: the text must be ASCII, and without underscores.
+    """
+    try:
+        numbers = list(map(float, fields))
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
+
+
+class Records:
+    """The records of a block of whole lines that are not blank, as the csv module reads them in its strict way.
+
+    Iterating gives, for each, the number of its last line, from 1, its fields, and what is wrong with its quoting, ""
+    for nothing. A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
+
+    Attributes:
+        consumed: bytes of the block up to the end of the last record; less than all where the last one goes on behind.
+    """
+
+    def __init__(self, block: bytes, delimiter: str, *, at_end: bool = True) -> None:
+        """Prepare to read.
+
+        Args:
+            block: whole lines.
+            delimiter: between fields.
+            at_end: the file ends here; otherwise a quote that is still open is closed in the next block.
+        """
+        self.consumed = len(block)
+        self._block, self._delimiter, self._at_end = block, delimiter, at_end
+
+    def __iter__(self) -> Iterator[tuple[int, list[str], str]]:
+        lines = list(io.StringIO(self._block.decode("utf-8", "replace"), newline=""))
+        done = 0
+        while done < len(lines):
+            reader = csv.reader(itertools.islice(lines, done, None), delimiter=self._delimiter, strict=True)
+            start = done
+            try:
+                for fields in reader:
+                    done = start + reader.line_num
+                    if any(fields) and any(field.strip() for field in fields):
+                        yield done, fields, ""
+            except csv.Error as error:
+                if not self._at_end and done > 0 and start + reader.line_num == len(lines):
+                    self.consumed = sum(map(len, self._block.splitlines(keepends=True)[:done]))
+                    return
+                done += 1
+                yield done, [], f"malformed CSV: {error}"
+
+
+def whole_lines(block: bytes) -> int:
+    """How much of a block is whole lines; 0 where no line ends in it."""
+    end = block.rfind(b"\n") + 1
+    # A carriage return in the last place may have its line feed in the next block.
+    return end or block.rfind(b"\r", 0, -1) + 1
+
+
+def line_ends(block: bytes) -> int:
+    """How many lines end in a block: with a line feed, a carriage return, or both."""
+    return block.count(b"\n") + block.count(b"\r") - block.count(b"\r\n")
+
+
+def has_pyarrow() -> bool:
+    """Whether pyarrow is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("pyarrow") is not None
+
+
+def float_texts(values: NDArray[Any]) -> Any:
+    """What `str` writes for numbers (n,), float64 or float32, as a pyarrow array; needs pyarrow.
+
+    pyarrow too writes the fewest digits that give the number back, and so the same ones. It differs in the form of
+    whole numbers, and of large and small ones: those are left to Python.
+    """
+    import pyarrow as pa
+    from pyarrow import compute
+
+    texts = compute.cast(pa.array(values), pa.string())
+    size = np.abs(values)
+    other = ~((size > 1e-4) & (size < 1e2)) | (values == np.rint(values))
+    if other.any():
+        few = values[other]
+        written = map(repr, few.tolist()) if few.dtype == np.float64 else map(str, few)
+        texts = compute.replace_with_mask(texts, pa.array(other), pa.array(list(written), pa.string()))
+    return texts

@@ -1,0 +1,74 @@
+"""The numbers that a pose is written as, and their names: the same on the screen and in every kind of file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from nao_kin._common.arrays import Floats
+from nao_kin.errors import UnknownName
+from nao_kin.robot import RobotModel
+
+PoseStyle = Literal["matrix", "position_quaternion", "position6d", "rpy"]
+
+_POSITION = ("x", "y", "z")
+_MATRIX = tuple(f"t{row}{column}" for row in range(1, 5) for column in range(1, 5))
+_ORIENTATION: dict[str, tuple[str, ...]] = {
+    "position_quaternion": ("r0", "r1", "r2", "r3"),
+    "position6d": ("wx", "wy", "wz"),
+    "rpy": ("roll", "pitch", "yaw"),
+}
+
+
+@dataclass(frozen=True)
+class PoseColumns:
+    """How a pose is written as a row of numbers.
+
+    Attributes:
+        style: "matrix": the 16 entries of the homogeneous matrix, row by row, t11 … t44.
+            "position_quaternion": x, y, z and the unit quaternion r0, r1, r2, r3, scalar first.
+            "position6d": x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), named as NAOqi names them.
+            "rpy": the same numbers as x, y, z, roll, pitch, yaw.
+        degrees: angles in degrees; their names then end in _deg.
+    """
+
+    style: PoseStyle = "matrix"
+    degrees: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.style, str) or self.style not in get_args(PoseStyle):
+            raise UnknownName("form of a pose", self.style, get_args(PoseStyle))
+
+    @property
+    def orientation(self) -> tuple[str, ...]:
+        """Names of the numbers behind the position; none for a matrix."""
+        suffix = "_deg" if self.degrees and self.style != "position_quaternion" else ""
+        return tuple(name + suffix for name in _ORIENTATION.get(self.style, ()))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers of a pose."""
+        return _MATRIX if self.style == "matrix" else (*_POSITION, *self.orientation)
+
+    def poses(
+        self,
+        robot: RobotModel,
+        q: Floats,
+        frames: Sequence[str],
+        reference: str | None = None,
+        dtype: DTypeLike = np.float64,
+        threads: int | None = None,
+    ) -> NDArray[Any]:
+        """Poses of frames at configurations (n, nq) as rows of numbers (n, frames, k), in the order of `names`.
+
+        The arguments are those of `RobotModel.fk`.
+        """
+        form = "position6d" if self.style == "rpy" else self.style
+        numbers = robot.fk(q, frames, reference=reference, as_=form, dtype=dtype, threads=threads)
+        if self.orientation and self.degrees and self.style != "position_quaternion":
+            numbers[..., 3:] = np.degrees(numbers[..., 3:])
+        return numbers.reshape(*numbers.shape[:2], len(self.names))

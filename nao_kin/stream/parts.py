@@ -1,0 +1,191 @@
+"""The folder beside an output in which its parts are finished one by one, so that a run that was ended can go on.
+
+    poses.parquet.parts/
+        run.json           what the parts are made from: source, robot, arguments, version
+        part-000000        rows of the first part, in a form that is quickly joined
+        part-000000.json   where the part ends in the source, and what was counted so far; a part without it is none
+        unfinished         what is being written
+        lock               held by the process that writes here
+
+Everything is written under the name "unfinished" and renamed: a file under any other name is whole.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import tempfile
+import threading
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from nao_kin._common.ending import before_ending
+from nao_kin._text import abbreviated
+from nao_kin.errors import BadArgument
+from nao_kin.stream.blocks import Position
+from nao_kin.stream.results import BadRow
+
+_RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run has come.
+
+    Attributes:
+        end: where the next block begins in the source.
+        rows_read: rows so far, bad ones included.
+        rows_written: rows of the parts so far.
+        bad_rows: rows so far from which no configuration could be made.
+        first_bad_rows: the first of them.
+        size: bytes of the last part.
+    """
+
+    end: Position
+    rows_read: int = 0
+    rows_written: int = 0
+    bad_rows: int = 0
+    first_bad_rows: tuple[BadRow, ...] = ()
+    size: int = 0
+
+
+class PartFolder:
+    """The finished parts of one output.
+
+    Attributes:
+        path: the folder.
+        parts: the finished parts.
+        last: how far they reach; None before the first.
+        kept: they are of use to a later run.
+        busy: held while a part is written, so that a signal finds it finished or not.
+    """
+
+    def __init__(self, output: Path | None) -> None:
+        """Open the folder of an output, and lock it.
+
+        Args:
+            output: the file that the parts are for; None for a device or a pipe, which has no folder beside it.
+
+        Raises:
+            BadArgument: another process is writing there, or something else has that name.
+            OSError: the folder cannot be made.
+        """
+        self.kept = output is not None
+        self.busy = threading.RLock()
+        self.parts: list[Path] = []
+        self.last: Progress | None = None
+        if output is None:
+            self.path = Path(tempfile.mkdtemp(prefix="nao_kin-"))
+        else:
+            self.path = output.with_name(f"{output.name}.parts")
+            self._check_ours()
+            self.path.mkdir(exist_ok=True)
+        self._lock = (self.path / _LOCK).open("wb")
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._lock.close()
+            raise BadArgument(f"cannot write {abbreviated(output)}: another process is writing it") from None
+        self._take_back = before_ending(self._end)
+
+    @property
+    def unfinished(self) -> Path:
+        """Where to write what is not finished yet."""
+        return self.path / _UNFINISHED
+
+    def resume(self, run: Mapping[str, Any] | None) -> str:
+        """Find the parts that an earlier run has finished.
+
+        Args:
+            run: what the parts are made from; None for what cannot be read twice, and has no earlier run.
+
+        Returns:
+            What has changed since the earlier run, whose parts are then deleted; "" for nothing, or no earlier run.
+        """
+        self.kept = self.kept and run is not None
+        before = _read_json(self.path / _RUN)
+        if run is None or not before:
+            changed = ""
+            self._clear()
+        else:
+            changed = ", ".join(key for key in run if before.get(key) != run[key])
+            if changed:
+                self._clear()
+        self._write_json(_RUN, run or {})
+        self._find_parts()
+        return changed
+
+    def add(self, file: BinaryIO, progress: Progress) -> None:
+        """Take what was written to `file`, which is "unfinished", as the next part."""
+        file.close()
+        part = self.path / f"part-{len(self.parts):06d}"
+        size = self.unfinished.stat().st_size
+        os.replace(self.unfinished, part)
+        record = asdict(progress) | {"size": size}
+        self._write_json(f"{part.name}.json", record)
+        self.parts.append(part)
+        self.last = progress
+
+    def leave(self) -> None:
+        """Leave what a later run can go on with, and nothing else."""
+        if self.kept and self.parts:
+            with suppress(OSError):
+                self.unfinished.unlink()
+            return
+        self._clear()
+        for name in (_RUN, _LOCK):
+            with suppress(OSError):
+                (self.path / name).unlink()
+        with suppress(OSError):
+            self.path.rmdir()
+
+    def _end(self) -> None:
+        """Leave for good: whoever else writes does not come to it any more."""
+        self.busy.acquire()
+        self.leave()
+
+    def close(self) -> None:
+        """Leave, and let others in."""
+        self.leave()
+        self._take_back()
+        self._lock.close()
+
+    def _check_ours(self) -> None:
+        """Refuse a folder, or a file, that was there before any run."""
+        with suppress(FileNotFoundError):
+            names = set(os.listdir(self.path))
+            if names and not names <= {_LOCK, _UNFINISHED} and not (self.path / _RUN).is_file():
+                raise BadArgument(f"{abbreviated(self.path)} is in the way: it is not from an earlier run")
+
+    def _find_parts(self) -> None:
+        while True:
+            part = self.path / f"part-{len(self.parts):06d}"
+            record = _read_json(part.with_name(f"{part.name}.json"))
+            if record is None or not part.is_file() or part.stat().st_size != record["size"]:
+                return
+            bad = tuple(BadRow(**row) for row in record.pop("first_bad_rows"))
+            self.last = Progress(end=tuple(record.pop("end")), first_bad_rows=bad, **record)
+            self.parts.append(part)
+
+    def _clear(self) -> None:
+        self.parts.clear()
+        self.last = None
+        for path in (*self.path.glob("part-*"), self.unfinished):
+            with suppress(OSError):
+                path.unlink()
+
+    def _write_json(self, name: str, content: Mapping[str, Any]) -> None:
+        self.unfinished.write_text(json.dumps(content), encoding="utf-8")
+        os.replace(self.unfinished, self.path / name)
+
+
+def _read_json(path: Path) -> dict[str, Any] | None:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return content if isinstance(content, dict) else None

@@ -1,0 +1,365 @@
+"""Forward kinematics from file to file."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+import warnings
+from collections import deque
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, Literal, get_args
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from nao_kin import __version__
+from nao_kin._common import atomic
+from nao_kin._common.arrays import Floats
+from nao_kin._common.warn import warn_caller
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning, UnknownName
+from nao_kin.robot import LimitPolicy, RobotModel, check_robot
+from nao_kin.stream.blocks import Block, Source
+from nao_kin.stream.columns import PoseColumns, PoseStyle
+from nao_kin.stream.joint_columns import JointColumns
+from nao_kin.stream.parts import PartFolder, Progress
+from nao_kin.stream.progress_bar import ProgressBar
+from nao_kin.stream.results import MOST_LISTED, BadRow, StreamResult
+from nao_kin.stream.sinks import Sink, sink_class
+from nao_kin.stream.sources import open_source
+
+ErrorPolicy = Literal["stop", "skip", "nan"]
+
+# A kill costs no more than the work on so many blocks.
+_BLOCKS_OF_PART = 4
+# Read while the kernels are loaded, and while one is worked on.
+_BLOCKS_AHEAD = 3
+# Entries of the homogeneous matrices that are computed at once.
+_MOST_ENTRIES = 1 << 21
+_TURN = 2.0 * np.pi
+_SHAPES: dict[str, tuple[int, ...]] = {"matrix": (4, 4), "position_quaternion": (7,), "position6d": (6,), "rpy": (6,)}
+
+
+def fk(
+    robot: RobotModel,
+    source: Path | str,
+    frames: str | Sequence[str] | None,
+    sink: Path | str,
+    *,
+    reference: str | None = None,
+    as_: PoseStyle = "matrix",
+    dtype: DTypeLike = np.float64,
+    limits: LimitPolicy = "raise",
+    degrees: bool = False,
+    on_error: ErrorPolicy = "stop",
+    progress: bool = False,
+) -> StreamResult:
+    """Poses of frames for every row of a file, however large, written to a file.
+
+    The endings of the names say what the files are. A source is CSV (.csv; also without an ending, and "-" for standard
+    input), a NumPy array of configurations (N, nq) (.npy), Parquet (.parquet) or Arrow IPC (.arrow, .feather); tables
+    have one column per joint, in any order. A sink is CSV, Parquet or Arrow with one record for each row and frame (the
+    row, counted from 0, the frame's name, and the numbers of the pose), or a NumPy array of shape (N, frames, 4, 4), or
+    (N, frames, 7 or 6); without the axis of frames for one name that is no list.
+
+    Memory stays the same whatever the size of the files. The sink appears, or is replaced, when it is complete. Until
+    then finished parts stand in a folder beside it, "….parts"; when a run has been ended by a signal, an exception or a
+    full disk, the next one with the same source and arguments goes on behind them, and the result is the same. When
+    the source or an argument has changed, it starts over and warns. Bad input leaves no parts.
+
+    Args:
+        robot: whose joints the source names.
+        source: the file of configurations.
+        frames: a frame name, several, or None for all links, as in `RobotModel.fk`.
+        sink: the file of poses. A device or a pipe is written to when all is done.
+        reference: the frame to express the poses in, as in `RobotModel.fk`.
+        as_: the numbers of a pose: "matrix", the 16 entries of the homogeneous matrix, t11 … t44 row by row;
+            "position_quaternion", x, y, z, r0, r1, r2, r3, scalar first; "position6d", x, y, z, wx, wy, wz with
+            R = Rz(wz) Ry(wy) Rx(wx); or "rpy", the same numbers as x, y, z, roll, pitch, yaw.
+        dtype: float64, or float32 for half the size.
+        limits: "raise" makes a row with a joint outside its limits a bad one; "clamp" moves it to the limit; "ignore"
+            takes it as it is.
+        degrees: turning joints of the source are in degrees, and so are the angles of the sink.
+        on_error: what to do with a row from which no configuration can be made: "stop" raises, "skip" leaves it out,
+            "nan" writes poses of NaN.
+        progress: show a bar with rate and time left on standard error, if it is a terminal.
+
+    Returns:
+        What was read and written, and the first bad rows with their lines.
+
+    Raises:
+        BadInputFile: the source cannot be read, or has changed meanwhile; with on_error="stop", the first bad row.
+        BadArgument: the sink cannot be written; contradictory files; no such dtype.
+        UnknownName: no such frame, form of a pose or policy.
+        MissingExtra: the files need pyarrow, and it is not installed.
+    """
+    check_robot(robot)
+    source, sink = _path(source, "source"), _path(sink, "sink")
+    if on_error not in get_args(ErrorPolicy):
+        raise UnknownName("policy for bad rows", on_error, get_args(ErrorPolicy))
+    names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else tuple(frames)
+    if not names:
+        raise BadArgument("no frames; expected at least one name, or None for all links")
+    columns = PoseColumns(as_, degrees)
+    kind = _dtype(dtype)
+    atomic.check_writable(sink)
+    shape = _SHAPES[as_] if isinstance(frames, str) else (len(names), *_SHAPES[as_])
+    writer = sink_class(sink)(names, columns.names, shape, kind)
+    # Names the frame that does not exist, before anything is read.
+    robot.fk(robot.neutral(), names, reference=reference)
+    _check_apart(source, sink)
+    with closing(open_source(source, robot)) as opened:
+        joints = JointColumns(robot, opened.names, limits, degrees, opened.whole)
+        work = _Work(robot, opened, joints, names, reference, columns, writer, on_error)
+        arguments = {
+            "frames": list(names),
+            "reference": reference,
+            "form": [as_, list(shape)],
+            "dtype": str(kind),
+            "limits": limits,
+            "degrees": degrees,
+            "bad rows": on_error,
+            "format": type(writer).__name__,
+        }
+        identity = _identity(source)
+        run = None if identity is None else {**_provenance(robot), "source": identity, **arguments}
+        return _to_sink(work, sink, run, progress)
+
+
+@dataclass
+class _Work:
+    """What is done with every block.
+
+    Attributes:
+        warned: a warning of degrees was given; one is enough, and that of every block would have another number in it.
+    """
+
+    robot: RobotModel
+    source: Source
+    joints: JointColumns
+    frames: tuple[str, ...]
+    reference: str | None
+    columns: PoseColumns
+    sink: Sink
+    on_error: str
+    warned: bool = False
+
+    def poses(self, block: Block, before: Progress) -> tuple[NDArray[np.int64], Floats, Progress]:
+        """Rows to write and the numbers of their poses (n, frames, k), and how far the run has then come."""
+        q, good = self.joints.configurations(block.values)
+        # Of a file of several blocks, the kernels answer every row: the same bits wherever a run began. For a file
+        # that is one block, loading them need not pay.
+        alone = block.last and not before.rows_read
+        numbers = self._numbers(q, None if alone else os.cpu_count() or 1)
+        rows = before.rows_read + np.arange(len(good))
+        bad = np.flatnonzero(~good)
+        listed = before.first_bad_rows
+        if len(bad):
+            listed += self._bad_rows(block, bad[: MOST_LISTED - len(listed)], before.rows_read)
+            if self.on_error == "stop":
+                self._refuse(listed[0])
+            if self.on_error == "skip":
+                rows = rows[good]
+            else:
+                all_numbers = np.full((len(good), *numbers.shape[1:]), np.nan, numbers.dtype)
+                all_numbers[good] = numbers
+                numbers = all_numbers
+        after = Progress(
+            block.end,
+            before.rows_read + len(good),
+            before.rows_written + len(rows),
+            before.bad_rows + len(bad),
+            listed,
+        )
+        return rows, numbers, after
+
+    def _numbers(self, q: Floats, threads: int | None) -> Floats:
+        """The numbers of the poses, shape (n, frames, k)."""
+        numbers = np.empty((len(q), len(self.frames), len(self.columns.names)), self.sink.dtype)
+        step = max(1, _MOST_ENTRIES // (16 * len(self.frames)))
+        with warnings.catch_warnings() if self.warned else nullcontext():
+            if self.warned:
+                warnings.simplefilter("ignore", DegreesWarning)
+            for start in range(0, len(q), step):
+                rows = q[start : start + step]
+                poses = self.columns.poses(self.robot, rows, self.frames, self.reference, self.sink.dtype, threads)
+                numbers[start : start + step] = poses
+        self.warned = self.warned or float(np.abs(q).max(initial=0.0)) > _TURN
+        return numbers
+
+    def _bad_rows(self, block: Block, bad: NDArray[np.intp], before: int) -> tuple[BadRow, ...]:
+        lines = block.lines() if block.lines is not None and len(bad) else None
+        found = []
+        for row in bad.tolist():
+            column, reason = block.problems.get(row) or self.joints.problem(block.values[row])
+            if row not in block.problems:
+                column += 1
+            line = lines[row] if lines is not None else 0
+            found.append(BadRow(before + row, line, column if line else 0, reason))
+        return tuple(found)
+
+    def _refuse(self, bad: BadRow) -> None:
+        reason = bad.reason if bad.line else f"row {bad.row}: {bad.reason}"
+        raise BadInputFile(self.source.path, reason, bad.line, bad.column)
+
+
+def _to_sink(work: _Work, sink: str, run: dict[str, Any] | None, progress: bool) -> StreamResult:
+    folder = None
+    try:
+        folder = PartFolder(atomic.replaced_file(sink))
+        changed = folder.resume(run)
+        if changed:
+            warn_caller(
+                f"{abbreviated(folder.path)} holds parts of an earlier run, and {changed} changed: starting over",
+                StartedOverWarning,
+            )
+        resumed = folder.last.rows_read if folder.last else 0
+        with ProgressBar(progress) as bar:
+            done = _write_parts(work, folder, bar)
+            if run is not None and _identity(work.source.path) != run["source"]:
+                folder.kept = False
+                raise BadInputFile(work.source.path, "changed while it was read")
+            bar.joining()
+            with folder.unfinished.open("wb") as file:
+                work.sink.join(folder.parts, file, done.rows_written)
+        atomic.move_into_place(folder.unfinished, sink)
+        folder.kept = False
+    except BadInputFile as error:
+        # What could not be read this time may be read the next time; what is wrong stays wrong.
+        if folder is not None and not isinstance(error.__cause__, OSError):
+            folder.kept = False
+        raise
+    except OSError as error:
+        advice = ""
+        if folder is not None and folder.kept and folder.last is not None:
+            advice = f"; run the same again to go on from row {folder.last.rows_read}"
+        raise BadArgument(f"cannot write {abbreviated(sink)}: {error.strerror or error}{advice}") from None
+    finally:
+        if folder is not None:
+            folder.close()
+    return StreamResult(
+        sink,
+        work.frames,
+        work.columns.names,
+        done.rows_read,
+        done.rows_written,
+        resumed,
+        done.bad_rows,
+        done.first_bad_rows,
+    )
+
+
+def _write_parts(work: _Work, folder: PartFolder, bar: ProgressBar) -> Progress:
+    """Work through the source from where the finished parts end."""
+    done = folder.last or Progress(work.source.start)
+    bar.start(done.rows_read, work.source.fraction(done.end))
+    parts = _PartWriter(work.sink, folder)
+    # Numbers become text, and go to the disk, while the next block is worked on.
+    with closing(parts), ThreadPoolExecutor(1, "nao_kin-writer") as writer:
+        writing: Future[None] | None = None
+        with closing(_read_ahead(work.source.blocks(done.end), work.source.path)) as source:
+            for block in source:
+                rows, numbers, done = work.poses(block, done)
+                if writing is not None:
+                    writing.result()
+                writing = writer.submit(parts.write, rows, numbers, done)
+                bar.show(done.rows_read, work.source.fraction(done.end))
+        if writing is not None:
+            writing.result()
+        parts.finish()
+    return done
+
+
+class _PartWriter:
+    """Blocks to parts, in turn."""
+
+    def __init__(self, sink: Sink, folder: PartFolder) -> None:
+        self._sink, self._folder = sink, folder
+        self._file: BinaryIO | None = None
+        self._blocks = 0
+        self._done: Progress | None = None
+
+    def write(self, rows: NDArray[np.int64], numbers: NDArray[Any], done: Progress) -> None:
+        """Append a block, with which the run has come so far; the part is finished when it has blocks enough."""
+        with self._folder.busy:
+            self._file = self._file or self._folder.unfinished.open("wb")
+            self._sink.write(self._file, rows, numbers)
+            self._blocks += 1
+            self._done = done
+            if self._blocks == _BLOCKS_OF_PART:
+                self.finish()
+
+    def finish(self) -> None:
+        """Finish the part that is begun, if one is."""
+        if self._file is not None and self._done is not None:
+            self._folder.add(self._file, self._done)
+            self._file, self._blocks = None, 0
+
+    def close(self) -> None:
+        """Write no more."""
+        if self._file is not None:
+            self._file.close()
+
+
+def _read_ahead(blocks: Iterator[Block], path: str) -> Generator[Block, None, None]:
+    """The same blocks; the next ones are read while one is worked on."""
+    with ThreadPoolExecutor(1, "nao_kin-reader") as reader:
+        following = deque(reader.submit(next, blocks, None) for _ in range(_BLOCKS_AHEAD))
+        try:
+            while (block := following.popleft().result()) is not None:
+                following.append(reader.submit(next, blocks, None))
+                yield block
+        except OSError as error:
+            raise BadInputFile(path, f"cannot be read: {error.strerror or error}") from error
+        finally:
+            reader.shutdown(cancel_futures=True)
+
+
+def _identity(path: str) -> dict[str, Any] | None:
+    """What tells a file from another one and from itself after a change; None for what is no file and read once."""
+    if path == "-":
+        return None
+    try:
+        state = os.stat(path)
+    except OSError:
+        return {"path": os.path.realpath(path), "gone": True}
+    if not stat.S_ISREG(state.st_mode):
+        return None
+    return {"path": os.path.realpath(path), "size": state.st_size, "modified": state.st_mtime_ns}
+
+
+def _provenance(robot: RobotModel) -> dict[str, Any]:
+    """What else the poses depend on: the robot, by its joints, limits and some poses, and the version."""
+    digest = hashlib.sha256()
+    sample = np.stack([robot.neutral(), *robot.random(0, 2)])
+    for array in (robot.lower, robot.upper, robot.fk(sample)):
+        digest.update(array.tobytes())
+    digest.update(repr((robot.base, robot.joint_names, robot.joint_units, sorted(robot.mimics.items()))).encode())
+    digest.update(repr(robot.coupled_limits).encode())
+    return {"version of nao_kin": __version__, "robot": digest.hexdigest()}
+
+
+def _check_apart(source: str, sink: str) -> None:
+    if source != "-" and os.path.exists(source) and os.path.exists(sink) and os.path.samefile(source, sink):
+        raise BadArgument(f"{abbreviated(sink)} is the source too; the poses need another file")
+
+
+def _path(path: Path | str, what: str) -> str:
+    if not isinstance(path, (str, os.PathLike)) or not os.fspath(path):
+        raise BadArgument(f"{what} must be the name of a file, got {quoted(path)}")
+    return str(path)
+
+
+def _dtype(dtype: DTypeLike) -> np.dtype[Any]:
+    try:
+        kind = np.dtype(dtype)
+    except TypeError:
+        kind = np.dtype(object)
+    if kind not in (np.float64, np.float32):
+        raise BadArgument(f"dtype must be float64 or float32, got {quoted(dtype)}")
+    return kind

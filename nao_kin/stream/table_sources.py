@@ -1,0 +1,164 @@
+"""Tables of joint values in the binary formats: NumPy's, Parquet, Arrow IPC."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from nao_kin._text import abbreviated, quoted
+from nao_kin.configuration_files import check_joint_names
+from nao_kin.errors import BadInputFile
+from nao_kin.robot import RobotModel
+from nao_kin.stream.blocks import Block, Position, Source
+
+ROWS_AT_ONCE = 8192
+_BUFFER = 1 << 18
+
+
+class NpySource(Source):
+    """A NumPy file of configurations (N, nq)."""
+
+    whole = True
+
+    def __init__(self, path: str, robot: RobotModel) -> None:
+        self.path, self.names, self.start = path, robot.joint_names, (0,)
+        rows = self._rows()
+        if rows.ndim != 2 or rows.shape[1] != robot.nq:
+            raise BadInputFile(path, f"an array of shape {rows.shape}, expected (N, {robot.nq})")
+        if rows.dtype.kind not in "fiu":
+            raise BadInputFile(path, f"an array of {rows.dtype}, expected real numbers")
+        self._count = len(rows)
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`; mapped anew for each block, so that what has been read leaves the memory."""
+        for first in range(start[0], self._count, ROWS_AT_ONCE):
+            values = np.array(self._rows()[first : first + ROWS_AT_ONCE], dtype=np.float64)
+            end = first + len(values)
+            yield Block(values, (end,), last=end == self._count)
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[0] / max(1, self._count)
+
+    def _rows(self) -> np.ndarray[Any, Any]:
+        try:
+            rows = np.load(self.path, mmap_mode="r", allow_pickle=False)
+        except (ValueError, EOFError) as error:
+            raise BadInputFile(self.path, f"not a whole NumPy array: {abbreviated(error)}") from None
+        if not isinstance(rows, np.ndarray):
+            raise BadInputFile(self.path, "an archive of arrays, expected one array")
+        return rows
+
+
+class ParquetSource(Source):
+    """A Parquet file with one column per joint."""
+
+    def __init__(self, path: str, robot: RobotModel) -> None:
+        self.path, self.start = path, (0,)
+        from pyarrow import ArrowException, parquet
+
+        try:
+            with parquet.ParquetFile(path) as file:
+                groups = [file.metadata.row_group(index).num_rows for index in range(file.num_row_groups)]
+                schema = file.schema_arrow
+        except ArrowException as error:
+            raise BadInputFile(path, f"not a Parquet file: {abbreviated(error)}") from None
+        self._groups: list[int] = groups
+        self.names = _joints_of(schema, path, robot)
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`; groups of rows that lie before it are not read."""
+        from pyarrow import ArrowException, parquet
+
+        skipped, left_out = 0, start[0]
+        while skipped < len(self._groups) and self._groups[skipped] <= left_out:
+            left_out -= self._groups[skipped]
+            skipped += 1
+        row = start[0]
+        try:
+            # A buffer of its own for each column: without one, whole columns of a group are read.
+            with parquet.ParquetFile(self.path, buffer_size=_BUFFER) as file:
+                for group in range(skipped, len(self._groups)):
+                    for batch in file.iter_batches(ROWS_AT_ONCE, row_groups=[group]):
+                        rows = batch.slice(min(left_out, batch.num_rows))
+                        left_out -= batch.num_rows - rows.num_rows
+                        row += rows.num_rows
+                        if rows.num_rows:
+                            yield _block_of(rows, (row,), last=row == sum(self._groups))
+        except ArrowException as error:
+            raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[0] / max(1, sum(self._groups))
+
+
+class ArrowSource(Source):
+    """An Arrow IPC file, which is also a Feather file, with one column per joint.
+
+    A place in it is a number of rows, the batch they end in, and the rows of that batch.
+    """
+
+    def __init__(self, path: str, robot: RobotModel) -> None:
+        self.path, self.start = path, (0, 0, 0)
+        import pyarrow as pa
+
+        try:
+            with pa.memory_map(path) as file, pa.ipc.open_file(file) as reader:
+                batches, schema = reader.num_record_batches, reader.schema
+        except pa.ArrowException as error:
+            raise BadInputFile(path, f"not an Arrow IPC file: {abbreviated(error)}") from None
+        self._batches = int(batches)
+        self.names = _joints_of(schema, path, robot)
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`; mapped anew for each batch, so that what has been read leaves the memory."""
+        import pyarrow as pa
+
+        row, first, offset = start
+        for index in range(first, self._batches):
+            try:
+                with pa.memory_map(self.path) as file, pa.ipc.open_file(file) as reader:
+                    batch = reader.get_batch(index)
+            except pa.ArrowException as error:
+                raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
+            while offset < batch.num_rows:
+                rows = batch.slice(offset, ROWS_AT_ONCE)
+                row, offset = row + rows.num_rows, offset + rows.num_rows
+                last = offset == batch.num_rows and index + 1 == self._batches
+                yield _block_of(rows, (row, index, offset), last=last)
+            offset = 0
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[1] / max(1, self._batches)
+
+
+def _joints_of(schema: Any, path: str, robot: RobotModel) -> tuple[str, ...]:
+    """The columns of a table, when they are the joints of the robot and hold numbers."""
+    import pyarrow as pa
+
+    names = tuple(schema.names)
+    check_joint_names(path, names, robot)
+    for entry in schema:
+        kind = entry.type
+        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+            raise BadInputFile(path, f"column {quoted(entry.name)} holds {abbreviated(kind)}, expected numbers")
+    return names
+
+
+def _block_of(rows: Any, end: Position, *, last: bool) -> Block:
+    """The rows of a record batch."""
+    import pyarrow as pa
+
+    values = np.empty((rows.num_rows, rows.num_columns))
+    problems: dict[int, tuple[int, str]] = {}
+    for column, name in enumerate(rows.schema.names):
+        numbers = rows.column(column).cast(pa.float64(), safe=False)
+        values[:, column] = numbers.to_numpy(zero_copy_only=False)
+        if numbers.null_count:
+            for row in np.flatnonzero(numbers.is_null().to_numpy(zero_copy_only=False)).tolist():
+                problems.setdefault(row, (0, f"{name} is null, expected a finite number"))
+    return Block(values, end, problems, last)
