@@ -70,7 +70,7 @@ def sine_and_cosine(m: Array, x: Lanes) -> tuple[Lanes, Lanes]:
         c = spread(m, 2.443315711809948e-5) * z + spread(m, -1.388731625493765e-3)
         c = c * z + spread(m, 4.166664568298827e-2)
     sine = r + r * z * p
-    cosine = spread(m, 1.0) + (z * z * c - spread(m, 0.5) * z)
+    cosine = (c * z + spread(m, -0.5)) * z + spread(m, 1.0)
     turns = whole(quarters)
     return (
         negated_by_bit(turns, where_even(turns, sine, cosine)),

@@ -260,8 +260,8 @@ def _where_even(builder: Any, k: Any, yes: Any, no: Any) -> Any:
 
 
 def _negated_by_bit(builder: Any, k: Any, v: Any) -> Any:
-    top = BITS // k.type.count - 2
-    sign = builder.shl(builder.and_(k, _same(k.type, 2)), _same(k.type, top))
+    top = BITS // k.type.count - 1
+    sign = builder.and_(builder.shl(k, _same(k.type, top - 1)), _same(k.type, 1 << top))
     return builder.bitcast(builder.xor(builder.bitcast(v, k.type), sign), v.type)
 
 

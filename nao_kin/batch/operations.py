@@ -1,19 +1,19 @@
 """The operations that a program is made of: each takes three-vectors of all configurations of a tile to new ones.
 
 A register holds a three-vector of every configuration of a tile: all x, all y, all z. An operation is a row of
-integers: its code, the rows of scratch memory where registers begin, and where its weights do:
+integers: its code, the rows of scratch memory where its registers begin (results d e f, operands p a b c), the row of a
+sine or another number, and where its weights begin:
 
-    code       result and operands        meaning
-    TURN       d e | a b | s              d = cos a + sin b,  e = cos b − sin a: two columns turned about the third
-    ADD_1…3    d | p | a, b, c | w        d = p + w₀ a + w₁ b + w₂ c
-    SLIDE      d | p | a | x | w          d = p + w x a, with one number x a configuration
-    CROSS      d | p | a b | w            d = p + w a × b
-    PROJECT    d | a b c | x              d = (a·x, b·x, c·x): x in the axes a, b, c
-    BASE       d e f | x | w              the columns of the matrix of a quaternion (x, y, z, w · scalar)
-    HINGE      d | p | x | axis s | w     d = p + R x + w, with R the turn about a coordinate axis
-    MATRIX     d | p | x | w              d = p + W x, with a constant matrix
-    QUATERNION d e | a b c                the unit quaternion of the matrix with these columns: (r0, r1, r2), (r3, 0, 0)
-    RPY        d | a b c                  roll, pitch and yaw of the matrix with these columns
+    TURN        d = cos a + sin b,  e = cos b − sin a: two columns of a matrix, turned about the third
+    ADD_1…3     d = p + w₀ a + w₁ b + w₂ c
+    SLIDE       d = p + w x a, with one number x for each configuration
+    CROSS       d = p + w a × b
+    PROJECT     d = (a·p, b·p, c·p): p in the axes a, b, c
+    BASE        d e f are the columns of the matrix of a quaternion (x, y, z, w · scalar)
+    HINGE       d = p + R a + w, with R the turn about the coordinate axis of number c
+    MATRIX      d = p + W a, with a constant matrix
+    QUATERNION  d = (r0, r1, r2), e = (r3, …): the unit quaternion of the matrix with the columns a b c
+    RPY         d = roll, pitch and yaw of the matrix with the columns a b c
 """
 
 from __future__ import annotations
@@ -35,29 +35,29 @@ def perform(m: Array, operations: Array, weights: Array) -> None:
     """Perform all operations of a program on the registers in `m`."""
     width = VECTORS * lane_count(m)
     for k in range(len(operations)):
-        code, w = operations[k, 0], operations[k, 7]
-        d, e, a = width * operations[k, 1], width * operations[k, 2], width * operations[k, 3]
-        b, c, x = width * operations[k, 4], width * operations[k, 5], width * operations[k, 6]
+        code, d, p, a = operations[k, 0], width * operations[k, 1], width * operations[k, 4], width * operations[k, 5]
+        b, c, x, w = width * operations[k, 6], width * operations[k, 7], width * operations[k, 8], operations[k, 9]
+        e, f = width * operations[k, 2], width * operations[k, 3]
         if code == TURN:
             _turn(m, d, e, a, b, x)
         elif code == ADD_1:
-            _add_1(m, d, e, a, weights[w])
+            _add_1(m, d, p, a, weights[w])
         elif code == ADD_2:
-            _add_2(m, d, e, a, b, weights[w], weights[w + 1])
+            _add_2(m, d, p, a, b, weights[w], weights[w + 1])
         elif code == ADD_3:
-            _add_3(m, d, e, a, b, c, weights[w], weights[w + 1], weights[w + 2])
+            _add_3(m, d, p, a, b, c, weights[w], weights[w + 1], weights[w + 2])
         elif code == SLIDE:
-            _slide(m, d, e, a, x, weights[w])
+            _slide(m, d, p, a, x, weights[w])
         elif code == CROSS:
-            _cross(m, d, e, a, b, weights[w])
+            _cross(m, d, p, a, b, weights[w])
         elif code == PROJECT:
-            _project(m, d, a, b, c, x)
+            _project(m, d, p, a, b, c)
         elif code == HINGE:
-            _hinge(m, d, e, a, operations[k, 4], x, weights, w)
+            _hinge(m, d, p, a, operations[k, 7], x, weights, w)
         elif code == MATRIX:
-            _matrix(m, d, e, a, weights, w)
+            _matrix(m, d, p, a, weights, w)
         elif code == BASE:
-            _base(m, d, e, a, x, weights[w])
+            _base(m, d, e, f, x, weights[w])
         elif code == QUATERNION:
             _quaternion(m, d, e, a, b, c)
         else:
@@ -127,12 +127,12 @@ def _cross(m: Array, d: int, p: int, a: int, b: int, w: float) -> None:
 
 
 @compiled
-def _project(m: Array, d: int, a: int, b: int, c: int, x: int) -> None:
+def _project(m: Array, d: int, p: int, a: int, b: int, c: int) -> None:
     n = lane_count(m)
     width = VECTORS * n
     for i in range(0, width, n):
         j, k = i + width, i + 2 * width
-        u, v, w = load(m, x + i), load(m, x + j), load(m, x + k)
+        u, v, w = load(m, p + i), load(m, p + j), load(m, p + k)
         store(m, d + i, load(m, a + i) * u + load(m, a + j) * v + load(m, a + k) * w)
         store(m, d + j, load(m, b + i) * u + load(m, b + j) * v + load(m, b + k) * w)
         store(m, d + k, load(m, c + i) * u + load(m, c + j) * v + load(m, c + k) * w)

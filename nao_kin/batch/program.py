@@ -51,13 +51,22 @@ class Number:
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation before registers have places: what it writes, what it reads, and its constants."""
+    """One operation before registers have places.
+
+    Attributes:
+        code: which one.
+        results: the registers it writes.
+        operands: the registers it reads: the start of a sum, or zero, and then what is added to it.
+        weights: its constants.
+        angle: the angle that it turns by; −1 for none.
+        number: the place of the input that it reads; −1 for none.
+        axis: the coordinate axis it turns about; −1 for none.
+    """
 
     code: int
     results: tuple[Register, ...]
     operands: tuple[Register, ...]
     weights: tuple[float, ...] = ()
-    # An angle (of `Builder.angle`) or the place of an input; −1 for neither.
     angle: int = -1
     number: int = -1
     axis: int = -1
@@ -71,7 +80,7 @@ class Program:
         widths: numbers in each configuration, velocity and acceleration; zero for an input that is not read.
         angles: for each angle, the row of its number and the row of its sine, shape (angles, 2).
         ratios: ratio and offset of each, shape (angles, 2).
-        operations: shape (operations, 8); places are rows.
+        operations: shape (operations, 10); places are rows.
         weights: the constants in them.
         sources: row of each number of the result.
         inputs: row of the first number of each of the three inputs.
@@ -168,7 +177,7 @@ class Builder:
         """The frame turned about its own coordinate axis."""
         columns = list(frame.columns)
         a, b = (axis + 1) % 3, (axis + 2) % 3
-        columns[a], columns[b] = self._new(TURN, 2, (columns[a], columns[b]), angle=angle)
+        columns[a], columns[b] = self._new(TURN, 2, (self.zero, columns[a], columns[b]), angle=angle)
         return Frame(columns[0], columns[1], columns[2], frame.origin)
 
     def scaled(self, start: Register, direction: Register, number: int, weight: float = 1.0) -> Register:
@@ -189,7 +198,7 @@ class Builder:
         """Components of a vector along three axes."""
         if columns == self.root.columns:
             return vector
-        return self._new(PROJECT, 1, (*columns, vector))[0]
+        return self._new(PROJECT, 1, (vector, *columns))[0]
 
     def position(self, first: int) -> Register:
         """The vector of three numbers of the input."""
@@ -213,12 +222,12 @@ class Builder:
 
     def quaternion(self, frame: Frame) -> tuple[Number, ...]:
         """The unit quaternion (r0, r1, r2, r3) of a frame, in canonical sign."""
-        first, last = self._new(QUATERNION, 2, frame.columns)
+        first, last = self._new(QUATERNION, 2, (self.zero, *frame.columns))
         return (*numbers(first), Number(last, 0))
 
     def rpy(self, frame: Frame) -> tuple[Number, ...]:
         """Roll, pitch and yaw of a frame."""
-        return numbers(self._new(RPY, 1, frame.columns)[0])
+        return numbers(self._new(RPY, 1, (self.zero, *frame.columns))[0])
 
     def _new(
         self,
@@ -240,14 +249,13 @@ class Builder:
 
     def finished(self, result: Sequence[Number]) -> Program:
         """The program whose results are these numbers, in this order."""
-        kept = self._needed({number.register for number in result})
+        wanted = {number.register for number in result}
+        kept = self._needed(set(wanted))
         angles = sorted({operation.angle for operation in kept if operation.angle >= 0})
-        used = sorted({register for operation in kept for register in operation.results})
         constants = list(self._constants)
-        # Rows: the constants, the registers that are used, the inputs, and a sine and a cosine for each angle.
-        place = {-1 - k: 3 * k for k in range(len(constants))}
-        place |= {register: 3 * (len(constants) + k) for k, register in enumerate(used)}
-        inputs = 3 * (len(constants) + len(used))
+        # Rows: the constants, the other registers, the inputs, and a sine and a cosine for each angle.
+        place, count = _places(kept, wanted, len(constants))
+        inputs = 3 * count
         sines = inputs + sum(self._widths)
         sine_of = {angle: sines + 2 * k for k, angle in enumerate(angles)}
         weights: list[float] = []
@@ -265,7 +273,7 @@ class Builder:
                 [[inputs + key[0], sine_of[a]] for a, key in zip(angles, chosen, strict=True)], np.int64
             ).reshape(-1, 2),
             ratios=np.array([key[1:] for key in chosen], np.float64).reshape(-1, 2),
-            operations=np.array(table, np.int64).reshape(-1, 8),
+            operations=np.array(table, np.int64).reshape(-1, 10),
             weights=np.array([*weights, 0.0]),
             sources=np.array([place[number.register] + number.component for number in result], np.int64),
             inputs=starts.astype(np.int64),
@@ -288,26 +296,39 @@ def numbers(register: Register) -> tuple[Number, Number, Number]:
     return Number(register, 0), Number(register, 1), Number(register, 2)
 
 
-def _encoded(
-    operation: Operation, place: dict[Register, int], sine_of: dict[int, int], inputs: int
-) -> tuple[int, int, int, int, int, int, int]:
-    """Code, results and operands as `nao_kin.batch.operations` expects them."""
-    d, *more = (place[register] for register in operation.results)
+def _places(kept: Sequence[Operation], wanted: set[Register], constants: int) -> tuple[dict[Register, int], int]:
+    """The first row of each register, and how many registers there is room for.
+
+    A register that nothing reads any more gives its place to a later one, so that a tile stays in the nearest cache;
+    an operation never writes where it reads.
+    """
+    last = {register: k for k, operation in enumerate(kept) for register in operation.operands}
+    place = {-1 - k: 3 * k for k in range(constants)}
+    free: list[int] = []
+    count = constants
+    for k, operation in enumerate(kept):
+        for register in operation.results:
+            if free:
+                place[register] = free.pop()
+            else:
+                place[register] = 3 * count
+                count += 1
+        done = {register for register in operation.operands if last[register] == k}
+        # Half of a turn may be wanted by nobody.
+        done |= {register for register in operation.results if register not in last}
+        free += [place[register] for register in sorted(done) if register >= 0 and register not in wanted]
+    return place, count
+
+
+def _encoded(operation: Operation, place: dict[Register, int], sine_of: dict[int, int], inputs: int) -> tuple[int, ...]:
+    """Code, three results, four operands and a number, as `nao_kin.batch.operations` has them."""
+    results = [place[register] for register in operation.results]
     operands = [place[register] for register in operation.operands]
-    code = operation.code
-    if code == TURN:
-        return code, d, more[0], operands[0], operands[1], 0, sine_of[operation.angle]
-    if code == BASE:
-        return code, d, more[0], more[1], 0, 0, inputs + operation.number
-    if code == QUATERNION:
-        return code, d, more[0], operands[0], operands[1], operands[2], 0
-    if code == RPY:
-        return code, d, 0, operands[0], operands[1], operands[2], 0
-    if code == PROJECT:
-        return code, d, 0, operands[0], operands[1], operands[2], operands[3]
-    start, a, b, c = [*operands, 0, 0, 0][:4]
-    if code == HINGE:
-        return code, d, start, a, operation.axis, 0, sine_of[operation.angle]
-    if code == SLIDE:
-        return code, d, start, a, 0, 0, inputs + operation.number
-    return code, d, start, a, b, c, 0
+    if operation.code == HINGE:
+        operands += [0, operation.axis]
+    number = 0
+    if operation.angle >= 0:
+        number = sine_of[operation.angle]
+    elif operation.number >= 0:
+        number = inputs + operation.number
+    return operation.code, *[*results, 0, 0][:3], *[*operands, 0, 0, 0, 0][:4], number

@@ -9,14 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from nao_kin.batch.moving import MovingTree
 from nao_kin.batch.posing import PosedTree
 from nao_kin.batch.program import Builder, Frame, Number, Program, Register, numbers
 from nao_kin.batch.tree import JointTree, TreeFrame
-
-_IDENTITY = np.eye(3)
 
 # What `poses_program` can tell of a frame, and how many numbers that is.
 FORMS = {"matrix": 16, "rotation": 9, "position": 3, "position_quaternion": 7, "position6d": 6}
@@ -195,15 +191,14 @@ def _carried_moment(builder: Builder, tree: JointTree, place: int, start: Regist
         return builder.combination(start, [(turned, 1.0), (builder.position(joint.coordinate), share)])
     k, sign = joint.principal
     offset = [share * number for number in joint.t.tolist()]
-    straight = bool((joint.R == _IDENTITY).all())
     if joint.kind == "prismatic":
         along = builder.constant(*joint.axis)
         inside = builder.combination(inside, [(along, share * joint.offset)])
         inside = builder.scaled(inside, along, joint.coordinate, share * joint.ratio)
-        moved = inside if straight else builder.transformed(builder.zero, joint.R, inside)
+        moved = inside if joint.is_straight else builder.transformed(builder.zero, joint.R, inside)
         return builder.combination(start, [(moved, 1.0), (builder.constant(*offset), 1.0)])
     angle = builder.angle(joint.coordinate, sign * joint.ratio, sign * joint.offset)
-    if joint.aligned and straight:
+    if joint.aligned and joint.is_straight:
         return builder.hinged(start, inside, k, angle, offset)
     if not joint.aligned:
         inside = builder.transformed(builder.zero, joint.alignment.T, inside)

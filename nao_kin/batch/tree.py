@@ -58,6 +58,11 @@ class TreeJoint:
         cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
         return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + e @ axis))
 
+    @cached_property
+    def is_straight(self) -> bool:
+        """Whether its frame, with the joint at zero, has the axes of the parent's."""
+        return bool((np.eye(3) == self.R).all())
+
     @property
     def aligned(self) -> bool:
         """Whether the joint's axis is a coordinate axis."""

@@ -39,7 +39,8 @@ class ModelNumbers:
 
     def changed(self) -> bool:
         """Whether any number is another one than when it was first looked at."""
-        return any(part.changed() for part in self._parts) or self._masses_now() != self._masses
+        placements, frames, levers = self._parts
+        return placements.changed() or frames.changed() or levers.changed() or self._masses_now() != self._masses
 
     def _masses_now(self) -> tuple[float, float]:
         """Mass of what moves, and of what no joint moves."""
@@ -50,17 +51,12 @@ class _Part:
     """One vector of Pinocchio's: so many doubles of each of its elements, from an array in it on."""
 
     def __init__(self, elements: Sequence[Any], array_in: Callable[[Any], Floats], doubles: int) -> None:
-        self._elements, self._array_in = elements, array_in
-        self._where = self._now()
-        count, start = self._where
+        self._elements, self._count = elements, len(elements)
         first = array_in(elements[0])
-        step = address(array_in(elements[1])) - start if count > 1 else _DOUBLE * doubles
-        self._view = np.lib.stride_tricks.as_strided(first, (count, doubles), (step, _DOUBLE), writeable=False)
+        step = address(array_in(elements[1])) - address(first) if self._count > 1 else _DOUBLE * doubles
+        self._view = np.lib.stride_tricks.as_strided(first, (self._count, doubles), (step, _DOUBLE), writeable=False)
         self._seen = self._view.copy()
 
     def changed(self) -> bool:
-        """Whether the vector was moved, which ends the view of it, or a number in it is another one."""
-        return self._now() != self._where or not bool((self._view == self._seen).all())
-
-    def _now(self) -> tuple[int, int]:
-        return len(self._elements), address(self._array_in(self._elements[0]))
+        """Whether the vector has grown, which moves it and ends the view of it, or a number in it is another one."""
+        return len(self._elements) != self._count or not (self._view == self._seen).all()
