@@ -82,6 +82,10 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py
 	$(BIN)/python benchmarks/bench_rotations.py
 	$(BIN)/python benchmarks/bench_viewer.py
+	$(BIN)/python benchmarks/bench_batch.py
+	$(BIN)/python benchmarks/bench_loops.py
+	$(BIN)/python benchmarks/bench_stream.py
+	$(BIN)/python benchmarks/bench_reach.py
 
 clean:
 	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

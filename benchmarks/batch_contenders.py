@@ -209,14 +209,26 @@ def jax_arrays(robot: nk.RobotModel, question: str) -> Answer:
 # --- others -----------------------------------------------------------------------------------------------------------
 
 
-def mujoco_loop(robot: nk.RobotModel, question: str) -> Answer:
-    """MuJoCo, one configuration after another; the joints that follow others are set by hand."""
-    import mujoco
+def links_of(robot: nk.RobotModel, question: str) -> list[str]:
+    """The links that stand where the frames of a question do: other libraries know no frames of joints."""
+    moved = {joint.name: joint.child for joint in robot.tree.moving_joints}
+    return [name if name in robot.link_names else moved[name] for name in frames_of(robot, question)]
 
+
+def without_shapes(robot: nk.RobotModel) -> ElementTree.Element:
+    """The URDF without what it looks like."""
     root = ElementTree.parse(robot.urdf_path).getroot()
     for link in root.iter("link"):
         for shape in (*link.findall("visual"), *link.findall("collision")):
             link.remove(shape)
+    return root
+
+
+def mujoco_loop(robot: nk.RobotModel, question: str) -> Answer:
+    """MuJoCo, one configuration after another; the joints that follow others are set by hand."""
+    import mujoco
+
+    root = without_shapes(robot)
     options = {"fusestatic": "false", "balanceinertia": "true", "boundmass": "1e-6", "boundinertia": "1e-9"}
     ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler", options)
     model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
@@ -229,7 +241,7 @@ def mujoco_loop(robot: nk.RobotModel, question: str) -> Answer:
         source[k] = column[mimic.joint if mimic else name]
         if mimic:
             ratio[k], offset[k] = mimic.multiplier, mimic.offset
-    bodies = [model.body(name).id for name in frames_of(robot, question)]
+    bodies = [model.body(name).id for name in links_of(robot, question)]
 
     def poses(q: NDArray[np.float64], out: NDArray[Any]) -> None:
         out[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
@@ -247,14 +259,15 @@ def torch_chain(robot: nk.RobotModel, question: str) -> Answer:
     import pytorch_kinematics
     import torch
 
-    chain = pytorch_kinematics.build_chain_from_urdf(robot.urdf_path.read_bytes()).to(dtype=torch.float64)
+    chain = pytorch_kinematics.build_chain_from_urdf(ElementTree.tostring(without_shapes(robot)))
+    chain = chain.to(dtype=torch.float64)
     column = {name: k for k, name in enumerate(robot.joint_names)}
     names = chain.get_joint_parameter_names()
     mimics = [robot.mimics.get(name) for name in names]
     source = [column[mimic.joint if mimic else name] for name, mimic in zip(names, mimics, strict=True)]
     ratio = np.array([mimic.multiplier if mimic else 1.0 for mimic in mimics])
     offset = np.array([mimic.offset if mimic else 0.0 for mimic in mimics])
-    frames = frames_of(robot, question)
+    frames = links_of(robot, question)
     indices = chain.get_frame_indices(*frames)
 
     def poses(q: NDArray[np.float64], out: NDArray[Any]) -> None:

@@ -27,6 +27,7 @@ __all__ = [
     "NoBrowser",
     "NotABatch",
     "NotARotation",
+    "NotCachedWarning",
     "NotFinite",
     "OutsideLimits",
     "RenamedFrameWarning",

@@ -664,4 +664,98 @@ _CROSSCHECK = (
     ),
 )
 
-MUTATIONS: tuple[Mutation, ...] = (*_COMMON, *_URDF, *_ROBOT, *_MEANING, *_MATHEMATICS, *_MULTIDOF, *_CROSSCHECK)
+_BATCH = (
+    *_faults(
+        "batch/functions.py",
+        "test_batch_kernels.py",
+        (
+            "quarter-turns-without-their-third-part",
+            "    r = r - quarters * spread(m, 2.02226624879595063154e-21)\n",
+            "",
+        ),
+        ("cosine-of-one-term-less", "        c = c * z + spread(m, 2.48015872894767294178e-05)\n", ""),
+        ("arc-tangent-left-of-the-origin-folded", "spread(m, math.pi) - angle, angle)", "angle, angle)"),
+        ("arc-tangent-of-a-steep-direction-not-turned", "spread(m, math.pi / 2.0) - angle, angle)", "angle, angle)"),
+    ),
+    *_faults(
+        "batch/kernel.py",
+        "test_batch_kernels.py",
+        ("far-angles-left-to-the-polynomials", "if top > far:", "if top < 0:"),
+        ("last-block-of-columns-past-the-end", "column = min(k, numbers - n)", "column = k"),
+        ("infinity-in-an-earlier-tile-forgotten", "peak = max(peak, top)", "peak = top"),
+    ),
+    *_faults(
+        "batch/program.py",
+        "test_batch_kernels.py",
+        ("weights-of-a-nanometre-dropped", "_NOTHING = 1e-16", "_NOTHING = 1e-9"),
+        ("register-given-away-before-its-last-reader", "if last[register] == k}", "if last[register] >= k}"),
+        ("registers-of-the-result-given-away", "if register >= 0 and register not in wanted]", "if register >= 0]"),
+        ("inverse-of-the-base-the-same", "-1.0 if inverse else 1.0", "1.0"),
+    ),
+    *_faults(
+        "batch/tree.py",
+        "test_batch_kernels.py",
+        ("common-joint-of-other-chains", "if len(set(places)) > 1:", "if len(set(places)) > 2:"),
+        ("axis-to-the-other-side", "1.0 if self.axis[k] > 0.0 else -1.0", "1.0"),
+    ),
+    *_faults(
+        "batch/questions.py",
+        "test_batch_kernels.py",
+        (
+            "jacobian-of-a-sliding-joint-that-follows-another-replaced",
+            "linear[v] = builder.combination(linear[v], [(axis, weight)])",
+            "linear[v] = builder.combination(builder.zero, [(axis, weight)])",
+        ),
+        (
+            "centre-of-mass-of-a-sliding-follower-without-its-offset",
+            "        inside = builder.combination(inside, [(along, share * joint.offset)])\n",
+            "",
+        ),
+        ("own-moment-of-a-body-left-out", "[(_moment(builder, tree, place), 1.0)]", "[]"),
+    ),
+    *_faults(
+        "batch/moving.py",
+        "test_batch_kernels.py",
+        (
+            "coriolis-of-a-sliding-joint-once",
+            "builder.cross(carried.w, speed, 2.0, dv)",
+            "builder.cross(carried.w, speed, 1.0, dv)",
+        ),
+        ("turning-axis-not-carried-along", "builder.cross(carried.w, speed, 1.0, dw)", "dw"),
+        ("point-without-its-centripetal-acceleration", "builder.cross(motion.w, swing, 1.0, ", "("),
+        (
+            "numbers-of-a-base-not-turned-with-it",
+            "builder.cross(w, v, 1.0, dv) if self._accelerated else dv",
+            "dv",
+        ),
+    ),
+    *_faults(
+        "robot/batch_kinematics.py",
+        "test_batch_kernels.py",
+        ("changed-numbers-of-the-model-not-seen", " or self._numbers.changed()", ""),
+    ),
+    *_faults(
+        "robot/model_numbers.py",
+        "test_batch_kernels.py",
+        ("changed-mass-not-seen", " or self._masses_now() != self._masses", ""),
+        ("changed-frame-not-seen", " or frames.changed()", ""),
+    ),
+    *_faults(
+        "robot/answers.py",
+        "test_batch_methods.py",
+        ("result-written-over-its-input", "any(np.may_share_memory(out, values) for values in inputs)", "False"),
+        ("degrees-of-a-batch-not-noticed", "if not peak <= TURN:", "if False:"),
+        ("quaternions-of-a-batch-not-looked-at", "        self._checks.check_base(rows[0])\n", ""),
+    ),
+)
+
+MUTATIONS: tuple[Mutation, ...] = (
+    *_COMMON,
+    *_URDF,
+    *_ROBOT,
+    *_MEANING,
+    *_MATHEMATICS,
+    *_MULTIDOF,
+    *_BATCH,
+    *_CROSSCHECK,
+)

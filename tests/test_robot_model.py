@@ -596,7 +596,7 @@ def test_a_pickle_lives_in_another_process(tmp_path) -> None:
 
 def test_threads_do_not_disturb_each_other(nao: nk.NaoModel) -> None:
     configurations = nao.random(0, (8, 200))
-    expected = [nao.fk(q, ["LArm", "RLeg"]) for q in configurations]
+    expected = [np.stack([nao.fk(row, ["LArm", "RLeg"]) for row in q]) for q in configurations]
     barrier = threading.Barrier(8)
 
     def work(q: np.ndarray) -> np.ndarray:

@@ -66,11 +66,6 @@ class KeptKernel:
         self._sources, self._signature = sources, signature
         self._compiled: Callable[..., Any] | None = None
 
-    @property
-    def is_ready(self) -> bool:
-        """Whether it is in memory."""
-        return self._compiled is not None
-
     def warm_up(self) -> KernelState:
         """Get it ready now; it must have been made with its signature."""
         found, started = self.kept_in is not None, time.perf_counter()

@@ -1,6 +1,6 @@
 """Kinematics of many configurations at once: programs made of a robot's joints, run by compiled kernels."""
 
-from nao_kin.batch.compiling import KernelState, cache_folder, given_precision, is_ready, kernel, warm_up
+from nao_kin.batch.compiling import KernelState, cache_folder, kernel, warm_up
 from nao_kin.batch.execution import LINE, execute
 from nao_kin.batch.program import Program
 from nao_kin.batch.questions import (
@@ -25,8 +25,6 @@ __all__ = [
     "com_jacobian_program",
     "com_program",
     "execute",
-    "given_precision",
-    "is_ready",
     "jacobian_program",
     "kernel",
     "motion_program",

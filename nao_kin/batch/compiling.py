@@ -19,13 +19,7 @@ _PRECISIONS: dict[tuple[np.dtype[Any], np.dtype[Any]], str] = {
 }
 _kernels: dict[tuple[np.dtype[Any], np.dtype[Any]], KeptKernel] = {}
 
-__all__ = ["KernelState", "cache_folder", "given_precision", "is_ready", "kernel", "warm_up"]
-
-
-def is_ready(given: np.dtype[Any], computed: np.dtype[Any]) -> bool:
-    """Whether the kernel of these precisions is in memory."""
-    found = _kernels.get((given, computed))
-    return found is not None and found.is_ready
+__all__ = ["KernelState", "cache_folder", "given_precision", "kernel", "warm_up"]
 
 
 def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> np.dtype[Any]:

@@ -34,6 +34,8 @@ _LIBRARIES = {
     "yourdfpy": "yourdfpy",
     "meshcat": "meshcat",
     "numba": "numba",
+    "pyarrow": "pyarrow",
+    "dask": "dask",
     "typer": "typer",
     "rich": "rich",
     "trimesh": "trimesh",

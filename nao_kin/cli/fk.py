@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # One pass of the progress bar; small enough to move often, large enough to cost nothing.
 _CHUNK = 8192
+# Rows that Pinocchio answers as quickly as the kernels are loaded.
+_FEW = 20_000
 _WORLD = "world"
 
 
@@ -216,14 +218,17 @@ def _is_world(model: RobotModel, reference: str) -> bool:
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Pieces:
     """First row and poses (n, frames, k) of one piece after another, with a progress bar when there are many."""
-    starts = range(0, len(q), _CHUNK)
-    if len(starts) == 1:
-        yield 0, columns.poses(model, q, frames, reference)
-        return
     from rich.console import Console
     from rich.progress import track
 
+    from nao_kin.robot import CROSSOVER
+
+    # Pieces of a short file are left to Pinocchio, which has answered before the kernels are loaded.
+    many = len(q) > _FEW
+    step = _CHUNK if many else min(_CHUNK, CROSSOVER - 1)
+    starts = range(0, len(q), step)
     errors = Console(file=sys.stderr)
-    for start in track(starts, "forward kinematics", console=errors, disable=not errors.is_terminal, transient=True):
-        rows = q[start : start + _CHUNK]
-        yield start, columns.poses(model, rows, frames, reference, threads=os.cpu_count() or 1)
+    hidden = not many or not errors.is_terminal
+    for start in track(starts, "forward kinematics", console=errors, disable=hidden, transient=True):
+        rows = q[start : start + step]
+        yield start, columns.poses(model, rows, frames, reference, threads=(os.cpu_count() or 1) if many else None)

@@ -1,5 +1,6 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
+from nao_kin.robot.batch_kinematics import CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS, Base
 from nao_kin.robot.coordinates import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.robot.kinematic_methods import WORLD, KinematicMethods, LimitPolicy
@@ -12,6 +13,7 @@ from nao_kin.robot.topology import SharedMotor, Topology, topology
 
 __all__ = [
     "COUPLING_TOLERANCE",
+    "CROSSOVER",
     "LIMIT_ARRAYS",
     "LIMIT_TOLERANCE",
     "UNIT_TOLERANCE",

@@ -14,7 +14,7 @@ from nao_kin._common.arrays import as_floats, as_numbers, refuse_non_finite
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot.batch_kinematics import BatchKinematics, empty_answers
+from nao_kin.robot.batch_kinematics import CROSSOVER, BatchKinematics, empty_answers
 from nao_kin.robot.checks import TURN, ConfigurationChecks
 from nao_kin.robot.kinematics import Kinematics
 from nao_kin.robot.questions import Question
@@ -107,7 +107,7 @@ class Answers:
             self._kinematics.check_mass()
         count = math.prod(batch)
         out = output.out
-        if threads is None and not self._batch.is_worthwhile(count, arrays, kind):
+        if threads is None and count < CROSSOVER:
             few = self._by_pinocchio(question, arrays).reshape(shape)
             if out is None:
                 return few.astype(kind, copy=False)

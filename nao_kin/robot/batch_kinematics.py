@@ -17,10 +17,9 @@ from nao_kin.robot.model_numbers import ModelNumbers
 from nao_kin.robot.questions import Question
 from nao_kin.urdf import UrdfTree
 
-# From here on the kernels are quicker than Pinocchio, once they are in memory.
-CROSSOVER = 16
-# Reading compiled kernels from disk takes as long as Pinocchio takes for so many configurations.
-WORTH_LOADING = 50_000
+# So many configurations, and more, are answered by the kernels. Once these are in memory they are as quick as Pinocchio
+# at 16; but reading them takes as long as tens of thousands of configurations, and a handful should not have to wait.
+CROSSOVER = 64
 
 # Programs that are kept: more than anyone asks for in turn.
 _MOST_PROGRAMS = 256
@@ -35,16 +34,6 @@ class BatchKinematics:
         self._numbers: ModelNumbers | None = None
         self._programs: dict[Question, batch.Program] = {}
         self._tree: batch.JointTree | None = None
-        self._asked = 0
-
-    def is_worthwhile(self, count: int, inputs: Sequence[NDArray[Any]], dtype: np.dtype[Any]) -> bool:
-        """Whether the kernels should answer about so many configurations, in this precision."""
-        if count < CROSSOVER:
-            return False
-        if batch.is_ready(batch.given_precision(inputs, dtype), dtype):
-            return True
-        self._asked += count
-        return self._asked >= WORTH_LOADING
 
     def answer(
         self, question: Question, inputs: Sequence[NDArray[Any]], out: NDArray[Any], threads: int | None
