@@ -681,7 +681,10 @@ _BATCH = (
         "batch/kernel.py",
         "test_batch_kernels.py",
         ("far-angles-left-to-the-polynomials", "if top > far:", "if top < 0:"),
-        ("last-block-of-columns-past-the-end", "column = min(k, numbers - n)", "column = k"),
+    ),
+    *_faults(
+        "batch/kernel.py",
+        "test_batch_methods.py",
         ("infinity-in-an-earlier-tile-forgotten", "peak = max(peak, top)", "peak = top"),
     ),
     *_faults(

@@ -161,6 +161,16 @@ def test_the_first_number_that_is_not_finite_is_named(
         assert caught.value.index == (*divmod(place[0], 8), place[1])
 
 
+@pytest.mark.parametrize("row", [0, 15, 16, 99])
+def test_one_number_that_is_not_finite_is_found_in_any_tile(nao: nk.NaoModel, row: int) -> None:
+    q = nao.random(0, 100)
+    q[row, 3] = np.nan
+    for threads in (1, 2):
+        with pytest.raises(NotFinite) as caught:
+            nao.fk(q, "LArm", threads=threads)
+        assert caught.value.index == (row, 3)
+
+
 @pytest.mark.parametrize("threads", [None, 1])
 def test_velocities_that_are_not_finite_are_named(nao: nk.NaoModel, threads: int | None) -> None:
     q, v = nao.random(0, 40), np.zeros((40, nao.nv))

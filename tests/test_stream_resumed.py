@@ -35,7 +35,9 @@ SINKS = ("csv", "npy", "parquet", "arrow")
 _PROGRAM = """
 import os, signal, sys, time
 from nao_kin.stream import csv_source, parts, run, table_sources
+from nao_kin import stream
 from nao_kin.cli import fk
+stream.FEW_ROWS = 0
 csv_source.BYTES_AT_ONCE, table_sources.ROWS_AT_ONCE, run._BLOCKS_OF_PART, fk._CHUNK = 20_000, 40, 2, 100
 {happening}
 from nao_kin.cli import main

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
 # One pass of the progress bar; small enough to move often, large enough to cost nothing.
 _CHUNK = 8192
-# Rows that Pinocchio answers as quickly as the kernels are loaded.
-_FEW = 20_000
 _WORLD = "world"
 
 
@@ -221,10 +219,10 @@ def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | Non
     from rich.console import Console
     from rich.progress import track
 
+    from nao_kin import stream
     from nao_kin.robot import CROSSOVER
 
-    # Pieces of a short file are left to Pinocchio, which has answered before the kernels are loaded.
-    many = len(q) > _FEW
+    many = len(q) > stream.FEW_ROWS
     step = _CHUNK if many else min(_CHUNK, CROSSOVER - 1)
     starts = range(0, len(q), step)
     errors = Console(file=sys.stderr)

@@ -1,8 +1,18 @@
 """Files larger than memory: poses for every row of a file, written to a file, and resumed after a kill."""
 
-from nao_kin.stream.columns import PoseColumns, PoseStyle
+from nao_kin.stream.columns import FEW_ROWS, PoseColumns, PoseStyle
 from nao_kin.stream.csv_text import csv_header, pose_lines
 from nao_kin.stream.results import BadRow, StreamResult
 from nao_kin.stream.run import ErrorPolicy, fk
 
-__all__ = ["BadRow", "ErrorPolicy", "PoseColumns", "PoseStyle", "StreamResult", "csv_header", "fk", "pose_lines"]
+__all__ = [
+    "FEW_ROWS",
+    "BadRow",
+    "ErrorPolicy",
+    "PoseColumns",
+    "PoseStyle",
+    "StreamResult",
+    "csv_header",
+    "fk",
+    "pose_lines",
+]

@@ -24,6 +24,10 @@ _ORIENTATION: dict[str, tuple[str, ...]] = {
 }
 
 
+# Rows that Pinocchio answers before the batch kernels are loaded: a file of no more is left to it, in small pieces.
+FEW_ROWS = 10_000
+
+
 @dataclass(frozen=True)
 class PoseColumns:
     """How a pose is written as a row of numbers.

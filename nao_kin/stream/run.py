@@ -23,9 +23,9 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning, UnknownName
-from nao_kin.robot import LimitPolicy, RobotModel, check_robot
+from nao_kin.robot import CROSSOVER, LimitPolicy, RobotModel, check_robot
 from nao_kin.stream.blocks import Block, Source
-from nao_kin.stream.columns import PoseColumns, PoseStyle
+from nao_kin.stream.columns import FEW_ROWS, PoseColumns, PoseStyle
 from nao_kin.stream.joint_columns import JointColumns
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.progress_bar import ProgressBar
@@ -182,6 +182,8 @@ class _Work:
         """The numbers of the poses, shape (n, frames, k)."""
         numbers = np.empty((len(q), len(self.frames), len(self.columns.names)), self.sink.dtype)
         step = max(1, _MOST_ENTRIES // (16 * len(self.frames)))
+        if threads is None and len(q) <= FEW_ROWS:
+            step = min(step, CROSSOVER - 1)
         with warnings.catch_warnings() if self.warned else nullcontext():
             if self.warned:
                 warnings.simplefilter("ignore", DegreesWarning)
