@@ -740,7 +740,8 @@ _BATCH = (
     *_faults(
         "robot/model_numbers.py",
         "test_batch_kernels.py",
-        ("changed-mass-not-seen", " or self._masses_now() != self._masses", ""),
+        ("changed-mass-of-the-root-not-seen", "self._first.mass != self._first_mass", "False"),
+        ("shifted-mass-not-seen", " or bodies.changed()", ""),
         ("changed-frame-not-seen", " or frames.changed()", ""),
     ),
     *_faults(

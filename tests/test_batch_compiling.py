@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin._common import kernel_cache
 
 ROOT = Path(nk.__file__).parent.parent
 ASK = """
@@ -70,6 +71,60 @@ def test_a_full_disk_costs_one_warning(tmp_path: Path) -> None:
     assert out == "right\n"
     assert err.count("NotCachedWarning") == 1
     assert not list(tmp_path.rglob("*precision"))
+
+
+def test_damaged_files_are_made_anew(tmp_path: Path) -> None:
+    outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
+    for path in tmp_path.rglob("*.nb?"):
+        path.write_bytes(b"")
+    out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
+    assert (out, err) == ("right\n", ANNOUNCED)
+    out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
+    assert (out, err) == ("right\n", "")
+    # And read where nobody may write, as in an image of a container: by a copy, for Numba itself refuses.
+    kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    out, err = outcome(start("import os\nos.access = lambda *_: False\n" + ASK, NUMBA_CACHE_DIR=str(tmp_path)))
+    assert (out, err) == ("right\n", "")
+    assert kept == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+
+
+NOWHERE = """
+import pathlib
+def home():
+    raise RuntimeError("Could not determine home directory.")
+pathlib.Path.home = home
+
+import sys
+class Full:
+    def write(self, text):
+        raise OSError(28, "No space left on device")
+    def flush(self):
+        pass
+sys.stderr = Full()
+"""
+
+
+def test_without_a_home_or_anybody_who_listens_it_works() -> None:
+    environment = dict.fromkeys(("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"), "")
+    assert outcome(start(NOWHERE + ASK, **environment)) == ("right\n", "")
+    with pytest.MonkeyPatch.context() as patch:
+        for name in environment:
+            patch.delenv(name, raising=False)
+        patch.setattr(Path, "home", lambda: (_ for _ in ()).throw(RuntimeError("no home")))
+        assert nk.batch.cache_folder() is None
+
+
+def test_what_is_kept_for_one_installation_is_not_taken_for_another(tmp_path: Path) -> None:
+    folders = [tmp_path / name for name in "ab"]
+    for folder in folders:
+        folder.mkdir()
+    assert kernel_cache._fingerprint(folders[0]) != kernel_cache._fingerprint(folders[1])
+    (folders[0] / "more.py").write_text("x = 1")
+    kernel_cache._fingerprint.cache_clear()
+    before = kernel_cache._fingerprint(folders[0])
+    (folders[0] / "more.py").write_text("x = 2")
+    kernel_cache._fingerprint.cache_clear()
+    assert kernel_cache._fingerprint(folders[0]) != before
 
 
 def test_the_kernel_runs_uncompiled_too() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -303,19 +304,60 @@ def test_a_configuration_gives_the_same_bits_in_any_batch(nao: nk.NaoModel, dtyp
         np.testing.assert_array_equal(ask(q[7], dtype=dtype, threads=1), whole[7], err_msg=name)
 
 
-def test_changed_numbers_of_the_model_are_seen(tmp_path: Path) -> None:
+def move_joint(robot: nk.RobotModel) -> None:
+    placements = robot.model.jointPlacements
+    placements[2] = placements[2] * pin.SE3(np.eye(3), np.array([0.0, 0.5, 0.0]))
+
+
+def move_frame(robot: nk.RobotModel) -> None:
+    robot.model.frames[robot.frame_ids(["tip_l"])[0]].placement.translation = np.array([0.3, 0.2, 0.1])
+
+
+def change_mass(robot: nk.RobotModel) -> None:
+    robot.model.inertias[2].mass = 7.0
+
+
+def change_first_mass(robot: nk.RobotModel) -> None:
+    robot.model.inertias[0].mass = 7.0
+
+
+def shift_mass(robot: nk.RobotModel) -> None:
+    """From one link to another: the total stays."""
+    inertias = robot.model.inertias
+    inertias[1].mass, inertias[2].mass = inertias[1].mass + 0.25, inertias[2].mass - 0.25
+
+
+def move_first_mass(robot: nk.RobotModel) -> None:
+    robot.model.inertias[1].lever = np.array([0.3, 0.2, 0.1])
+
+
+def move_last_mass(robot: nk.RobotModel) -> None:
+    robot.model.inertias[len(robot.model.inertias) - 1].lever = np.array([0.3, 0.2, 0.1])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [move_joint, move_frame, change_mass, change_first_mass, shift_mass, move_first_mass, move_last_mass],
+    ids=lambda change: change.__name__,
+)
+def test_changed_numbers_of_the_model_are_seen(tmp_path: Path, change: Callable[[nk.RobotModel], None]) -> None:
     robot = made_up(tmp_path, J("a"), J("b", axis=(0, 1, 0)), J("tip", kind="fixed", xyz=(0.1, 0, 0)))
     q = configurations(robot, 5)
-    robot.fk(q, threads=1), robot.com(q, threads=1)
-    robot.model.jointPlacements[2] = robot.model.jointPlacements[2] * pin.SE3(np.eye(3), np.array([0.0, 0.5, 0.0]))
-    np.testing.assert_allclose(robot.fk(q, threads=1), robot.fk(q), rtol=0, atol=1e-14)
-    robot.model.frames[robot.frame_ids(["tip_l"])[0]].placement.translation = np.array([0.3, 0.2, 0.1])
-    np.testing.assert_allclose(robot.fk(q, "tip_l", threads=1), robot.fk(q, "tip_l"), rtol=0, atol=1e-14)
-    assert robot.fk(q, "tip_l", reference="b_l", threads=1)[0, 0, 3] == 0.3
-    robot.model.inertias[2].mass = 7.0
-    np.testing.assert_allclose(robot.com(q, threads=1), robot.com(q), rtol=0, atol=1e-14)
-    robot.model.inertias[1].lever = np.array([0.3, 0.2, 0.1])
-    np.testing.assert_allclose(robot.com(q, threads=1), robot.com(q), rtol=0, atol=1e-14)
+
+    def answers(threads: int | None) -> list[np.ndarray]:
+        return [
+            robot.fk(q, threads=threads),
+            robot.fk(q, "tip_l", reference="b_l", threads=threads),
+            robot.com(q, threads=threads),
+            robot.com_jacobian(q, threads=threads),
+        ]
+
+    before = answers(1)
+    change(robot)
+    now, expected = answers(1), answers(None)
+    assert any(np.abs(a - b).max() > 1e-3 for a, b in zip(before, expected, strict=True))
+    for ours, theirs in zip(now, expected, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-14)
 
 
 def test_a_robot_that_was_pickled_answers_as_before(nao: nk.NaoModel) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
@@ -87,9 +88,8 @@ def test_results_go_where_they_are_wanted(nao: nk.NaoModel, name: str, count: in
     q = nao.random(0, count)
     for kind in (np.float64, np.float32):
         out = np.full((count, *tail), np.nan, dtype=kind)
-        assert ask(q, out=out, threads=threads) is not None
+        assert ask(q, out=out, threads=threads) is out
         np.testing.assert_array_equal(out, ask(q, dtype=kind, threads=threads))
-    assert np.shares_memory(ask(q, out=out, threads=threads), out)
 
 
 def test_an_out_that_cannot_be_used_is_refused(nao: nk.NaoModel) -> None:
@@ -113,6 +113,18 @@ def test_an_out_that_cannot_be_used_is_refused(nao: nk.NaoModel) -> None:
         memory[: q.size] = q.reshape(-1)
         with pytest.raises(BadArgument, match="must not be in the memory of an input"):
             nao.com(memory[: q.size].reshape(q.shape), out=memory[900:1020].reshape(40, 3), threads=threads)
+
+
+@pytest.mark.parametrize("limits", ["ignore", "raise", "clamp"])
+@pytest.mark.parametrize("threads", [None, 1])
+def test_an_input_is_never_written_over(nao: nk.NaoModel, limits: str, threads: int | None) -> None:
+    memory = np.zeros(2000)
+    q = memory[:1000].reshape(40, 25)
+    q[...] = nao.random(0, 40)
+    before = memory.copy()
+    with pytest.raises(BadArgument, match="memory of an input"):
+        nao.fk(q, "LArm", limits=limits, out=memory[900:1540].reshape(40, 4, 4), threads=threads)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(memory, before)
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, "two"])
@@ -208,6 +220,28 @@ def test_rates_broadcast_with_the_configurations(nao: nk.NaoModel) -> None:
         nao.velocity(q, v[:, :-1], "LArm")
 
 
+def test_what_is_broadcast_is_not_copied(nao: nk.NaoModel) -> None:
+    q, v = nao.random(0, (200, 1)), np.random.default_rng(0).normal(size=(1, 300, nao.nv))
+    nao.velocity(q[:2], v[:, :2], "LArm", threads=1)
+    tracemalloc.start()
+    found = nao.velocity(q, v, "LArm", threads=1)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 1.1 * found.nbytes + 4e6  # a block of rows on its way
+    np.testing.assert_array_equal(found[7], nao.velocity(q[7], v[0], "LArm", threads=1))
+
+
+def test_a_result_takes_no_more_memory_than_itself(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 100_000)
+    for ask, _ in methods(nao).values():
+        ask(q[:100], threads=1)
+        tracemalloc.start()
+        result = ask(q, threads=2)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak < 1.1 * result.nbytes + 4e6
+
+
 def test_accelerations_are_the_derivatives_of_velocities(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(0)
     q, v, a = nao.random(rng, 20), rng.normal(size=(20, nao.nv)), rng.normal(size=(20, nao.nv))
@@ -256,6 +290,37 @@ def test_a_quaternion_of_another_length_is_refused() -> None:
     few, many = nao.fk(q, "LArm"), nao.fk(q, "LArm", threads=1)
     np.testing.assert_allclose(few, many, rtol=0, atol=1e-14)
     np.testing.assert_allclose(np.linalg.det(many[..., :3, :3]), 1.0, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("count", [3, 40])
+@pytest.mark.parametrize("threads", [None, 1])
+def test_infinity_in_a_base_is_named_before_its_norm(count: int, threads: int | None) -> None:
+    nao = nk.load_nao(base="floating")
+    for place, name in (((2, 3), "base"), ((2, 12), nao.joint_names[5])):
+        for bad in (np.inf, np.nan):
+            q = nao.random(0, count)
+            q[0, 3:7] *= 1.0 + (place[1] > 7)  # with a number in a joint, a quaternion of norm 2 before it
+            q[place] = bad
+            with pytest.raises(NotFinite) as caught:
+                nao.fk(q, "LArm", threads=threads)
+            assert caught.value.index == place
+            assert name in str(caught.value)
+
+
+def test_rates_and_angles_in_single_precision_are_right_to_several_millionths(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(0)
+    q, v, a = nao.random(rng, 500), rng.uniform(-3, 3, (500, nao.nv)), rng.uniform(-3, 3, (500, nao.nv))
+    for ask in (
+        lambda **o: nao.velocity(q, v, FEET, **o),
+        lambda **o: nao.acceleration(q, v, a, FEET, **o),
+        lambda **o: nao.fk(q, FEET, as_="position_quaternion", **o),
+    ):
+        single, double = ask(dtype=np.float32, threads=1), ask(threads=1)
+        np.testing.assert_allclose(single, double, rtol=1e-6, atol=1e-5)
+    single, double = (nao.fk(q, FEET, as_="position6d", dtype=d, threads=1) for d in (np.float32, np.float64))
+    turned = np.exp(1j * single[..., 3:]) - np.exp(1j * double[..., 3:])  # ±π is one angle
+    flat = np.cos(double[..., 4]) > 0.1  # beside lock roll and yaw are each ill-determined
+    np.testing.assert_allclose(np.abs(turned)[flat], 0.0, rtol=0, atol=2e-5)
 
 
 def test_numbers_too_large_for_single_precision_are_computed_in_double(nao: nk.NaoModel) -> None:

@@ -1,18 +1,21 @@
 """Functions compiled by Numba once on a machine, and kept on its disk.
 
 The folder is the user's own cache, so that the package may be installed where nobody can write. Its name changes with
-the sources of the kernels, with the compiler and with the processor. Where nothing can be kept, kernels are compiled in
-every process, with one warning.
+all that compiled code depends on. Kernels are read from a folder that cannot be written, too, as in an image of a
+container. Where nothing can be kept, they are compiled in every process, with one warning.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,7 +26,7 @@ from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import NotCachedWarning
 
 _LOCK = threading.RLock()  # one thread compiles, the others wait
-_announced: set[str] = set()
+_said: set[str] = set()
 
 
 @dataclass(frozen=True)
@@ -51,105 +54,132 @@ class KeptKernel:
         what: what is being compiled, for the line on standard error.
         name: name of the file that says that the kernel has been kept.
         sources: the folder of all files that the function depends on.
-        signature: its types; None for those of the first call, which all others must then have too.
+        signature: its types.
     """
 
     def __init__(
-        self,
-        function: Callable[..., Any],
-        what: str,
-        name: str,
-        sources: Path,
-        signature: Callable[[], Any] | None = None,
+        self, function: Callable[..., Any], what: str, name: str, sources: Path, signature: Callable[[], Any]
     ) -> None:
         self._function, self._what, self._name = function, what, name
         self._sources, self._signature = sources, signature
         self._compiled: Callable[..., Any] | None = None
 
-    def warm_up(self) -> KernelState:
-        """Get it ready now; it must have been made with its signature."""
-        found, started = self.kept_in is not None, time.perf_counter()
-        self.ready()
-        return KernelState(self._name, time.perf_counter() - started, not found, self.kept_in)
-
-    @property
-    def kept_in(self) -> Path | None:
-        """The folder where it is kept; None where it is not."""
-        mark = self._mark()
-        return mark.parent if mark.exists() else None
-
     def __call__(self, *arguments: Any) -> Any:
         """The result of the function."""
-        return (self._compiled or self.ready(*arguments))(*arguments)
+        return (self._compiled or self.ready())(*arguments)
 
-    def ready(self, *arguments: Any) -> Callable[..., Any]:
-        """The compiled function, for arguments of these types where it was made without a signature."""
+    def ready(self) -> Callable[..., Any]:
+        """The compiled function."""
         with _LOCK:
             if self._compiled is None:
                 import numba
 
-                if numba.config.DISABLE_JIT:
-                    self._compiled = self._function
-                else:
-                    signature = self._signature() if self._signature else tuple(map(numba.typeof, arguments))
-                    self._compiled = self._made(signature)
+                self._compiled = self._function if numba.config.DISABLE_JIT else self._made()
             return self._compiled
 
-    def _made(self, signature: Any) -> Callable[..., Any]:
+    def warm_up(self) -> KernelState:
+        """Get it ready now."""
+        found, started = self._is_kept(), time.perf_counter()
+        self.ready()
+        seconds = time.perf_counter() - started
+        return KernelState(self._name, seconds, not found, self._folder() if self._is_kept() else None)
+
+    def _made(self) -> Callable[..., Any]:
+        folder, obstacle = self._folder(), "there is no home directory"
+        if folder is not None:
+            if self._is_kept():
+                # Whatever is wrong with files that a crash or another program has damaged: they are made anew.
+                with suppress(Exception), _readable(folder) as source:
+                    return self._by_numba(source)
+                shutil.rmtree(folder, ignore_errors=True)
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+                with tempfile.TemporaryFile(dir=folder):
+                    pass
+                _say(f"compiling {self._what}, once on this machine …")
+                made = self._by_numba(folder)
+                (folder / self._name).touch()
+                return made
+            except (OSError, RuntimeError) as error:  # Numba says that a folder is not writable by a RuntimeError
+                obstacle = f"{quoted(str(folder))}: {error}"
+        if "warning" not in _said:
+            _said.add("warning")
+            warn_caller(
+                f"compiled kernels cannot be kept ({abbreviated(obstacle)}); each process compiles them anew "
+                "(NUMBA_CACHE_DIR names another folder)",
+                NotCachedWarning,
+            )
+        _say(f"compiling {self._what} …")
+        return self._by_numba(None)
+
+    def _by_numba(self, folder: Path | None) -> Callable[..., Any]:
+        """The function compiled, or read from a folder; kept there unless it is None."""
         import numba
 
-        mark = self._mark()
+        before = numba.config.CACHE_DIR
+        if folder is not None:
+            numba.config.CACHE_DIR = str(folder)  # which Numba reads when it is given a function
         try:
-            mark.parent.mkdir(parents=True, exist_ok=True)
-            if not mark.exists():
-                _announce(self._what)
-            before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(mark.parent)
-            try:
-                made: Callable[..., Any] = numba.njit(signature, nogil=True, error_model="numpy", cache=True)(
-                    self._function
-                )
-            finally:
-                numba.config.CACHE_DIR = before
-            mark.touch()
-            return made
-        except (OSError, RuntimeError) as error:  # Numba says that a folder is not writable by a RuntimeError
-            warn_caller(
-                f"compiled kernels cannot be kept in {quoted(str(mark.parent))}: {abbreviated(str(error))}; each "
-                "process compiles them anew (NUMBA_CACHE_DIR names another folder)",
-                NotCachedWarning,
-                subject="cache",
-            )
-            _announce(self._what)
-            uncached: Callable[..., Any] = numba.njit(signature, nogil=True, error_model="numpy")(self._function)
-            return uncached
+            made: Callable[..., Any] = numba.njit(
+                self._signature(), nogil=True, error_model="numpy", cache=folder is not None
+            )(self._function)
+        finally:
+            numba.config.CACHE_DIR = before
+        return made
 
-    def _mark(self) -> Path:
-        return cache_folder() / _fingerprint(self._sources) / self._name
+    def _is_kept(self) -> bool:
+        folder = self._folder()
+        return folder is not None and (folder / self._name).exists()
+
+    def _folder(self) -> Path | None:
+        parent = cache_folder()
+        return None if parent is None else parent / _fingerprint(self._sources)
 
 
-def cache_folder() -> Path:
-    """Where compiled kernels are kept: below NUMBA_CACHE_DIR if that is set, else in the user's cache directory."""
+def cache_folder() -> Path | None:
+    """Where compiled kernels are kept: below NUMBA_CACHE_DIR if that is set, else in the user's cache directory.
+
+    None where the user has no home.
+    """
     named = os.environ.get("NUMBA_CACHE_DIR")
     if named:
         return Path(named) / "nao_kin"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "nao_kin"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nao_kin"
+    try:
+        if sys.platform == "darwin":
+            return Path.home() / "Library" / "Caches" / "nao_kin"
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nao_kin"
+    except RuntimeError:
+        return None
 
 
-def _announce(what: str) -> None:
-    """Say once in a process why it takes a while."""
-    if what not in _announced and sys.stderr is not None:
-        print(f"nao_kin: compiling {what}, once on this machine …", file=sys.stderr)  # noqa: T201
-    _announced.add(what)
+@contextmanager
+def _readable(folder: Path) -> Iterator[Path]:
+    """The folder, or a copy of it for as long as it is read: Numba reads only where it may write."""
+    if os.access(folder, os.W_OK):
+        yield folder
+        return
+    with tempfile.TemporaryDirectory(prefix="nao_kin_") as name:
+        copy = Path(name) / "kernels"
+        shutil.copytree(folder, copy, copy_function=shutil.copyfile)
+        for path in (copy, *copy.rglob("*")):
+            path.chmod(0o700)
+        yield copy
+
+
+def _say(message: str) -> None:
+    """Say once in a process why it takes a while, where anybody listens."""
+    if message not in _said and sys.stderr is not None:
+        with suppress(OSError, ValueError):
+            print(f"nao_kin: {message}", file=sys.stderr)  # noqa: T201
+    _said.add(message)
 
 
 @cache
 def _fingerprint(sources: Path) -> str:
-    """What compiled kernels depend on, in sixteen letters."""
+    """What compiled kernels depend on, in sixteen letters: Python, Numba, the processor, the place and the sources."""
     import llvmlite.binding
     import numba
 
-    parts = [numba.__version__, llvmlite.binding.get_host_cpu_name()]
+    parts = [str(sys.implementation.cache_tag), numba.__version__, llvmlite.binding.get_host_cpu_name(), str(sources)]
     parts += [path.read_text(encoding="utf-8") for path in sorted(sources.glob("*.py"))]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]

@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-import os
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from nao_kin._common.processors import usable_cores
 from nao_kin.batch.compiling import given_precision, kernel
+from nao_kin.batch.opcodes import aligned_empty, tile_width
 from nao_kin.batch.program import Program
 
 Array = NDArray[Any]
 
 # Rows that are brought into order at a time: few enough to stay in the processor's cache.
-_BLOCK = 4096
+_BLOCK = 2048
 # Rows from which on a second thread is worth its start.
 _WORTH_A_THREAD = 8192
-LINE = 64  # bytes of a cache line, and of a vector
-_VECTORS = 2
 
 
 def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int | None = None) -> float:
-    """Run a program on rows of configurations, and of velocities and accelerations where it takes them.
+    """Run a program on configurations, and on velocities and accelerations where it takes them.
 
     Args:
         program: what to compute.
-        inputs: arrays of shape (n, numbers), in any layout and precision.
+        inputs: arrays of one batch shape, (..., numbers), in any layout and precision.
         out: where the results go, shape (n, numbers), contiguous, in the precision to compute in.
         threads: how many to use; None for all cores, where there are rows enough.
 
@@ -36,9 +36,10 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     """
     count = len(out)
     if threads is None:
-        threads = min(_cores(), count // _WORTH_A_THREAD)
+        threads = min(usable_cores(), count // _WORTH_A_THREAD)
+    kernel(given_precision(inputs, out.dtype), out.dtype).ready()  # here, and not in a thread, where nobody listens
     # Every thread begins with a full tile.
-    tile = _VECTORS * LINE // out.itemsize
+    tile = tile_width(out.dtype)
     share = -(-count // max(threads, 1))
     share = max(tile, -(-share // tile) * tile)
     parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
@@ -56,41 +57,36 @@ def _execute(program: Program, inputs: Sequence[Array], out: Array, part: slice)
     dtype = out.dtype
     given = given_precision(inputs, dtype)
     run = kernel(given, dtype).ready()
-    memory = _scratch(program, dtype)
-    far = _far(program, dtype)
+    memory, far = _scratch(program, dtype), _far(program, dtype)
     ready = all(values.flags.c_contiguous and values.flags.aligned and values.dtype == given for values in inputs)
     step = part.stop - part.start if ready else _BLOCK
     peak = 0
     for start in range(part.start, part.stop, step):
         block = slice(start, min(start + step, part.stop))
-        rows = [np.require(values[block], given, ("C", "A")).reshape(-1) for values in inputs]
+        rows = [np.require(_rows(values, block), given, ("C", "A")).reshape(-1) for values in inputs]
         rows += [np.empty(0, given)] * (3 - len(rows))
-        found = run(
-            *rows,
-            program.widths,
-            program.angles,
-            program.ratios,
-            program.operations,
-            program.weights,
-            program.sources,
-            program.inputs,
-            memory,
-            out[block].reshape(-1),
-            far,
-        )
-        peak = max(peak, found)
+        peak = max(peak, run(*rows, program.tables, memory, out[block].reshape(-1), far))
     bits: Any = np.array(peak, np.int64 if dtype.itemsize == 8 else np.int32)
     return float(bits.view(dtype))
 
 
+def _rows(values: Array, block: slice) -> Array:
+    """A block of the rows of an array of any batch shape; only what is not in order is copied, and only this block."""
+    if values.ndim == 2:
+        return values[block]
+    batch = values.shape[:-1]
+    if values.flags.c_contiguous:
+        return values.reshape(math.prod(batch), values.shape[-1])[block]
+    places: Array = values[np.unravel_index(np.arange(block.start, block.stop), batch)]
+    return places
+
+
 def _scratch(program: Program, dtype: np.dtype[Any]) -> Array:
-    """Memory for one thread, with the constants in their rows, at the start of a cache line."""
-    width = _VECTORS * LINE // dtype.itemsize
-    memory = np.zeros(program.rows * width + LINE // dtype.itemsize, dtype)
-    skipped = -memory.ctypes.data % LINE // dtype.itemsize
-    memory = memory[skipped : skipped + program.rows * width]
-    constants = program.constants.reshape(-1, 1)
-    memory[: constants.size * width].reshape(-1, width)[...] = constants
+    """Memory for one thread, with the constants in their rows."""
+    width = tile_width(dtype)
+    memory = aligned_empty(program.rows * width, dtype)
+    memory.fill(0.0)
+    memory[: program.constants.size * width].reshape(-1, width)[...] = program.constants.reshape(-1, 1)
     return memory
 
 
@@ -104,11 +100,3 @@ def _far(program: Program, dtype: np.dtype[Any]) -> int:
     largest = np.array(max(0.0, (FARTHEST[dtype.itemsize] - offset) / ratio), dtype)
     bits: Any = largest.view(np.int64 if dtype.itemsize == 8 else np.int32)
     return int(bits)
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # macOS
-        return os.cpu_count() or 1

@@ -27,39 +27,20 @@ from nao_kin.batch.lanes import (
     store,
     write_fours,
 )
-from nao_kin.batch.operations import VECTORS, perform
+from nao_kin.batch.opcodes import VECTORS, Tables
+from nao_kin.batch.operations import perform
 
 _FARTHEST_DOUBLE, _FARTHEST_SINGLE = FARTHEST[8], FARTHEST[4]
 
 
-def run(
-    q: Array,
-    v: Array,
-    a: Array,
-    widths: Array,
-    angles: Array,
-    ratios: Array,
-    operations: Array,
-    weights: Array,
-    sources: Array,
-    rows: Array,
-    m: Array,
-    out: Array,
-    far: int,
-) -> int:
+def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far: int) -> int:
     """Run a program on all configurations.
 
     Args:
         q: configurations, one after another.
         v: velocities; empty where the program takes none.
         a: accelerations; empty where the program takes none.
-        widths: numbers in each of a configuration, a velocity and an acceleration.
-        angles: rows of the number of each angle, and of its sine; the cosine follows it.
-        ratios: ratio and offset of each angle: ratio × number + offset.
-        operations: see `nao_kin.batch.operations`.
-        weights: the constants in them.
-        sources: row of each number of the result.
-        rows: row of the first number of each of the three inputs.
+        tables: the program.
         m: scratch memory, a tile for each row, with the constant registers filled.
         out: the results, one after another.
         far: bits of the magnitude from which on an angle may be too large for the polynomials.
@@ -70,16 +51,17 @@ def run(
     n = lane_count(m)
     width = VECTORS * n
     inputs = q, v, a
-    count = out.size // len(sources)
+    angles, ratios = tables.angles, tables.ratios
+    count = out.size // len(tables.sources)
     peak = 0
     for first in range(0, count, width):
         here = min(width, count - first)
         bits = magnitude_bits(spread(m, 0.0))
         for k in range(3):
-            if widths[k]:
-                at = rows[k] * width
-                _read(inputs[k], widths[k], first, here, m, at)
-                for i in range(at, at + widths[k] * width, n):
+            numbers, at = tables.widths[k], tables.inputs[k] * width
+            if numbers:
+                _read(inputs[k], numbers, first, here, m, at)
+                for i in range(at, at + numbers * width, n):
                     bits = larger(bits, magnitude_bits(load(m, i)))
         top = largest(bits)
         peak = max(peak, top)
@@ -91,8 +73,8 @@ def run(
                 store(m, (angles[k, 1] + 1) * width + i, cosine)
         if top > far:
             _far_angles(m, angles, ratios)
-        perform(m, operations, weights)
-        _write(m, sources, out, first, here)
+        perform(m, tables.operations, tables.weights)
+        _write(m, tables.sources, out, first, here)
     return peak
 
 
@@ -147,11 +129,9 @@ def _far_angles(m: Array, angles: Array, ratios: Array) -> None:
 
 def signature(given: np.dtype[Any], computed: np.dtype[Any]) -> Any:
     """The types of `run` for inputs in one precision, computed in the same one or in single."""
-
-    def array(kind: Any, axes: int = 1, *, readonly: bool = True) -> Any:
-        return types.Array(kind, axes, "C", readonly=readonly)
-
-    row, values = array(types.int64), array(numba.from_dtype(given))
-    memory = array(numba.from_dtype(computed), readonly=False)
-    tables = array(types.int64, 2), array(types.float64, 2), array(types.int64, 2), array(types.float64)
-    return types.int64(values, values, values, row, *tables, row, row, memory, memory, types.int64)
+    # Arrays inside a tuple are not taken for read-only ones.
+    row, table = types.int64[::1], types.int64[:, ::1]
+    tables = types.NamedTuple((row, row, table, types.float64[:, ::1], table, types.float64[::1], row), Tables)
+    values = types.Array(numba.from_dtype(given), 1, "C", readonly=True)
+    memory = types.Array(numba.from_dtype(computed), 1, "C")
+    return types.int64(values, values, values, tables, memory, memory, types.int64)

@@ -3,7 +3,7 @@
 A loop over configurations that reads and writes parts of one array is not vectorised by the compiler, for it cannot
 know that the parts do not overlap. Here the width is said instead of hoped for: 512 bits, 8 double or 16 single
 precision numbers, which a processor with narrower registers takes in several steps. Beside these functions, vectors
-take the operators + − × ÷. What each function means stands in `lanes_numpy`.
+take the operators + − × ÷. What each function means stands in `lanes_numpy`, which is also what runs uncompiled.
 """
 
 from __future__ import annotations
@@ -13,68 +13,6 @@ from typing import TYPE_CHECKING
 import numba
 
 if TYPE_CHECKING or numba.config.DISABLE_JIT:
-    from nao_kin.batch.lanes_numpy import (
-        Array,
-        Lanes,
-        following,
-        lane_count,
-        larger,
-        largest,
-        load,
-        magnitude_bits,
-        nearest,
-        negated_by_bit,
-        read_columns,
-        spread,
-        square_root,
-        store,
-        where_even,
-        where_less,
-        whole,
-        with_sign,
-        write_fours,
-    )
+    from nao_kin.batch.lanes_numpy import *  # noqa: F403
 else:
-    from nao_kin.batch.lanes_llvm import (
-        Array,
-        Lanes,
-        following,
-        lane_count,
-        larger,
-        largest,
-        load,
-        magnitude_bits,
-        nearest,
-        negated_by_bit,
-        read_columns,
-        spread,
-        square_root,
-        store,
-        where_even,
-        where_less,
-        whole,
-        with_sign,
-        write_fours,
-    )
-
-__all__ = [
-    "Array",
-    "Lanes",
-    "following",
-    "lane_count",
-    "larger",
-    "largest",
-    "load",
-    "magnitude_bits",
-    "nearest",
-    "negated_by_bit",
-    "read_columns",
-    "spread",
-    "square_root",
-    "store",
-    "where_even",
-    "where_less",
-    "whole",
-    "with_sign",
-    "write_fours",
-]
+    from nao_kin.batch.lanes_llvm import *  # noqa: F403

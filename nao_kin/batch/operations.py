@@ -20,11 +20,20 @@ from __future__ import annotations
 
 from nao_kin.batch.functions import arc_tangent, compiled, length
 from nao_kin.batch.lanes import Array, lane_count, load, spread, square_root, store, where_less
-
-TURN, ADD_1, ADD_2, ADD_3, SLIDE, CROSS, PROJECT, BASE, HINGE, MATRIX, QUATERNION, RPY = range(12)
-
-# Configurations in a tile, in vectors: the work of two hides the time it takes to look up an operation.
-VECTORS = 2
+from nao_kin.batch.opcodes import (
+    ADD_1,
+    ADD_2,
+    ADD_3,
+    BASE,
+    CROSS,
+    HINGE,
+    MATRIX,
+    PROJECT,
+    QUATERNION,
+    SLIDE,
+    TURN,
+    VECTORS,
+)
 
 # Below this the entries of a matrix that tell yaw from roll are rounding errors.
 _LOCKED = 4.0
@@ -241,21 +250,3 @@ def _rpy(m: Array, d: int, a: int, b: int, c: int) -> None:
         store(m, d + i, arc_tangent(m, zero - sine, cosine) + zero)
         store(m, d + j, arc_tangent(m, zero - m20, flat) + zero)
         store(m, d + k, arc_tangent(m, y, x) + zero)
-
-
-__all__ = [
-    "ADD_1",
-    "ADD_2",
-    "ADD_3",
-    "BASE",
-    "CROSS",
-    "HINGE",
-    "MATRIX",
-    "PROJECT",
-    "QUATERNION",
-    "RPY",
-    "SLIDE",
-    "TURN",
-    "VECTORS",
-    "perform",
-]

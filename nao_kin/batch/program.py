@@ -12,12 +12,23 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-
-# Codes of the operations, as `nao_kin.batch.operations` has them; that module imports the compiler.
-TURN, ADD_1, ADD_2, ADD_3, SLIDE, CROSS, PROJECT, BASE, HINGE, MATRIX, QUATERNION, RPY = range(12)
+from nao_kin.batch.opcodes import (
+    ADD_1,
+    ADD_2,
+    ADD_3,
+    BASE,
+    CROSS,
+    HINGE,
+    MATRIX,
+    PROJECT,
+    QUATERNION,
+    RPY,
+    SLIDE,
+    TURN,
+    Tables,
+)
 
 # A weight of the size of what rounding leaves of a zero: cos(1.5707963) of a file is meant to be one.
 _NOTHING = 1e-16
@@ -74,36 +85,24 @@ class Operation:
 
 @dataclass(frozen=True)
 class Program:
-    """A finished program, with its places counted in rows: one row holds one number of every configuration of a tile.
+    """A finished program.
 
     Attributes:
-        widths: numbers in each configuration, velocity and acceleration; zero for an input that is not read.
-        angles: for each angle, the row of its number and the row of its sine, shape (angles, 2).
-        ratios: ratio and offset of each, shape (angles, 2).
-        operations: shape (operations, 10); places are rows.
-        weights: the constants in them.
-        sources: row of each number of the result.
-        inputs: row of the first number of each of the three inputs.
+        tables: what the kernel takes.
         constants: the first registers, which do not change, shape (registers, 3).
         rows: how many rows of scratch memory it takes.
     """
 
-    widths: NDArray[np.int64]
-    angles: NDArray[np.int64] = field(repr=False)
-    ratios: Floats = field(repr=False)
-    operations: NDArray[np.int64] = field(repr=False)
-    weights: Floats = field(repr=False)
-    sources: NDArray[np.int64] = field(repr=False)
-    inputs: NDArray[np.int64] = field(repr=False)
+    tables: Tables = field(repr=False)
     constants: Floats = field(repr=False)
     rows: int
 
     @cached_property
     def farthest_input(self) -> tuple[float, float]:
         """Largest ratio and offset of the angles: together they say how far an angle can be at most."""
-        if not len(self.ratios):
+        if not len(self.tables.ratios):
             return 0.0, 0.0
-        ratio, offset = np.abs(self.ratios).max(axis=0)
+        ratio, offset = np.abs(self.tables.ratios).max(axis=0)
         return float(ratio), float(offset)
 
 
@@ -138,10 +137,6 @@ class Builder:
     def angle(self, coordinate: int, ratio: float = 1.0, offset: float = 0.0) -> int:
         """The angle ratio · q[coordinate] + offset, to be turned about."""
         return self._angles.setdefault((coordinate, ratio, offset), len(self._angles))
-
-    def coordinate(self, index: int) -> int:
-        """Place of a number of the configuration."""
-        return index
 
     def velocity(self, index: int) -> int:
         """Place of a number of the velocity."""
@@ -267,8 +262,9 @@ class Builder:
         keys = list(self._angles)
         chosen = [keys[angle] for angle in angles]
         starts = np.cumsum([inputs, *self._widths[:2]])
-        return Program(
+        tables = Tables(
             widths=np.array(self._widths, np.int64),
+            inputs=starts.astype(np.int64),
             angles=np.array(
                 [[inputs + key[0], sine_of[a]] for a, key in zip(angles, chosen, strict=True)], np.int64
             ).reshape(-1, 2),
@@ -276,10 +272,8 @@ class Builder:
             operations=np.array(table, np.int64).reshape(-1, 10),
             weights=np.array([*weights, 0.0]),
             sources=np.array([place[number.register] + number.component for number in result], np.int64),
-            inputs=starts.astype(np.int64),
-            constants=np.array(constants),
-            rows=sines + 2 * len(angles),
         )
+        return Program(tables, np.array(constants), sines + 2 * len(angles))
 
     def _needed(self, wanted: set[Register]) -> list[Operation]:
         """The operations on which these registers depend; the set grows with what they depend on."""

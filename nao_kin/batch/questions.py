@@ -14,16 +14,14 @@ from nao_kin.batch.posing import PosedTree
 from nao_kin.batch.program import Builder, Frame, Number, Program, Register, numbers
 from nao_kin.batch.tree import JointTree, TreeFrame
 
-# What `poses_program` can tell of a frame, and how many numbers that is.
-FORMS = {"matrix": 16, "rotation": 9, "position": 3, "position_quaternion": 7, "position6d": 6}
-
 
 def poses_program(
     tree: JointTree, frames: Sequence[TreeFrame], reference: TreeFrame | None = None, form: str = "matrix"
 ) -> Program:
-    """Poses of frames in the root or in a reference frame, one frame after another, in one of FORMS.
+    """Poses of frames in the root or in a reference frame, one frame after another.
 
-    With a reference, the joints that carry all of the frames do not matter and are left out.
+    The form is "matrix", "rotation", "position", "position_quaternion" or "position6d". With a reference, the joints
+    that carry all of the frames do not matter and are left out.
     """
     builder = Builder(tree.nq, tree.nv)
     if reference is None:

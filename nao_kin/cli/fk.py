@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +12,7 @@ import typer
 
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
+from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
@@ -220,13 +220,11 @@ def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | Non
     from rich.progress import track
 
     from nao_kin import stream
-    from nao_kin.robot import CROSSOVER
 
     many = len(q) > stream.FEW_ROWS
-    step = _CHUNK if many else min(_CHUNK, CROSSOVER - 1)
-    starts = range(0, len(q), step)
+    threads = usable_cores() if many else None
     errors = Console(file=sys.stderr)
     hidden = not many or not errors.is_terminal
+    starts = range(0, len(q), _CHUNK)
     for start in track(starts, "forward kinematics", console=errors, disable=hidden, transient=True):
-        rows = q[start : start + step]
-        yield start, columns.poses(model, rows, frames, reference, threads=(os.cpu_count() or 1) if many else None)
+        yield start, columns.poses(model, q[start : start + _CHUNK], frames, reference, threads=threads)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -12,6 +11,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.kernel_cache import KernelState
+from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.reach.chain_tables import ChainTables, Integers, serial_chain
@@ -83,7 +83,7 @@ def workspace(
     asked = asked_range(samples, shard)
     edge = _edge(voxel)
     number = whole_number(seed, "seed", 0, 2**64 - 1)
-    workers = len(_cores()) if threads is None else whole_number(threads, "threads", 1)
+    workers = usable_cores() if threads is None else whole_number(threads, "threads", 1)
     chain = serial_chain(robot, frame, reference)
     first, shape = _box(chain.centre, chain.radius, edge)
     settings = ReachSettings(
@@ -132,7 +132,7 @@ class _Counter:
         self._lock = threading.Lock()
         self._ending = threading.Event()
         self._done: list[SampleRange] = []
-        # One row for each voxel of the box: count, best, sum, directions. Memory that nobody writes to is not taken.
+        # One row for each voxel of the box: count, best, sum, directions.
         self.totals: Integers = np.zeros((math.prod(shape), 4), dtype=np.int64)
 
     @property
@@ -229,9 +229,3 @@ def _box(centre: Floats, radius: float, voxel: float) -> tuple[tuple[int, int, i
     x, y, z = (int(index) for index in first)
     width, depth, height = (int(side) for side in sides)
     return (x, y, z), (width, depth, height)
-
-
-def _cores() -> Sequence[int]:
-    if hasattr(os, "sched_getaffinity"):
-        return sorted(os.sched_getaffinity(0))
-    return range(os.cpu_count() or 1)

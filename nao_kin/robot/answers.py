@@ -70,7 +70,17 @@ class Output:
             raise WrongShape("out", str(shape), out.shape)
         if not out.flags.c_contiguous or not out.flags.writeable or not out.flags.aligned:
             raise BadArgument("out must be contiguous, aligned and writable")
-        if any(np.may_share_memory(out, values) for values in inputs):
+        for values in inputs:
+            self.check_apart(values)
+
+    def check_apart(self, values: object) -> None:
+        """Refuse an `out` that is in the memory of an input.
+
+        Raises:
+            BadArgument: it is.
+        """
+        both = isinstance(self.out, np.ndarray) and isinstance(values, np.ndarray)
+        if both and np.may_share_memory(self.out, values):
             raise BadArgument("out must not be in the memory of an input")
 
 
@@ -105,18 +115,17 @@ class Answers:
         output.check(shape, kind, arrays)
         if question.kind in ("com", "com_jacobian"):
             self._kinematics.check_mass()
-        count = math.prod(batch)
-        out = output.out
+        count, out = math.prod(batch), output.out
         if threads is None and count < CROSSOVER:
             few = self._by_pinocchio(question, arrays).reshape(shape)
-            if out is None:
-                return few.astype(kind, copy=False)
-            out[...] = few
+            with np.errstate(over="ignore"):
+                if out is None:
+                    return few.astype(kind, copy=False)
+                out[...] = few
             return out
         answers = empty_answers(count, numbers, kind) if out is None else out
-        rows = [array.reshape(count, array.shape[-1]) for array in arrays]
-        self._by_kernels(question, rows, answers.reshape(count, math.prod(numbers)), threads, batch)
-        return answers.reshape(shape)
+        self._by_kernels(question, arrays, answers.reshape(count, math.prod(numbers)), threads)
+        return answers.reshape(shape) if out is None else out
 
     def _by_pinocchio(self, question: Question, arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
         q = self._checks.posed(arrays[0])
@@ -124,29 +133,21 @@ class Answers:
         return self._kinematics.answer(question, q, *rates)
 
     def _by_kernels(
-        self,
-        question: Question,
-        rows: Sequence[NDArray[Any]],
-        answers: NDArray[Any],
-        threads: int | None,
-        batch: tuple[int, ...],
+        self, question: Question, arrays: Sequence[NDArray[Any]], answers: NDArray[Any], threads: int | None
     ) -> None:
-        self._checks.check_base(rows[0])
-        peak = self._batch.answer(question, rows, answers, threads)
+        self._checks.check_base(arrays[0])
+        peak = self._batch.answer(question, arrays, answers, threads)
         if not math.isfinite(peak):
-            for values, name in zip(rows, _NAMES, strict=False):
-                there = values.reshape(*batch, values.shape[-1])
-                if name == "q":
-                    self._checks.refuse_non_finite(there)
-                else:
-                    refuse_non_finite(there, name)
+            self._checks.refuse_non_finite(arrays[0])
+            for values, name in zip(arrays[1:], _NAMES[1:], strict=False):
+                refuse_non_finite(values, name)
             # Finite numbers that are infinite in single precision.
             double = empty_answers(len(answers), answers.shape[1:], _DOUBLE)
-            self._batch.answer(question, rows, double, threads)
+            self._batch.answer(question, arrays, double, threads)
             with np.errstate(over="ignore"):
                 answers[...] = double
         if not peak <= TURN:
-            self._checks.warn_of_degrees(rows[0].reshape(*batch, rows[0].shape[-1]))
+            self._checks.warn_of_degrees(arrays[0])
 
     def _arrays(self, inputs: Sequence[ArrayLike]) -> list[NDArray[Any]]:
         """The inputs as arrays of numbers of one batch shape, not looked at."""

@@ -38,11 +38,11 @@ class BatchKinematics:
     def answer(
         self, question: Question, inputs: Sequence[NDArray[Any]], out: NDArray[Any], threads: int | None
     ) -> float:
-        """Answer a question about rows of configurations, and velocities and accelerations where it needs them.
+        """Answer a question about configurations, and velocities and accelerations where it needs them.
 
         Args:
             question: what is asked.
-            inputs: arrays of shape (n, nq), (n, nv), (n, nv), in any layout and precision; not looked at before.
+            inputs: arrays of one batch shape, (..., nq), (..., nv), (..., nv), in any layout and precision; unchecked.
             out: the answers, contiguous, shape (n, numbers).
             threads: how many threads; None for as many as there are cores, if that is worthwhile.
 
@@ -79,7 +79,4 @@ class BatchKinematics:
 
 def empty_answers(count: int, numbers: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
     """Memory for answers, shape (count, *numbers), that begins where a vector can be written at once."""
-    size = count * math.prod(numbers)
-    memory = np.empty(size + batch.LINE // dtype.itemsize, dtype)
-    skipped = -memory.ctypes.data % batch.LINE // dtype.itemsize
-    return memory[skipped : skipped + size].reshape(count, *numbers)
+    return batch.aligned_empty(count * math.prod(numbers), dtype).reshape(count, *numbers)

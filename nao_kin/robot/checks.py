@@ -73,14 +73,16 @@ class ConfigurationChecks:
         return array
 
     def check_base(self, q: NDArray[Any]) -> None:
-        """Refuse quaternions of a floating base that are not of unit length."""
+        """Refuse quaternions of a floating base that are not of unit length; what is not finite is another matter."""
         if not self._floating:
             return
-        quaternions = q[..., 3:7].reshape(-1, 4) if q.ndim < 3 else q.reshape(-1, q.shape[-1])[:, 3:7]
+        quaternions = q[..., 3:7]
+        quaternions = quaternions.reshape(-1, 4) if quaternions.ndim > 2 else np.atleast_2d(quaternions)
         for start in range(0, len(quaternions), _BLOCK):
             norms = np.linalg.norm(quaternions[start : start + _BLOCK], axis=-1)
             error = np.abs(norms - 1.0)
             if np.any(error > UNIT_TOLERANCE):
+                self.refuse_non_finite(q)
                 worst = float(norms[np.argmax(error)])
                 raise BadArgument(f"q[..., 3:7] must be a unit quaternion (x, y, z, w), got one of norm {worst:.6g}")
 

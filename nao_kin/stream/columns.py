@@ -11,7 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin.errors import UnknownName
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CROSSOVER, RobotModel
 
 PoseStyle = Literal["matrix", "position_quaternion", "position6d", "rpy"]
 
@@ -72,7 +72,14 @@ class PoseColumns:
         The arguments are those of `RobotModel.fk`.
         """
         form = "position6d" if self.style == "rpy" else self.style
-        numbers = robot.fk(q, frames, reference=reference, as_=form, dtype=dtype, threads=threads)
+        # Batches below the crossover are left to Pinocchio.
+        step = len(q) if threads is not None or len(q) > FEW_ROWS else CROSSOVER - 1
+        starts = range(0, len(q), max(step, 1))
+        parts = [
+            robot.fk(q[start : start + step], frames, reference=reference, as_=form, dtype=dtype, threads=threads)
+            for start in starts
+        ]
+        numbers = parts[0] if len(parts) == 1 else np.concatenate(parts)
         if self.orientation and self.degrees and self.style != "position_quaternion":
             numbers[..., 3:] = np.degrees(numbers[..., 3:])
         return numbers.reshape(*numbers.shape[:2], len(self.names))

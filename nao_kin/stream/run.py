@@ -20,12 +20,13 @@ from numpy.typing import DTypeLike, NDArray
 from nao_kin import __version__
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
+from nao_kin._common.processors import usable_cores
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning, UnknownName
-from nao_kin.robot import CROSSOVER, LimitPolicy, RobotModel, check_robot
+from nao_kin.robot import LimitPolicy, RobotModel, check_robot
 from nao_kin.stream.blocks import Block, Source
-from nao_kin.stream.columns import FEW_ROWS, PoseColumns, PoseStyle
+from nao_kin.stream.columns import PoseColumns, PoseStyle
 from nao_kin.stream.joint_columns import JointColumns
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.progress_bar import ProgressBar
@@ -155,7 +156,7 @@ class _Work:
         # Of a file of several blocks, the kernels answer every row: the same bits wherever a run began. For a file
         # that is one block, loading them need not pay.
         alone = block.last and not before.rows_read
-        numbers = self._numbers(q, None if alone else os.cpu_count() or 1)
+        numbers = self._numbers(q, None if alone else usable_cores())
         rows = before.rows_read + np.arange(len(good))
         bad = np.flatnonzero(~good)
         listed = before.first_bad_rows
@@ -182,8 +183,6 @@ class _Work:
         """The numbers of the poses, shape (n, frames, k)."""
         numbers = np.empty((len(q), len(self.frames), len(self.columns.names)), self.sink.dtype)
         step = max(1, _MOST_ENTRIES // (16 * len(self.frames)))
-        if threads is None and len(q) <= FEW_ROWS:
-            step = min(step, CROSSOVER - 1)
         with warnings.catch_warnings() if self.warned else nullcontext():
             if self.warned:
                 warnings.simplefilter("ignore", DegreesWarning)
