@@ -128,7 +128,7 @@ def measure(robot: nk.RobotModel, question: str, count: int, rounds: int) -> lis
             expected[...] = out[: len(expected)]
         errors[name] = float(np.abs(out[: len(expected)] - expected).max())
         # The others read the file themselves, and may keep its numbers in single precision.
-        if errors[name] > (1e-9 if name in (LOOP, STRIDED, "NumPy", ONE, ALL) else 2e-6):
+        if errors[name] > (1e-12 if name in (LOOP, STRIDED, "NumPy", ONE, ALL) else 2e-6):
             raise SystemExit(f"{name} gives other {question} for {robot.name}: off by {errors[name]:.1e}")
         runs[name] = (answer, mine, out)
     best = dict.fromkeys(runs, np.inf)

@@ -152,7 +152,9 @@ def _read(name: str) -> str:
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        raise BadInputFile(name, f"not UTF-8 text (byte {error.start})") from None
+        large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
+        advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
+        raise BadInputFile(name, f"not UTF-8 text (byte {error.start}){advice}") from None
 
 
 def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]] | Floats, Sequence[int]]:

@@ -22,6 +22,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_kernels() -> None:
+    """What is compiled once on a machine is there before a test looks at what a command says."""
+    nk.batch.warm_up()
+    nk.reach.warm_up()
+
+
 @pytest.fixture
 def short_folder() -> Iterator[Path]:
     """A folder whose path is short enough for the socket of a browser; pytest's own often is not."""

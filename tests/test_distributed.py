@@ -126,6 +126,26 @@ def test_an_unknown_number_of_rows_stays_unknown_and_works(nao: nk.NaoModel) -> 
         assert np.array_equal(lazy.compute(scheduler="sync"), nao.fk(q[q[:, 0] > 0.0], "LArm", threads=1))
 
 
+@pytest.mark.parametrize("chunks", [(3, -1), (4, 7), ((1, 9), -1)])
+def test_motions_take_arrays_that_are_cut_otherwise(nao: nk.NaoModel, chunks: tuple[Any, ...]) -> None:
+    rng = np.random.default_rng(0)
+    q, v, a = nao.random(rng, 10), rng.normal(size=(10, nao.nv)), rng.normal(size=(10, nao.nv))
+    Q, V, A = da.from_array(q, chunks=(4, -1)), da.from_array(v, chunks=chunks), da.from_array(a, chunks=(10, 5))
+    twists = distributed.velocity(nao, Q, V, ["LArm", "Head"], "frame")
+    assert twists.shape == (10, 2, 6)
+    assert twists.chunks[0] == Q.chunks[0]
+    assert np.array_equal(twists.compute(), nao.velocity(q, v, ["LArm", "Head"], "frame", threads=1))
+    rates = distributed.acceleration(nao, Q, V, A, "LArm", dtype=np.float32)
+    assert rates.dtype == np.float32
+    assert np.array_equal(rates.compute(), nao.acceleration(q, v, a, "LArm", dtype=np.float32, threads=1))
+    with pytest.raises(WrongShape, match=r"v must have shape \(10, 25\), got \(9, 25\)"):
+        distributed.velocity(nao, Q, V[:9], "LArm")
+    with pytest.raises(WrongShape, match=r"a must have shape"):
+        distributed.acceleration(nao, Q, V, A[:, :9], "LArm")
+    with pytest.raises(BadArgument, match="v must be a dask array, got ndarray"):
+        distributed.velocity(nao, Q, v, "LArm")
+
+
 # --- what is refused, and when ----------------------------------------------------------------------------------------
 
 

@@ -63,14 +63,12 @@ def reach(
     model = load(version, urdf, robot)
     from nao_kin import reach as room
 
-    # One sample tells all settings, and compiles what a signal should not have to wait for.
-    with _progress_bar() as bar:
-        bar.add_task("getting ready", total=None)
-        first = room.workspace(model, frame, 1, voxel=voxel, seed=seed, reference=reference, threads=threads)
-    first.column(by)
+    settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
+    room.check_column(by)
     previous = _previous(output)
+    room.warm_up()  # what a signal should not have to wait for
     if previous is not None:
-        first.settings.check_same(previous.settings, abbreviated(output))
+        settings.check_same(previous.settings, abbreviated(output))
         most = previous.ranges[-1][1] if previous.ranges else 0
         if most > asked:
             raise BadArgument(f"{abbreviated(output)} has samples up to {most} already; ask for as many, or more")

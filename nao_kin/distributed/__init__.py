@@ -4,6 +4,16 @@ Needs the extra `dask`: pip install nao-kin[dask].
 """
 
 from nao_kin.distributed.client import connect
-from nao_kin.distributed.lazy_arrays import com, com_jacobian, fk, jacobian, position, rotation
+from nao_kin.distributed.lazy_arrays import acceleration, com, com_jacobian, fk, jacobian, position, rotation, velocity
 
-__all__ = ["com", "com_jacobian", "connect", "fk", "jacobian", "position", "rotation"]
+__all__ = [
+    "acceleration",
+    "com",
+    "com_jacobian",
+    "connect",
+    "fk",
+    "jacobian",
+    "position",
+    "rotation",
+    "velocity",
+]

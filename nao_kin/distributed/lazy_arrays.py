@@ -92,6 +92,49 @@ def jacobian(
     return _mapped(robot, q, "jacobian", dtype, {"frame": frame, "expressed_in": expressed_in})
 
 
+def velocity(
+    robot: RobotModel,
+    q: Array,
+    v: Array,
+    frame: str | Sequence[str],
+    expressed_in: Expression = "mixed",
+    *,
+    dtype: DTypeLike | None = None,
+) -> Array:
+    """Twists of frames, lazily: `RobotModel.velocity` of every chunk.
+
+    Args:
+        robot: any robot.
+        q: configurations, as in `fk`.
+        v: velocities, a dask array of shape (..., nv) with the leading axes of q, in any chunks.
+        frame: a frame name, or several.
+        expressed_in: "frame", "root" or "mixed", as `RobotModel.velocity` has it.
+        dtype: as in `fk`.
+
+    Returns:
+        A dask array of shape (..., 6) for one name, (..., n, 6) for several.
+
+    Raises:
+        UnknownName: no such frame or expression.
+        WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
+    """
+    return _mapped(robot, q, "velocity", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v)
+
+
+def acceleration(
+    robot: RobotModel,
+    q: Array,
+    v: Array,
+    a: Array,
+    frame: str | Sequence[str],
+    expressed_in: Expression = "mixed",
+    *,
+    dtype: DTypeLike | None = None,
+) -> Array:
+    """The derivatives of `velocity`, lazily: `RobotModel.acceleration` of every chunk; arguments as there."""
+    return _mapped(robot, q, "acceleration", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v, a)
+
+
 def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
     """Centres of mass of the whole robot, lazily: `RobotModel.com` of every chunk of q, shape (..., 3) [m].
 
@@ -108,8 +151,15 @@ def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None)
     return _mapped(robot, q, "com_jacobian", dtype, {})
 
 
-def _mapped(robot: RobotModel, q: Array, method: str, dtype: DTypeLike | None, arguments: Mapping[str, Any]) -> Array:
-    """The dask array of a method's results, one task for each chunk of q."""
+def _mapped(
+    robot: RobotModel,
+    q: Array,
+    method: str,
+    dtype: DTypeLike | None,
+    arguments: Mapping[str, Any],
+    *rates: Array,
+) -> Array:
+    """The dask array of a method's results, one task for each chunk of q and of what else it takes."""
     try:
         from dask.array import map_blocks
         from dask.delayed import delayed
@@ -117,10 +167,12 @@ def _mapped(robot: RobotModel, q: Array, method: str, dtype: DTypeLike | None, a
     except ModuleNotFoundError:
         raise MissingExtra("nao_kin.distributed", "dask") from None
     check_robot(robot)
-    q = _checked(q, robot.nq)
+    q = _checked(q, robot.nq, "q")
+    rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))
     result_dtype = _float_dtype(q.dtype, dtype)
     # Without configurations the method looks at its other arguments, and says what shape comes out.
-    tail = _chunk(robot, np.empty((0, robot.nq)), method, arguments, result_dtype).shape[1:]
+    none = [np.empty((0, length)) for length in (robot.nq, *(robot.nv for _ in rates))]
+    tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
     batch = q.ndim - 1
     pickled, settled = PickledRobot.of(robot), tuple(sorted(arguments.items()))
     # A key of its own in the graph: inside the tasks, the robot would travel with each of them.
@@ -132,7 +184,8 @@ def _mapped(robot: RobotModel, q: Array, method: str, dtype: DTypeLike | None, a
         method,
         settled,
         result_dtype,
-        name=f"nao_kin-{method}-{tokenize(pickled, q, settled, result_dtype)}",
+        *rates,
+        name=f"nao_kin-{method}-{tokenize(pickled, q, *rates, settled, result_dtype)}",
         dtype=result_dtype,
         meta=np.empty((0,) * (batch + len(tail)), result_dtype),
         chunks=(*q.chunks[:-1], *((length,) for length in tail)),
@@ -147,40 +200,58 @@ def _block(
     method: str,
     arguments: tuple[tuple[str, Any], ...],
     dtype: np.dtype[Any],
+    *rates: NDArray[Any],
     block_id: tuple[int, ...],
 ) -> NDArray[Any]:
     """The task of one chunk, in whatever process it runs."""
     try:
-        return _chunk(pickled.load(), q, method, dict(arguments), dtype)
+        return _chunk(pickled.load(), (q, *rates), method, dict(arguments), dtype)
     except NaoKinError as error:
         error.args = (f"{error}; counted within q.blocks{list(block_id[: q.ndim - 1])}",)
         raise
 
 
 def _chunk(
-    robot: RobotModel, q: NDArray[Any], method: str, arguments: Mapping[str, Any], dtype: np.dtype[Any]
+    robot: RobotModel,
+    inputs: Sequence[NDArray[Any]],
+    method: str,
+    arguments: Mapping[str, Any],
+    dtype: np.dtype[Any],
 ) -> NDArray[Any]:
     """What a method makes of one chunk; every chunk goes through here."""
     # The kernels give a configuration the same bits in every chunk; the threads are dask's. No rows, no kernels.
-    answer: NDArray[Any] = getattr(robot, method)(q, **arguments, dtype=dtype, threads=1 if q.size else None)
+    answer: NDArray[Any] = getattr(robot, method)(
+        *inputs, **arguments, dtype=dtype, threads=1 if inputs[0].size else None
+    )
     return answer
 
 
-def _checked(q: Array, nq: int) -> Array:
-    """`q` with all coordinates of a configuration in one chunk."""
+def _checked(values: Array, length: int, name: str) -> Array:
+    """A dask array with all numbers of a row in one chunk."""
     import dask.array as da
 
-    if not isinstance(q, da.Array):
-        advice = "; dask.array.from_array(q, chunks=…) makes one" if isinstance(q, np.ndarray) else ""
-        raise BadArgument(f"q must be a dask array, got {type(q).__name__}{advice}")
-    if q.dtype.kind not in "fiub":
-        raise BadArgument(f"q must be real numbers, got a dask array of {q.dtype}")
-    if q.ndim == 0 or q.shape[-1] != nq:
-        unknown = q.ndim > 0 and math.isnan(q.shape[-1])
+    if not isinstance(values, da.Array):
+        advice = f"; dask.array.from_array({name}, chunks=…) makes one" if isinstance(values, np.ndarray) else ""
+        raise BadArgument(f"{name} must be a dask array, got {type(values).__name__}{advice}")
+    if values.dtype.kind not in "fiub":
+        raise BadArgument(f"{name} must be real numbers, got a dask array of {values.dtype}")
+    if values.ndim == 0 or values.shape[-1] != length:
+        unknown = values.ndim > 0 and math.isnan(values.shape[-1])
         raise WrongShape(
-            "q", f"(..., {nq})", "an unknown last axis: call q.compute_chunk_sizes()" if unknown else q.shape
+            name,
+            f"(..., {length})",
+            f"an unknown last axis: call {name}.compute_chunk_sizes()" if unknown else values.shape,
         )
-    return q if q.numblocks[-1] == 1 else q.rechunk({q.ndim - 1: -1})
+    return values if values.numblocks[-1] == 1 else values.rechunk({values.ndim - 1: -1})
+
+
+def _along(q: Array, rates: Array, name: str) -> Array:
+    """Velocities or accelerations cut like the configurations."""
+    if rates.chunks[:-1] == q.chunks[:-1]:
+        return rates
+    if rates.shape[:-1] != q.shape[:-1]:
+        raise WrongShape(name, f"({', '.join(map(str, q.shape[:-1]))}, {rates.shape[-1]})", rates.shape)
+    return rates.rechunk((*q.chunks[:-1], (rates.shape[-1],)))
 
 
 def _float_dtype(given: np.dtype[Any], asked: DTypeLike | None) -> np.dtype[Any]:

@@ -14,7 +14,7 @@ from nao_kin._common.kernel_cache import KernelState
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.reach.chain_tables import ChainTables, Integers, serial_chain
+from nao_kin.reach.chain_tables import ChainTables, Integers, SerialChain, serial_chain
 from nao_kin.reach.reach_map import MOST_INDEX, ReachMap, ReachSettings, map_of
 from nao_kin.reach.sample_ranges import SampleRange, asked_range, union, without
 from nao_kin.robot import RobotModel, check_robot
@@ -81,21 +81,9 @@ def workspace(
     """
     check_robot(robot)
     asked = asked_range(samples, shard)
-    edge = _edge(voxel)
-    number = whole_number(seed, "seed", 0, 2**64 - 1)
     workers = usable_cores() if threads is None else whole_number(threads, "threads", 1)
-    chain = serial_chain(robot, frame, reference)
-    first, shape = _box(chain.centre, chain.radius, edge)
-    settings = ReachSettings(
-        robot=robot.name,
-        frame=chain.frame,
-        reference=chain.reference,
-        joints=chain.joints,
-        chain=chain.digest,
-        voxel=edge,
-        seed=number,
-        step=chain.manipulability_step,
-    )
+    chain, settings = _prepared(robot, frame, voxel, seed, reference)
+    first, shape = _box(chain.centre, chain.radius, settings.voxel)
     done: tuple[SampleRange, ...] = ()
     if previous is not None:
         if not isinstance(previous, ReachMap):
@@ -108,6 +96,34 @@ def workspace(
     indices = np.stack(np.unravel_index(rows, shape), axis=-1) + np.array(first)
     counted = map_of(settings, counter.done, indices, counter.totals[rows])
     return counted if previous is None else previous + counted
+
+
+def map_settings(
+    robot: RobotModel, frame: str, *, voxel: float = 0.01, seed: int = 0, reference: str | None = None
+) -> ReachSettings:
+    """The settings of the map that `workspace` would make; arguments and errors as there."""
+    check_robot(robot)
+    return _prepared(robot, frame, voxel, seed, reference)[1]
+
+
+def _prepared(
+    robot: RobotModel, frame: str, voxel: float, seed: int, reference: str | None
+) -> tuple[SerialChain, ReachSettings]:
+    """What moves the frame, and the settings of its map."""
+    edge, number = _edge(voxel), whole_number(seed, "seed", 0, 2**64 - 1)
+    chain = serial_chain(robot, frame, reference)
+    _box(chain.centre, chain.radius, edge)  # which refuses voxels that are too many
+    settings = ReachSettings(
+        robot=robot.name,
+        frame=chain.frame,
+        reference=chain.reference,
+        joints=chain.joints,
+        chain=chain.digest,
+        voxel=edge,
+        seed=number,
+        step=chain.manipulability_step,
+    )
+    return chain, settings
 
 
 def warm_up() -> tuple[KernelState, ...]:

@@ -235,6 +235,8 @@ def _to_sink(work: _Work, sink: str, run: dict[str, Any] | None, progress: bool)
         if folder is not None and not isinstance(error.__cause__, OSError):
             folder.kept = False
         raise
+    except BrokenPipeError:
+        raise  # whoever read the pipe has seen enough
     except OSError as error:
         advice = ""
         if folder is not None and folder.kept and folder.last is not None:
