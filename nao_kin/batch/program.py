@@ -30,7 +30,7 @@ from nao_kin.batch.opcodes import (
     Tables,
 )
 
-# A weight of the size of what rounding leaves of a zero: cos(1.5707963) of a file is meant to be one.
+# Up to here a weight is what rounding leaves of a zero, as in cos(π/2) = 6e-17.
 _NOTHING = 1e-16
 
 Register = int
