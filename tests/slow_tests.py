@@ -13,10 +13,6 @@ MODULES = """
 # Single tests of the other modules.
 TESTS = """
     test_two_processes_may_compile_at_once_and_the_third_need_not
-    test_a_folder_that_cannot_be_written_costs_one_warning
-    test_a_full_disk_costs_one_warning
-    test_damaged_files_are_made_anew
-    test_without_a_home_or_anybody_who_listens_it_works
     test_warmup_says_what_is_ready_and_where
     test_a_narrow_terminal_cuts_nothing
     test_the_two_triples_keep_their_ranges_and_are_two

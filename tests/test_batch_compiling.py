@@ -54,47 +54,77 @@ def test_two_processes_may_compile_at_once_and_the_third_need_not(tmp_path: Path
     assert (out, err) == ("right\n", "")
 
 
-def test_a_folder_that_cannot_be_written_costs_one_warning(tmp_path: Path) -> None:
+# The same with a kernel that is compiled in no time.
+SMALL = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {folder!r})
+import small
+from nao_kin._common.kernel_cache import KeptKernel
+first, second = (
+    KeptKernel(function, "a small kernel", function.__name__, Path({folder!r}), lambda: "float64(float64)")
+    for function in (small.doubled, small.halved)
+)
+assert first(3.0) == 6.0 and second(3.0) == 1.5
+print("right")
+"""
+SAID = "nao_kin: compiling a small kernel, once on this machine …\n"
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> str:
+    """A program with two kernels."""
+    folder = tmp_path / "sources"
+    folder.mkdir()
+    (folder / "small.py").write_text("def doubled(x):\n    return 2 * x\n\n\ndef halved(x):\n    return x / 2\n")
+    return SMALL.format(folder=str(folder))
+
+
+def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path: Path) -> None:
     occupied = tmp_path / "file"
     occupied.write_text("not a folder")
-    out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(occupied)))
+    out, err = outcome(start(small, NUMBA_CACHE_DIR=str(occupied)))
     assert out == "right\n"
     assert err.count("NotCachedWarning") == 1
+    assert err.count("nao_kin: compiling a small kernel …\n") == 1
     assert str(occupied) in err
     assert "NUMBA_CACHE_DIR names another folder" in err
     assert occupied.read_text() == "not a folder"
 
 
-def test_a_full_disk_costs_one_warning(tmp_path: Path) -> None:
-    code = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n" + ASK
-    out, err = outcome(start(code, NUMBA_CACHE_DIR=str(tmp_path)))
+def test_a_full_disk_costs_one_warning(small: str, tmp_path: Path) -> None:
+    code = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (1, 1))\n" + small
+    out, err = outcome(start(code, NUMBA_CACHE_DIR=str(tmp_path / "cache")))
     assert out == "right\n"
     assert err.count("NotCachedWarning") == 1
-    assert not list(tmp_path.rglob("*precision"))
+    assert not list(tmp_path.rglob("doubled"))
 
 
-def test_damaged_files_are_made_anew(tmp_path: Path) -> None:
-    outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
-    for path in tmp_path.rglob("*.nb?"):
-        path.write_bytes(b"")
-    out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
-    assert (out, err) == ("right\n", ANNOUNCED)
-    out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
-    assert (out, err) == ("right\n", "")
-    # And read where nobody may write, as in an image of a container: by a copy, for Numba itself refuses.
-    kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
-    out, err = outcome(start("import os\nos.access = lambda *_: False\n" + ASK, NUMBA_CACHE_DIR=str(tmp_path)))
-    assert (out, err) == ("right\n", "")
-    assert kept == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+def test_damaged_files_are_made_anew(small: str, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+    for ending in ("nbi", "nbc"):
+        for path in cache.rglob(f"*.{ending}"):
+            path.write_bytes(b"")
+        assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+        assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+
+
+def test_kernels_are_read_where_nobody_may_write(small: str, tmp_path: Path) -> None:
+    """As in the image of a container: from a copy, for Numba reads only where it may write."""
+    cache = tmp_path / "cache"
+    outcome(start(small, NUMBA_CACHE_DIR=str(cache)))
+    kept = {path: path.stat().st_mtime_ns for path in cache.rglob("*")}
+    forbidden = "import os\nos.access = lambda *_: False\n"  # root may write everywhere
+    assert outcome(start(forbidden + small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+    assert kept == {path: path.stat().st_mtime_ns for path in cache.rglob("*")}
 
 
 NOWHERE = """
-import pathlib
+import pathlib, sys
 def home():
     raise RuntimeError("Could not determine home directory.")
 pathlib.Path.home = home
-
-import sys
 class Full:
     def write(self, text):
         raise OSError(28, "No space left on device")
@@ -104,14 +134,13 @@ sys.stderr = Full()
 """
 
 
-def test_without_a_home_or_anybody_who_listens_it_works() -> None:
-    environment = dict.fromkeys(("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"), "")
-    assert outcome(start(NOWHERE + ASK, **environment)) == ("right\n", "")
-    with pytest.MonkeyPatch.context() as patch:
-        for name in environment:
-            patch.delenv(name, raising=False)
-        patch.setattr(Path, "home", lambda: (_ for _ in ()).throw(RuntimeError("no home")))
-        assert nk.batch.cache_folder() is None
+def test_without_a_home_or_anybody_who_listens_it_works(small: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
+    assert outcome(start(NOWHERE + small, **dict.fromkeys(names, ""))) == ("right\n", "")
+    for name in names:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", lambda: (_ for _ in ()).throw(RuntimeError("no home")))
+    assert nk.batch.cache_folder() is None
 
 
 def test_what_is_kept_for_one_installation_is_not_taken_for_another(tmp_path: Path) -> None:
