@@ -126,8 +126,10 @@ class Kinematics:
         """
         model, data = self.model, self._workspace().data
         # Pinocchio counts only what moves, and divides by its mass.
-        total = self.check_mass()
         held, moving = self._inertias[0], pin.computeTotalMass(model)
+        total = moving + held.mass
+        if total <= 0.0:
+            self.check_mass()
         share, rest = moving / total, held.mass / total
         if q.ndim == 1 and moving > 0.0:  # three numbers are quicker added one by one
             x, y, z = pin.centerOfMass(model, data, q).tolist()
