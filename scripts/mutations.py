@@ -390,7 +390,7 @@ _ROBOT = (
             "share, rest = moving / total, held.mass / total",
             "share, rest = 1.0, held.mass / total",
         ),
-        ("robot-of-a-root-alone-has-no-mass", "if total <= 0.0:", "if moving <= 0.0:"),
+        ("robot-of-a-root-alone-has-no-mass", "if mass <= 0.0:", "if pin.computeTotalMass(self.model) <= 0.0:"),
         (
             "mass-without-the-root-link",
             "float(pin.computeTotalMass(self.model) + self._inertias[0].mass)",
