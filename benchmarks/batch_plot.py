@@ -54,7 +54,8 @@ def _counts(axes: Any, timings: Sequence[Timing]) -> None:
         width = 2.2 if name.startswith("nao_kin") else 1.4
         axes.loglog(*zip(*here, strict=True), "o-", color=COLOURS[name], linewidth=width, markersize=4, label=name)
     axes.set(xlabel="configurations in a batch", ylabel="ns a configuration", title="five effectors")
-    axes.legend(frameon=False, fontsize=7.5)
+    axes.set_ylim(top=1e9)  # room for the names
+    axes.legend(frameon=False, fontsize=7.5, ncols=2, loc="upper right")
     axes.grid(alpha=0.25)
 
 
