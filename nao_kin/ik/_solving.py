@@ -1,0 +1,182 @@
+"""A closed form run on targets: as Python on one, compiled on many, and its numbers made into an `IKResult`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.kernel_cache import KeptKernel
+from nao_kin.ik._compiling import in_threads
+from nao_kin.ik._ranges import (
+    ANGLE_ERROR,
+    BEST,
+    BESIDE,
+    JOINT,
+    LIMIT,
+    NEEDED,
+    NOT_RIGID,
+    POSITION_ERROR,
+    REASON,
+    Ranges,
+)
+from nao_kin.ik.geometry import Limb
+from nao_kin.ik.results import Codes, IKResult, Integers, Obstacles
+
+# Inside the limits there are rarely more branches; where there are, all targets are solved once more with more room.
+_USUAL = 2
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """A closed form of a limb.
+
+    Attributes:
+        solve: the function that solves one target; see `_ranges`.
+        kernel: the same for rows of targets, compiled.
+        branches: the most there are.
+    """
+
+    solve: Callable[..., int]
+    kernel: KeptKernel
+    branches: int
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a closed form writes for n targets: rows of `found` taken apart, and the reports.
+
+    Attributes:
+        values: shape (n, k, c).
+        beside: distance, errors in position and angle, and family of each, shape (n, k, 4).
+        count: shape (n,).
+        report: shape (n, BEST + c).
+    """
+
+    values: Floats
+    beside: Floats
+    count: Integers
+    report: Floats
+
+
+def solved(
+    form: ClosedForm,
+    limb: Limb,
+    targets: Floats,
+    references: tuple[Floats, tuple[str, ...]],
+    enforce: bool,
+    threads: int | None,
+    refuse: Callable[[], None],
+) -> IKResult:
+    """Solve targets, shape (..., m).
+
+    Args:
+        form: how.
+        limb: of which limb.
+        targets: what `form.solve` takes, one row for each.
+        references: configurations of shape (..., nq) that broadcast with the targets, and notes on them.
+        enforce: leave out branches outside the limits.
+        threads: how many; None for all cores where that is worthwhile.
+        refuse: raises for the first target that cannot be one.
+    """
+    batch = targets.shape[:-1]
+    reference, notes = references
+    joints = (reference[..., limb.columns]) * limb.multiplier + limb.offset
+    if not batch:
+        found = _one(form, limb, targets, joints, enforce)
+    else:
+        count = math.prod(batch)
+        rows = np.ascontiguousarray(np.broadcast_to(joints, (*batch, len(limb.joints)))).reshape(count, -1)
+        flat = np.ascontiguousarray(targets).reshape(count, targets.shape[-1])
+        found = _many(form, limb, flat, rows, enforce, threads)
+    if (found.report[:, REASON] == NOT_RIGID).any():
+        refuse()
+    return _result(limb, batch, found, reference, notes)
+
+
+def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
+    """One target, by the function as it stands in Python."""
+    c = len(limb.joints)
+    width = c + BESIDE
+    values = [0.0] * (form.branches * width)
+    report = [0.0] * BEST + [math.nan] * c
+    count = form.solve(
+        limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, [0.0] * c, values, report
+    )
+    rows = np.array(values[: count * width]).reshape(1, count, width)
+    return Found(rows[..., :c], rows[..., c:], np.array([count]), np.array([report]))
+
+
+def _many(
+    form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, threads: int | None
+) -> Found:
+    """Many targets, by the compiled function."""
+    n, c = references.shape
+    ranges = limb.ranges
+    arrays = Ranges(*(np.array(part, dtype=np.float64) for part in ranges[:5]), ranges.joint, ranges.of)  # type: ignore[arg-type]
+    room = _USUAL if enforce else form.branches
+    while True:
+        found = Found(
+            np.empty((n, room, c)), np.empty((n, room, BESIDE)), np.empty(n, np.int64), np.empty((n, BEST + c))
+        )
+
+        def run(part: slice, found: Found = found) -> None:
+            form.kernel(
+                limb.numbers,
+                arrays,
+                targets[part],
+                references[part],
+                enforce,
+                form.branches,
+                found.values[part],
+                found.beside[part],
+                found.count[part],
+                found.report[part],
+            )
+
+        form.kernel.ready()
+        in_threads(run, n, threads)
+        most = int(found.count.max(initial=0))
+        if most <= room:
+            return Found(found.values[:, :most], found.beside[:, :most], found.count, found.report)
+        room = form.branches
+
+
+def _result(
+    limb: Limb, batch: tuple[int, ...], found: Found, reference: Floats, notes: tuple[str, ...]
+) -> IKResult:
+    report, c = found.report, len(limb.joints)
+    k = found.values.shape[1]
+    plain = bool((limb.multiplier == 1.0).all() and (limb.offset == 0.0).all())
+    values = found.values if plain else (found.values - limb.offset) / limb.multiplier
+    best, residual = report[:, BEST:], report[:, [POSITION_ERROR, ANGLE_ERROR]]
+    if not plain:
+        best = (best - limb.offset) / limb.multiplier
+    codes: Codes = report[:, REASON].astype(np.int8)
+    return IKResult(
+        joints=limb.joints,
+        columns=limb.columns,
+        reference=reference,
+        best=best.reshape(*batch, c),
+        branches=values.reshape(*batch, k, c),
+        families=_families(found, k).reshape(*batch, k),
+        count=found.count.reshape(batch),
+        reasons=codes.reshape(batch),
+        residual=residual.reshape(*batch, 2),
+        obstacles=Obstacles(
+            report[:, JOINT].astype(np.int64).reshape(batch),
+            report[:, NEEDED].reshape(batch),
+            report[:, LIMIT].reshape(batch),
+        ),
+        notes=notes,
+    )
+
+
+def _families(found: Found, k: int) -> NDArray[np.int8]:
+    return np.where(np.arange(k) < found.count[:, None], found.beside[..., 3], 0.0).astype(np.int8)
+
