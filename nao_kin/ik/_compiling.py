@@ -42,19 +42,22 @@ def kept(name: str, signature: Callable[[], Any]) -> Callable[[Callable[..., Any
     return made
 
 
-def limb_arguments(numbers: type[Any], count: int) -> tuple[Any, ...]:
+def limb_arguments(numbers: type[Any], count: int, joints: int) -> tuple[Any, ...]:
     """Types of the arguments that the kernels of all limbs begin with and end with: those of `_solving._many`.
 
     Args:
         numbers: the named tuple of a limb's geometry.
         count: how many floats it has.
+        joints: how many joints the limb has.
     """
     from numba import types
 
-    from nao_kin.ik._ranges import Ranges
+    from nao_kin.ik._ranges import MOST_BENDS, Ranges
 
-    floats, rows = types.float64[::1], types.float64[:, ::1]
-    ranges = types.NamedTuple((*(floats,) * 5, types.int64, types.int64), Ranges)
+    rows = types.float64[:, ::1]
+    limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
+    parts = limits, limits, types.int64, table, table, table, types.int64, types.int64
+    ranges = types.NamedTuple(parts, Ranges)
     return (
         types.NamedUniTuple(types.float64, count, numbers),
         ranges,

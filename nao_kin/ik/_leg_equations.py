@@ -27,11 +27,13 @@ from nao_kin.ik._ranges import (
     VERIFIED,
     Ranges,
     admitted,
+    angle_of_chord,
     begun,
     concluded,
     distance,
     entered,
     excess,
+    is_outside,
     rigid,
     table_range,
     wrapped,
@@ -50,6 +52,8 @@ _STRAIGHT = 1e-7
 _PARALLEL = 1e-12
 # Steps of the search in a family, and halvings after it.
 _STEPS, _HALVINGS = 180, 48
+# Where the hip is nearer to the axis of AnkleRoll [m], rounding may put the roll outside its limits.
+_NEAR_AXIS = 1e-5
 # What is outside the limits by less may be put on them where the pose allows it.
 _NEAR_LIMIT = 1e-6
 
@@ -178,15 +182,43 @@ def solve_leg(
         knee, knees = 0.0, 1
     elif knee > math.pi - _STRAIGHT:
         knee, knees = math.pi, 1
+    count = _branches(leg, ranges, foot, (knee, knees), reference, enforce, enforce, q, found, report)
+    if count == 0 and enforce:
+        # Which joint is in the way: all branches, to see which of them is nearest to the limits.
+        count = _branches(leg, ranges, foot, (knee, knees), reference, True, False, q, found, report)
+    concluded(found, JOINTS, count, report)
+    return count
+
+
+@both_ways
+def _branches(
+    leg: Leg,
+    ranges: Ranges,
+    foot: Foot,
+    knee: tuple[float, int],
+    reference: Sequence[float],
+    enforce: bool,
+    prune: bool,
+    q: list[float],
+    found: list[float],
+    report: list[float],
+) -> int:
+    """Enter all branches, given the angle of the knee and in how many ways it bends.
+
+    With `prune` a branch is left as soon as a joint is seen outside its limits, and nothing is reported of it.
+    """
     # The hip, seen in the foot.
     hx = -(foot.f00 * foot.x + foot.f10 * foot.y + foot.f20 * foot.z)
     hy = -(foot.f01 * foot.x + foot.f11 * foot.y + foot.f21 * foot.z)
     hz = -(foot.f02 * foot.x + foot.f12 * foot.y + foot.f22 * foot.z)
     height = math.sqrt(hy * hy + hz * hz)
     count = 0
-    for k in range(knees):
-        q[3] = knee if k == 0 else -knee
-        bx, bz = -leg.thigh * math.sin(q[3]), leg.tibia + leg.thigh * math.cos(q[3])
+    for k in range(knee[1]):
+        q[3] = knee[0] if k == 0 else -knee[0]
+        if prune and is_outside(ranges, 3, q[3]):
+            continue
+        s4, c4 = math.sin(q[3]), math.cos(q[3])
+        bx, bz = -leg.thigh * s4, leg.tibia + leg.thigh * c4
         if height <= _ROUNDING:
             q[4] = math.atan2(-bz * hx, bx * hx)
             for other in range(2):
@@ -195,26 +227,41 @@ def solve_leg(
         for side in range(2):
             wz = height if side == 0 else -height
             q[4] = math.atan2(bx * wz - bz * hx, bx * hx + bz * wz)
+            if prune and is_outside(ranges, 4, q[4]):
+                continue
             q[5] = math.atan2(hy, hz) if side == 0 else math.atan2(-hy, -hz)
-            if enforce and height < 1e-5:
+            if enforce and height < _NEAR_AXIS:
                 _put_on_limit(ranges, height, q)
-            for other in range(2):
-                family = hip_angles(leg, ranges, foot, other, reference, enforce, q)
-                if family < 0.0:
+            if prune and is_outside(ranges, 5, q[5]):
+                continue
+            ankle = _ankle(q)
+            family = hip_angles(leg, ranges, foot, ankle, reference, enforce, q)
+            for other in range(2 if family == _ALONE else 1):
+                if other == 1:
+                    other_triple(leg, q)
+                if prune and (
+                    is_outside(ranges, 0, q[0]) or is_outside(ranges, 1, q[1]) or is_outside(ranges, 2, q[2])
+                ):
                     continue
                 if admitted(ranges, enforce, q, report):
-                    errors = leg_errors(leg, foot, q)
-                    if max(errors[0], errors[1]) <= VERIFIED:
+                    errors = leg_errors(leg, foot, (s4, c4), ankle, q)
+                    if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
                         count = entered(reference, q, errors, family, found, count)
-    concluded(found, JOINTS, count, report)
     return count
+
+
+@both_ways
+def _ankle(q: Sequence[float]) -> tuple[float, float, float, float]:
+    """Sine and cosine of q₄ + q₅ and of q₆."""
+    turn = q[3] + q[4]
+    return math.sin(turn), math.cos(turn), math.sin(q[5]), math.cos(q[5])
 
 
 @both_ways
 def _put_on_limit(ranges: Ranges, height: float, q: list[float]) -> None:
     """AnkleRoll onto its limit, where the hip is so near to its axis that this moves the foot by nothing to speak of."""
     low, high = ranges.lower[5], ranges.upper[5]
-    if len(ranges.at) > 0:
+    if ranges.bends > 0:
         bounds = table_range(ranges, q[4])
         low, high = max(low, bounds[0]), min(high, bounds[1])
     inside = min(max(q[5], low), high)
@@ -225,16 +272,20 @@ def _put_on_limit(ranges: Ranges, height: float, q: list[float]) -> None:
 
 @both_ways
 def hip_angles(
-    leg: Leg, ranges: Ranges, foot: Foot, other: int, reference: Sequence[float], enforce: bool, q: list[float]
+    leg: Leg,
+    ranges: Ranges,
+    foot: Foot,
+    ankle: tuple[float, float, float, float],
+    reference: Sequence[float],
+    enforce: bool,
+    q: list[float],
 ) -> float:
-    """The hip's angles q₁ to q₃ from the others; the family, or −1 where there is no other triple.
+    """The hip's angles q₁ to q₃ from what knee and ankle leave of the foot's orientation; returns their family.
 
     With M = Ry(q₁) Rx(ρ) Ry(q₃), ρ = q₂ − κ, the second column of M is (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ). The first
     turn is taken from it and undone; the other two follow from what is left, with every digit also beside lock.
     """
-    cosine, sine = math.cos(q[5]), math.sin(q[5])
-    turn = q[3] + q[4]
-    c, s = math.cos(turn), math.sin(turn)
+    s, c, sine, cosine = ankle
     # M = F Rx(−q₆) Ry(−q₄ − q₅), as far as it is needed.
     m01 = foot.f01 * cosine - foot.f02 * sine
     m11 = foot.f11 * cosine - foot.f12 * sine
@@ -244,24 +295,23 @@ def hip_angles(
     m00, m02 = foot.f00 * c + third0 * s, third0 * c - foot.f00 * s
     m20, m22 = foot.f20 * c + third2 * s, third2 * c - foot.f20 * s
     sin_rho = math.sqrt(m01 * m01 + m21 * m21)
-    rho = math.atan2(sin_rho, m11)
+    q[1] = wrapped(leg.kappa + math.atan2(sin_rho, m11))
     if sin_rho <= _PARALLEL:
-        if other == 1:
-            return -1.0  # the two triples belong to one family
-        q[1] = wrapped(rho + leg.kappa)
         if m11 > 0.0:
             _locked_hip(ranges, math.atan2(m02 - m20, m00 + m22), 1.0, reference, enforce, q)
         else:
             _locked_hip(ranges, math.atan2(-m02 - m20, m00 - m22), -1.0, reference, enforce, q)
         return _HIP_LOCK
-    sin_first, cos_first = m01 / sin_rho, m21 / sin_rho
-    first = math.atan2(m01, m21)
-    third = math.atan2(cos_first * m02 - sin_first * m22, cos_first * m00 - sin_first * m20)
-    if other == 0:
-        q[0], q[1], q[2] = first, wrapped(leg.kappa + rho), third
-    else:
-        q[0], q[1], q[2] = wrapped(first + math.pi), wrapped(leg.kappa - rho), wrapped(third + math.pi)
+    q[0] = math.atan2(m01, m21)
+    # Ry(−q₁) M, whose first row is (cos q₃, 0, sin q₃).
+    q[2] = math.atan2(m21 * m02 - m01 * m22, m21 * m00 - m01 * m20)
     return _ALONE
+
+
+@both_ways
+def other_triple(leg: Leg, q: list[float]) -> None:
+    """The hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π)."""
+    q[0], q[1], q[2] = wrapped(q[0] + math.pi), wrapped(2.0 * leg.kappa - q[1]), wrapped(q[2] + math.pi)
 
 
 @both_ways
@@ -305,7 +355,7 @@ def _about_ankle_axis(
     low, high = -math.pi, math.pi
     if enforce:
         low, high = ranges.lower[5], ranges.upper[5]
-        if len(ranges.at) > 0:
+        if ranges.bends > 0:
             bounds = table_range(ranges, q[4])
             low, high = max(low, bounds[0]), max(low, min(high, bounds[1]))
     step = (high - low) / _STEPS
@@ -323,12 +373,11 @@ def _about_ankle_axis(
             if cost < best:
                 best, at = cost, roll
         width *= 0.5
-    q[5] = at
-    if best == math.inf or hip_angles(leg, ranges, foot, other, reference, enforce, q) < 0.0:
+    if _cost_of_roll(leg, ranges, foot, other, at, reference, enforce, q) == math.inf:
         return count
     if admitted(ranges, enforce, q, report):
-        errors = leg_errors(leg, foot, q)
-        if max(errors[0], errors[1]) <= VERIFIED:
+        errors = leg_errors(leg, foot, (math.sin(q[3]), math.cos(q[3])), _ankle(q), q)
+        if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
             return entered(reference, q, errors, _ANKLE_AXIS, found, count)
     return count
 
@@ -346,29 +395,34 @@ def _cost_of_roll(
 ) -> float:
     """What a member of the family is away from the reference; far more where it is outside the limits."""
     q[5] = roll
-    if hip_angles(leg, ranges, foot, other, reference, enforce, q) < 0.0:
-        return math.inf
+    family = hip_angles(leg, ranges, foot, _ankle(q), reference, enforce, q)
+    if other == 1:
+        if family != _ALONE:
+            return math.inf  # the two triples belong to one family
+        other_triple(leg, q)
     outside = excess(ranges, q) if enforce else 0.0
     return distance(reference, q, JOINTS) if outside <= LIMIT_TOLERANCE else 1e3 * (1.0 + outside)
 
 
 @both_ways
-def leg_errors(leg: Leg, foot: Foot, q: Sequence[float]) -> tuple[float, float]:
-    """How far the frame is from its target by forward kinematics: distance [m] and angle [rad]."""
+def leg_errors(
+    leg: Leg, foot: Foot, knee: tuple[float, float], ankle: tuple[float, float, float, float], q: Sequence[float]
+) -> tuple[float, float]:
+    """How far the frame is from its target by forward kinematics: distance [m] and angle [rad].
+
+    The sines and cosines of the knee and those of `_ankle` are given, for two triples of the hip share them.
+    """
     s1, c1 = math.sin(q[0]), math.cos(q[0])
     rho = q[1] - leg.kappa
     s2, c2 = math.sin(rho), math.cos(rho)
     s3, c3 = math.sin(q[2]), math.cos(q[2])
-    s4, c4 = math.sin(q[3]), math.cos(q[3])
-    turn = q[3] + q[4]
-    s5, c5 = math.sin(turn), math.cos(turn)
-    s6, c6 = math.sin(q[5]), math.cos(q[5])
-    # Columns of M = Ry(q₁) Rx(ρ) Ry(q₃); the second needs no third turn.
-    a0, a1, a2 = c1, 0.0, -s1
+    s4, c4 = knee
+    s5, c5, s6, c6 = ankle
+    # M = Ry(q₁) Rx(ρ) Ry(q₃)
+    b0, b2 = s1 * c2, c1 * c2
     m01, m11, m21 = s1 * s2, c2, c1 * s2
-    b0, b1, b2 = s1 * c2, -s2, c1 * c2
-    m00, m10, m20 = a0 * c3 - b0 * s3, a1 * c3 - b1 * s3, a2 * c3 - b2 * s3
-    m02, m12, m22 = a0 * s3 + b0 * c3, a1 * s3 + b1 * c3, a2 * s3 + b2 * c3
+    m00, m10, m20 = c1 * c3 - b0 * s3, s2 * s3, -s1 * c3 - b2 * s3
+    m02, m12, m22 = c1 * s3 + b0 * c3, -s2 * c3, b2 * c3 - s1 * s3
     # The ankle, in the axes of the thigh.
     vx, vz = -leg.tibia * s4, -leg.thigh - leg.tibia * c4
     dx, dy, dz = m00 * vx + m02 * vz - foot.x, m10 * vx + m12 * vz - foot.y, m20 * vx + m22 * vz - foot.z
@@ -382,6 +436,4 @@ def leg_errors(leg: Leg, foot: Foot, q: Sequence[float]) -> tuple[float, float]:
     dz += e20 * leg.x + e21 * leg.y + e22 * leg.z
     squares = e00 * e00 + e10 * e10 + e20 * e20 + e01 * e01 + e11 * e11 + e21 * e21
     squares += e02 * e02 + e12 * e12 + e22 * e22
-    # ‖R − F‖ = 2 √2 sin(angle / 2)
-    half = min(1.0, math.sqrt(0.125 * squares))
-    return math.sqrt(dx * dx + dy * dy + dz * dz), 2.0 * math.asin(half)
+    return math.sqrt(dx * dx + dy * dy + dz * dz), angle_of_chord(squares)

@@ -38,24 +38,32 @@ RIGID = 1e-6
 _ROUNDING = 1e-14
 
 
+# The most values at which the range of a joint that depends on another may bend.
+MOST_BENDS = 24
+
+
 class Ranges(NamedTuple):
     """Limits of the c joints of a limb, as values of these joints.
+
+    Tuples, for compiled code counts who uses an array, which threads would wait for.
 
     Attributes:
         lower: smallest values, c numbers [rad].
         upper: largest values.
-        at: values of joint `of` where the range of `joint` bends; empty where none depends on another.
+        bends: at how many values of joint `of` the range of `joint` bends; 0 where none depends on another.
+        at: these values, and zeros up to `MOST_BENDS`.
         low: its smallest values there.
         high: its largest values there.
         joint: the joint whose range depends on another.
         of: the joint that it depends on.
     """
 
-    lower: Sequence[float]
-    upper: Sequence[float]
-    at: Sequence[float]
-    low: Sequence[float]
-    high: Sequence[float]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    bends: int
+    at: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
     joint: int
     of: int
 
@@ -73,7 +81,7 @@ def wrapped(angle: float) -> float:
 @both_ways
 def table_range(ranges: Ranges, of: float) -> tuple[float, float]:
     """The range of the joint that depends on another, at a value of the latter; constant outside the table."""
-    at, last = ranges.at, len(ranges.at) - 1
+    at, last = ranges.at, ranges.bends - 1
     if of <= at[0]:
         return ranges.low[0], ranges.high[0]
     if of >= at[last]:
@@ -93,10 +101,27 @@ def excess(ranges: Ranges, q: Sequence[float]) -> float:
     worst = -1.0
     for j in range(len(ranges.lower)):
         worst = max(worst, ranges.lower[j] - q[j], q[j] - ranges.upper[j])
-    if len(ranges.at) > 0:
+    if ranges.bends > 0:
         low, high = table_range(ranges, q[ranges.of])
         worst = max(worst, low - q[ranges.joint], q[ranges.joint] - high)
     return worst
+
+
+@both_ways
+def is_outside(ranges: Ranges, joint: int, value: float) -> bool:
+    """Whether a joint is outside its own range."""
+    return value < ranges.lower[joint] - LIMIT_TOLERANCE or value > ranges.upper[joint] + LIMIT_TOLERANCE
+
+
+@both_ways
+def angle_of_chord(squares: float) -> float:
+    """The angle between two rotations from the sum of the squared differences of their entries.
+
+    ‖R − F‖ = 2 √2 sin(angle / 2)
+    """
+    half = math.sqrt(0.125 * squares)
+    # Of a small angle the sine is the angle itself.
+    return 2.0 * half if half < 1e-9 else 2.0 * math.asin(min(1.0, half))
 
 
 @both_ways
@@ -117,7 +142,7 @@ def admitted(ranges: Ranges, enforce: bool, q: Sequence[float], report: list[flo
 def blame(ranges: Ranges, q: Sequence[float], report: list[float]) -> None:
     """Report the joint that is farthest outside."""
     worst = -1.0
-    if len(ranges.at) > 0:
+    if ranges.bends > 0:
         low, high = table_range(ranges, q[ranges.of])
         value = q[ranges.joint]
         worst = max(low - value, value - high)
@@ -126,7 +151,7 @@ def blame(ranges: Ranges, q: Sequence[float], report: list[float]) -> None:
     for j in range(len(ranges.lower)):
         below, above = ranges.lower[j] - q[j], q[j] - ranges.upper[j]
         # A joint outside its own range is said to be that, also where a table allows it still less.
-        own = len(ranges.at) > 0 and j == ranges.joint and max(below, above) > LIMIT_TOLERANCE
+        own = ranges.bends > 0 and j == ranges.joint and max(below, above) > LIMIT_TOLERANCE
         if max(below, above) > worst or (own and report[JOINT] == j):
             worst = max(below, above)
             report[REASON], report[JOINT], report[NEEDED] = JOINT_LIMIT, float(j), q[j]

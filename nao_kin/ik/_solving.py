@@ -23,7 +23,6 @@ from nao_kin.ik._ranges import (
     NOT_RIGID,
     POSITION_ERROR,
     REASON,
-    Ranges,
 )
 from nao_kin.ik.geometry import Limb
 from nao_kin.ik.results import Codes, IKResult, Integers, Obstacles
@@ -117,8 +116,6 @@ def _many(
 ) -> Found:
     """Many targets, by the compiled function."""
     n, c = references.shape
-    ranges = limb.ranges
-    arrays = Ranges(*(np.array(part, dtype=np.float64) for part in ranges[:5]), ranges.joint, ranges.of)  # type: ignore[arg-type]
     room = _USUAL if enforce else form.branches
     while True:
         found = Found(
@@ -128,7 +125,7 @@ def _many(
         def run(part: slice, found: Found = found) -> None:
             form.kernel(
                 limb.numbers,
-                arrays,
+                limb.ranges,
                 targets[part],
                 references[part],
                 enforce,
@@ -147,9 +144,7 @@ def _many(
         room = form.branches
 
 
-def _result(
-    limb: Limb, batch: tuple[int, ...], found: Found, reference: Floats, notes: tuple[str, ...]
-) -> IKResult:
+def _result(limb: Limb, batch: tuple[int, ...], found: Found, reference: Floats, notes: tuple[str, ...]) -> IKResult:
     report, c = found.report, len(limb.joints)
     k = found.values.shape[1]
     plain = bool((limb.multiplier == 1.0).all() and (limb.offset == 0.0).all())
@@ -179,4 +174,3 @@ def _result(
 
 def _families(found: Found, k: int) -> NDArray[np.int8]:
     return np.where(np.arange(k) < found.count[:, None], found.beside[..., 3], 0.0).astype(np.int8)
-

@@ -18,7 +18,7 @@ import numpy as np
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik._ranges import Ranges
+from nao_kin.ik._ranges import MOST_BENDS, Ranges
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 
 # Axes and places that are off by no more than this [rad, m] are as they should be: a URDF has so many digits.
@@ -41,6 +41,7 @@ class Limb:
         numbers: its geometry, as its closed form takes it.
         frame: the frame whose pose is asked for.
         torso: the frame in which it is given.
+        rest: the whole robot with all joints at zero, or at the limit nearest to it, shape (nq,).
     """
 
     joints: tuple[str, ...]
@@ -51,6 +52,7 @@ class Limb:
     numbers: Any
     frame: str
     torso: str
+    rest: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +156,7 @@ def kept_limb(robot: RobotModel, make: Callable[..., Limb], *arguments: str) -> 
     key = (make, *arguments)
     with _LOCK:
         kept = _KEPT.get(robot)
-        if kept is None or kept.numbers.changed():
+        if kept is None or kept.numbers.placements_changed():
             kept = _KEPT[robot] = _Limbs(robot)
         limb = kept.limbs.get(key)
     if limb is None:
@@ -217,13 +219,24 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     tables = [table for table in robot.coupled_limits if table.joint in joints and table.of in joints]
     if len(tables) > 1:
         raise chain.missing(f"{len(tables)} of its joints have limits that depend on others")
-    at, low, high, joint_of, of = (0.0,) * 0, (0.0,) * 0, (0.0,) * 0, 0, 0
+    bends, columns_of_table, joint_of, of = 0, ((), (), ()), 0, 0
     if tables:
-        at, low, high = tables[0].at, tables[0].lower, tables[0].upper
+        bends, columns_of_table = len(tables[0].at), (tables[0].at, tables[0].lower, tables[0].upper)
         joint_of, of = joints.index(tables[0].joint), joints.index(tables[0].of)
-    ranges = Ranges(tuple(lower), tuple(upper), at, low, high, joint_of, of)
+    if bends > MOST_BENDS:
+        raise chain.missing(f"the table of {tables[0].joint} has more than {MOST_BENDS} rows")
+    at, low, high = ((*column, *(0.0,) * (MOST_BENDS - bends)) for column in columns_of_table)
+    ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, joint_of, of)
     return Limb(
-        joints, tuple(columns), np.array(multiplier), np.array(offset), ranges, numbers, frame, torso_frame(robot)
+        joints,
+        tuple(columns),
+        np.array(multiplier),
+        np.array(offset),
+        ranges,
+        numbers,
+        frame,
+        torso_frame(robot),
+        robot.clamp(robot.neutral()),
     )
 
 

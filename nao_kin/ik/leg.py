@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
 from nao_kin.ik._compiling import kept, limb_arguments
-from nao_kin.ik._leg_equations import MOST_BRANCHES, Leg, solve_leg
+from nao_kin.ik._leg_equations import JOINTS, MOST_BRANCHES, Leg, solve_leg
 from nao_kin.ik._ranges import BESIDE, Ranges, laid_down
 from nao_kin.ik._solving import ClosedForm, solved
 from nao_kin.ik.geometry import Limb, X, Y, chain_at_zero, check_side, kappa_of, kept_limb, limb_of
@@ -62,7 +62,7 @@ def leg(
     limb = leg_limb(robot, check_side(side), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")
     enforce, batch = is_enforced(limits), T.shape[:-2]
-    references = as_reference(robot, reference, batch, enforce)
+    references = as_reference(robot, limb.rest, reference, batch, enforce)
     targets = T.reshape(*batch, 16)
     return solved(
         _LEG, limb, targets, references, enforce, check_threads(threads), lambda: refuse_not_rigid(T, "T_torso_foot")
@@ -99,7 +99,7 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     return limb_of(chain, frame, Leg(*(float(value) for value in (*numbers, *rest))))
 
 
-@kept("legs", lambda: limb_arguments(Leg, len(Leg._fields)))
+@kept("legs", lambda: limb_arguments(Leg, len(Leg._fields), JOINTS))
 def _legs(
     limb: Leg,
     ranges: Ranges,

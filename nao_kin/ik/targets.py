@@ -57,17 +57,17 @@ def is_enforced(limits: object) -> bool:
 
 
 def as_reference(
-    robot: RobotModel, reference: ArrayLike | None, batch: tuple[int, ...], enforce: bool
+    robot: RobotModel, rest: Floats, reference: ArrayLike | None, batch: tuple[int, ...], enforce: bool
 ) -> tuple[Floats, tuple[str, ...]]:
     """Reference configurations that broadcast with the targets, inside the limits if these are enforced, and notes.
 
-    None stands for all joints at zero, or at the limit nearest to it.
+    None stands for `rest`, all joints at zero or at the limit nearest to it.
 
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations, or more of them than targets.
     """
     if reference is None:
-        return robot.clamp(robot.neutral()), ()
+        return rest, ()
     array: NDArray[Any] = as_floats(reference, (robot.nq,), "reference")
     try:
         fits = np.broadcast_shapes(array.shape[:-1], batch) == batch

@@ -42,6 +42,11 @@ class ModelNumbers:
         placements, frames, levers = self._parts
         return placements.changed() or frames.changed() or levers.changed() or self._masses_now() != self._masses
 
+    def placements_changed(self) -> bool:
+        """Whether a joint or a frame stands elsewhere than when it was first looked at."""
+        placements, frames, _ = self._parts
+        return placements.changed() or frames.changed()
+
     def _masses_now(self) -> tuple[float, float]:
         """Mass of what moves, and of what no joint moves."""
         return float(pin.computeTotalMass(self._model)), float(self._held.mass)
