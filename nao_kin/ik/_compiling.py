@@ -6,14 +6,18 @@ arrays when compiled. Numba is imported when the first batch comes.
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from nao_kin._common.kernel_cache import KeptKernel
+
+# A flat sequence of floats that may be written to: a list, or compiled a row of an array.
+Row: TypeAlias = Any
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _FUNCTIONS: list[Callable[..., Any]] = []
@@ -91,4 +95,4 @@ def in_threads(run: Callable[[slice], None], count: int, threads: int | None) ->
     pieces = 4 * parts
     edges = [count * i // pieces for i in range(pieces + 1)]
     with ThreadPoolExecutor(parts) as pool:
-        list(pool.map(run, (slice(a, b) for a, b in zip(edges, edges[1:], strict=False))))
+        list(pool.map(run, (slice(a, b) for a, b in itertools.pairwise(edges))))

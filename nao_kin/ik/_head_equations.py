@@ -12,10 +12,9 @@ not allow, is answered with the nearest: for every yaw the best pitch is known, 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
-from nao_kin.ik._compiling import both_ways
+from nao_kin.ik._compiling import Row, both_ways
 from nao_kin.ik._ranges import (
     ANGLE_ERROR,
     BEST,
@@ -92,12 +91,12 @@ class Head(NamedTuple):
 def solve_head(
     head: Head,
     ranges: Ranges,
-    target: Sequence[float],
-    reference: Sequence[float],
+    target: Row,
+    reference: Row,
     enforce: bool,
-    q: list[float],
-    found: list[float],
-    report: list[float],
+    q: Row,
+    found: Row,
+    report: Row,
 ) -> int:
     """The joint values for an orientation of the frame, or the nearest to it; see `_ranges` for the arguments."""
     begun(report)
@@ -133,12 +132,12 @@ def solve_head(
 def solve_gaze(
     head: Head,
     ranges: Ranges,
-    target: Sequence[float],
-    reference: Sequence[float],
+    target: Row,
+    reference: Row,
     enforce: bool,
-    q: list[float],
-    found: list[float],
-    report: list[float],
+    q: Row,
+    found: Row,
+    report: Row,
 ) -> int:
     """The joint values with which the frame's x axis passes through a point, or nearest to it."""
     begun(report)
@@ -182,11 +181,11 @@ def _look(
     ranges: Ranges,
     point: tuple[float, ...],
     family: float,
-    reference: Sequence[float],
+    reference: Row,
     enforce: bool,
-    q: list[float],
-    found: list[float],
-    report: list[float],
+    q: Row,
+    found: Row,
+    report: Row,
     count: int,
 ) -> int:
     """Enter a branch that looks at a point, if it does and is inside the limits."""
@@ -228,7 +227,7 @@ def _free_yaw(ranges: Ranges, pitch: float, wanted: float, enforce: bool) -> flo
 
 @both_ways
 def _nearest(
-    head: Head, ranges: Ranges, wanted: tuple[float, ...], orientation: bool, enforce: bool, report: list[float]
+    head: Head, ranges: Ranges, wanted: tuple[float, ...], orientation: bool, enforce: bool, report: Row
 ) -> None:
     """Report the joint values that come nearest, by angle: the yaw by search, for each the best pitch."""
     low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)

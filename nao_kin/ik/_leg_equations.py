@@ -14,10 +14,9 @@ three angles of the hip (two).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
-from nao_kin.ik._compiling import both_ways
+from nao_kin.ik._compiling import Row, both_ways
 from nao_kin.ik._ranges import (
     LIMIT_TOLERANCE,
     NEEDED,
@@ -129,12 +128,12 @@ class Foot(NamedTuple):
 def solve_leg(
     leg: Leg,
     ranges: Ranges,
-    target: Sequence[float],
-    reference: Sequence[float],
+    target: Row,
+    reference: Row,
     enforce: bool,
-    q: list[float],
-    found: list[float],
-    report: list[float],
+    q: Row,
+    found: Row,
+    report: Row,
 ) -> int:
     """All branches of a leg for the pose of its frame; see `_ranges` for the arguments."""
     begun(report)
@@ -196,12 +195,12 @@ def _branches(
     ranges: Ranges,
     foot: Foot,
     knee: tuple[float, int],
-    reference: Sequence[float],
+    reference: Row,
     enforce: bool,
     prune: bool,
-    q: list[float],
-    found: list[float],
-    report: list[float],
+    q: Row,
+    found: Row,
+    report: Row,
 ) -> int:
     """Enter all branches, given the angle of the knee and in how many ways it bends.
 
@@ -251,14 +250,19 @@ def _branches(
 
 
 @both_ways
-def _ankle(q: Sequence[float]) -> tuple[float, float, float, float]:
+def _hip_is_outside(ranges: Ranges, q: Row) -> bool:
+    return is_outside(ranges, 0, q[0]) or is_outside(ranges, 1, q[1]) or is_outside(ranges, 2, q[2])
+
+
+@both_ways
+def _ankle(q: Row) -> tuple[float, float, float, float]:
     """Sine and cosine of q₄ + q₅ and of q₆."""
     turn = q[3] + q[4]
     return math.sin(turn), math.cos(turn), math.sin(q[5]), math.cos(q[5])
 
 
 @both_ways
-def _put_on_limit(ranges: Ranges, height: float, q: list[float]) -> None:
+def _put_on_limit(ranges: Ranges, height: float, q: Row) -> None:
     """AnkleRoll onto its limit, where the hip is so near to its axis that this moves the foot by nothing to speak of."""
     low, high = ranges.lower[5], ranges.upper[5]
     if ranges.bends > 0:
@@ -276,9 +280,9 @@ def hip_angles(
     ranges: Ranges,
     foot: Foot,
     ankle: tuple[float, float, float, float],
-    reference: Sequence[float],
+    reference: Row,
     enforce: bool,
-    q: list[float],
+    q: Row,
 ) -> float:
     """The hip's angles q₁ to q₃ from what knee and ankle leave of the foot's orientation; returns their family.
 
@@ -309,15 +313,13 @@ def hip_angles(
 
 
 @both_ways
-def other_triple(leg: Leg, q: list[float]) -> None:
+def other_triple(leg: Leg, q: Row) -> None:
     """The hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π)."""
     q[0], q[1], q[2] = wrapped(q[0] + math.pi), wrapped(2.0 * leg.kappa - q[1]), wrapped(q[2] + math.pi)
 
 
 @both_ways
-def _locked_hip(
-    ranges: Ranges, total: float, sign: float, reference: Sequence[float], enforce: bool, q: list[float]
-) -> None:
+def _locked_hip(ranges: Ranges, total: float, sign: float, reference: Row, enforce: bool, q: Row) -> None:
     """The pair with q₁ + sign q₃ = total that is nearest to the reference, inside the ranges if there is one."""
     low1, high1, low3, high3 = -math.pi, math.pi, -math.pi, math.pi
     if enforce:
@@ -344,11 +346,11 @@ def _about_ankle_axis(
     ranges: Ranges,
     foot: Foot,
     other: int,
-    reference: Sequence[float],
+    reference: Row,
     enforce: bool,
-    q: list[float],
-    found: list[float],
-    report: list[float],
+    q: Row,
+    found: Row,
+    report: Row,
     count: int,
 ) -> int:
     """Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip."""
@@ -389,9 +391,9 @@ def _cost_of_roll(
     foot: Foot,
     other: int,
     roll: float,
-    reference: Sequence[float],
+    reference: Row,
     enforce: bool,
-    q: list[float],
+    q: Row,
 ) -> float:
     """What a member of the family is away from the reference; far more where it is outside the limits."""
     q[5] = roll
@@ -406,7 +408,7 @@ def _cost_of_roll(
 
 @both_ways
 def leg_errors(
-    leg: Leg, foot: Foot, knee: tuple[float, float], ankle: tuple[float, float, float, float], q: Sequence[float]
+    leg: Leg, foot: Foot, knee: tuple[float, float], ankle: tuple[float, float, float, float], q: Row
 ) -> tuple[float, float]:
     """How far the frame is from its target by forward kinematics: distance [m] and angle [rad].
 

@@ -4,18 +4,17 @@ A solver is a function `solve(limb, ranges, target, reference, enforce, q, found
 of each branch into `q`, asks `admitted` whether they are inside the limits, verifies them by its own forward
 kinematics, and hands them to `entered`.
 
-`found` holds a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the errors
-in position and angle, and the family. `report` holds the numbers that the constants below name, from `BEST` on the joint
-values of the nearest pose.
+`found` holds a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the
+errors in position and angle, and the family. `report` holds the numbers that the constants below name, from `BEST` on
+the joint values of the nearest pose.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from nao_kin.ik._compiling import both_ways
+from nao_kin.ik._compiling import Row, both_ways
 from nao_kin.ik.results import Reason
 
 # Places in a report.
@@ -96,7 +95,7 @@ def table_range(ranges: Ranges, of: float) -> tuple[float, float]:
 
 
 @both_ways
-def excess(ranges: Ranges, q: Sequence[float]) -> float:
+def excess(ranges: Ranges, q: Row) -> float:
     """How far the joint that is farthest outside its limits is outside them; 0 or less where all are inside."""
     worst = -1.0
     for j in range(len(ranges.lower)):
@@ -125,7 +124,7 @@ def angle_of_chord(squares: float) -> float:
 
 
 @both_ways
-def admitted(ranges: Ranges, enforce: bool, q: Sequence[float], report: list[float]) -> bool:
+def admitted(ranges: Ranges, enforce: bool, q: Row, report: Row) -> bool:
     """Whether a branch is inside the limits; if not, it is reported where none before was less outside."""
     if not enforce:
         return True
@@ -139,7 +138,7 @@ def admitted(ranges: Ranges, enforce: bool, q: Sequence[float], report: list[flo
 
 
 @both_ways
-def blame(ranges: Ranges, q: Sequence[float], report: list[float]) -> None:
+def blame(ranges: Ranges, q: Row, report: Row) -> None:
     """Report the joint that is farthest outside."""
     worst = -1.0
     if ranges.bends > 0:
@@ -159,7 +158,7 @@ def blame(ranges: Ranges, q: Sequence[float], report: list[float]) -> None:
 
 
 @both_ways
-def distance(reference: Sequence[float], q: Sequence[float], count: int) -> float:
+def distance(reference: Row, q: Row, count: int) -> float:
     """Squared distance of joint values to those of the reference."""
     total = 0.0
     for j in range(count):
@@ -169,11 +168,11 @@ def distance(reference: Sequence[float], q: Sequence[float], count: int) -> floa
 
 @both_ways
 def entered(
-    reference: Sequence[float],
-    q: Sequence[float],
+    reference: Row,
+    q: Row,
     errors: tuple[float, float],
     family: float,
-    found: list[float],
+    found: Row,
     count: int,
 ) -> int:
     """Put a verified branch among those that were found, the nearest to the reference first; their new number."""
@@ -196,7 +195,7 @@ def entered(
 
 
 @both_ways
-def begun(report: list[float]) -> None:
+def begun(report: Row) -> None:
     """A report that says nothing yet."""
     report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = NOT_CONVERGED, -1.0, 0.0, 0.0
     report[EXCESS] = math.inf
@@ -205,7 +204,7 @@ def begun(report: list[float]) -> None:
 
 
 @both_ways
-def concluded(found: Sequence[float], joints: int, count: int, report: list[float]) -> None:
+def concluded(found: Row, joints: int, count: int, report: Row) -> None:
     """Report the best of the branches, where there is one."""
     if count > 0:
         report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = REACHED, -1.0, 0.0, 0.0
@@ -215,7 +214,7 @@ def concluded(found: Sequence[float], joints: int, count: int, report: list[floa
 
 
 @both_ways
-def laid_down(found: Sequence[float], count: int, values: Any, beside: Any) -> None:
+def laid_down(found: Row, count: int, values: Any, beside: Any) -> None:
     """Branches of one target from their rows into arrays (k, c) and (k, 4), as far as these have room."""
     joints = values.shape[1]
     width = joints + BESIDE
@@ -228,7 +227,7 @@ def laid_down(found: Sequence[float], count: int, values: Any, beside: Any) -> N
 
 @both_ways
 def rigid(
-    T: Sequence[float],
+    T: Row,
 ) -> tuple[bool, float, float, float, float, float, float, float, float, float]:
     """Whether the sixteen numbers of T are a rigid transform, and the rotation nearest to what it has.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +14,8 @@ from nao_kin._common.kernel_cache import KeptKernel
 from nao_kin.ik._compiling import in_threads
 from nao_kin.ik._ranges import (
     ANGLE_ERROR,
-    BEST,
     BESIDE,
+    BEST,
     JOINT,
     LIMIT,
     NEEDED,
@@ -70,7 +69,7 @@ def solved(
     references: tuple[Floats, tuple[str, ...]],
     enforce: bool,
     threads: int | None,
-    refuse: Callable[[], None],
+    refuse: Callable[[], object],
 ) -> IKResult:
     """Solve targets, shape (..., m).
 

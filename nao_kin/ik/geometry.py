@@ -120,7 +120,7 @@ def missing_geometry(robot: RobotModel, limb: str, why: str) -> BadArgument:
 
 
 def check_side(side: object) -> str:
-    """ "L" or "R".
+    """The side, "L" or "R".
 
     Raises:
         UnknownName: neither.
@@ -131,7 +131,7 @@ def check_side(side: object) -> str:
     return str(side)
 
 
-# --- limbs are kept until the numbers of their model change -------------------------------------------------------------
+# --- limbs are kept until the numbers of their model change ----------------------------------------------------------
 
 
 class _Limbs:
@@ -219,7 +219,8 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     tables = [table for table in robot.coupled_limits if table.joint in joints and table.of in joints]
     if len(tables) > 1:
         raise chain.missing(f"{len(tables)} of its joints have limits that depend on others")
-    bends, columns_of_table, joint_of, of = 0, ((), (), ()), 0, 0
+    columns_of_table: tuple[tuple[float, ...], ...] = (), (), ()
+    bends, joint_of, of = 0, 0, 0
     if tables:
         bends, columns_of_table = len(tables[0].at), (tables[0].at, tables[0].lower, tables[0].upper)
         joint_of, of = joints.index(tables[0].joint), joints.index(tables[0].of)
