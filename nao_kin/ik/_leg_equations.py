@@ -33,6 +33,7 @@ from nao_kin.ik._ranges import (
     entered,
     excess,
     is_outside,
+    locked_pair,
     rigid,
     table_range,
     wrapped,
@@ -263,7 +264,7 @@ def _ankle(q: Row) -> tuple[float, float, float, float]:
 
 @both_ways
 def _put_on_limit(ranges: Ranges, height: float, q: Row) -> None:
-    """AnkleRoll onto its limit, where the hip is so near to its axis that this moves the foot by nothing to speak of."""
+    """AnkleRoll onto its limit, where the hip is so near its axis that the foot hardly moves."""
     low, high = ranges.lower[5], ranges.upper[5]
     if ranges.bends > 0:
         bounds = table_range(ranges, q[4])
@@ -302,9 +303,9 @@ def hip_angles(
     q[1] = wrapped(leg.kappa + math.atan2(sin_rho, m11))
     if sin_rho <= _PARALLEL:
         if m11 > 0.0:
-            _locked_hip(ranges, math.atan2(m02 - m20, m00 + m22), 1.0, reference, enforce, q)
+            locked_pair(ranges, (0, 2), math.atan2(m02 - m20, m00 + m22), 1.0, reference, enforce, q)
         else:
-            _locked_hip(ranges, math.atan2(-m02 - m20, m00 - m22), -1.0, reference, enforce, q)
+            locked_pair(ranges, (0, 2), math.atan2(-m02 - m20, m00 - m22), -1.0, reference, enforce, q)
         return _HIP_LOCK
     q[0] = math.atan2(m01, m21)
     # Ry(−q₁) M, whose first row is (cos q₃, 0, sin q₃).
@@ -316,28 +317,6 @@ def hip_angles(
 def other_triple(leg: Leg, q: Row) -> None:
     """The hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π)."""
     q[0], q[1], q[2] = wrapped(q[0] + math.pi), wrapped(2.0 * leg.kappa - q[1]), wrapped(q[2] + math.pi)
-
-
-@both_ways
-def _locked_hip(ranges: Ranges, total: float, sign: float, reference: Row, enforce: bool, q: Row) -> None:
-    """The pair with q₁ + sign q₃ = total that is nearest to the reference, inside the ranges if there is one."""
-    low1, high1, low3, high3 = -math.pi, math.pi, -math.pi, math.pi
-    if enforce:
-        low1, high1, low3, high3 = ranges.lower[0], ranges.upper[0], ranges.lower[2], ranges.upper[2]
-    best_outside, best = math.inf, math.inf
-    for turns in range(-2, 3):
-        # q₃ = sign (total − q₁) + shift
-        shift = 2.0 * math.pi * turns
-        ends = total - sign * (low3 - shift), total - sign * (high3 - shift)
-        low, high = max(low1, min(ends[0], ends[1])), min(high1, max(ends[0], ends[1]))
-        first = 0.5 * (reference[0] + total + sign * (shift - reference[2]))
-        first = min(max(first, low), high) if low <= high else min(max(0.5 * (low + high), low1), high1)
-        third = sign * (total - first) + shift
-        outside = max(0.0, low3 - third, third - high3)
-        away = (first - reference[0]) * (first - reference[0]) + (third - reference[2]) * (third - reference[2])
-        if outside < best_outside - LIMIT_TOLERANCE or (outside < best_outside + LIMIT_TOLERANCE and away < best):
-            best_outside, best = outside, away
-            q[0], q[2] = first, third
 
 
 @both_ways

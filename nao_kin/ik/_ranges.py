@@ -158,6 +158,34 @@ def blame(ranges: Ranges, q: Row, report: Row) -> None:
 
 
 @both_ways
+def locked_pair(
+    ranges: Ranges, pair: tuple[int, int], total: float, sign: float, reference: Row, enforce: bool, q: Row
+) -> None:
+    """Two joints about one line, of which only first + sign · third = total is determined.
+
+    The pair that is nearest to the reference, inside the ranges if there is one, is written into q.
+    """
+    i, j = pair
+    low1, high1, low3, high3 = -math.pi, math.pi, -math.pi, math.pi
+    if enforce:
+        low1, high1, low3, high3 = ranges.lower[i], ranges.upper[i], ranges.lower[j], ranges.upper[j]
+    best_outside, best = math.inf, math.inf
+    for turns in range(-2, 3):
+        # third = sign (total − first) + shift
+        shift = 2.0 * math.pi * turns
+        one, two = total - sign * (low3 - shift), total - sign * (high3 - shift)
+        low, high = max(low1, min(one, two)), min(high1, max(one, two))
+        first = 0.5 * (reference[i] + total + sign * (shift - reference[j]))
+        first = min(max(first, low), high) if low <= high else min(max(0.5 * (low + high), low1), high1)
+        third = sign * (total - first) + shift
+        outside = max(0.0, low3 - third, third - high3)
+        away = (first - reference[i]) * (first - reference[i]) + (third - reference[j]) * (third - reference[j])
+        if outside < best_outside - LIMIT_TOLERANCE or (outside < best_outside + LIMIT_TOLERANCE and away < best):
+            best_outside, best = outside, away
+            q[i], q[j] = first, third
+
+
+@both_ways
 def distance(reference: Row, q: Row, count: int) -> float:
     """Squared distance of joint values to those of the reference."""
     total = 0.0

@@ -35,14 +35,17 @@ class ClosedForm:
     """A closed form of a limb.
 
     Attributes:
-        solve: the function that solves one target; see `_ranges`.
+        solve: the function that solves one target, see `_ranges`; None where that is a search, for which Python is too
+            slow.
         kernel: the same for rows of targets, compiled.
         branches: the most there are.
+        searches: whether the kernel searches for the nearest where `solve` finds nothing.
     """
 
-    solve: Callable[..., int]
+    solve: Callable[..., int] | None
     kernel: KeptKernel
     branches: int
+    searches: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,9 @@ def solved(
 
 
 def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
-    """One target, by the function as it stands in Python."""
+    """One target, by the function as it stands in Python, where that need not search."""
+    if form.solve is None:
+        return _many(form, limb, target[None], reference[None], enforce, 1)
     c = len(limb.joints)
     width = c + BESIDE
     values = [0.0] * (form.branches * width)
@@ -106,6 +111,8 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
     count = form.solve(
         limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, [0.0] * c, values, report
     )
+    if count == 0 and form.searches and report[REASON] != NOT_RIGID:
+        return _many(form, limb, target[None], reference[None], enforce, 1)
     rows = np.array(values[: count * width]).reshape(1, count, width)
     return Found(rows[..., :c], rows[..., c:], np.array([count]), np.array([report]))
 
@@ -115,7 +122,7 @@ def _many(
 ) -> Found:
     """Many targets, by the compiled function."""
     n, c = references.shape
-    room = _USUAL if enforce else form.branches
+    room = min(_USUAL, form.branches) if enforce else form.branches
     while True:
         found = Found(
             np.empty((n, room, c)), np.empty((n, room, BESIDE)), np.empty(n, np.int64), np.empty((n, BEST + c))
