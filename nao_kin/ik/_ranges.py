@@ -96,11 +96,14 @@ def table_range(ranges: Ranges, of: float) -> tuple[float, float]:
 
 @both_ways
 def excess(ranges: Ranges, q: Row) -> float:
-    """How far the joint that is farthest outside its limits is outside them; 0 or less where all are inside."""
+    """How far the joint that is farthest outside its limits is outside them; less than 0 where all are inside.
+
+    A table counts only for a joint that is inside its own range.
+    """
     worst = -1.0
     for j in range(len(ranges.lower)):
         worst = max(worst, ranges.lower[j] - q[j], q[j] - ranges.upper[j])
-    if ranges.bends > 0:
+    if ranges.bends > 0 and not is_outside(ranges, ranges.joint, q[ranges.joint]):
         low, high = table_range(ranges, q[ranges.of])
         worst = max(worst, low - q[ranges.joint], q[ranges.joint] - high)
     return worst
@@ -139,22 +142,20 @@ def admitted(ranges: Ranges, enforce: bool, q: Row, report: Row) -> bool:
 
 @both_ways
 def blame(ranges: Ranges, q: Row, report: Row) -> None:
-    """Report the joint that is farthest outside."""
-    worst = -1.0
-    if ranges.bends > 0:
-        low, high = table_range(ranges, q[ranges.of])
-        value = q[ranges.joint]
-        worst = max(low - value, value - high)
-        report[REASON], report[JOINT], report[NEEDED] = COUPLED_LIMIT, float(ranges.joint), value
-        report[LIMIT] = low if low - value > value - high else high
+    """Report the joint that is farthest outside, as `excess` has it."""
+    worst = -math.inf
     for j in range(len(ranges.lower)):
         below, above = ranges.lower[j] - q[j], q[j] - ranges.upper[j]
-        # A joint outside its own range is said to be that, also where a table allows it still less.
-        own = ranges.bends > 0 and j == ranges.joint and max(below, above) > LIMIT_TOLERANCE
-        if max(below, above) > worst or (own and report[JOINT] == j):
+        if max(below, above) > worst:
             worst = max(below, above)
             report[REASON], report[JOINT], report[NEEDED] = JOINT_LIMIT, float(j), q[j]
             report[LIMIT] = ranges.lower[j] if below > above else ranges.upper[j]
+    if ranges.bends > 0 and not is_outside(ranges, ranges.joint, q[ranges.joint]):
+        low, high = table_range(ranges, q[ranges.of])
+        value = q[ranges.joint]
+        if max(low - value, value - high) > worst:
+            report[REASON], report[JOINT], report[NEEDED] = COUPLED_LIMIT, float(ranges.joint), value
+            report[LIMIT] = low if low - value > value - high else high
 
 
 @both_ways

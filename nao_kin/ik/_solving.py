@@ -92,8 +92,8 @@ def solved(
         found = _one(form, limb, targets, joints, enforce)
     else:
         count = math.prod(batch)
-        rows = np.ascontiguousarray(np.broadcast_to(joints, (*batch, len(limb.joints)))).reshape(count, -1)
-        flat = np.ascontiguousarray(targets).reshape(count, targets.shape[-1])
+        rows = np.broadcast_to(joints, (*batch, len(limb.joints))).reshape(count, len(limb.joints))
+        flat = targets.reshape(count, targets.shape[-1])
         found = _many(form, limb, flat, rows, enforce, threads)
     if (found.report[:, REASON] == NOT_RIGID).any():
         refuse()
@@ -122,6 +122,8 @@ def _many(
 ) -> Found:
     """Many targets, by the compiled function."""
     n, c = references.shape
+    # As the kernel is compiled for: one type of array.
+    targets, references = (np.require(rows, np.float64, ("C", "A", "W")) for rows in (targets, references))
     room = min(_USUAL, form.branches) if enforce else form.branches
     while True:
         found = Found(
