@@ -120,7 +120,7 @@ def test_what_is_in_the_way_is_said(nao: nk.NaoModel) -> None:
 
 def test_a_point_inside_the_head_is_too_near(nao: nk.NaoModel) -> None:
     neck = nao.position(nao.neutral(), "HeadPitch")
-    found = nk.ik.look_at(nao, neck + [0.02, 0.0, 0.0])
+    found = nk.ik.look_at(nao, np.add(neck, [0.02, 0.0, 0.0]))
     assert found.reason is Reason.OUT_OF_REACH
     camera = nao.position(nao.neutral(), "CameraTop") - neck
     assert found.obstacles.needed == pytest.approx(np.linalg.norm(camera) - 0.02, abs=1e-12)
@@ -131,7 +131,7 @@ def test_a_point_inside_the_head_is_too_near(nao: nk.NaoModel) -> None:
 def test_a_point_above_the_neck_and_beside_that(nao: nk.NaoModel, beside: float) -> None:
     neck = nao.position(nao.neutral(), "HeadPitch")
     reference = nao.configuration({"HeadYaw": 0.7})
-    point = neck + [beside, 0.0, 0.8]
+    point = np.add(neck, [beside, 0.0, 0.8])
     found = nk.ik.look_at(nao, point, limits="ignore", reference=reference)
     assert found.success
     assert angles_to(nao, found.solutions, "CameraTop", point).max() < 1e-10
@@ -150,7 +150,7 @@ def test_of_a_free_yaw_the_nearest_that_allows_the_pitch_is_taken() -> None:
         [[math.cos(tilt), 0, math.sin(tilt)], [0, 1, 0], [-math.sin(tilt), 0, math.cos(tilt)]]
     )
     frame.placement = placement
-    point = nao.position(nao.neutral(), "HeadPitch") + [0.0, 0.0, 0.9]
+    point = np.add(nao.position(nao.neutral(), "HeadPitch"), [0.0, 0.0, 0.9])
     free = nk.ik.look_at(nao, point, limits="ignore")
     needed = free.q[1]
     assert -0.6 < needed < -0.4
@@ -165,7 +165,7 @@ def test_of_a_free_yaw_the_nearest_that_allows_the_pitch_is_taken() -> None:
 
 
 def test_batches_keep_their_shape(nao: nk.NaoModel) -> None:
-    points = np.random.default_rng(6).normal(size=(2, 3, 3)) + [2.0, 0.0, 0.0]
+    points = np.add(np.random.default_rng(6).normal(size=(2, 3, 3)), [2.0, 0.0, 0.0])
     found = nk.ik.look_at(nao, points)
     assert found.q.shape == (2, 3, 25)
     np.testing.assert_allclose(nk.ik.look_at(nao, points[1, 2]).q, found.q[1, 2], atol=1e-12)

@@ -78,6 +78,11 @@ class KeptKernel:
         mark = self._mark()
         return mark.parent if mark.exists() else None
 
+    @property
+    def in_memory(self) -> bool:
+        """Whether it can be called at once."""
+        return self._compiled is not None
+
     def __call__(self, *arguments: Any) -> Any:
         """The result of the function."""
         return (self._compiled or self.ready(*arguments))(*arguments)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.kernel_cache import KeptKernel
@@ -24,7 +24,7 @@ from nao_kin.ik._ranges import (
     REASON,
 )
 from nao_kin.ik.geometry import Limb
-from nao_kin.ik.results import Codes, IKResult, Integers, Obstacles
+from nao_kin.ik.results import IKResult, Integers, Obstacles
 
 # Inside the limits there are rarely more branches; where there are, all targets are solved once more with more room.
 _USUAL = 2
@@ -87,30 +87,32 @@ def solved(
     """
     batch = targets.shape[:-1]
     reference, notes = references
-    joints = (reference[..., limb.columns]) * limb.multiplier + limb.offset
+    joints = reference[..., limb.columns]
+    if limb.follows:
+        joints = joints * limb.multiplier + limb.offset
     if not batch:
-        found = _one(form, limb, targets, joints, enforce)
+        if form.solve is not None and not form.kernel.in_memory:
+            found = _one(form, limb, targets, joints, enforce)
+        else:
+            found = _many(form, limb, targets[None], joints[None], enforce, 1)
     else:
         count = math.prod(batch)
         rows = np.broadcast_to(joints, (*batch, len(limb.joints))).reshape(count, len(limb.joints))
         flat = targets.reshape(count, targets.shape[-1])
         found = _many(form, limb, flat, rows, enforce, threads)
-    if (found.report[:, REASON] == NOT_RIGID).any():
+    if NOT_RIGID in found.report[:, REASON]:
         refuse()
     return _result(limb, batch, found, reference, notes)
 
 
 def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
-    """One target, by the function as it stands in Python, where that need not search."""
-    if form.solve is None:
-        return _many(form, limb, target[None], reference[None], enforce, 1)
+    """One target, by the function as it stands in Python: before a batch has come, which the kernel is read for."""
     c = len(limb.joints)
     width = c + BESIDE
     values = [0.0] * (form.branches * width)
     report = [0.0] * BEST + [math.nan] * c
-    count = form.solve(
-        limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, [0.0] * c, values, report
-    )
+    solve = cast(Callable[..., int], form.solve)
+    count = solve(limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, [0.0] * c, values, report)
     if count == 0 and form.searches and report[REASON] != NOT_RIGID:
         return _many(form, limb, target[None], reference[None], enforce, 1)
     rows = np.array(values[: count * width]).reshape(1, count, width)
@@ -153,32 +155,23 @@ def _many(
 
 
 def _result(limb: Limb, batch: tuple[int, ...], found: Found, reference: Floats, notes: tuple[str, ...]) -> IKResult:
-    report, c = found.report, len(limb.joints)
-    k = found.values.shape[1]
-    plain = bool((limb.multiplier == 1.0).all() and (limb.offset == 0.0).all())
-    values = found.values if plain else (found.values - limb.offset) / limb.multiplier
-    best, residual = report[:, BEST:], report[:, [POSITION_ERROR, ANGLE_ERROR]]
-    if not plain:
-        best = (best - limb.offset) / limb.multiplier
-    codes: Codes = report[:, REASON].astype(np.int8)
+    c, k = len(limb.joints), found.values.shape[1]
+    report, values = found.report.reshape(*batch, BEST + c), found.values.reshape(*batch, k, c)
+    best, joint = report[..., BEST:], report[..., JOINT].astype(np.int64)
+    if limb.follows:
+        values, best = (values - limb.offset) / limb.multiplier, (best - limb.offset) / limb.multiplier
+    families = found.beside[..., 3].reshape(*batch, k)
+    families = np.where(np.isnan(families), 0.0, families)
     return IKResult(
         joints=limb.joints,
         columns=limb.columns,
         reference=reference,
-        best=best.reshape(*batch, c),
-        branches=values.reshape(*batch, k, c),
-        families=_families(found, k).reshape(*batch, k),
+        best=best,
+        branches=values,
+        families=families.astype(np.int8),
         count=found.count.reshape(batch),
-        reasons=codes.reshape(batch),
-        residual=residual.reshape(*batch, 2),
-        obstacles=Obstacles(
-            report[:, JOINT].astype(np.int64).reshape(batch),
-            report[:, NEEDED].reshape(batch),
-            report[:, LIMIT].reshape(batch),
-        ),
+        reasons=np.asarray(report[..., REASON], dtype=np.int8),
+        residual=report[..., POSITION_ERROR : ANGLE_ERROR + 1],
+        obstacles=Obstacles(np.asarray(joint), np.asarray(report[..., NEEDED]), np.asarray(report[..., LIMIT])),
         notes=notes,
     )
-
-
-def _families(found: Found, k: int) -> NDArray[np.int8]:
-    return np.where(np.arange(k) < found.count[:, None], found.beside[..., 3], 0.0).astype(np.int8)

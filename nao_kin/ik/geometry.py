@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
@@ -34,7 +35,7 @@ class Limb:
 
     Attributes:
         joints: its joints, from the torso outwards.
-        columns: which coordinates of q move them.
+        columns: which coordinates of q move them, shape (c,).
         multiplier: value of a joint = multiplier · coordinate + offset; shape (c,).
         offset: see there [rad].
         ranges: limits of the joints, and of a joint whose range depends on another.
@@ -42,10 +43,11 @@ class Limb:
         frame: the frame whose pose is asked for.
         torso: the frame in which it is given.
         rest: the whole robot with all joints at zero, or at the limit nearest to it, shape (nq,).
+        follows: whether a joint is not its coordinate itself.
     """
 
     joints: tuple[str, ...]
-    columns: tuple[int, ...]
+    columns: NDArray[np.intp]
     multiplier: Floats
     offset: Floats
     ranges: Ranges
@@ -53,6 +55,7 @@ class Limb:
     frame: str
     torso: str
     rest: Floats
+    follows: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +233,7 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, joint_of, of)
     return Limb(
         joints,
-        tuple(columns),
+        np.array(columns, dtype=np.intp),
         np.array(multiplier),
         np.array(offset),
         ranges,
@@ -238,6 +241,7 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
         frame,
         torso_frame(robot),
         robot.clamp(robot.neutral()),
+        any(m != 1.0 for m in multiplier) or any(o != 0.0 for o in offset),
     )
 
 

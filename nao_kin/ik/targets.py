@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, UnknownName, WrongShape, at_index
+from nao_kin.errors import BadArgument, OutsideLimits, UnknownName, WrongShape, at_index
 from nao_kin.ik._ranges import RIGID
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
@@ -68,20 +68,19 @@ def as_reference(
     """
     if reference is None:
         return rest, ()
-    array: NDArray[Any] = as_floats(reference, (robot.nq,), "reference")
+    array = as_floats(reference, (robot.nq,), "reference")
     try:
-        fits = np.broadcast_shapes(array.shape[:-1], batch) == batch
+        fits = array.ndim == 1 or np.broadcast_shapes(array.shape[:-1], batch) == batch
     except ValueError:
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
     if not enforce:
         return np.array(array), ()
-    if robot.within_limits(array).all():
-        return np.array(array), ()
-    first = robot.limit_violations(array, most=1)[0]
-    note = f"reference projected into the limits: {first.describe()}"
-    return robot.clamp(array), (note,)
+    try:
+        return robot.check_limits(array), ()
+    except OutsideLimits as error:
+        return robot.clamp(array), (f"reference projected into the limits: {error.violations[0].describe()}",)
 
 
 def check_threads(threads: object) -> int | None:
