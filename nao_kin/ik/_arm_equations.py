@@ -31,6 +31,7 @@ from nao_kin.ik._ranges import (
     distance,
     entered,
     excess,
+    is_inside,
     is_outside,
     locked_pair,
     rigid,
@@ -65,6 +66,7 @@ class Arm(NamedTuple):
         hand_x: the frame's origin, from the elbow in the axes of the hand, three numbers [m].
         hand_y: see there.
         hand_z: see there.
+        weight: what a radian counts where a pose is not met [m].
         turned: whether the frame is turned against the hand, 0 or 1.
         a00: its rotation in the hand, nine numbers by rows.
         a01: see there.
@@ -85,6 +87,7 @@ class Arm(NamedTuple):
     hand_x: float
     hand_y: float
     hand_z: float
+    weight: float
     turned: float
     a00: float
     a01: float
@@ -325,7 +328,9 @@ def _branches(
         for other in range(2 if family == _ALONE else 1):
             if other == 1:
                 other_triple(q)
-            if admitted(ranges, enforce, q, report):
+            if prune and not is_inside(ranges, q):
+                continue
+            if prune or admitted(ranges, enforce, q, report):
                 errors = arm_errors(arm, hand, q)
                 if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
                     count = entered(reference, q, errors, family, found, count)

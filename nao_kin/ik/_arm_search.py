@@ -62,20 +62,20 @@ _OUTSIDE, _IMPOSSIBLE = 1e3, 1e6
 
 @both_ways
 def nearest_pose(arm: Arm, ranges: Ranges, target: Row, reference: Row, enforce: bool, report: Row) -> None:
-    """Report the joint values with the smallest √(distance² + (weight · angle)²) to a pose, seventeen numbers."""
+    """Report the joint values with the smallest √(distance² + (weight · angle)²) to a pose."""
     _, hand = hand_of(arm, target)
     best = np.full(1, math.inf)
-    _from_branches(arm, ranges, hand, False, target[16], reference, enforce, best, report)
+    _from_branches(arm, ranges, hand, False, arm.weight, reference, enforce, best, report)
 
 
 @both_ways
 def nearest_direction(arm: Arm, ranges: Ranges, target: Row, reference: Row, enforce: bool, report: Row) -> None:
-    """The same for a place and a direction, seven numbers; the angle is that between the directions."""
+    """The same for a place and a direction; the angle is that between the directions."""
     circle = circle_of(arm, target)
     best = np.full(1, math.inf)
     for quarter in range(4):
         hand = hand_on_circle(arm, circle, 0.5 * math.pi * quarter)
-        _from_branches(arm, ranges, hand, True, target[6], reference, enforce, best, report)
+        _from_branches(arm, ranges, hand, True, arm.weight, reference, enforce, best, report)
 
 
 @both_ways

@@ -32,6 +32,7 @@ from nao_kin.ik._ranges import (
     distance,
     entered,
     excess,
+    is_inside,
     is_outside,
     locked_pair,
     rigid,
@@ -239,20 +240,13 @@ def _branches(
             for other in range(2 if family == _ALONE else 1):
                 if other == 1:
                     other_triple(leg, q)
-                if prune and (
-                    is_outside(ranges, 0, q[0]) or is_outside(ranges, 1, q[1]) or is_outside(ranges, 2, q[2])
-                ):
+                if prune and not is_inside(ranges, q):
                     continue
-                if admitted(ranges, enforce, q, report):
+                if prune or admitted(ranges, enforce, q, report):
                     errors = leg_errors(leg, foot, (s4, c4), ankle, q)
                     if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
                         count = entered(reference, q, errors, family, found, count)
     return count
-
-
-@both_ways
-def _hip_is_outside(ranges: Ranges, q: Row) -> bool:
-    return is_outside(ranges, 0, q[0]) or is_outside(ranges, 1, q[1]) or is_outside(ranges, 2, q[2])
 
 
 @both_ways

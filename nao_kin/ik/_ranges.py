@@ -129,15 +129,26 @@ def angle_of_chord(squares: float) -> float:
 @both_ways
 def admitted(ranges: Ranges, enforce: bool, q: Row, report: Row) -> bool:
     """Whether a branch is inside the limits; if not, it is reported where none before was less outside."""
-    if not enforce:
+    if not enforce or is_inside(ranges, q):
         return True
     outside = excess(ranges, q)
-    if outside <= LIMIT_TOLERANCE:
-        return True
     if outside < report[EXCESS]:
         report[EXCESS] = outside
         blame(ranges, q, report)
     return False
+
+
+@both_ways
+def is_inside(ranges: Ranges, q: Row) -> bool:
+    """Whether all joints are inside their limits."""
+    for j in range(len(ranges.lower)):
+        if q[j] < ranges.lower[j] - LIMIT_TOLERANCE or q[j] > ranges.upper[j] + LIMIT_TOLERANCE:
+            return False
+    if ranges.bends > 0:
+        low, high = table_range(ranges, q[ranges.of])
+        value: float = q[ranges.joint]
+        return low - LIMIT_TOLERANCE <= value <= high + LIMIT_TOLERANCE
+    return True
 
 
 @both_ways

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any, Literal
 
@@ -29,6 +30,7 @@ from nao_kin.robot import RobotModel
 
 Criterion = Literal["nearest", "limits", "manipulability"]
 _CRITERIA = {"nearest": NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
+_WEIGHT = 0.1
 _JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 
@@ -39,7 +41,7 @@ def arm(
     *,
     direction: ArrayLike | None = None,
     criterion: Criterion = "nearest",
-    angle_weight: float = 0.1,
+    angle_weight: float = _WEIGHT,
     frame: str | None = None,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
@@ -92,13 +94,15 @@ def arm(
         raise UnknownName("criterion", criterion, tuple(_CRITERIA))
     if not (isinstance(angle_weight, (int, float)) and 0.0 < angle_weight < math.inf):
         raise BadArgument(f"angle_weight must be a length above zero, got {angle_weight}")
+    if angle_weight != _WEIGHT:
+        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=float(angle_weight)))
     numbers = as_numbers(target, "target")
     if numbers.shape[-2:] == (4, 4):
         if direction is not None:
             raise BadArgument("a direction goes with places (..., 3), a pose (..., 4, 4) has one")
         T = as_floats(numbers, (4, 4), "target")
         batch = T.shape[:-2]
-        rows = _beside(T.reshape(*batch, 16), angle_weight)
+        rows = T.reshape(*batch, 16)
         references = as_reference(robot, limb.rest, reference, batch, enforce)
         return solved(_POSE, limb, rows, references, enforce, workers, lambda: refuse_not_rigid(T, "target"))
     if numbers.shape[-1:] != (3,):
@@ -106,7 +110,8 @@ def arm(
     places = as_floats(numbers, (3,), "target")
     if direction is None:
         references = as_reference(robot, limb.rest, reference, places.shape[:-1], enforce)
-        rows = _beside(places, _CRITERIA[criterion])
+        criteria = np.full((*places.shape[:-1], 1), _CRITERIA[criterion])
+        rows = np.concatenate([places, criteria], axis=-1)
         return solved(_POSITION, limb, rows, references, enforce, workers, lambda: None)
     towards = as_floats(direction, (3,), "direction")
     try:
@@ -118,14 +123,9 @@ def arm(
         raise ZeroNorm("direction", tuple(int(i) for i in np.argwhere(lengths == 0.0)[0]))
     scaled = towards / lengths[..., None]
     parts = np.broadcast_to(places, (*batch, 3)), np.broadcast_to(scaled, (*batch, 3))
-    rows = _beside(np.concatenate(parts, axis=-1), angle_weight)
+    rows = np.concatenate(parts, axis=-1)
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     return solved(_DIRECTION, limb, rows, references, enforce, workers, lambda: None)
-
-
-def _beside(rows: Floats, value: float) -> Floats:
-    """Rows with one more number."""
-    return np.concatenate([rows, np.full((*rows.shape[:-1], 1), float(value))], axis=-1)
 
 
 def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
@@ -138,7 +138,7 @@ def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain.require_zero("the axis of WristYaw passes the elbow", (wrist - elbow)[1:])
     chain.require_zero("the elbow is out of the plane of the upper arm", (elbow - shoulder)[2:])
     turned = 0.0 if np.array_equal(chain.rotation, np.eye(3)) else 1.0
-    numbers = (*shoulder, *(elbow - shoulder)[:2], *(chain.point - elbow), turned, *chain.rotation.ravel())
+    numbers = (*shoulder, *(elbow - shoulder)[:2], *(chain.point - elbow), _WEIGHT, turned, *chain.rotation.ravel())
     return limb_of(chain, frame, Arm(*(float(value) for value in numbers)))
 
 
