@@ -209,3 +209,5 @@ def _places(
 _POSE = ClosedForm(solve_arm, _poses, MOST_BRANCHES, searches=True)
 _DIRECTION = ClosedForm(solve_direction, _directions, MOST_BRANCHES, searches=True)
 _POSITION = ClosedForm(None, _places, 1)
+
+ARM_KERNELS = (_poses, _directions, _places)

@@ -163,3 +163,5 @@ def _gazes(
 
 _HEAD = ClosedForm(solve_head, _heads, MOST_BRANCHES)
 _GAZE = ClosedForm(solve_gaze, _gazes, MOST_BRANCHES)
+
+HEAD_KERNELS = (_heads, _gazes)

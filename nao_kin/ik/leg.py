@@ -119,3 +119,5 @@ def _legs(
 
 
 _LEG = ClosedForm(solve_leg, _legs, MOST_BRANCHES)
+
+LEG_KERNELS = (_legs,)
