@@ -16,7 +16,7 @@ def result(reasons: list[int] | int, **others: object) -> IKResult:
     values = np.where(reached[..., None], [0.5, -0.25], np.nan)
     arguments: dict[str, object] = {
         "joints": JOINTS,
-        "columns": np.array([2, 0]),
+        "columns": (2, 0),
         "reference": np.array([9.0, 1.0, 9.0, 2.0]),
         "best": values,
         "branches": values[..., None, :],

@@ -87,7 +87,7 @@ def solved(
     """
     batch = targets.shape[:-1]
     reference, notes = references
-    joints = reference[..., limb.columns]
+    joints = reference[..., limb.index]
     if limb.follows:
         joints = joints * limb.multiplier + limb.offset
     if not batch:

@@ -35,7 +35,8 @@ class Limb:
 
     Attributes:
         joints: its joints, from the torso outwards.
-        columns: which coordinates of q move them, shape (c,).
+        columns: which coordinates of q move them.
+        index: the same as an array, shape (c,).
         multiplier: value of a joint = multiplier · coordinate + offset; shape (c,).
         offset: see there [rad].
         ranges: limits of the joints, and of a joint whose range depends on another.
@@ -47,7 +48,8 @@ class Limb:
     """
 
     joints: tuple[str, ...]
-    columns: NDArray[np.intp]
+    columns: tuple[int, ...]
+    index: NDArray[np.intp]
     multiplier: Floats
     offset: Floats
     ranges: Ranges
@@ -233,6 +235,7 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, joint_of, of)
     return Limb(
         joints,
+        tuple(columns),
         np.array(columns, dtype=np.intp),
         np.array(multiplier),
         np.array(offset),

@@ -93,7 +93,7 @@ class IKResult:
 
     Attributes:
         joints: the joints solved for, by name.
-        columns: their places in q, shape (c,).
+        columns: their places in q.
         reference: the configurations that the joints not solved for are taken from, and to which solutions are
             compared, shape (..., nq); inside the limits if these are enforced.
         best: values of the joints, shape (..., c): the first solution, or the nearest pose where the solver offers one
@@ -110,7 +110,7 @@ class IKResult:
     """
 
     joints: tuple[str, ...]
-    columns: NDArray[np.intp]
+    columns: tuple[int, ...]
     reference: Floats
     best: Floats
     branches: Floats
