@@ -187,6 +187,24 @@ def test_the_hip_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, side:
                 assert found.family is Family.ANKLE_AXIS
 
 
+@pytest.mark.parametrize("beside", [1e-11, 1e-10, 1e-9, 1e-8, 1e-7])
+@pytest.mark.parametrize("end", [0, 1])
+def test_beside_the_axis_of_ankle_roll_rounding_puts_no_roll_outside_its_limits(
+    nao: nk.NaoModel, end: int, beside: float
+) -> None:
+    rng = np.random.default_rng(20)
+    table = next(table for table in nao.coupled_limits if table.joint == "LAnkleRoll")
+    pitch, roll = (nao.joint_names.index(joint) for joint in ("LAnklePitch", "LAnkleRoll"))
+    for _ in range(40):
+        q = on_ankle_axis(nao, "L", rng.uniform(0.8, 0.9))
+        q[pitch] += beside
+        q[nao.joint_names.index("LHipPitch")] += rng.uniform(-0.2, 0.2)
+        q[roll] = float(table.range(q[pitch])[end])
+        T = nao.fk(q, "LLeg")
+        found = nk.ik.leg(nao, "L", T)
+        assert_solved(nao, "LLeg", T, found)
+
+
 def test_the_member_about_the_ankle_axis_is_inside_the_limits_and_nearest(nao: nk.NaoModel) -> None:
     q = on_ankle_axis(nao, "L", 0.85)
     T = nao.fk(q, "LLeg")

@@ -55,8 +55,6 @@ _PARALLEL = 1e-12
 _STEPS, _HALVINGS = 180, 48
 # Where the hip is nearer to the axis of AnkleRoll [m], rounding may put the roll outside its limits.
 _NEAR_AXIS = 1e-5
-# What is outside the limits by less may be put on them where the pose allows it.
-_NEAR_LIMIT = 1e-6
 
 
 class Leg(NamedTuple):
@@ -264,8 +262,7 @@ def _put_on_limit(ranges: Ranges, height: float, q: Row) -> None:
         bounds = table_range(ranges, q[4])
         low, high = max(low, bounds[0]), min(high, bounds[1])
     inside = min(max(q[5], low), high)
-    passed = abs(inside - q[5])
-    if passed < _NEAR_LIMIT and passed * height < _ROUNDING:
+    if abs(inside - q[5]) * height < _ROUNDING:
         q[5] = inside
 
 
