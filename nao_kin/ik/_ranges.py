@@ -262,7 +262,7 @@ def laid_down(found: Row, count: int, values: Any, beside: Any) -> None:
         for j in range(joints):
             values[k, j] = found[k * width + j] if k < count else math.nan
         for j in range(BESIDE):
-            beside[k, j] = found[k * width + joints + j] if k < count else math.nan
+            beside[k, j] = found[k * width + joints + j] if k < count else 0.0
 
 
 @both_ways

@@ -100,7 +100,7 @@ def solved(
         rows = np.broadcast_to(joints, (*batch, len(limb.joints))).reshape(count, len(limb.joints))
         flat = targets.reshape(count, targets.shape[-1])
         found = _many(form, limb, flat, rows, enforce, threads)
-    if NOT_RIGID in found.report[:, REASON]:
+    if found.report[:, REASON].min(initial=0.0) == NOT_RIGID:
         refuse()
     return _result(limb, batch, found, reference, notes)
 
@@ -125,7 +125,7 @@ def _many(
     """Many targets, by the compiled function."""
     n, c = references.shape
     # As the kernel is compiled for: one type of array.
-    targets, references = (np.require(rows, np.float64, ("C", "A", "W")) for rows in (targets, references))
+    targets, references = _plain(targets), _plain(references)
     room = min(_USUAL, form.branches) if enforce else form.branches
     while True:
         found = Found(
@@ -154,21 +154,25 @@ def _many(
         room = form.branches
 
 
+def _plain(rows: Floats) -> Floats:
+    """The same numbers in the order of C, aligned, and writeable."""
+    flags = rows.flags
+    return rows if flags.c_contiguous and flags.writeable and flags.aligned else np.array(rows, order="C")
+
+
 def _result(limb: Limb, batch: tuple[int, ...], found: Found, reference: Floats, notes: tuple[str, ...]) -> IKResult:
     c, k = len(limb.joints), found.values.shape[1]
     report, values = found.report.reshape(*batch, BEST + c), found.values.reshape(*batch, k, c)
     best, joint = report[..., BEST:], report[..., JOINT].astype(np.int64)
     if limb.follows:
         values, best = (values - limb.offset) / limb.multiplier, (best - limb.offset) / limb.multiplier
-    families = found.beside[..., 3].reshape(*batch, k)
-    families = np.where(np.isnan(families), 0.0, families)
     return IKResult(
         joints=limb.joints,
         columns=limb.columns,
         reference=reference,
         best=best,
         branches=values,
-        families=families.astype(np.int8),
+        families=found.beside[..., 3].astype(np.int8).reshape(*batch, k),
         count=found.count.reshape(batch),
         reasons=np.asarray(report[..., REASON], dtype=np.int8),
         residual=report[..., POSITION_ERROR : ANGLE_ERROR + 1],
