@@ -1,0 +1,193 @@
+"""The search for a pose: from a reference, then from random configurations that are near; and why it fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common.arrays import Floats
+from nao_kin.ik.least_squares import Minimum, Rows, minimise
+from nao_kin.ik.limit_regions import LimitRegion
+from nao_kin.ik.pose_errors import FrameMotion, PoseErrors
+from nao_kin.ik.results import Obstacles, Reason
+
+Mask = NDArray[np.bool_]
+
+# A restart begins at the one of so many random configurations whose pose is nearest to the target.
+_CANDIDATES = 256
+# So many searches are run side by side, for they cost little more than one.
+_SIDE_BY_SIDE = 4
+# Whether limits are to blame is asked of a search without limits, with so many restarts at most.
+_RESTARTS_WITHOUT_LIMITS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Effort:
+    """How long a search goes on.
+
+    Attributes:
+        restarts: starts beside the reference, at most.
+        tolerance: errors of position and rotation that are small enough [m, rad].
+        iterations: steps of one search, at most.
+        seed: of the random starts.
+    """
+
+    restarts: int
+    tolerance: float
+    iterations: int
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was found for n targets.
+
+    Attributes:
+        q: configurations that meet the targets, or come nearest, shape (n, nq).
+        residual: errors in position and rotation of what was asked for, shape (n, 2) [m, rad].
+        reasons: a `Reason` for each, shape (n,).
+        obstacles: what stood in the way.
+        first: the first search, from the reference, has met the target, shape (n,).
+        settled: the target is met or the pose is the nearest one around; else the search was stopped, shape (n,).
+    """
+
+    q: Floats
+    residual: Floats
+    reasons: NDArray[np.int8]
+    obstacles: Obstacles
+    first: Mask
+    settled: Mask
+
+
+class PoseSearch:
+    """Searches for poses of one frame.
+
+    Args:
+        motion: what moves the frame.
+        weights: of the six errors, shape (6,); zero for what does not matter.
+        effort: how long to search.
+        enforced: whether limits hold.
+    """
+
+    def __init__(self, motion: FrameMotion, weights: Floats, effort: Effort, *, enforced: bool) -> None:
+        self._motion, self._weights, self._effort, self._enforced = motion, weights, effort, enforced
+        self._limited = LimitRegion(motion.robot, motion.joints)
+        self._free = LimitRegion(motion.robot, motion.joints, enforced=False)
+        self._asked = weights > 0.0
+        self._scale = np.divide(1.0, weights, out=np.zeros(6), where=self._asked)
+        self._candidates: dict[int, tuple[Floats, Floats]] = {}
+
+    def solve(self, targets: Floats, reference: Floats) -> Found:
+        """Configurations for n targets, shape (n, 4, 4), from references inside the limits, shape (n, nq)."""
+        motion, region = self._motion, self._limited if self._enforced else self._free
+        errors = PoseErrors(motion, targets, self._weights)
+        beyond = self._beyond(targets, reference)
+        found = self._minimum(errors, region, reference, np.arange(len(targets)))
+        first = found.reached.copy()
+        self._restart(found, errors, region, ~(beyond > 0.0), self._effort.restarts)
+        reasons, obstacles = np.zeros(len(targets), dtype=np.int8), Obstacles.none((len(targets),))
+        far = ~found.reached & (beyond > 0.0)
+        reasons[far], obstacles.needed[far] = Reason.OUT_OF_REACH, beyond[far]
+        lost = np.flatnonzero(~found.reached & ~far)
+        if lost.size:
+            self._explain(found, errors, lost, reasons, obstacles)
+        region.unwind(motion.joint_values(found.q), motion.joint_values(reference))
+        off = errors.residuals(found.q) * self._asked
+        residual = np.stack([np.linalg.norm(off[:, :3], axis=-1), np.linalg.norm(off[:, 3:], axis=-1)], axis=-1)
+        return Found(found.q, residual, reasons, obstacles, first, found.reached | found.settled)
+
+    def _minimum(self, errors: PoseErrors, region: LimitRegion, q: Floats, rows: Rows) -> Minimum:
+        return minimise(errors, region, q, rows, self._is_reached, self._effort.iterations)
+
+    def _beyond(self, targets: Floats, reference: Floats) -> Floats:
+        """How far targets are farther away than the stretched limb, shape (n,) [m]; not above 0 where they are not."""
+        if not self._asked[:3].all():
+            return np.zeros(len(targets))
+        centre, distance = self._motion.reach(reference)
+        beyond = np.linalg.norm(targets[:, :3, 3] - centre, axis=-1) - distance
+        # What counts as met may lie so far outside.
+        return np.where(beyond > 2.0 * self._effort.tolerance, beyond, 0.0)
+
+    def _restart(self, found: Minimum, errors: PoseErrors, region: LimitRegion, worth: Mask, restarts: int) -> None:
+        """Search on from other starts for targets not met and worth it, until one meets the target.
+
+        Which start that is does not depend on how many are run side by side.
+        """
+        done = 0
+        while done < restarts:
+            rows = np.flatnonzero(~found.reached & worth)
+            if not rows.size:
+                return
+            together = min(restarts - done, max(1, _SIDE_BY_SIDE // rows.size))
+            starts = [self._start(found.q, errors, region, rows, number) for number in range(done, done + together)]
+            tried = minimise(
+                errors,
+                region,
+                np.concatenate(starts),
+                np.tile(rows, together),
+                self._is_reached,
+                self._effort.iterations,
+            )
+            for k in range(together):
+                found.take(rows, tried, slice(k * rows.size, (k + 1) * rows.size))
+            done += together
+
+    def _start(self, q: Floats, errors: PoseErrors, region: LimitRegion, rows: Rows, number: int) -> Floats:
+        """For each target, the one of some random configurations whose pose is nearest; shape (n, nq)."""
+        motion = self._motion
+        if number not in self._candidates:
+            rng = np.random.default_rng([self._effort.seed, number])
+            drawn = motion.robot.random(rng, _CANDIDATES)[:, motion.columns]
+            everywhere = np.repeat(q[:1], _CANDIDATES, axis=0)
+            everywhere[:, motion.columns] = drawn
+            self._candidates[number] = drawn, self._features(motion.poses(everywhere))
+        drawn, features = self._candidates[number]
+        # ‖a − b‖² without ‖a‖², which is the same for all.
+        distances = np.square(features).sum(axis=-1) - 2.0 * self._features(errors.targets[rows]) @ features.T
+        starts: Floats = q[rows].copy()
+        starts[:, motion.columns] = drawn[np.argmin(distances, axis=-1)]
+        # Ranges may depend on joints that stay where they are.
+        values = motion.joint_values(starts)
+        values[...] = region.project(values)
+        return starts
+
+    def _features(self, poses: Floats) -> Floats:
+        """Twelve numbers of each pose, with distances like those of the weighted errors: ‖R − R_t‖² ≈ 2 φ²."""
+        position, turn = self._weights[:3].mean(), self._weights[3:].mean() / np.sqrt(2.0)
+        return np.concatenate([position * poses[:, :3, 3], turn * poses[:, :3, :3].reshape(-1, 9)], axis=-1)
+
+    def _is_reached(self, residuals: Floats) -> Mask:
+        squares, most = np.square(residuals * self._scale), self._effort.tolerance**2
+        return np.asarray((squares[:, :3].sum(axis=-1) <= most) & (squares[:, 3:].sum(axis=-1) <= most))
+
+    def _explain(
+        self, found: Minimum, errors: PoseErrors, lost: Rows, reasons: NDArray[np.int8], obstacles: Obstacles
+    ) -> None:
+        """Say why targets in reach are not met; where a search without limits ends inside them, they are."""
+        motion, limited = self._motion, self._limited
+        enough = len(motion.joints) >= np.count_nonzero(self._asked)
+        reasons[lost] = Reason.NOT_CONVERGED if enough else Reason.NOT_ENOUGH_JOINTS
+        if not self._enforced:
+            return
+        there = PoseErrors(motion, errors.targets[lost], self._weights)
+        free = minimise(
+            there, self._free, found.q[lost], np.arange(lost.size), self._is_reached, self._effort.iterations
+        )
+        restarts = min(self._effort.restarts, _RESTARTS_WITHOUT_LIMITS)
+        self._restart(free, there, self._free, np.ones(lost.size, dtype=np.bool_), restarts)
+        values = motion.joint_values(free.q)
+        middle = 0.5 * (limited.lower + limited.upper)
+        self._free.unwind(values, np.broadcast_to(np.where(np.isfinite(middle), middle, 0.0), values.shape))
+        worst = limited.worst(values)
+        inside = free.reached & ~worst.outside
+        found.q[lost[inside]], found.reached[lost[inside]] = free.q[inside], True
+        reasons[lost[inside]] = Reason.REACHED
+        outside = free.reached & worst.outside
+        rows = lost[outside]
+        reasons[rows] = np.where(worst.coupled[outside], Reason.COUPLED_LIMIT, Reason.JOINT_LIMIT)
+        place = np.full(len(motion.robot.joint_names), -1, dtype=np.int64)
+        place[motion.joints] = np.arange(len(motion.joints))
+        obstacles.joint[rows] = place[worst.joint[outside]]
+        obstacles.needed[rows], obstacles.limit[rows] = worst.value[outside], worst.limit[outside]
