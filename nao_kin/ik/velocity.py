@@ -44,8 +44,8 @@ def velocity(
     """Joint velocities that give a frame a twist, by the damped pseudo-inverse of its Jacobian.
 
     With J = U Σ Vᵀ and damping Λ, v = V Σ (Σ² + Λ²)⁻¹ Uᵀ t. Only the joints between the base and the frame move; a
-    floating base stands still. Among the velocities that make the twist, these have the least sum of squares; where none do, the
-    twist is approached in the sense of least squares.
+    floating base stands still. Among the velocities that make the twist, these have the least sum of squares; where
+    none do, the twist is approached in the sense of least squares.
 
     Args:
         robot: any robot.
