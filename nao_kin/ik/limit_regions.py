@@ -185,9 +185,6 @@ class LimitRegion:
             limit, and of two joints at the edge of their plane region only the direction along that edge.
         """
         count, width = directions.shape
-        projectors = np.zeros((count, width, width))
-        diagonal = np.arange(width)
-        projectors[:, diagonal, diagonal] = 1.0
         probes = np.sign(directions)
         for pair in self.pairs:
             two = directions[:, pair]
@@ -195,10 +192,15 @@ class LimitRegion:
             probes[:, pair] = two / np.where(length > 0.0, length, 1.0)
         ahead = values.copy()
         ahead[:, self.moving] += _PROBE * probes
-        gone = (self.project(ahead)[:, self.moving] - values[:, self.moving]) / _PROBE
+        inside = self.project(ahead)
+        if np.array_equal(inside, ahead):
+            return np.broadcast_to(np.eye(width), (count, width, width))
+        gone = (inside[:, self.moving] - values[:, self.moving]) / _PROBE
         held = (probes != 0.0) & (np.abs(gone) < 0.5)
         for pair in self.pairs:
             held[:, pair] = False
+        projectors = np.zeros((count, width, width))
+        diagonal = np.arange(width)
         projectors[:, diagonal, diagonal] = ~held
         for of, joint in self.pairs:
             two = gone[:, (of, joint)]

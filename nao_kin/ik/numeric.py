@@ -88,9 +88,7 @@ def numeric(
         whole_number(seed, "seed", 0),
     )
     targets = rigid_targets(T)
-    start, notes = _start(robot, robot.neutral() if reference is None else reference, enforced=limits == "enforce")
-    if reference is None:
-        notes = ()  # where zero is outside the limits, as NAO's elbows are, is nothing the caller has done
+    start, notes = _start(robot, reference, enforced=limits == "enforce")
     batch = common_batch("T and reference", targets.shape[:-2], start.shape[:-1])
     T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
     reference_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
@@ -159,19 +157,21 @@ def _result(
     )
 
 
-def _start(robot: RobotModel, reference: ArrayLike, *, enforced: bool) -> tuple[Floats, tuple[str, ...]]:
+def _start(robot: RobotModel, reference: ArrayLike | None, *, enforced: bool) -> tuple[Floats, tuple[str, ...]]:
     """References as configurations, projected onto the limits if these are enforced, and a note where that was done."""
+    if reference is None:  # where zero is outside the limits, as NAO's elbows are, is nothing the caller has done
+        return robot.clamp(robot.neutral()) if enforced else robot.neutral(), ()
     checked = robot.clamp(reference)  # refuses what is no configuration, and makes quaternions unit ones
     offset = robot.nq - len(robot.joint_names)
     q: Floats = np.array(reference, dtype=np.float64)
     q[..., :offset] = checked[..., :offset]
-    outside = robot.limit_violations(q, most=1) if enforced else ()
-    if not outside:
+    if not enforced or robot.within_limits(q).all():
         return q, ()
+    outside = robot.limit_violations(q, most=1)[0]
     everything = LimitRegion(robot, np.arange(len(robot.joint_names)))
     values = q[..., offset:].reshape(-1, len(robot.joint_names))
     q[..., offset:] = everything.project(values).reshape(*q.shape[:-1], -1)
-    return q, (f"the reference was outside the limits and is projected onto them: {outside[0]}",)
+    return q, (f"the reference was outside the limits and is projected onto them: {outside}",)
 
 
 def _six_weights(weights: ArrayLike) -> Floats:

@@ -49,10 +49,14 @@ class FrameMotion:
 
     def poses(self, q: Floats) -> Floats:
         """T_root_frame, shape (n, 4, 4)."""
+        if len(q) == 1:  # one configuration is answered in fewer steps
+            return np.asarray(self.robot.fk(q[0], self.frame))[None]
         return np.asarray(self.robot.fk(q, self.frame))
 
     def jacobians(self, q: Floats, expressed_in: Expression = "mixed") -> Floats:
         """Twists of the frame for unit speeds of the joints that move it, shape (n, 6, m)."""
+        if len(q) == 1:
+            return np.asarray(self.robot.jacobian(q[0], self.frame, expressed_in)[None, :, self.velocity_columns])
         return np.asarray(self.robot.jacobian(q, self.frame, expressed_in)[..., self.velocity_columns])
 
     def moved(self, q: Floats, steps: Floats) -> Floats:
@@ -60,6 +64,16 @@ class FrameMotion:
         result: Floats = q.copy()
         result[:, self.columns] += steps
         return result
+
+    def in_base(self, poses: Floats, q: Floats) -> Floats:
+        """T_base_frame from T_root_frame, shape (n, 4, 4): the same with a fixed base."""
+        if self.robot.base == "fixed":
+            return poses
+        R = matrix_from_quat(quat_from_xyzw(q[:, 3:7])).swapaxes(-1, -2)
+        moved: Floats = poses.copy()
+        moved[:, :3, :3] = R @ poses[:, :3, :3]
+        moved[:, :3, 3] = np.einsum("nij,nj->ni", R, poses[:, :3, 3] - q[:, :3])
+        return moved
 
     def reach(self, q: Floats) -> tuple[Floats, float]:
         """Where the frame can be at most: a point that stays, shape (n, 3), and a distance from it [m].

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,18 @@ from nao_kin.ik.least_squares import Minimum, Rows, minimise
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.pose_errors import FrameMotion, PoseErrors
 from nao_kin.ik.results import Obstacles, Reason
+from nao_kin.robot import RobotModel
 
+_Kept = dict[tuple[str, int, int], tuple[Floats, Floats]]
 Mask = NDArray[np.bool_]
 
 # A restart begins at the one of so many random configurations whose pose is nearest to the target.
 _CANDIDATES = 256
 # So many searches are run side by side, for they cost little more than one.
 _SIDE_BY_SIDE = 4
+# Candidates of each robot are kept for so many starts: 40 kB each.
+_MOST_KEPT = 500
+_KEPT: WeakKeyDictionary[RobotModel, _Kept] = WeakKeyDictionary()
 # Whether limits are to blame is asked of a search without limits, with so many restarts at most.
 _RESTARTS_WITHOUT_LIMITS = 8
 
@@ -77,22 +83,22 @@ class PoseSearch:
         self._free = LimitRegion(motion.robot, motion.joints, enforced=False)
         self._asked = weights > 0.0
         self._scale = np.divide(1.0, weights, out=np.zeros(6), where=self._asked)
-        self._candidates: dict[int, tuple[Floats, Floats]] = {}
 
     def solve(self, targets: Floats, reference: Floats) -> Found:
         """Configurations for n targets, shape (n, 4, 4), from references inside the limits, shape (n, nq)."""
         motion, region = self._motion, self._limited if self._enforced else self._free
         errors = PoseErrors(motion, targets, self._weights)
-        beyond = self._beyond(targets, reference)
         found = self._minimum(errors, region, reference, np.arange(len(targets)))
         first = found.reached.copy()
-        self._restart(found, errors, region, ~(beyond > 0.0), self._effort.restarts)
         reasons, obstacles = np.zeros(len(targets), dtype=np.int8), Obstacles.none((len(targets),))
-        far = ~found.reached & (beyond > 0.0)
-        reasons[far], obstacles.needed[far] = Reason.OUT_OF_REACH, beyond[far]
-        lost = np.flatnonzero(~found.reached & ~far)
-        if lost.size:
-            self._explain(found, errors, lost, reasons, obstacles)
+        if not first.all():
+            beyond = np.where(first, 0.0, self._beyond(targets, reference))
+            far = beyond > 0.0
+            reasons[far], obstacles.needed[far] = Reason.OUT_OF_REACH, beyond[far]
+            self._restart(found, errors, region, ~far, self._effort.restarts)
+            lost = np.flatnonzero(~found.reached & ~far)
+            if lost.size:
+                self._explain(found, errors, lost, reasons, obstacles)
         region.unwind(motion.joint_values(found.q), motion.joint_values(reference))
         off = errors.residuals(found.q) * self._asked
         residual = np.stack([np.linalg.norm(off[:, :3], axis=-1), np.linalg.norm(off[:, 3:], axis=-1)], axis=-1)
@@ -137,15 +143,10 @@ class PoseSearch:
     def _start(self, q: Floats, errors: PoseErrors, region: LimitRegion, rows: Rows, number: int) -> Floats:
         """For each target, the one of some random configurations whose pose is nearest; shape (n, nq)."""
         motion = self._motion
-        if number not in self._candidates:
-            rng = np.random.default_rng([self._effort.seed, number])
-            drawn = motion.robot.random(rng, _CANDIDATES)[:, motion.columns]
-            everywhere = np.repeat(q[:1], _CANDIDATES, axis=0)
-            everywhere[:, motion.columns] = drawn
-            self._candidates[number] = drawn, self._features(motion.poses(everywhere))
-        drawn, features = self._candidates[number]
+        drawn, poses = _candidates(motion, self._effort.seed, number)
+        features, wanted = self._features(poses), self._features(motion.in_base(errors.targets[rows], q[rows]))
         # ‖a − b‖² without ‖a‖², which is the same for all.
-        distances = np.square(features).sum(axis=-1) - 2.0 * self._features(errors.targets[rows]) @ features.T
+        distances = np.square(features).sum(axis=-1) - 2.0 * wanted @ features.T
         starts: Floats = q[rows].copy()
         starts[:, motion.columns] = drawn[np.argmin(distances, axis=-1)]
         # Ranges may depend on joints that stay where they are.
@@ -191,3 +192,18 @@ class PoseSearch:
         place[motion.joints] = np.arange(len(motion.joints))
         obstacles.joint[rows] = place[worst.joint[outside]]
         obstacles.needed[rows], obstacles.limit[rows] = worst.value[outside], worst.limit[outside]
+
+
+def _candidates(motion: FrameMotion, seed: int, number: int) -> tuple[Floats, Floats]:
+    """Random values inside the limits of the joints that move, (256, m), and the poses in the base, (256, 4, 4).
+
+    They are kept with the robot, for drawing them takes longer than the search that begins at one of them.
+    """
+    kept, key = _KEPT.setdefault(motion.robot, {}), (motion.frame, seed, number)
+    found = kept.get(key)
+    if found is None:
+        if len(kept) >= _MOST_KEPT:
+            kept.clear()
+        drawn = motion.robot.random(np.random.default_rng([seed, number]), _CANDIDATES)
+        found = kept[key] = drawn[:, motion.columns], motion.poses(drawn)
+    return found
