@@ -249,6 +249,40 @@ def test_in_a_batch_some_targets_are_met_and_others_say_why(nao: nk.NaoModel) ->
     assert np.isfinite(found.q).all()
 
 
+def test_restarts_never_end_farther_away_and_often_nearer(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(8)
+    T = nao.fk(nao.random(rng, 40), "LArm")
+    T[:, :3, :3] = T[:, :3, :3] @ nk.rotations.exp(rng.normal(size=(40, 3)))
+    once, often = (numeric(nao, "LArm", T, restarts=restarts) for restarts in (0, 10))
+    lost = ~np.asarray(often.success)
+    costs = [np.square(found.residual[lost] * [1.0, 0.1]).sum(axis=-1) for found in (once, often)]
+    assert (costs[1] <= costs[0] * (1.0 + 1e-9)).all()
+    assert (costs[1] < 0.9 * costs[0]).any()
+
+
+def test_success_without_restarts_is_success(nao: nk.NaoModel) -> None:
+    # Some of these are met only by the search without limits, which ends inside them.
+    T = nao.fk(nao.random(1, 400), "LLeg")
+    found = numeric(nao, "LLeg", T, restarts=0)
+    met = np.asarray(found.success)
+    assert 200 < met.sum() < 400
+    np.testing.assert_allclose(nao.fk(found.q[met], "LLeg"), T[met], atol=3e-8)
+    assert nao.within_limits(found.q).all()
+
+
+def test_a_joint_that_stays_keeps_its_range_where_another_sets_it(nao: nk.NaoModel) -> None:
+    # HeadPitch stays at 0.4, which HeadYaw = 1.5 does not allow.
+    reference, q = nao.neutral(), nao.neutral()
+    reference[nao.joint_names.index("HeadPitch")] = 0.4
+    q[nao.joint_names.index("HeadYaw")] = 1.5
+    frame = next(joint.child for joint in nao.tree.moving_joints if joint.name == "HeadYaw")
+    found = numeric(nao, frame, nao.fk(q, frame), reference=nao.clamp(reference))
+    assert found.joints == ("HeadYaw",)
+    assert found.success is False
+    assert nao.within_limits(found.q)
+    assert found.q[nao.joint_names.index("HeadPitch")] == 0.4
+
+
 def test_a_search_that_was_stopped_says_so(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(3, 40), "LLeg")
     found = numeric(nao, "LLeg", T, iterations=1, restarts=0)

@@ -81,6 +81,19 @@ def test_no_joint_is_too_fast_or_leaves_its_range_within_the_time(nao: nk.NaoMod
     assert nao.within_limits(q + 0.02 * found.v).all()
 
 
+@pytest.mark.parametrize("dt", [0.002, 0.1])
+@pytest.mark.parametrize("frame", ["Head", "LLeg"])
+def test_from_the_edges_of_ranges_none_is_left(nao: nk.NaoModel, frame: str, dt: float) -> None:
+    rng = np.random.default_rng(5)
+    q = nao.clamp(nao.random(rng, 4000) + rng.normal(size=(4000, 25)))
+    twist = rng.normal(size=(4000, 6)) * [1.0, 1.0, 1.0, 8.0, 8.0, 8.0]
+    for choice in ("redistribute", "scale"):
+        found = velocity(nao, q, twist, frame, limits=choice, dt=dt)  # type: ignore[arg-type]
+        assert (np.abs(found.v) <= nao.velocity_limits + 1e-9).all()
+        assert nao.within_limits(q + dt * found.v).all()
+        assert np.any(found.v, axis=-1).mean() > 0.1
+
+
 def test_redistribution_is_nearly_the_best_there_is() -> None:
     robot = nk.load_nao("v6")
     rng = np.random.default_rng(6)
@@ -166,6 +179,9 @@ def test_lost_twists_are_what_no_joint_velocity_makes(tmp_path: Path) -> None:
     assert found.map.idle_joints() == ("0.6 a + 0.8 b − c",)
     assert found.map.rank() == 2
     np.testing.assert_allclose(found.twist, [0.1, 0.2, 0.0, 0.0, 0.0, 0.0], atol=1e-12)
+    plain = velocity(robot, robot.neutral(), [0.1, 0.2, 0.3, 0.0, 0.0, 0.0], "c_l", damping=0.0, limits="ignore")
+    expected = np.linalg.pinv(robot.jacobian(robot.neutral(), "c_l")) @ [0.1, 0.2, 0.3, 0.0, 0.0, 0.0]
+    np.testing.assert_allclose(plain.v, expected, atol=1e-12)
 
 
 def test_measures_are_those_of_the_jacobian(nao: nk.NaoModel) -> None:

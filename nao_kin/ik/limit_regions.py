@@ -123,7 +123,6 @@ class LimitRegion:
 
     Attributes:
         moving: places of the joints that move, shape (m,).
-        pairs: two joints that move and share a table, as places in `moving`: the one it depends on, and the other.
         winding: places of those that turn without limits, which are the same after a whole turn.
     """
 
@@ -154,7 +153,7 @@ class LimitRegion:
         # Tables of which both joints move, and the places of these among the joints that move.
         self._planes = [row for row in self._tables if self._is_moving[row[1]] and self._is_moving[row[2]]]
         self._lines = [row for row in self._tables if row not in self._planes]
-        self.pairs = [(place[of], place[joint]) for _, of, joint in self._planes]
+        self._pairs = [(place[of], place[joint]) for _, of, joint in self._planes]
 
     def project(self, values: Floats) -> Floats:
         """The nearest values inside the limits, shape (n, joints); joints that do not move stay as they are."""
@@ -186,7 +185,7 @@ class LimitRegion:
         """
         count, width = directions.shape
         probes = np.sign(directions)
-        for pair in self.pairs:
+        for pair in self._pairs:
             two = directions[:, pair]
             length = np.linalg.norm(two, axis=-1, keepdims=True)
             probes[:, pair] = two / np.where(length > 0.0, length, 1.0)
@@ -197,12 +196,12 @@ class LimitRegion:
             return np.broadcast_to(np.eye(width), (count, width, width))
         gone = (inside[:, self.moving] - values[:, self.moving]) / _PROBE
         held = (probes != 0.0) & (np.abs(gone) < 0.5)
-        for pair in self.pairs:
+        for pair in self._pairs:
             held[:, pair] = False
         projectors = np.zeros((count, width, width))
         diagonal = np.arange(width)
         projectors[:, diagonal, diagonal] = ~held
-        for of, joint in self.pairs:
+        for of, joint in self._pairs:
             two = gone[:, (of, joint)]
             length = np.linalg.norm(two, axis=-1)
             edge = np.flatnonzero(np.abs(two - probes[:, (of, joint)]).max(axis=-1) > 1e-3)

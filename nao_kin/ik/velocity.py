@@ -14,14 +14,14 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.pose_errors import FrameMotion
 from nao_kin.ik.velocity_result import TwistMap, VelocityResult
-from nao_kin.robot import Expression, RobotModel, check_robot
+from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
 VelocityLimits = Literal["redistribute", "scale", "ignore"]
 _CHOICES = ("redistribute", "scale", "ignore")
 
 # A singular value is damped where it falls below this share of the largest.
 _NEAR_SINGULAR = 0.02
-# Taking velocities back into a plane region and slowing them are repeated so often.
+# Taking velocities back into their ranges and slowing them are repeated so often.
 _MOST_PROJECTIONS = 8
 # Singular values below this share of the largest are rounding.
 _ZERO = 1e-12
@@ -132,13 +132,17 @@ class _Bounds:
         self._values = motion.joint_values(q)
         self._region = LimitRegion(motion.robot, motion.joints)
         # Whether the configurations are inside to begin with.
-        self._inside = (self._region.project(self._values) == self._values).all(axis=-1)
+        off = np.abs(self._region.project(self._values) - self._values)
+        self._inside: NDArray[np.bool_] = np.asarray(off.max(axis=-1) <= LIMIT_TOLERANCE)
         speed = motion.robot.velocity_limits[motion.joints]
         # A URDF without speed limits says 0, which would hold every joint.
         self._fastest: Floats = np.where(speed > 0.0, speed, np.inf)
 
     def allowed(self, speeds: Floats, rows: NDArray[np.intp]) -> Floats:
-        """Velocities like `speeds`, shape (k, m), that keep the speed limits, and the ranges for the time dt."""
+        """Velocities near `speeds`, shape (k, m), that keep the speed limits, and the ranges for the time dt.
+
+        From outside its range, a joint comes back as fast as it may.
+        """
         allowed = np.clip(speeds, -self._fastest, self._fastest)
         values = self._values[rows]
         for _ in range(_MOST_PROJECTIONS):
@@ -147,24 +151,18 @@ class _Bounds:
             moved = (self._region.project(ahead) - values)[:, self._motion.joints] / self._dt
             # Rounding of the division counts for nothing.
             moved = np.where(np.abs(moved - allowed) <= _ROUNDING, allowed, moved)
-            excess = np.maximum(1.0, np.abs(moved) / self._fastest)
-            for pair in self._region.pairs:  # slowed alike, two joints keep the direction in which they were taken back
-                excess[:, pair] = excess[:, pair].max(axis=-1, keepdims=True)
-            allowed = moved / excess
-            if (excess <= 1.0).all():
+            # What leads back into a range, or along the edge of a coupled one, may be too fast.
+            allowed = np.clip(moved, -self._fastest, self._fastest)
+            fine: NDArray[np.bool_] = np.asarray(np.abs(allowed - moved).max(axis=-1) <= _ROUNDING)
+            fine = np.asarray(fine | ~self._inside[rows])
+            if np.all(fine):
                 return np.asarray(allowed)
-        # What was projected was too fast, and slowed it is outside again: around a corner of a table, or from outside.
-        for pair in self._region.pairs:
-            cornered = self._inside[rows] & (excess[:, pair] > 1.0 + _ROUNDING).any(axis=-1)
-            allowed[:, pair] = np.where(cornered[:, None], 0.0, allowed[:, pair])
-        return np.asarray(allowed)
-
-    def with_partners(self, joints: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """These joints, shape (k, m), and those whose ranges depend on them or set theirs."""
-        found: NDArray[np.bool_] = joints.copy()
-        for pair in self._region.pairs:
-            found[:, pair] |= joints[:, pair].any(axis=-1, keepdims=True)
-        return found
+        # Slowed alike, what leads into a range that is not convex may still lead out again, around a corner of a table.
+        slowest = np.max(np.abs(moved) / self._fastest, axis=-1, keepdims=True, initial=1.0)
+        alike = np.where(fine[:, None], allowed, moved / slowest)
+        ahead[:, self._motion.joints] = values[:, self._motion.joints] + alike * self._dt
+        cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > LIMIT_TOLERANCE)
+        return np.asarray(np.where(cornered[:, None], 0.0, alike))
 
     def scaled(self, speeds: Floats) -> Floats:
         """The same velocities, all slowed alike until every joint is inside."""
@@ -186,7 +184,7 @@ class _Bounds:
 def _redistributed(J: Floats, wanted: Floats, asked: Floats, damping: float | None, bounds: _Bounds) -> Floats:
     """Velocities inside the bounds: the joint that is farthest outside is held at its own, and the rest solved again.
 
-    One joint is held in each round, or two whose ranges depend on each other, so the rounds end.
+    One joint is held in each round, so the rounds end.
     """
     speeds: Floats = asked.copy()
     held: NDArray[np.bool_] = np.zeros(asked.shape, dtype=np.bool_)
@@ -200,10 +198,9 @@ def _redistributed(J: Floats, wanted: Floats, asked: Floats, damping: float | No
         rows, allowed, over = rows[again], allowed[again], over[again]
         worst: NDArray[np.bool_] = np.zeros(over.shape, dtype=np.bool_)
         worst[np.arange(len(rows)), np.argmax(over, axis=-1)] = True
-        newly = bounds.with_partners(worst)
         before = held[rows]
-        stuck = np.where(newly, allowed, np.where(before, speeds[rows], 0.0))
-        now: NDArray[np.bool_] = np.asarray(before | newly)
+        stuck = np.where(worst, allowed, np.where(before, speeds[rows], 0.0))
+        now: NDArray[np.bool_] = np.asarray(before | worst)
         held[rows] = now
         others: Floats = np.where(now[:, None, :], 0.0, J[rows])
         left = wanted[rows] - np.einsum("nij,nj->ni", J[rows], stuck)
