@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from made_up_robots import J, made_up
 from scipy.optimize import least_squares
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, MissingExtra, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
 from nao_kin.ik.limit_regions import LimitRegion, PlaneRegion
 from nao_kin.ik.pose_errors import FrameMotion, PoseErrors
@@ -138,6 +139,21 @@ def test_a_pose_is_solved_alike_alone_and_in_a_batch_and_again(nao: nk.NaoModel)
         alone = numeric(nao, "LArm", T[k])
         assert alone.success is True
         np.testing.assert_allclose(alone.q, batch.q.reshape(12, 25)[k], atol=1e-6)
+
+
+def test_pink_makes_the_steps_where_it_is_installed(nao: nk.NaoModel) -> None:
+    pytest.importorskip("pink")
+    for frame in ("Head", "LLeg"):
+        T = nao.fk(nao.random(5, 8), frame)
+        found = numeric(nao, frame, T, reference=nao.posture("StandInit"), solver="pink", tolerance=1e-6)
+        check_reached(nao, frame, T, found, 1e-6)
+    assert not hasattr(nao.model, "configuration_limit")
+
+
+def test_without_pink_the_extra_is_named(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pink", None)
+    with pytest.raises(MissingExtra, match=r"nao-kin\[pink\]"):
+        numeric(nao, "LLeg", np.eye(4), solver="pink")
 
 
 # --- weights --------------------------------------------------------------------------------------------------------
@@ -427,6 +443,7 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"reference": np.full(25, np.nan)}, NotFinite, "HeadYaw"),
         ({"reference": np.zeros((4, 25)), "T": _poses({})}, WrongShape, "broadcast"),
         ({"limits": "clamp"}, UnknownName, "enforce"),
+        ({"solver": "trac-ik"}, UnknownName, "pink"),
         ({"weights": (1.0, -1.0)}, BadArgument, "weights"),
         ({"weights": (0.0, 0.0)}, BadArgument, "weights"),
         ({"weights": (1.0, 1.0, 1.0)}, BadArgument, "weights"),

@@ -123,11 +123,12 @@ class LimitRegion:
 
     Attributes:
         moving: places of the joints that move, shape (m,).
+        enforced: whether limits hold.
         winding: places of those that turn without limits, which are the same after a whole turn.
     """
 
     def __init__(self, robot: RobotModel, moving: NDArray[np.intp], *, enforced: bool = True) -> None:
-        self.moving = moving
+        self.moving, self.enforced = moving, enforced
         turning = np.array([unit == "rad" for unit in robot.joint_units], dtype=np.bool_)
         drivers = {mimic.joint for mimic in robot.mimics.values()}
         followed = np.array([name in drivers for name in robot.joint_names], dtype=np.bool_)

@@ -11,7 +11,9 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import check_tolerance, whole_number
 from nao_kin._common.vectors import common_batch, first_index
 from nao_kin.errors import BadArgument, UnknownName, at_index
+from nao_kin.ik.least_squares import minimise
 from nao_kin.ik.limit_regions import LimitRegion
+from nao_kin.ik.pink_search import check_pink, minimise_with_pink
 from nao_kin.ik.pose_errors import FrameMotion
 from nao_kin.ik.pose_search import Effort, Found, PoseSearch
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
@@ -19,7 +21,9 @@ from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import check_rotation, nearest_rotation
 
 LimitsChoice = Literal["enforce", "ignore"]
+Solver = Literal["least squares", "pink"]
 _CHOICES = ("enforce", "ignore")
+_SOLVERS = ("least squares", "pink")
 
 # Targets that are worked on at a time: few enough for their arrays to stay in a processor's cache.
 _BLOCK = 2048
@@ -37,6 +41,7 @@ def numeric(
     tolerance: float = 1e-8,
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
+    solver: Solver = "least squares",
 ) -> IKResult:
     """Joint values that take a frame to a pose, for any robot, by damped least squares.
 
@@ -65,12 +70,15 @@ def numeric(
             many radians, in what has a weight.
         iterations: steps of one search, at most.
         seed: of the random starts.
+        solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, one target after the
+            other, where the extra is installed.
 
     Returns:
         One solution for each target that is met.
 
     Raises:
-        UnknownName: no such frame, or no such choice of limits.
+        UnknownName: no such frame, or no such choice of limits or solver.
+        MissingExtra: pink is asked for and not installed.
         NotARotation: a target is not rigid; carries its index and its defects.
         BadArgument: no robot, a frame that nothing moves, a last row other than (0, 0, 0, 1), or options that make no
             sense.
@@ -79,6 +87,10 @@ def numeric(
     check_robot(robot)
     if not isinstance(limits, str) or limits not in _CHOICES:
         raise UnknownName("limits", limits, _CHOICES)
+    if not isinstance(solver, str) or solver not in _SOLVERS:
+        raise UnknownName("solver", solver, _SOLVERS)
+    if solver == "pink":
+        check_pink()
     motion, six = FrameMotion(robot, frame), _six_weights(weights)
     check_tolerance(tolerance)
     effort = Effort(
@@ -86,6 +98,7 @@ def numeric(
         float(tolerance),
         whole_number(iterations, "iterations", 1),
         whole_number(seed, "seed", 0),
+        minimise_with_pink if solver == "pink" else minimise,
     )
     targets = rigid_targets(T)
     start, notes = _start(robot, reference, enforced=limits == "enforce")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -9,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.least_squares import Minimum, Rows, minimise
+from nao_kin.ik.least_squares import Minimum, Reached, Rows, minimise
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.pose_errors import FrameMotion, PoseErrors
 from nao_kin.ik.results import Obstacles, Reason
 from nao_kin.robot import RobotModel
 
 _Kept = dict[tuple[str, int, int], tuple[Floats, Floats]]
+Minimiser = Callable[[PoseErrors, LimitRegion, Floats, Rows, Reached, int], Minimum]
 Mask = NDArray[np.bool_]
 
 # A restart begins at the one of so many random configurations whose pose is nearest to the target.
@@ -38,12 +40,14 @@ class Effort:
         tolerance: errors of position and rotation that are small enough [m, rad].
         iterations: steps of one search, at most.
         seed: of the random starts.
+        minimise: how one search is made.
     """
 
     restarts: int
     tolerance: float
     iterations: int
     seed: int
+    minimise: Minimiser = minimise
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +109,7 @@ class PoseSearch:
         return Found(found.q, residual, reasons, obstacles, first, found.reached | found.settled)
 
     def _minimum(self, errors: PoseErrors, region: LimitRegion, q: Floats, rows: Rows) -> Minimum:
-        return minimise(errors, region, q, rows, self._is_reached, self._effort.iterations)
+        return self._effort.minimise(errors, region, q, rows, self._is_reached, self._effort.iterations)
 
     def _beyond(self, targets: Floats, reference: Floats) -> Floats:
         """How far targets are farther away than the stretched limb, shape (n,) [m]; not above 0 where they are not."""
