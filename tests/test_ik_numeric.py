@@ -66,6 +66,21 @@ def test_random_reachable_poses_of_other_robots_are_met(name: str, frame: str) -
     assert (found.family == (Family.REDUNDANT if redundant else Family.NONE)).all()
 
 
+@pytest.mark.parametrize("frame", ["Head", "RArm", "LLeg"])
+def test_poses_at_the_edges_of_limits_are_met(nao: nk.NaoModel, frame: str) -> None:
+    rng = np.random.default_rng(2)
+    T = nao.fk(nao.clamp(nao.random(rng, COUNT) + rng.normal(size=(COUNT, 25))), frame)
+    check_reached(nao, frame, T, numeric(nao, frame, T))
+
+
+@pytest.mark.parametrize("knee", [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3])
+def test_poses_of_straight_legs_are_met(nao: nk.NaoModel, knee: float) -> None:
+    q = nao.random(2, 50)
+    q[:, nao.joint_names.index("LKneePitch")] = knee
+    T = nao.fk(q, "LLeg")
+    check_reached(nao, "LLeg", T, numeric(nao, "LLeg", T))
+
+
 def test_from_a_reference_nearby_the_nearby_solution_is_found(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit") + np.random.default_rng(0).uniform(-0.05, 0.05, (50, 25))
     for frame in ("LArm", "RLeg"):

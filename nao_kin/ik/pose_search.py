@@ -20,7 +20,9 @@ _Kept = dict[tuple[str, int, int], tuple[Floats, Floats]]
 Minimiser = Callable[[PoseErrors, LimitRegion, Floats, Rows, Reached, int], Minimum]
 Mask = NDArray[np.bool_]
 
-# A restart begins at the one of so many random configurations whose pose is nearest to the target.
+# Of so many random configurations, a restart begins at the one whose pose is nearest to the target. Every second one
+# begins at a configuration just as it is drawn: the nearest ones may all lead to the same dead end, as those of an arm
+# whose elbow would have to be bent the other way.
 _CANDIDATES = 256
 # So many searches are run side by side, for they cost little more than one.
 _SIDE_BY_SIDE = 4
@@ -132,22 +134,17 @@ class PoseSearch:
                 return
             together = min(restarts - done, max(1, _SIDE_BY_SIDE // rows.size))
             starts = [self._start(found.q, errors, region, rows, number) for number in range(done, done + together)]
-            tried = minimise(
-                errors,
-                region,
-                np.concatenate(starts),
-                np.tile(rows, together),
-                self._is_reached,
-                self._effort.iterations,
-            )
+            tried = self._minimum(errors, region, np.concatenate(starts), np.tile(rows, together))
             for k in range(together):
                 found.take(rows, tried, slice(k * rows.size, (k + 1) * rows.size))
             done += together
 
     def _start(self, q: Floats, errors: PoseErrors, region: LimitRegion, rows: Rows, number: int) -> Floats:
-        """For each target, the one of some random configurations whose pose is nearest; shape (n, nq)."""
+        """For each target, the one of some random configurations whose pose is nearest, or any; shape (n, nq)."""
         motion = self._motion
         drawn, poses = _candidates(motion, self._effort.seed, number)
+        if number % 2 == 1:
+            drawn, poses = drawn[:1], poses[:1]
         features, wanted = self._features(poses), self._features(motion.in_base(errors.targets[rows], q[rows]))
         # ‖a − b‖² without ‖a‖², which is the same for all.
         distances = np.square(features).sum(axis=-1) - 2.0 * wanted @ features.T
@@ -177,9 +174,7 @@ class PoseSearch:
         if not self._enforced:
             return
         there = PoseErrors(motion, errors.targets[lost], self._weights)
-        free = minimise(
-            there, self._free, found.q[lost], np.arange(lost.size), self._is_reached, self._effort.iterations
-        )
+        free = self._minimum(there, self._free, found.q[lost], np.arange(lost.size))
         restarts = min(self._effort.restarts, _RESTARTS_WITHOUT_LIMITS)
         self._restart(free, there, self._free, np.ones(lost.size, dtype=np.bool_), restarts)
         values = motion.joint_values(free.q)
