@@ -167,7 +167,7 @@ class PoseSearch:
     def _explain(
         self, found: Minimum, errors: PoseErrors, lost: Rows, reasons: NDArray[np.int8], obstacles: Obstacles
     ) -> None:
-        """Say why targets in reach are not met; where a search without limits ends inside them, they are."""
+        """Say why targets in reach are not met, after a last search from where one without limits ends."""
         motion, limited = self._motion, self._limited
         enough = len(motion.joints) >= np.count_nonzero(self._asked)
         reasons[lost] = Reason.NOT_CONVERGED if enough else Reason.NOT_ENOUGH_JOINTS
@@ -181,10 +181,11 @@ class PoseSearch:
         middle = 0.5 * (limited.lower + limited.upper)
         self._free.unwind(values, np.broadcast_to(np.where(np.isfinite(middle), middle, 0.0), values.shape))
         worst = limited.worst(values)
-        inside = free.reached & ~worst.outside
-        found.q[lost[inside]], found.reached[lost[inside]] = free.q[inside], True
-        reasons[lost[inside]] = Reason.REACHED
-        outside = free.reached & worst.outside
+        # What ends beside a limit may have a solution on it, and what ends inside is one.
+        values[...] = limited.project(values)
+        found.take(lost, self._minimum(there, limited, free.q, np.arange(lost.size)), slice(None))
+        reasons[lost[found.reached[lost]]] = Reason.REACHED
+        outside = free.reached & ~found.reached[lost] & worst.outside
         rows = lost[outside]
         reasons[rows] = np.where(worst.coupled[outside], Reason.COUPLED_LIMIT, Reason.JOINT_LIMIT)
         place = np.full(len(motion.robot.joint_names), -1, dtype=np.int64)

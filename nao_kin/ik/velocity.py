@@ -161,7 +161,8 @@ class _Bounds:
         slowest = np.max(np.abs(moved) / self._fastest, axis=-1, keepdims=True, initial=1.0)
         alike = np.where(fine[:, None], allowed, moved / slowest)
         ahead[:, self._motion.joints] = values[:, self._motion.joints] + alike * self._dt
-        cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > LIMIT_TOLERANCE)
+        # A joint is farther above a steep edge than from it, hence the tenth of the tolerance.
+        cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > 0.1 * LIMIT_TOLERANCE)
         return np.asarray(np.where(cornered[:, None], 0.0, alike))
 
     def scaled(self, speeds: Floats) -> Floats:
