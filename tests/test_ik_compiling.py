@@ -9,6 +9,8 @@ import sys
 
 import numpy as np
 
+import nao_kin as nk
+
 TARGETS = """
 import sys
 import numpy as np, nao_kin as nk
@@ -50,3 +52,27 @@ def test_one_target_does_not_wait_for_numba() -> None:
         "assert 'numba' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_all_kernels_can_be_made_ready_ahead() -> None:
+    states = nk.ik.warm_up()
+    assert [state.name for state in states] == [
+        "ik kernel, legs",
+        "ik kernel, arms by pose",
+        "ik kernel, arms by place and direction",
+        "ik kernel, arms by place",
+        "ik kernel, heads",
+        "ik kernel, gazes",
+    ]
+
+
+def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:
+    q = nao.random(1, (3, 2))
+    T = nao.fk(q, "LLeg")
+    references = nao.random(2, (3, 1))
+    found = nk.ik.leg(nao, "L", T, reference=references)
+    assert found.q.shape == (3, 2, 25)
+    np.testing.assert_array_equal(found.q[:, 0, :2], references[:, 0, :2])
+    for index in np.ndindex(3, 2):
+        one = nk.ik.leg(nao, "L", T[index], reference=references[index[0], 0])
+        np.testing.assert_array_equal(one.q, found.q[index])

@@ -86,7 +86,7 @@ def _register() -> None:
 
 def in_threads(run: Callable[[slice], None], count: int, threads: int | None) -> None:
     """Call `run` with slices that together make `count` targets, in this many threads; None for all cores."""
-    most = (os.cpu_count() or 1) if threads is None else threads
+    most = _cores() if threads is None else threads
     parts = max(1, min(most, count // _PER_THREAD if threads is None else count))
     if parts == 1:
         run(slice(0, count))
@@ -96,3 +96,11 @@ def in_threads(run: Callable[[slice], None], count: int, threads: int | None) ->
     edges = [count * i // pieces for i in range(pieces + 1)]
     with ThreadPoolExecutor(parts) as pool:
         list(pool.map(run, (slice(a, b) for a, b in itertools.pairwise(edges))))
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS
+        return os.cpu_count() or 1

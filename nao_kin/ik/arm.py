@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any, Literal
+from typing import Any, Literal, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,7 +45,7 @@ def arm(
     frame: str | None = None,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
-    threads: int | None = None,
+    threads: SupportsIndex | None = None,
 ) -> IKResult:
     """Joint values of an arm for a pose of its hand, for place and direction, or for a place.
 

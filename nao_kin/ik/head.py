@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,7 +29,7 @@ def head(
     frame: str = "Head",
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
-    threads: int | None = None,
+    threads: SupportsIndex | None = None,
 ) -> IKResult:
     """The joint values with which the head has an orientation, or comes nearest to it.
 
@@ -71,7 +71,7 @@ def look_at(
     *,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
-    threads: int | None = None,
+    threads: SupportsIndex | None = None,
 ) -> IKResult:
     """The joint values with which a camera has a point on its optical axis, before it.
 

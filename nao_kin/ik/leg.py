@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,12 +28,12 @@ def leg(
     frame: str | None = None,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
-    threads: int | None = None,
+    threads: SupportsIndex | None = None,
 ) -> IKResult:
     """All joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
 
     Both legs share the motor of their HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, and
-    with it moves the left leg. `legs` solves both at once.
+    with it moves the left leg.
 
     Args:
         robot: a NAO of any version, or another robot with legs of its geometry.

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._text import quoted
+from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, OutsideLimits, UnknownName, WrongShape, at_index
 from nao_kin.ik._ranges import RIGID
 from nao_kin.robot import RobotModel
@@ -83,12 +83,10 @@ def as_reference(
         return robot.clamp(array), (f"reference projected into the limits: {error.violations[0].describe()}",)
 
 
-def check_threads(threads: object) -> int | None:
+def check_threads(threads: SupportsIndex | None) -> int | None:
     """A number of threads, or None.
 
     Raises:
-        BadArgument: no number from 1 on.
+        BadArgument: no whole number from 1 on.
     """
-    if threads is None or (isinstance(threads, int) and threads >= 1):
-        return threads
-    raise BadArgument(f"threads must be a whole number from 1 on, got {quoted(threads)}")
+    return None if threads is None else whole_number(threads, "threads", 1)
