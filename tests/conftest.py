@@ -27,7 +27,6 @@ def _compiled_kernels() -> None:
     """What is compiled once on a machine is there before a test looks at what a command says."""
     nk.batch.warm_up()
     nk.reach.warm_up()
-    nk.ik.warm_up()
 
 
 @pytest.fixture
