@@ -86,6 +86,8 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_loops.py
 	$(BIN)/python benchmarks/bench_stream.py
 	$(BIN)/python benchmarks/bench_reach.py
+	$(BIN)/python benchmarks/bench_ik.py
+	$(BIN)/python benchmarks/bench_ik_numeric.py
 
 clean:
 	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -742,7 +742,7 @@ _BATCH = (
         "test_batch_kernels.py",
         ("changed-mass-of-the-root-not-seen", "self._first.mass != self._first_mass", "False"),
         ("shifted-mass-not-seen", " or bodies.changed()", ""),
-        ("changed-frame-not-seen", " or frames.changed()", ""),
+        ("changed-frame-not-seen", "placements.changed() or frames.changed() or", "placements.changed() or"),
     ),
     *_faults(
         "robot/kinematic_methods.py",

@@ -230,11 +230,11 @@ def test_warmup_says_what_is_ready_and_where() -> None:
     assert err == ""
     precisions = ["double", "double to single", "single"]
     assert [kernel["name"] for kernel in kernels[:3]] == [f"batch kernel, {name} precision" for name in precisions]
-    assert [kernel["name"].split(",")[0] for kernel in kernels[3:]] == ["reach kernel"] * 4
+    assert [kernel["name"].split(",")[0] for kernel in kernels[3:7]] == ["reach kernel"] * 4
     assert not any(kernel["compiled"] for kernel in kernels)
     assert all(Path(kernel["folder"]).is_dir() for kernel in kernels)
     out, _ = program("warmup")
-    assert out.count("found") == 7
+    assert out.count("found") == len(kernels)
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ ROOMS = {
     "multidof": 5,
     "distributed": 5,
     "stream": 5,
+    "ik": 6,
     "reach": 6,
     "crosscheck": 7,
     "viewer": 7,

@@ -64,6 +64,11 @@ class KeptKernel:
         self._sources, self._signature = sources, signature
         self._compiled: Callable[..., Any] | None = None
 
+    @property
+    def in_memory(self) -> bool:
+        """Whether it can be called at once."""
+        return self._compiled is not None
+
     def __call__(self, *arguments: Any) -> Any:
         """The result of the function."""
         return (self._compiled or self.ready())(*arguments)

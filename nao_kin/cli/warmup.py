@@ -14,14 +14,14 @@ def register(app: typer.Typer) -> None:
 
 
 def warmup(json: JsonOption = False) -> None:
-    """Compile the kernels for large batches and reach maps ahead, once on a machine.
+    """Compile the kernels for large batches, reach maps and inverse kinematics ahead, once on a machine.
 
-    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first large batch
-    and the first map compile what they need.
+    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
+    large batch, map or inverse kinematics compiles what it needs.
     """
-    from nao_kin import batch, reach
+    from nao_kin import batch, ik, reach
 
-    states = (*batch.warm_up(), *reach.warm_up())
+    states = (*batch.warm_up(), *reach.warm_up(), *ik.warm_up())
     if json:
         print_json(
             {

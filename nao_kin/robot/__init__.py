@@ -8,6 +8,7 @@ from nao_kin.robot.kinematics import Kinematics, expression_named
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot
+from nao_kin.robot.model_numbers import ModelNumbers
 from nao_kin.robot.questions import Expression, FrameIds, PoseForm
 from nao_kin.robot.topology import SharedMotor, Topology, topology
 
@@ -25,6 +26,7 @@ __all__ = [
     "Kinematics",
     "LimitPolicy",
     "LimitViolation",
+    "ModelNumbers",
     "PoseForm",
     "RobotModel",
     "SharedMotor",

@@ -49,6 +49,11 @@ class ModelNumbers:
             return [float(inertia.mass) for inertia in self._inertias] != self._masses
         return bool(self._first.mass != self._first_mass)
 
+    def placements_changed(self) -> bool:
+        """Whether a joint or a frame stands elsewhere than when it was first looked at."""
+        placements, frames, _, _ = self._parts
+        return placements.changed() or frames.changed()
+
 
 class _Part:
     """One vector of Pinocchio's: so many doubles of each of its elements `but` the last, from an array in it on."""

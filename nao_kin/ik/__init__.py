@@ -1,0 +1,26 @@
+"""Inverse kinematics: joint values for poses, all of them, inside the limits, and the reason where there are none."""
+
+from nao_kin.ik.arm import arm
+from nao_kin.ik.head import head, look_at
+from nao_kin.ik.leg import leg
+from nao_kin.ik.numeric import numeric
+from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
+from nao_kin.ik.velocity import velocity
+from nao_kin.ik.velocity_result import TwistMap, VelocityResult
+from nao_kin.ik.warming import warm_up
+
+__all__ = [
+    "Family",
+    "IKResult",
+    "Obstacles",
+    "Reason",
+    "TwistMap",
+    "VelocityResult",
+    "arm",
+    "head",
+    "leg",
+    "look_at",
+    "numeric",
+    "velocity",
+    "warm_up",
+]

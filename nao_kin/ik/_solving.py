@@ -1,0 +1,181 @@
+"""A closed form run on targets: as Python on one, compiled on many, and its numbers made into an `IKResult`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.kernel_cache import KeptKernel
+from nao_kin.ik._compiling import in_threads
+from nao_kin.ik._ranges import (
+    ANGLE_ERROR,
+    BESIDE,
+    BEST,
+    JOINT,
+    LIMIT,
+    NEEDED,
+    NOT_RIGID,
+    POSITION_ERROR,
+    REASON,
+)
+from nao_kin.ik.geometry import Limb
+from nao_kin.ik.results import IKResult, Integers, Obstacles
+
+# Inside the limits there are rarely more branches; where there are, all targets are solved once more with more room.
+_USUAL = 2
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """A closed form of a limb.
+
+    Attributes:
+        solve: the function that solves one target, see `_ranges`; None where that is a search, for which Python is too
+            slow.
+        kernel: the same for rows of targets, compiled.
+        branches: the most there are.
+        searches: whether the kernel searches for the nearest where `solve` finds nothing.
+    """
+
+    solve: Callable[..., int] | None
+    kernel: KeptKernel
+    branches: int
+    searches: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a closed form writes for n targets: rows of `found` taken apart, and the reports.
+
+    Attributes:
+        values: shape (n, k, c).
+        beside: distance, errors in position and angle, and family of each, shape (n, k, 4).
+        count: shape (n,).
+        report: shape (n, BEST + c).
+    """
+
+    values: Floats
+    beside: Floats
+    count: Integers
+    report: Floats
+
+
+def solved(
+    form: ClosedForm,
+    limb: Limb,
+    targets: Floats,
+    references: tuple[Floats, tuple[str, ...]],
+    enforce: bool,
+    threads: int | None,
+    refuse: Callable[[], object],
+) -> IKResult:
+    """Solve targets, shape (..., m).
+
+    Args:
+        form: how.
+        limb: of which limb.
+        targets: what `form.solve` takes, one row for each.
+        references: configurations of shape (..., nq) that broadcast with the targets, and notes on them.
+        enforce: leave out branches outside the limits.
+        threads: how many; None for all cores where that is worthwhile.
+        refuse: raises for the first target that cannot be one.
+    """
+    batch = targets.shape[:-1]
+    reference, notes = references
+    joints = reference[..., limb.index]
+    if limb.follows:
+        joints = joints * limb.multiplier + limb.offset
+    if not batch:
+        if form.solve is not None and not form.kernel.in_memory:
+            found = _one(form, limb, targets, joints, enforce)
+        else:
+            found = _many(form, limb, targets[None], joints[None], enforce, 1)
+    else:
+        count = math.prod(batch)
+        rows = np.broadcast_to(joints, (*batch, len(limb.joints))).reshape(count, len(limb.joints))
+        flat = targets.reshape(count, targets.shape[-1])
+        found = _many(form, limb, flat, rows, enforce, threads)
+    if found.report[:, REASON].min(initial=0.0) == NOT_RIGID:
+        refuse()
+    return _result(limb, batch, found, reference, notes)
+
+
+def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
+    """One target, by the function as it stands in Python: before a batch has come, which the kernel is read for."""
+    c = len(limb.joints)
+    width = c + BESIDE
+    values = [0.0] * (form.branches * width)
+    report = [0.0] * BEST + [math.nan] * c
+    solve = cast(Callable[..., int], form.solve)
+    count = solve(limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, [0.0] * c, values, report)
+    if count == 0 and form.searches and report[REASON] != NOT_RIGID:
+        return _many(form, limb, target[None], reference[None], enforce, 1)
+    rows = np.array(values[: count * width]).reshape(1, count, width)
+    return Found(rows[..., :c], rows[..., c:], np.array([count]), np.array([report]))
+
+
+def _many(
+    form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, threads: int | None
+) -> Found:
+    """Many targets, by the compiled function."""
+    n, c = references.shape
+    # As the kernel is compiled for: one type of array.
+    targets, references = _plain(targets), _plain(references)
+    room = min(_USUAL, form.branches) if enforce else form.branches
+    while True:
+        found = Found(
+            np.empty((n, room, c)), np.empty((n, room, BESIDE)), np.empty(n, np.int64), np.empty((n, BEST + c))
+        )
+
+        def run(part: slice, found: Found = found) -> None:
+            form.kernel(
+                limb.numbers,
+                limb.ranges,
+                targets[part],
+                references[part],
+                enforce,
+                form.branches,
+                found.values[part],
+                found.beside[part],
+                found.count[part],
+                found.report[part],
+            )
+
+        form.kernel.ready()
+        in_threads(run, n, threads)
+        most = int(found.count.max(initial=0))
+        if most <= room:
+            return Found(found.values[:, :most], found.beside[:, :most], found.count, found.report)
+        room = form.branches
+
+
+def _plain(rows: Floats) -> Floats:
+    """The same numbers in the order of C, aligned, and writeable."""
+    flags = rows.flags
+    return rows if flags.c_contiguous and flags.writeable and flags.aligned else np.array(rows, order="C")
+
+
+def _result(limb: Limb, batch: tuple[int, ...], found: Found, reference: Floats, notes: tuple[str, ...]) -> IKResult:
+    c, k = len(limb.joints), found.values.shape[1]
+    report, values = found.report.reshape(*batch, BEST + c), found.values.reshape(*batch, k, c)
+    best, joint = report[..., BEST:], report[..., JOINT].astype(np.int64)
+    if limb.follows:
+        values, best = (values - limb.offset) / limb.multiplier, (best - limb.offset) / limb.multiplier
+    return IKResult(
+        joints=limb.joints,
+        columns=limb.columns,
+        reference=reference,
+        best=best,
+        branches=values,
+        families=found.beside[..., 3].astype(np.int8).reshape(*batch, k),
+        count=found.count.reshape(batch),
+        reasons=np.asarray(report[..., REASON], dtype=np.int8),
+        residual=report[..., POSITION_ERROR : ANGLE_ERROR + 1],
+        obstacles=Obstacles(np.asarray(joint), np.asarray(report[..., NEEDED]), np.asarray(report[..., LIMIT])),
+        notes=notes,
+    )

@@ -1,0 +1,267 @@
+"""The limbs of a robot as the closed forms need them: read off its model, and refused where they are not a NAO's.
+
+Joints are looked at with all of them at zero, in the axes of the torso: where each stands, and its axis. What the
+closed forms suppose of these (axes that meet, are perpendicular, point along x, y or z) is verified here.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.ik._ranges import MOST_BENDS, Ranges
+from nao_kin.robot import ModelNumbers, RobotModel, check_robot
+
+# Axes and places that are off by no more than this [rad, m] are as they should be: a URDF has so many digits.
+_TOLERANCE = 1e-9
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+_SIDES = ("L", "R")
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """A limb that a closed form solves.
+
+    Attributes:
+        joints: its joints, from the torso outwards.
+        columns: which coordinates of q move them.
+        index: the same as an array, shape (c,).
+        multiplier: value of a joint = multiplier · coordinate + offset; shape (c,).
+        offset: see there [rad].
+        ranges: limits of the joints, and of a joint whose range depends on another.
+        numbers: its geometry, as its closed form takes it.
+        frame: the frame whose pose is asked for.
+        torso: the frame in which it is given.
+        rest: the whole robot with all joints at zero, or at the limit nearest to it, shape (nq,).
+        follows: whether a joint is not its coordinate itself.
+    """
+
+    joints: tuple[str, ...]
+    columns: tuple[int, ...]
+    index: NDArray[np.intp]
+    multiplier: Floats
+    offset: Floats
+    ranges: Ranges
+    numbers: Any
+    frame: str
+    torso: str
+    rest: Floats
+    follows: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ChainAtZero:
+    """The joints of a limb with all joints at zero, and a frame that the last of them carries.
+
+    Attributes:
+        robot: whose.
+        limb: what it is called in messages.
+        joints: the names.
+        points: where they stand in the torso, shape (c, 3) [m].
+        axes: their axes, unit vectors, shape (c, 3).
+        rotation: of the frame, shape (3, 3).
+        point: its origin, shape (3,) [m].
+    """
+
+    robot: RobotModel
+    limb: str
+    joints: tuple[str, ...]
+    points: Floats
+    axes: Floats
+    rotation: Floats
+    point: Floats
+
+    def require_axis(self, index: int, axis: Sequence[float]) -> None:
+        """Refuse a joint that turns about another axis.
+
+        Raises:
+            BadArgument: it does.
+        """
+        if np.abs(self.axes[index] - axis).max() > _TOLERANCE:
+            found = ", ".join(f"{value:.6g}" for value in self.axes[index])
+            wanted = "xyz"[int(np.argmax(axis))]
+            raise self.missing(f"{self.joints[index]} turns about ({found}), not about {wanted}")
+
+    def require_meeting(self, first: int, last: int) -> None:
+        """Refuse joints that do not stand in one point.
+
+        Raises:
+            BadArgument: they do not.
+        """
+        apart = float(np.linalg.norm(self.points[last] - self.points[first]))
+        if apart > _TOLERANCE:
+            raise self.missing(
+                f"the axes of {self.joints[first]} and {self.joints[last]} do not meet, they are {apart:.3g} m apart"
+            )
+
+    def require_zero(self, what: str, values: Floats) -> None:
+        """Refuse offsets that should not be there.
+
+        Raises:
+            BadArgument: one is there.
+        """
+        if np.abs(values).max() > _TOLERANCE:
+            raise self.missing(f"{what} by {float(np.abs(values).max()):.3g} m")
+
+    def missing(self, why: str) -> BadArgument:
+        """The error for a limb that the closed form does not fit."""
+        return missing_geometry(self.robot, self.limb, why)
+
+
+def missing_geometry(robot: RobotModel, limb: str, why: str) -> BadArgument:
+    """The error for a robot that lacks what a closed form needs, with what to use instead."""
+    return BadArgument(f"{robot.name} has no {limb} that the closed form fits: {why}; nk.ik.numeric takes any robot")
+
+
+def check_side(side: object) -> str:
+    """The side, "L" or "R".
+
+    Raises:
+        UnknownName: neither.
+    """
+    if side not in _SIDES:
+        hint = "the sides are the robot's own, L for left and R for right"
+        raise UnknownName("side", side, _SIDES, hint)
+    return str(side)
+
+
+# --- limbs are kept until the numbers of their model change ----------------------------------------------------------
+
+
+class _Limbs:
+    """The limbs of one robot that were asked for."""
+
+    def __init__(self, robot: RobotModel) -> None:
+        self.numbers = ModelNumbers(robot.model)
+        self.limbs: dict[tuple[Any, ...], Limb] = {}
+
+
+_KEPT: weakref.WeakKeyDictionary[RobotModel, _Limbs] = weakref.WeakKeyDictionary()
+_LOCK = threading.Lock()
+
+
+def kept_limb(robot: RobotModel, make: Callable[..., Limb], *arguments: str) -> Limb:
+    """What `make(robot, *arguments)` returns; made anew when somebody has written into `robot.model`.
+
+    Raises:
+        BadArgument: no robot model; or as `make`.
+    """
+    check_robot(robot)
+    key = (make, *arguments)
+    with _LOCK:
+        kept = _KEPT.get(robot)
+        if kept is None or kept.numbers.placements_changed():
+            kept = _KEPT[robot] = _Limbs(robot)
+        limb = kept.limbs.get(key)
+    if limb is None:
+        limb = kept.limbs[key] = make(robot, *arguments)
+    return limb
+
+
+def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: str) -> ChainAtZero:
+    """The joints of a limb and the frame that it carries.
+
+    Raises:
+        UnknownName: no such frame.
+        BadArgument: a joint is missing, slides or hangs elsewhere, or the frame is not on the last link.
+    """
+    rows = {joint.name: joint for joint in robot.tree.moving_joints}
+    model = robot.model
+    for joint in joints:
+        if joint not in rows:
+            raise missing_geometry(robot, limb, f"there is no joint {quoted(joint)}")
+        if rows[joint].kind == "prismatic":
+            raise missing_geometry(robot, limb, f"{joint} slides")
+    ids = [int(model.getJointId(joint)) for joint in joints]
+    base = 1 if robot.base == "floating" else 0
+    for parent, own in zip([base, *ids], ids, strict=False):
+        if int(model.parents[own]) != parent:
+            above = model.names[int(model.parents[own])]
+            raise missing_geometry(robot, limb, f"{model.names[own]} hangs on {above}")
+    place = model.frames[robot.frame_ids([frame])[0]]
+    if int(place.parentJoint) != ids[-1]:
+        carried = [name for name, i in robot.frame_table.items() if int(model.frames[i].parentJoint) == ids[-1]]
+        raise BadArgument(f"frame {quoted(frame)} is not carried by {joints[-1]}; its frames are {', '.join(carried)}")
+    T_torso_trunk = _torso_in_trunk(robot)
+    T = np.linalg.inv(T_torso_trunk) if not np.array_equal(T_torso_trunk, np.eye(4)) else np.eye(4)
+    points, axes = [], []
+    for joint, own in zip(joints, ids, strict=True):
+        T = T @ np.array(model.jointPlacements[own].homogeneous)
+        points.append(T[:3, 3])
+        axes.append(T[:3, :3] @ np.array(rows[joint].axis))
+    T = T @ np.array(place.placement.homogeneous)
+    return ChainAtZero(robot, limb, joints, np.array(points), np.array(axes), T[:3, :3], T[:3, 3])
+
+
+def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
+    """A limb with its limits and coordinates; joints that follow others are moved through these."""
+    robot, joints = chain.robot, chain.joints
+    first = robot.nq - len(robot.joint_names)
+    columns, multiplier, offset, lower, upper = [], [], [], [], []
+    for joint in joints:
+        mimic = robot.mimics.get(joint)
+        column = robot.joint_names.index(joint if mimic is None else mimic.joint)
+        m, o = (1.0, 0.0) if mimic is None else (mimic.multiplier, mimic.offset)
+        if m == 0.0:
+            raise chain.missing(f"{joint} stands still")
+        ends = sorted((m * float(robot.lower[column]) + o, m * float(robot.upper[column]) + o))
+        columns.append(first + column)
+        multiplier.append(m)
+        offset.append(o)
+        lower.append(ends[0])
+        upper.append(ends[1])
+    tables = [table for table in robot.coupled_limits if table.joint in joints and table.of in joints]
+    if len(tables) > 1:
+        raise chain.missing(f"{len(tables)} of its joints have limits that depend on others")
+    columns_of_table: tuple[tuple[float, ...], ...] = (), (), ()
+    bends, joint_of, of = 0, 0, 0
+    if tables:
+        bends, columns_of_table = len(tables[0].at), (tables[0].at, tables[0].lower, tables[0].upper)
+        joint_of, of = joints.index(tables[0].joint), joints.index(tables[0].of)
+    if bends > MOST_BENDS:
+        raise chain.missing(f"the table of {tables[0].joint} has more than {MOST_BENDS} rows")
+    at, low, high = ((*column, *(0.0,) * (MOST_BENDS - bends)) for column in columns_of_table)
+    ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, joint_of, of)
+    return Limb(
+        joints,
+        tuple(columns),
+        np.array(columns, dtype=np.intp),
+        np.array(multiplier),
+        np.array(offset),
+        ranges,
+        numbers,
+        frame,
+        torso_frame(robot),
+        robot.clamp(robot.neutral()),
+        any(m != 1.0 for m in multiplier) or any(o != 0.0 for o in offset),
+    )
+
+
+def torso_frame(robot: RobotModel) -> str:
+    """The frame in which targets are given: the one that people call the torso, or the root link."""
+    root = robot.semantics.root
+    return root if root in robot.frame_table else robot.tree.root
+
+
+def kappa_of(axis: Floats) -> float:
+    """The angle κ of an axis (0, cos κ, sin κ)."""
+    return math.atan2(float(axis[2]), float(axis[1]))
+
+
+def _torso_in_trunk(robot: RobotModel) -> Floats:
+    """The torso's frame in the trunk, the body that carries all limbs."""
+    place = robot.model.frames[robot.frame_ids([torso_frame(robot)])[0]]
+    if int(place.parentJoint) != (1 if robot.base == "floating" else 0):
+        raise missing_geometry(robot, "torso", f"{torso_frame(robot)} is carried by a joint")
+    return np.array(place.placement.homogeneous)

@@ -1,0 +1,92 @@
+"""What callers give: poses, references and options, looked at once at the door."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, SupportsIndex
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.scalars import whole_number
+from nao_kin.errors import BadArgument, OutsideLimits, UnknownName, WrongShape, at_index
+from nao_kin.ik._ranges import RIGID
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import check_rotation
+
+Limits = Literal["enforce", "ignore"]
+_LIMITS = ("enforce", "ignore")
+
+
+def as_poses(T: ArrayLike, what: str) -> Floats:
+    """Poses of shape (..., 4, 4), finite; whether they are rigid is found out where they are solved.
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: they are not.
+    """
+    if isinstance(T, np.ndarray) and T.shape == (4, 4) and T.dtype == np.float64 and math.isfinite(T.sum()):
+        return T
+    return as_floats(T, (4, 4), what)
+
+
+def refuse_not_rigid(T: Floats, what: str) -> None:
+    """Raise for the first of these poses that is no rigid transform.
+
+    Raises:
+        NotARotation: its rotation is none.
+        BadArgument: its last row is not 0, 0, 0, 1.
+    """
+    check_rotation(T[..., :3, :3])
+    wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > RIGID
+    if wrong.any():
+        index = tuple(int(i) for i in np.argwhere(wrong)[0])
+        row = ", ".join(f"{value:.6g}" for value in T[index][3])
+        raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
+
+
+def is_enforced(limits: object) -> bool:
+    """Whether limits are enforced.
+
+    Raises:
+        UnknownName: neither "enforce" nor "ignore".
+    """
+    if limits not in _LIMITS:
+        raise UnknownName("limits policy", limits, _LIMITS)
+    return limits == "enforce"
+
+
+def as_reference(
+    robot: RobotModel, rest: Floats, reference: ArrayLike | None, batch: tuple[int, ...], enforce: bool
+) -> tuple[Floats, tuple[str, ...]]:
+    """Reference configurations that broadcast with the targets, inside the limits if these are enforced, and notes.
+
+    None stands for `rest`, all joints at zero or at the limit nearest to it.
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: no configurations, or more of them than targets.
+    """
+    if reference is None:
+        return rest, ()
+    array = as_floats(reference, (robot.nq,), "reference")
+    try:
+        fits = array.ndim == 1 or np.broadcast_shapes(array.shape[:-1], batch) == batch
+    except ValueError:
+        fits = False
+    if not fits:
+        raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
+    if not enforce:
+        return np.array(array), ()
+    try:
+        return robot.check_limits(array), ()
+    except OutsideLimits as error:
+        return robot.clamp(array), (f"reference projected into the limits: {error.violations[0].describe()}",)
+
+
+def check_threads(threads: SupportsIndex | None) -> int | None:
+    """A number of threads, or None.
+
+    Raises:
+        BadArgument: no whole number from 1 on.
+    """
+    return None if threads is None else whole_number(threads, "threads", 1)

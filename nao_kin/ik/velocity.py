@@ -1,0 +1,229 @@
+"""Joint velocities for a twist, and how near the robot is to where some twists can no longer be made."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.scalars import check_tolerance
+from nao_kin._common.vectors import common_batch
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.ik.limit_regions import LimitRegion
+from nao_kin.ik.pose_errors import FrameMotion
+from nao_kin.ik.velocity_result import TwistMap, VelocityResult
+from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
+
+VelocityLimits = Literal["redistribute", "scale", "ignore"]
+_CHOICES = ("redistribute", "scale", "ignore")
+
+# A singular value is damped where it falls below this share of the largest.
+_NEAR_SINGULAR = 0.02
+# Taking velocities back into their ranges and slowing them are repeated so often.
+_MOST_PROJECTIONS = 8
+# Singular values below this share of the largest are rounding.
+_ZERO = 1e-12
+# What rounding does to a velocity that is at its limit.
+_ROUNDING = 1e-9
+
+
+def velocity(
+    robot: RobotModel,
+    q: ArrayLike,
+    twist: ArrayLike,
+    frame: str,
+    *,
+    expressed_in: Expression = "mixed",
+    damping: float | None = None,
+    limits: VelocityLimits = "redistribute",
+    dt: float = 0.01,
+    length: float = 1.0,
+) -> VelocityResult:
+    """Joint velocities that give a frame a twist, by the damped pseudo-inverse of its Jacobian.
+
+    With J = U Σ Vᵀ and damping Λ, v = V Σ (Σ² + Λ²)⁻¹ Uᵀ t. Only the joints between the base and the frame move; a
+    floating base stands still. Among the velocities that make the twist, these have the least sum of squares; where
+    none do, the twist is approached in the sense of least squares.
+
+    Args:
+        robot: any robot.
+        q: configurations, shape (..., nq).
+        twist: (vx, vy, vz, ωx, ωy, ωz), shape (..., 6) [m/s, rad/s]; broadcasts with q.
+        frame: the frame to move.
+        expressed_in: where the twist is taken, as in `RobotModel.jacobian`: "mixed", "frame" or "root".
+        damping: λ of every singular value, so that v = Jᵀ (J Jᵀ + λ² 1)⁻¹ t. None for damping of those singular values
+            alone that are below ε, 0.02 of the largest, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero
+            along directions that are lost, while twists that can be made well are not touched.
+        limits: what happens where a joint would be faster than its speed limit, or in the time `dt` leave its range, a
+            coupled one included. "redistribute": it goes as fast as it may, and the other joints make up for it as far
+            as they can; the twist that is left may point elsewhere. "scale": all joints are slowed alike, so that the
+            twist keeps its direction; a joint that stands at its limit stops all. "ignore": nothing.
+        dt: the time [s] for which ranges are looked ahead.
+        length: what translation is measured in, for damping and all measures [m]: with the characteristic length of the
+            robot, singular values have one unit. Joint velocities of a twist that can be made do not depend on it.
+
+    Returns:
+        Velocities, the twist they make, and the measures.
+
+    Raises:
+        UnknownName: no such frame, expression or choice of limits.
+        BadArgument: no robot, a frame that nothing moves, shapes that do not broadcast, numbers that must be positive.
+        WrongShape, NotFinite: q is no configuration, or twist no twist.
+
+    Source: Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through kinematically
+    singular configurations, J. Robotic Systems 1988; Angeles, Fundamentals of Robotic Mechanical Systems, 5.8, for the
+    characteristic length.
+    """
+    check_robot(robot)
+    if not isinstance(limits, str) or limits not in _CHOICES:
+        raise UnknownName("limits", limits, _CHOICES)
+    if damping is not None:
+        check_tolerance(damping, "damping")
+    for value, name in ((dt, "dt"), (length, "length")):
+        check_tolerance(value, name)
+        if not 0.0 < value < np.inf:
+            raise BadArgument(f"{name} must be a finite number above 0, got {value}")
+    motion = FrameMotion(robot, frame)
+    robot.clamp(q)  # refuses what is no configuration
+    start, twists = as_floats(q, (robot.nq,), "q"), as_floats(twist, (6,), "twist")
+    batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
+    q_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
+    twist_rows = np.array(np.broadcast_to(twists, (*batch, 6)).reshape(-1, 6))
+    J = motion.jacobians(q_rows, expressed_in)
+    unit = np.array([1.0 / length] * 3 + [1.0] * 3)
+    scaled = J * unit[:, None]
+    U, sigma, Vt = np.linalg.svd(scaled, full_matrices=True)
+    wanted = twist_rows * unit
+    asked = _solved(U, sigma, Vt, damping, wanted)
+    if limits == "ignore":
+        speeds = asked
+    else:
+        bounds = _Bounds(motion, q_rows, dt)
+        speeds = bounds.scaled(asked) if limits == "scale" else _redistributed(scaled, wanted, asked, damping, bounds)
+    v = np.zeros((len(q_rows), robot.nv))
+    v[:, motion.velocity_columns] = speeds
+    changed = np.abs(speeds - asked) > _ROUNDING
+    size = len(motion.joints)
+    return VelocityResult(
+        joints=motion.names,
+        columns=tuple(motion.velocity_columns.tolist()),
+        v=v.reshape(*batch, robot.nv),
+        twist=np.einsum("nij,nj->ni", J, speeds).reshape(*batch, 6),
+        wanted=twist_rows.reshape(*batch, 6),
+        limited=changed.any(axis=-1).reshape(batch),
+        damping=_dampings(sigma, damping).reshape(*batch, min(6, size)),
+        map=TwistMap(
+            motion.names,
+            sigma.reshape(*batch, min(6, size)),
+            U.reshape(*batch, 6, 6),
+            Vt.swapaxes(-1, -2).reshape(*batch, size, size),
+            float(length),
+        ),
+    )
+
+
+class _Bounds:
+    """What velocities joints may have, from configurations (n, nq)."""
+
+    def __init__(self, motion: FrameMotion, q: Floats, dt: float) -> None:
+        self._motion, self._dt = motion, dt
+        self._values = motion.joint_values(q)
+        self._region = LimitRegion(motion.robot, motion.joints)
+        # Whether the configurations are inside to begin with.
+        off = np.abs(self._region.project(self._values) - self._values)
+        self._inside: NDArray[np.bool_] = np.asarray(off.max(axis=-1) <= LIMIT_TOLERANCE)
+        speed = motion.robot.velocity_limits[motion.joints]
+        # A URDF without speed limits says 0, which would hold every joint.
+        self._fastest: Floats = np.where(speed > 0.0, speed, np.inf)
+
+    def allowed(self, speeds: Floats, rows: NDArray[np.intp]) -> Floats:
+        """Velocities near `speeds`, shape (k, m), that keep the speed limits, and the ranges for the time dt.
+
+        From outside its range, a joint comes back as fast as it may.
+        """
+        allowed = np.clip(speeds, -self._fastest, self._fastest)
+        values = self._values[rows]
+        for _ in range(_MOST_PROJECTIONS):
+            ahead = values.copy()
+            ahead[:, self._motion.joints] += allowed * self._dt
+            moved = (self._region.project(ahead) - values)[:, self._motion.joints] / self._dt
+            # Rounding of the division counts for nothing.
+            moved = np.where(np.abs(moved - allowed) <= _ROUNDING, allowed, moved)
+            # What leads back into a range, or along the edge of a coupled one, may be too fast.
+            allowed = np.clip(moved, -self._fastest, self._fastest)
+            fine: NDArray[np.bool_] = np.asarray(np.abs(allowed - moved).max(axis=-1) <= _ROUNDING)
+            fine = np.asarray(fine | ~self._inside[rows])
+            if np.all(fine):
+                return np.asarray(allowed)
+        # Slowed alike, what leads into a range that is not convex may still lead out again, around a corner of a table.
+        slowest = np.max(np.abs(moved) / self._fastest, axis=-1, keepdims=True, initial=1.0)
+        alike = np.where(fine[:, None], allowed, moved / slowest)
+        ahead[:, self._motion.joints] = values[:, self._motion.joints] + alike * self._dt
+        # A joint is farther above a steep edge than from it, hence the tenth of the tolerance.
+        cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > 0.1 * LIMIT_TOLERANCE)
+        return np.asarray(np.where(cornered[:, None], 0.0, alike))
+
+    def scaled(self, speeds: Floats) -> Floats:
+        """The same velocities, all slowed alike until every joint is inside."""
+        rows = np.arange(len(speeds))
+        share: Floats = 1.0 / np.max(np.abs(speeds) / self._fastest, axis=-1, initial=1.0)
+        for _ in range(2 * len(self._motion.joints)):
+            tried = speeds * share[:, None]
+            allowed = self.allowed(tried, rows)
+            outside: NDArray[np.bool_] = np.abs(allowed - tried) > _ROUNDING
+            if not np.any(outside):
+                return np.asarray(tried)
+            # How much of each velocity is allowed; nothing where a joint would have to turn back.
+            with np.errstate(divide="ignore", invalid="ignore"):
+                kept = np.where(outside, np.clip(allowed / tried, 0.0, 1.0), 1.0)
+            share = share * kept.min(axis=-1)
+        return np.asarray(np.where(np.any(outside, axis=-1, keepdims=True), 0.0, tried))
+
+
+def _redistributed(J: Floats, wanted: Floats, asked: Floats, damping: float | None, bounds: _Bounds) -> Floats:
+    """Velocities inside the bounds: the joint that is farthest outside is held at its own, and the rest solved again.
+
+    One joint is held in each round, so the rounds end.
+    """
+    speeds: Floats = asked.copy()
+    held: NDArray[np.bool_] = np.zeros(asked.shape, dtype=np.bool_)
+    rows = np.arange(len(asked))
+    for _ in range(asked.shape[1]):
+        allowed = bounds.allowed(speeds[rows], rows)
+        over = np.abs(allowed - speeds[rows])
+        again = np.flatnonzero(over.max(axis=-1, initial=0.0) > _ROUNDING)
+        if not again.size:
+            return speeds
+        rows, allowed, over = rows[again], allowed[again], over[again]
+        worst: NDArray[np.bool_] = np.zeros(over.shape, dtype=np.bool_)
+        worst[np.arange(len(rows)), np.argmax(over, axis=-1)] = True
+        before = held[rows]
+        stuck = np.where(worst, allowed, np.where(before, speeds[rows], 0.0))
+        now: NDArray[np.bool_] = np.asarray(before | worst)
+        held[rows] = now
+        others: Floats = np.where(now[:, None, :], 0.0, J[rows])
+        left = wanted[rows] - np.einsum("nij,nj->ni", J[rows], stuck)
+        U, sigma, Vt = np.linalg.svd(others, full_matrices=True)
+        speeds[rows] = np.where(now, stuck, _solved(U, sigma, Vt, damping, left))
+    speeds[rows] = bounds.allowed(speeds[rows], rows)
+    return speeds
+
+
+def _dampings(sigma: Floats, damping: float | None) -> Floats:
+    """λ of each singular value, descending in (n, k): the one given, or one for each that is small."""
+    if damping is not None:
+        return np.full(sigma.shape, float(damping))
+    threshold = _NEAR_SINGULAR * sigma[:, :1]
+    return np.asarray(np.sqrt(np.maximum(0.0, np.square(threshold) - np.square(sigma))))
+
+
+def _solved(U: Floats, sigma: Floats, Vt: Floats, damping: float | None, twist: Floats) -> Floats:
+    """V Σ (Σ² + Λ²)⁻¹ Uᵀ t, shape (n, m); singular values that are rounding count as zero."""
+    count = sigma.shape[-1]
+    along = np.einsum("nij,ni->nj", U[:, :, :count], twist)
+    squares = np.square(sigma) + np.square(_dampings(sigma, damping))
+    real = sigma > _ZERO * sigma[:, :1]
+    gains = np.divide(sigma, squares, out=np.zeros_like(sigma), where=real)
+    return np.asarray(np.einsum("nji,nj->ni", Vt[:, :count], gains * along))

@@ -1,0 +1,17 @@
+"""The compiled kernels of this room, made ready ahead."""
+
+from __future__ import annotations
+
+from nao_kin._common.kernel_cache import KernelState
+from nao_kin.ik.arm import ARM_KERNELS
+from nao_kin.ik.head import HEAD_KERNELS
+from nao_kin.ik.leg import LEG_KERNELS
+
+
+def warm_up() -> tuple[KernelState, ...]:
+    """Compile the kernels for batches of targets, or read them from the disk, so that no later call waits for it.
+
+    Returns:
+        The state of each kernel.
+    """
+    return tuple(kernel.warm_up() for kernel in (*LEG_KERNELS, *ARM_KERNELS, *HEAD_KERNELS))

@@ -1,0 +1,78 @@
+"""The same code as Python and compiled."""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+
+import numpy as np
+
+import nao_kin as nk
+
+TARGETS = """
+import sys
+import numpy as np, nao_kin as nk
+nao = nk.load_nao("v6")
+q = nao.random(1, 6)
+def solved(solve, side, T):
+    return np.array([solve(nao, side, each).q for each in T]) if one else solve(nao, side, T).q
+parts = [
+    solved(solve, side, nao.fk(q, side + limb))
+    for side in "LR"
+    for solve, limb in ((nk.ik.leg, "Leg"), (nk.ik.arm, "Arm"))
+]
+parts += [nk.ik.look_at(nao, [2.0, 0.1 * k, 0.3]).q for k in range(6)]
+np.save(sys.stdout.buffer, np.vstack(parts))
+"""
+
+
+def answers(one: bool, **environment: str) -> np.ndarray:
+    """What a process of its own answers, target by target or in batches."""
+    command = [sys.executable, "-c", f"one = {one}\n{TARGETS}"]
+    done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, check=True)
+    return np.asarray(np.load(io.BytesIO(done.stdout)))
+
+
+def test_python_and_the_compiled_kernels_give_the_same_bits() -> None:
+    compiled = answers(one=False)
+    assert not np.isnan(compiled).any()
+    np.testing.assert_array_equal(answers(one=True), compiled)  # Python, for no batch has come
+    np.testing.assert_array_equal(answers(one=False, NUMBA_DISABLE_JIT="1"), compiled)
+
+
+def test_one_target_does_not_wait_for_numba() -> None:
+    code = (
+        "import sys, nao_kin as nk\n"
+        "nao = nk.load_nao('v6'); q = nao.posture('StandInit')\n"
+        "assert nk.ik.leg(nao, 'L', nao.fk(q, 'LLeg')).success\n"
+        "assert nk.ik.arm(nao, 'L', nao.fk(q, 'LArm')).success\n"
+        "assert nk.ik.look_at(nao, [1.0, 0.0, 0.3]).success\n"
+        "assert 'numba' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_all_kernels_can_be_made_ready_ahead() -> None:
+    states = nk.ik.warm_up()
+    assert [state.name for state in states] == [
+        "ik kernel, legs",
+        "ik kernel, arms by pose",
+        "ik kernel, arms by place and direction",
+        "ik kernel, arms by place",
+        "ik kernel, heads",
+        "ik kernel, gazes",
+    ]
+
+
+def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:
+    q = nao.random(1, (3, 2))
+    T = nao.fk(q, "LLeg")
+    references = nao.random(2, (3, 1))
+    found = nk.ik.leg(nao, "L", T, reference=references)
+    assert found.q.shape == (3, 2, 25)
+    np.testing.assert_array_equal(found.q[:, 0, :2], references[:, 0, :2])
+    for index in np.ndindex(3, 2):
+        one = nk.ik.leg(nao, "L", T[index], reference=references[index[0], 0])
+        np.testing.assert_array_equal(one.q, found.q[index])

@@ -1,0 +1,445 @@
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from ik_checks import BESIDE, Floats, assert_solved, distance_to_solutions
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
+from nao_kin.ik import Family, Reason
+from nao_kin.rotations import davenport_angles, matrix_from_quat, rot_y
+
+SIDES = ("L", "R")
+JOINTS = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+
+
+def bent(nao: nk.NaoModel, side: str, **angles: float) -> Floats:
+    """A configuration with a bent leg, some of its joints as given."""
+    values = {"HipRoll": 0.05, "HipPitch": -0.5, "KneePitch": 0.9, "AnklePitch": -0.4, "AnkleRoll": 0.03} | angles
+    named = {side + joint: value for joint, value in values.items() if joint != "HipYawPitch"}
+    named["LHipYawPitch"] = values.get("HipYawPitch", -0.2)
+    return nao.configuration(named, limits="ignore")
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_every_configuration_is_among_the_solutions_of_its_pose(each_nao: nk.NaoModel, side: str) -> None:
+    q = each_nao.random(7, 4000)
+    T = each_nao.fk(q, side + "Leg")
+    found = nk.ik.leg(each_nao, side, T)
+    assert_solved(each_nao, side + "Leg", T, found)
+    assert distance_to_solutions(found, q).max() < 1e-8
+    assert set(found.count.tolist()) == {1, 2}
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_without_limits_there_are_eight_branches(nao: nk.NaoModel, side: str) -> None:
+    T = nao.fk(nao.random(3, 500), side + "Leg")
+    found = nk.ik.leg(nao, side, T, limits="ignore")
+    assert_solved(nao, side + "Leg", T, found, inside=False)
+    assert (found.count == 8).all()
+    # All different: the nearest two of them.
+    pairs = np.array(list(itertools.combinations(range(8), 2)))
+    apart = np.abs(found.branches[:, pairs[:, 0]] - found.branches[:, pairs[:, 1]]).max(axis=-1)
+    assert apart.min() > 1e-4
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_one_target_and_a_batch_of_it_give_the_same(nao: nk.NaoModel, side: str) -> None:
+    T = nao.fk(nao.random(5, (3, 4)), side + "Leg")
+    for limits in ("enforce", "ignore"):
+        many = nk.ik.leg(nao, side, T, limits=limits)
+        assert many.q.shape == (3, 4, 25)
+        assert np.shape(many.success) == (3, 4)
+        for index in np.ndindex(3, 4):
+            one = nk.ik.leg(nao, side, T[index], limits=limits)
+            assert one.success is True
+            np.testing.assert_allclose(one.q, many.q[index], rtol=0, atol=1e-13)
+            np.testing.assert_allclose(one.solutions, many.solutions[index][: one.count], rtol=0, atol=1e-13)
+
+
+def test_all_solutions_of_an_exhaustive_search_are_found(nao: nk.NaoModel) -> None:
+    optimize = pytest.importorskip("scipy.optimize")
+    rng = np.random.default_rng(11)
+    for side in SIDES:
+        T = nao.fk(nao.random(rng), side + "Leg")
+        found = nk.ik.leg(nao, side, T, limits="ignore")
+        columns = list(found.columns)
+
+        def error(values: Floats, T: Floats = T, side: str = side, columns: list[int] = columns) -> Floats:
+            q = np.zeros(25)
+            q[columns] = np.mod(values + math.pi, 2 * math.pi) - math.pi
+            return ((nao.fk(q, side + "Leg") - T)[:3] * [1.0, 1.0, 1.0, 10.0]).ravel()
+
+        seen = set()
+        for start in rng.uniform(-math.pi, math.pi, (250, 6)):
+            end = optimize.least_squares(error, start, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+            if end.cost < 1e-20:
+                wrapped = np.mod(end.x + math.pi, 2 * math.pi) - math.pi
+                gaps = np.abs(np.mod(found.branches - wrapped + math.pi, 2 * math.pi) - math.pi).max(axis=-1)
+                assert gaps.min() < 1e-6, wrapped
+                seen.add(int(np.argmin(gaps)))
+        assert len(seen) == found.count == 8
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_edges_of_the_limits_belong_to_them(each_nao: nk.NaoModel, side: str) -> None:
+    nao, rng = each_nao, np.random.default_rng(2)
+    q = nao.random(rng, 1500)
+    columns = list(nk.ik.leg(nao, side, nao.fk(q[0], side + "Leg")).columns)
+    for row in q:
+        column = rng.choice(columns[:5])
+        row[column] = rng.choice([nao.lower[column], nao.upper[column]])
+    table = next(table for table in nao.coupled_limits if table.joint == side + "AnkleRoll")
+    low, high = table.range(q[:, columns[4]])
+    box = nao.lower[columns[5]], nao.upper[columns[5]]
+    ends = np.clip(np.where(rng.random(len(q)) < 0.5, low, high), *box)
+    q[:, columns[5]] = np.where(rng.random(len(q)) < 0.5, ends, np.clip(q[:, columns[5]], *np.clip([low, high], *box)))
+    assert nao.within_limits(q).all()
+    T = nao.fk(q, side + "Leg")
+    found = nk.ik.leg(nao, side, T)
+    assert_solved(nao, side + "Leg", T, found)
+    assert distance_to_solutions(found, q).max() < 1e-7
+
+
+@pytest.mark.parametrize("beside", BESIDE)
+@pytest.mark.parametrize("side", SIDES)
+def test_a_straight_knee_and_beside_it(nao: nk.NaoModel, side: str, beside: float) -> None:
+    for sign in (1.0, -1.0):
+        q = bent(nao, side, KneePitch=sign * beside)
+        T = nao.fk(q, side + "Leg")
+        for limits in ("enforce", "ignore"):
+            found = nk.ik.leg(nao, side, T, limits=limits)
+            assert_solved(nao, side + "Leg", T, found, inside=limits == "enforce")
+            # Near zero the angle of the knee is a square root of what rounding has left.
+            assert distance_to_solutions(found, q) < 2e-7
+            straight = 4 if beside < 1e-8 else 8 if beside > 1e-6 else found.count
+            assert limits == "enforce" or found.count == straight
+
+
+@pytest.mark.parametrize("beside", BESIDE)
+@pytest.mark.parametrize(("side", "lock"), [("L", -math.pi / 4), ("L", 3 * math.pi / 4), ("R", math.pi / 4)])
+def test_a_locked_hip_and_beside_it(nao: nk.NaoModel, side: str, lock: float, beside: float) -> None:
+    for sign in (1.0, -1.0):
+        q = bent(nao, side, HipRoll=lock + sign * beside)
+        T = nao.fk(q, side + "Leg")
+        found = nk.ik.leg(nao, side, T, limits="ignore", reference=q)
+        assert_solved(nao, side + "Leg", T, found, inside=False)
+        assert distance_to_solutions(found, q) < (1e-11 if beside < 1e-12 else 1e-15 / beside + 1e-12)
+        if beside < 1e-13:
+            assert found.family is Family.HIP_LOCK
+        if beside > 1e-11:
+            assert found.family is Family.NONE
+
+
+def test_the_locks_of_the_hip_are_outside_the_limits(each_nao: nk.NaoModel) -> None:
+    left, right = (each_nao.joint_names.index(side + "HipRoll") for side in SIDES)
+    assert each_nao.lower[left] > -math.pi / 4 + 0.3
+    assert each_nao.upper[right] < math.pi / 4 - 0.3
+
+
+def test_a_member_of_a_locked_hip_is_the_nearest_to_the_reference(nao: nk.NaoModel) -> None:
+    q = bent(nao, "L", HipRoll=-math.pi / 4)
+    T = nao.fk(q, "LLeg")
+    reference = nao.configuration({"LHipYawPitch": 0.3, "LHipPitch": -0.2}, limits="ignore")
+    found = nk.ik.leg(nao, "L", T, limits="ignore", reference=reference)
+    yaw, pitch = found.columns[0], found.columns[2]
+    best = found.q
+    # What rounding leaves of the sum is the only thing that matters to the pose.
+    for shift in (-1e-4, 1e-4):
+        other = best.copy()
+        other[yaw] += shift
+        for step in (-shift, shift):
+            other[pitch] = best[pitch] + step
+            if np.abs(nao.fk(other, "LLeg") - T).max() < 1e-9:
+                assert np.linalg.norm(other - reference) > np.linalg.norm(best - reference)
+                break
+        else:
+            pytest.fail("no neighbour in the family")
+
+
+def on_ankle_axis(nao: nk.NaoModel, side: str, ankle_pitch: float) -> Floats:
+    """A configuration with the hip on the axis of AnkleRoll: L₂ cos q₅ + L₁ cos(q₄ + q₅) = 0."""
+    hip, knee_at, ankle = (
+        nao.position(nao.neutral(), side + joint) for joint in ("HipPitch", "KneePitch", "AnklePitch")
+    )
+    thigh, tibia = np.linalg.norm(hip - knee_at), np.linalg.norm(knee_at - ankle)
+    knee = math.acos(-tibia * math.cos(ankle_pitch) / thigh) - ankle_pitch
+    return bent(nao, side, AnklePitch=ankle_pitch, KneePitch=knee, AnkleRoll=0.02, HipPitch=-0.3)
+
+
+@pytest.mark.parametrize("beside", BESIDE)
+@pytest.mark.parametrize("side", SIDES)
+def test_the_hip_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, side: str, beside: float) -> None:
+    q = on_ankle_axis(nao, side, 0.85)
+    assert not [row for row in nao.limit_violations(q) if "Elbow" not in row.joint]
+    for sign in (1.0, -1.0):
+        near = q.copy()
+        near[nk.ik.leg(nao, side, nao.fk(q, side + "Leg")).columns[4]] += sign * beside
+        T = nao.fk(near, side + "Leg")
+        for limits in ("enforce", "ignore"):
+            found = nk.ik.leg(nao, side, T, reference=near, limits=limits)
+            assert_solved(nao, side + "Leg", T, found, inside=limits == "enforce")
+            assert distance_to_solutions(found, near) < (1e-9 if beside < 1e-11 else 1e-15 / beside + 1e-9)
+            if beside < 1e-13:
+                assert found.family is Family.ANKLE_AXIS
+
+
+@pytest.mark.parametrize("beside", [1e-11, 1e-10, 1e-9, 1e-8, 1e-7])
+@pytest.mark.parametrize("end", [0, 1])
+def test_beside_the_axis_of_ankle_roll_rounding_puts_no_roll_outside_its_limits(
+    nao: nk.NaoModel, end: int, beside: float
+) -> None:
+    rng = np.random.default_rng(20)
+    table = next(table for table in nao.coupled_limits if table.joint == "LAnkleRoll")
+    pitch, roll = (nao.joint_names.index(joint) for joint in ("LAnklePitch", "LAnkleRoll"))
+    for _ in range(40):
+        q = on_ankle_axis(nao, "L", rng.uniform(0.8, 0.9))
+        q[pitch] += beside
+        q[nao.joint_names.index("LHipPitch")] += rng.uniform(-0.2, 0.2)
+        q[roll] = float(table.range(q[pitch])[end])
+        T = nao.fk(q, "LLeg")
+        found = nk.ik.leg(nao, "L", T)
+        assert_solved(nao, "LLeg", T, found)
+
+
+def test_the_member_about_the_ankle_axis_is_inside_the_limits_and_nearest(nao: nk.NaoModel) -> None:
+    q = on_ankle_axis(nao, "L", 0.85)
+    T = nao.fk(q, "LLeg")
+    roll = nao.joint_names.index("LAnkleRoll")
+    for wanted in (-0.3, 0.0, 0.04, 0.3):
+        reference = q.copy()
+        reference[roll] = wanted
+        found = nk.ik.leg(nao, "L", T, reference=reference)
+        assert found.family is Family.ANKLE_AXIS
+        assert_solved(nao, "L" + "Leg", T, found)
+        inside = nao.clamp(reference)
+        away = np.linalg.norm(found.q - inside)
+        # No other roll has a nearer member, by the closed form at a foot turned a little out of the family.
+        for other in np.linspace(-0.02, 0.06, 41):
+            start = q.copy()
+            start[roll] = other
+            rival = nk.ik.leg(nao, "L", T, reference=start).q
+            assert np.linalg.norm(rival - inside) > away - 1e-6
+
+
+def test_the_hip_triple_is_that_of_davenport_angles(nao: nk.NaoModel) -> None:
+    for side, sign in (("L", -1.0), ("R", 1.0)):
+        q = nao.random(4, 50)
+        found = nk.ik.leg(nao, side, nao.fk(q, side + "Leg"))
+        values = found.branches[:, 0]
+        R_torso_thigh = nao.rotation(found.q, "LThigh" if side == "L" else "RThigh")
+        axis = [0.0, math.sqrt(0.5), sign * math.sqrt(0.5)]
+        angles = davenport_angles(R_torso_thigh, axis, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+        gaps = [np.abs(triple - values[:, :3]).max(axis=-1) for triple in (angles.angles, angles.other)]
+        assert np.minimum(*gaps).max() < 1e-12
+
+
+@pytest.mark.parametrize("beyond", [1e-9, 1e-8, 1e-6, 1e-3, 0.1, 1.0])
+@pytest.mark.parametrize("side", SIDES)
+def test_out_of_reach_is_said_with_the_distance(nao: nk.NaoModel, side: str, beyond: float) -> None:
+    rng = np.random.default_rng(1)
+    quaternions = rng.normal(size=(50, 4))
+    R = matrix_from_quat(quaternions / np.linalg.norm(quaternions, axis=1)[:, None])
+    hip = nao.position(nao.neutral(), side + "HipYawPitch")
+    directions = rng.normal(size=(50, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    foot = nao.fk(nao.neutral(), side + "Leg", reference=side + "AnkleRoll")[:3, 3]
+    T = np.tile(np.eye(4), (50, 1, 1))
+    T[:, :3, :3] = R
+    T[:, :3, 3] = hip + (0.2029 + beyond) * directions + R @ foot
+    found = nk.ik.leg(nao, side, T, limits="ignore")
+    assert (found.reason == Reason.OUT_OF_REACH).all()
+    assert not np.any(found.success)
+    assert np.isnan(found.q).all()
+    np.testing.assert_allclose(found.obstacles.needed, beyond, rtol=0, atol=1e-15)
+    one = nk.ik.leg(nao, side, T[0])
+    assert one.reason is Reason.OUT_OF_REACH
+    assert one.count == 0
+    assert one.solutions.shape == (0, 25)
+    # And nearer than the folded leg.
+    T[:, :3, 3] = hip + max(0.0, 0.0029 - beyond) * directions + R @ foot
+    found = nk.ik.leg(nao, side, T, limits="ignore")
+    assert (found.reason == Reason.OUT_OF_REACH).all()
+    np.testing.assert_allclose(found.obstacles.needed, min(beyond, 0.0029), rtol=0, atol=1e-15)
+
+
+def test_a_message_says_what_is_in_the_way(nao: nk.NaoModel) -> None:
+    far = nao.fk(nao.posture("StandZero"), "LLeg")
+    far[2, 3] -= 0.012
+    assert nk.ik.leg(nao, "L", far).message == "out of reach by 12 mm"
+    folded = bent(nao, "L", KneePitch=2.31)
+    said = nk.ik.leg(nao, "L", nao.fk(folded, "LLeg"))
+    assert said.reason is Reason.JOINT_LIMIT
+    assert said.message == "LKneePitch needs 2.31 rad, limit 2.11"
+    rolled = bent(nao, "L", HipPitch=-0.1, KneePitch=0.8, AnklePitch=-0.9, AnkleRoll=0.4)
+    said = nk.ik.leg(nao, "L", nao.fk(rolled, "LLeg"))
+    assert said.reason is Reason.COUPLED_LIMIT
+    assert "LAnkleRoll needs 0.4 rad, coupled limit there 0." in str(said.message)
+
+
+def test_millimetres_are_guessed(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.posture("StandInit"), "LLeg")
+    T[:3, 3] *= 1000.0
+    assert "targets are in metres" in str(nk.ik.leg(nao, "L", T).message)
+
+
+def test_what_is_blamed_is_really_outside(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(6)
+    q = nao.random(rng, 400)
+    T = nao.fk(q, "LLeg")
+    T[:, :3, :3] = T[:, :3, :3] @ rot_y(rng.uniform(-1.5, 1.5, 400))
+    found = nk.ik.leg(nao, "L", T)
+    every = nk.ik.leg(nao, "L", T, limits="ignore")
+    for i in np.flatnonzero(found.reason >= Reason.JOINT_LIMIT):
+        violations = [nao.limit_violations(row) for row in every.solutions[i]]
+        assert all(violations)
+        least = min(violations, key=lambda rows: max(v.excess for v in rows))
+        worst = max(least, key=lambda v: v.excess)
+        assert found.joints[found.obstacles.joint[i]].replace("R", "L", 1) == worst.joint.replace("R", "L", 1)
+        np.testing.assert_allclose(found.obstacles.needed[i], worst.value, atol=1e-9)
+        assert (found.reason[i] == Reason.COUPLED_LIMIT) == (worst.of is not None)
+
+
+def test_a_right_leg_moves_the_motor_of_both_hips(nao: nk.NaoModel) -> None:
+    q = nao.random(9)
+    found = nk.ik.leg(nao, "R", nao.fk(q, "RLeg"), reference=q)
+    assert found.joints[0] == "RHipYawPitch"
+    assert nao.joint_names[found.columns[0]] == "LHipYawPitch"
+    np.testing.assert_allclose(found.q, q, atol=1e-9)
+
+
+def test_solutions_take_the_other_joints_from_the_reference_and_the_nearest_is_first(nao: nk.NaoModel) -> None:
+    q = nao.random(10, 300)
+    T = nao.fk(q, "LLeg")
+    found = nk.ik.leg(nao, "L", T, reference=q)
+    np.testing.assert_allclose(found.q, q, atol=1e-8)
+    rest = nk.ik.leg(nao, "L", T)
+    distances = np.linalg.norm(rest.branches - rest.reference[..., list(rest.columns)], axis=-1)
+    assert (np.diff(distances, axis=-1)[rest.count == 2] >= 0.0).all()
+
+
+def test_a_reference_outside_the_limits_is_projected_and_that_is_said(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.posture("StandInit"), "LLeg")
+    reference = nao.posture("StandInit")
+    reference[nao.joint_names.index("HeadYaw")] = 3.0
+    found = nk.ik.leg(nao, "L", T, reference=reference)
+    assert found.notes == ("reference projected into the limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad",)
+    assert nao.within_limits(found.q).all()
+    assert nk.ik.leg(nao, "L", T, reference=reference, limits="ignore").q[0] == 3.0
+
+
+def test_any_frame_on_the_foot_may_be_asked_for(nao: nk.NaoModel) -> None:
+    q = nao.random(12, 200)
+    for frame in ("LFoot/Bumper/Left", "l_sole", "LFoot", "LAnkleRoll"):
+        T = nao.fk(q, frame)
+        assert_solved(nao, frame, T, nk.ik.leg(nao, "L", T, frame=frame))
+    with pytest.raises(BadArgument, match="not carried by LAnkleRoll; its frames are LAnkleRoll"):
+        nk.ik.leg(nao, "L", T[0], frame="RLeg")
+    with pytest.raises(UnknownName, match="LLeg"):
+        nk.ik.leg(nao, "L", T[0], frame="LLag")
+
+
+def test_a_floating_base_stays_where_the_reference_has_it() -> None:
+    nao = nk.load_nao("v6", base="floating")
+    q = nao.random(13, 20)
+    q[:, :7] = [1.0, 2.0, 3.0, 0.5, 0.5, 0.5, 0.5]
+    T = nao.fk(q, "LLeg", reference="torso")
+    found = nk.ik.leg(nao, "L", T, reference=q)
+    np.testing.assert_allclose(found.q, q, atol=1e-8)
+
+
+def test_a_target_rounded_to_single_precision_is_met_at_the_nearest_rotation(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.random(14, 500), "LLeg")
+    rounded = T.astype(np.float32).astype(np.float64)
+    found = nk.ik.leg(nao, "L", rounded)
+    hit = found.success
+    assert np.mean(hit) > 0.9  # the others are on the edge of the limits
+    assert found.residual[hit].max() < 1e-10
+    assert np.abs(nao.fk(found.q[hit], "LLeg") - rounded[hit]).max() < 1e-6
+
+
+def test_a_calibrated_model_is_solved_with_its_own_lengths() -> None:
+    nao = nk.load_nao("v6")
+    q = nao.random(15, 50)
+    nk.ik.leg(nao, "L", nao.fk(q, "LLeg"))
+    nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation = np.array([0.0, 0.0, -0.1021])
+    T = nao.fk(q, "LLeg")
+    assert_solved(nao, "LLeg", T, nk.ik.leg(nao, "L", T))
+    nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation = np.array([0.001, 0.0, -0.1])
+    with pytest.raises(BadArgument, match=r"knee and ankle are not below the hip.*nk\.ik\.numeric"):
+        nk.ik.leg(nao, "L", T)
+
+
+def test_an_empty_batch_is_one(nao: nk.NaoModel) -> None:
+    found = nk.ik.leg(nao, "L", np.empty((0, 4, 4)))
+    assert found.q.shape == (0, 25)
+    assert found.solutions.shape[0] == 0
+    assert np.shape(found.success) == (0,)
+    assert np.shape(found.message) == (0,)
+
+
+def test_targets_may_be_of_any_layout_and_read_only(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.random(17, (4, 5)), "LLeg")
+    wanted = nk.ik.leg(nao, "L", T).q
+    frozen = T.copy()
+    frozen.flags.writeable = False
+    layouts = [frozen, np.asfortranarray(T), np.broadcast_to(T, (2, 4, 5, 4, 4))[1], T.tolist(), T[::-1][::-1]]
+    for layout in layouts:
+        np.testing.assert_array_equal(nk.ik.leg(nao, "L", layout).q, wanted)
+    np.testing.assert_array_equal(nk.ik.leg(nao, "L", frozen[:1]).q, wanted[:1])
+    np.testing.assert_array_equal(nk.ik.leg(nao, "L", T.swapaxes(0, 1)).q, wanted.swapaxes(0, 1))
+
+
+def test_threads_change_nothing(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.random(18, 5000), "LLeg")
+    one, two = (nk.ik.leg(nao, "L", T, threads=threads, limits="ignore") for threads in (1, 2))
+    np.testing.assert_array_equal(one.branches, two.branches)
+    np.testing.assert_array_equal(one.q, two.q)
+
+
+def test_bad_targets_are_refused_with_their_index(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.random(16, 3), "LLeg")
+    stretched = T.copy()
+    stretched[1, :3, :3] *= 1.01
+    with pytest.raises(NotARotation, match=r"at index \[1\]"):
+        nk.ik.leg(nao, "L", stretched)
+    mirrored = np.diag([1.0, 1.0, -1.0, 1.0])
+    with pytest.raises(NotARotation, match="det R − 1 = -2"):
+        nk.ik.leg(nao, "L", mirrored)
+    transposed = T.copy()
+    transposed[2] = T[2].T
+    with pytest.raises(BadArgument, match=r"T_torso_foot at index \[2\] is no rigid transform: its last row"):
+        nk.ik.leg(nao, "L", transposed)
+    T[0, 1, 3] = math.nan
+    with pytest.raises(NotFinite, match="T_torso_foot"):
+        nk.ik.leg(nao, "L", T)
+    with pytest.raises(NotFinite):
+        nk.ik.leg(nao, "L", T[0])
+    with pytest.raises(WrongShape):
+        nk.ik.leg(nao, "L", np.eye(3))
+    with pytest.raises(WrongShape, match="reference"):
+        nk.ik.leg(nao, "L", np.eye(4), reference=np.zeros((2, 25)))
+
+
+def test_wrong_names_are_refused_with_the_nearest(nao: nk.NaoModel) -> None:
+    with pytest.raises(UnknownName, match=r"side 'left' .*valid: L, R"):
+        nk.ik.leg(nao, "left", np.eye(4))
+    with pytest.raises(UnknownName, match="enforce"):
+        nk.ik.leg(nao, "L", np.eye(4), limits="enforced")  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="threads"):
+        nk.ik.leg(nao, "L", np.eye(4), threads=0)
+
+
+def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:
+    pytest.importorskip("cmeel", reason="example-robot-data is absent")
+    romeo = nk.load_robot("romeo")
+    with pytest.raises(BadArgument, match=r"no leg .*no joint 'LHipYawPitch'; nk\.ik\.numeric takes any robot"):
+        nk.ik.leg(romeo, "L", np.eye(4))
+
+
+def test_what_is_no_robot_is_refused() -> None:
+    with pytest.raises(BadArgument, match="RobotModel"):
+        nk.ik.leg("nao", "L", np.eye(4))  # type: ignore[arg-type]

@@ -1,0 +1,251 @@
+"""Joint velocities for twists: against NumPy's pseudo-inverse, finite differences and bounded least squares."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from made_up_robots import J, made_up
+from scipy.optimize import lsq_linear
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
+from nao_kin.ik import velocity
+
+FRAMES = ("Head", "LArm", "RArm", "LLeg", "RLeg")
+
+
+def moderate(robot: nk.RobotModel, frame: str, seed: int, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Configurations in the middle of their ranges, and twists that the joints can make slowly."""
+    rng = np.random.default_rng(seed)
+    q = robot.clamp(
+        0.5 * (robot.lower + robot.upper) + 0.3 * (robot.random(rng, n) - 0.5 * (robot.lower + robot.upper))
+    )
+    J = robot.jacobian(q, frame)
+    return q, np.einsum("nij,nj->ni", J, rng.uniform(-0.3, 0.3, (n, robot.nv)))
+
+
+@pytest.mark.parametrize("expressed_in", ["mixed", "frame", "root"])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_without_damping_and_limits_it_is_the_pseudo_inverse(nao: nk.NaoModel, frame: str, expressed_in: str) -> None:
+    q, twist = nao.random(1, 50), np.random.default_rng(2).normal(size=(50, 6))
+    found = velocity(nao, q, twist, frame, expressed_in=expressed_in, damping=0.0, limits="ignore")  # type: ignore[arg-type]
+    for k in range(50):
+        expected = np.linalg.pinv(nao.jacobian(q[k], frame, expressed_in), rcond=1e-11) @ twist[k]  # type: ignore[arg-type]
+        np.testing.assert_allclose(found.v[k], expected, atol=1e-9 * max(1.0, np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_with_damping_it_solves_the_damped_normal_equations(nao: nk.NaoModel, frame: str) -> None:
+    q, twist = nao.random(1, 20), np.random.default_rng(2).normal(size=(20, 6))
+    found = velocity(nao, q, twist, frame, damping=0.1, limits="ignore")
+    jacobian = nao.jacobian(q, frame)
+    for k in range(20):
+        expected = np.linalg.solve(jacobian[k].T @ jacobian[k] + 0.01 * np.eye(nao.nv), jacobian[k].T @ twist[k])
+        np.testing.assert_allclose(found.v[k], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_twist_that_can_be_made_is_what_the_frame_then_does(nao: nk.NaoModel, frame: str) -> None:
+    q, twist = moderate(nao, frame, 3, 40)
+    found = velocity(nao, q, twist, frame, damping=0.0)
+    assert not found.limited.any()
+    np.testing.assert_allclose(found.twist, twist, atol=1e-9)
+    np.testing.assert_allclose(found.residual, 0.0, atol=1e-9)
+    h = 1e-6
+    ahead, behind = (nao.fk(q + sign * h * found.v, frame) for sign in (1.0, -1.0))
+    np.testing.assert_allclose((ahead - behind)[:, :3, 3] / (2 * h), twist[:, :3], atol=1e-6)
+    turned = nk.rotations.log(ahead[:, :3, :3] @ behind[:, :3, :3].swapaxes(-1, -2)) / (2 * h)
+    np.testing.assert_allclose(turned, twist[:, 3:], atol=1e-6)
+
+
+def test_the_twist_that_is_made_is_pinocchios(nao: nk.NaoModel) -> None:
+    q, data = nao.random(5), nao.model.createData()
+    found = velocity(nao, q, [0.1, 0.2, -0.1, 0.5, 0.0, 0.3], "LLeg")
+    pin.forwardKinematics(nao.model, data, q, found.v)
+    frame = nao.model.getFrameId("LLeg") if nao.model.existFrame("LLeg") else nao.frame_table["LLeg"]
+    motion = pin.getFrameVelocity(nao.model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+    np.testing.assert_allclose(found.twist, motion.vector, atol=1e-12)
+
+
+@pytest.mark.parametrize("choice", ["redistribute", "scale"])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_no_joint_is_too_fast_or_leaves_its_range_within_the_time(nao: nk.NaoModel, frame: str, choice: str) -> None:
+    rng = np.random.default_rng(4)
+    q, twist = nao.random(rng, 2000), rng.normal(size=(2000, 6)) * [0.5, 0.5, 0.5, 5.0, 5.0, 5.0]
+    found = velocity(nao, q, twist, frame, limits=choice, dt=0.02)  # type: ignore[arg-type]
+    assert found.limited.any()
+    assert (np.abs(found.v) <= nao.velocity_limits + 1e-9).all()
+    assert nao.within_limits(q + 0.02 * found.v).all()
+
+
+@pytest.mark.parametrize("dt", [0.002, 0.1])
+@pytest.mark.parametrize("frame", ["Head", "LLeg"])
+def test_from_the_edges_of_ranges_none_is_left(nao: nk.NaoModel, frame: str, dt: float) -> None:
+    rng = np.random.default_rng(1)
+    q = nao.clamp(nao.random(rng, 4000) + rng.normal(size=(4000, 25)))
+    twist = rng.normal(size=(4000, 6)) * [1.0, 1.0, 1.0, 8.0, 8.0, 8.0]
+    for choice in ("redistribute", "scale"):
+        found = velocity(nao, q, twist, frame, limits=choice, dt=dt)  # type: ignore[arg-type]
+        assert (np.abs(found.v) <= nao.velocity_limits + 1e-9).all()
+        assert nao.within_limits(q + dt * found.v).all()
+        if (frame, choice, dt) == ("LLeg", "redistribute", 0.002):  # the edge of a coupled range stops no other joint
+            assert np.any(found.v, axis=-1).all()
+        assert np.any(found.v, axis=-1).mean() > 0.1
+
+
+def test_redistribution_is_nearly_the_best_there_is() -> None:
+    robot = nk.load_nao("v6")
+    rng = np.random.default_rng(6)
+    q, twist = robot.random(rng, 60), rng.normal(size=(60, 6)) * [0.3, 0.3, 0.3, 3.0, 3.0, 3.0]
+    found = velocity(robot, q, twist, "LArm", dt=0.01)
+    jacobian, left = robot.jacobian(q, "LArm"), np.linalg.norm(found.wanted - found.twist, axis=-1)
+    best = np.empty(60)
+    for k in range(60):
+        low = np.maximum(-robot.velocity_limits, (robot.lower - q[k]) / 0.01)
+        high = np.minimum(robot.velocity_limits, (robot.upper - q[k]) / 0.01)
+        best[k] = np.linalg.norm(
+            jacobian[k] @ lsq_linear(jacobian[k], twist[k], (low - 1e-12, high + 1e-12)).x - twist[k]
+        )
+    assert (left >= best - 1e-6).all()
+    assert left.mean() <= 1.05 * best.mean()
+
+
+def test_scaling_keeps_the_direction_of_the_twist(nao: nk.NaoModel) -> None:
+    q, twist = moderate(nao, "LLeg", 3, 40)
+    found = velocity(nao, q, 1e3 * twist, "LLeg", limits="scale", damping=0.0)
+    assert found.limited.all()
+    share = np.linalg.norm(found.twist, axis=-1) / np.linalg.norm(found.wanted, axis=-1)
+    assert (share > 0.0).all()
+    np.testing.assert_allclose(found.twist, share[:, None] * found.wanted, atol=1e-9)
+
+
+def test_scaling_stops_all_where_one_joint_stands_at_its_limit(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit")
+    knee = nao.joint_names.index("LKneePitch")
+    q[knee] = nao.upper[knee]
+    column = nao.jacobian(q, "LLeg")[:, knee]
+    found = velocity(nao, q, 0.1 * column, "LLeg", limits="scale", damping=0.0)
+    np.testing.assert_array_equal(found.v, 0.0)
+    assert found.limited
+
+
+def test_a_joint_outside_its_range_comes_back() -> None:
+    nao = nk.load_nao("v6")
+    q = nao.posture("StandInit")
+    knee = nao.joint_names.index("LKneePitch")
+    q[knee] = nao.upper[knee] + 0.5
+    found = velocity(nao, q, np.zeros(6), "LLeg")
+    assert found.v[knee] == pytest.approx(-nao.velocity_limits[knee])
+
+
+def test_damping_bounds_velocities_at_a_straight_knee(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.neutral(), (8, 1))
+    q[:, nao.joint_names.index("LKneePitch")] = np.concatenate([[0.0], np.logspace(-9, -3, 7)])
+    upwards = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
+    damped = velocity(nao, q, upwards, "LLeg", limits="ignore")
+    assert (np.abs(damped.v).max(axis=-1) < 10.0).all()
+    assert (damped.damping[:, -1] > 0.0).all()
+    np.testing.assert_array_equal(damped.damping[:, 0], 0.0)
+    plain = velocity(nao, q[2], upwards, "LLeg", limits="ignore", damping=0.0)
+    assert np.abs(plain.v).max() > 1e4
+
+
+def test_lost_twists_and_idle_joints_go_by_their_names(nao: nk.NaoModel) -> None:
+    straight = velocity(nao, nao.neutral(), np.zeros(6), "LLeg").map
+    assert straight.lost_twists() == ("vz",)
+    (idle,) = straight.idle_joints()
+    assert set(idle.split()) >= {"LHipPitch", "LKneePitch", "LAnklePitch"}
+    arm = velocity(nao, nao.neutral(), np.zeros(6), "LArm").map
+    assert arm.idle_joints() == ("LElbowYaw − LWristYaw",)
+    assert len(arm.lost_twists()) == 2
+    bent = velocity(nao, nao.posture("StandInit"), np.zeros(6), "LLeg").map
+    assert bent.lost_twists() == bent.idle_joints() == ()
+    head = velocity(nao, nao.neutral(), np.zeros(6), "Head").map
+    assert "ωx" in head.lost_twists()
+    assert len(head.lost_twists()) == 4
+
+
+def test_lost_twists_are_what_no_joint_velocity_makes(tmp_path: Path) -> None:
+    # Two sliders along x and y: z and all turns are lost, and a third along x + y moves nothing new.
+    robot = made_up(
+        tmp_path,
+        J("a", axis=(1.0, 0.0, 0.0), kind="prismatic"),
+        J("b", axis=(0.0, 1.0, 0.0), kind="prismatic"),
+        J("c", axis=(0.6, 0.8, 0.0), kind="prismatic"),
+    )
+    found = velocity(robot, robot.neutral(), [0.1, 0.2, 0.0, 0.0, 0.0, 0.0], "c_l")
+    assert found.map.lost_twists() == ("vz", "ωx", "ωy", "ωz")
+    assert found.map.idle_joints() == ("0.6 a + 0.8 b − c",)
+    assert found.map.rank() == 2
+    np.testing.assert_allclose(found.twist, [0.1, 0.2, 0.0, 0.0, 0.0, 0.0], atol=1e-12)
+    plain = velocity(robot, robot.neutral(), [0.1, 0.2, 0.3, 0.0, 0.0, 0.0], "c_l", damping=0.0, limits="ignore")
+    expected = np.linalg.pinv(robot.jacobian(robot.neutral(), "c_l")) @ [0.1, 0.2, 0.3, 0.0, 0.0, 0.0]
+    np.testing.assert_allclose(plain.v, expected, atol=1e-12)
+
+
+def test_a_direction_that_is_lost_to_rounding_only_takes_no_velocity(tmp_path: Path) -> None:
+    a, b = np.array([0.1, 0.7, 0.2]), np.array([0.5, -0.3, 0.4])
+    axes = [tuple((v / np.linalg.norm(v)).tolist()) for v in (a, b, a + b)]
+    robot = made_up(tmp_path, *(J(name, axis=axis, kind="prismatic") for name, axis in zip("abc", axes, strict=True)))
+    found = velocity(robot, robot.neutral(), [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], "c_l", damping=0.0, limits="ignore")
+    assert found.map.singular_values[-1] < 1e-14
+    assert np.abs(found.v).max() < 10.0
+
+
+def test_measures_are_those_of_the_jacobian(nao: nk.NaoModel) -> None:
+    q = nao.random(7, (2, 3))
+    found = velocity(nao, q, np.zeros(6), "RLeg", length=0.1)
+    jacobian = nao.jacobian(q, "RLeg")[..., list(found.columns)]
+    jacobian[..., :3, :] /= 0.1
+    expected = np.sqrt(np.linalg.det(jacobian @ jacobian.swapaxes(-1, -2)))
+    np.testing.assert_allclose(found.manipulability, expected, rtol=1e-9)
+    np.testing.assert_allclose(found.condition_number, np.linalg.cond(jacobian), rtol=1e-9)
+    assert found.v.shape == (2, 3, 25)
+    assert found.residual.shape == (2, 3, 2)
+
+
+def test_a_floating_base_stands_still_and_followers_are_counted(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("a"),
+        J("b", xyz=(0.3, 0.0, 0.0), follows=("a", 0.5, 0.1)),
+        J("c", xyz=(0.2, 0.0, 0.0)),
+        base="floating",
+    )
+    q = robot.random(3)
+    wanted = robot.jacobian(q, "c_l")[:, 6:] @ [0.4, -0.3]
+    found = velocity(robot, q, wanted, "c_l", limits="ignore", damping=0.0)
+    np.testing.assert_allclose(found.v, [0.0] * 6 + [0.4, -0.3], atol=1e-9)
+
+
+def test_configurations_and_twists_broadcast(nao: nk.NaoModel) -> None:
+    q, twist = nao.random(1, (4, 1)), np.random.default_rng(0).normal(size=(3, 6))
+    found = velocity(nao, q, twist, "LLeg")
+    assert found.v.shape == (4, 3, 25)
+    one = velocity(nao, q[2, 0], twist[1], "LLeg")
+    np.testing.assert_allclose(found.v[2, 1], one.v, atol=1e-9)
+    assert velocity(nao, np.zeros((0, 25)), twist[0], "LLeg").v.shape == (0, 25)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "words"),
+    [
+        ({"frame": "LLag"}, UnknownName, "LLeg"),
+        ({"frame": "torso"}, BadArgument, "no joint moves"),
+        ({"expressed_in": "world"}, UnknownName, "mixed"),
+        ({"limits": "clamp"}, UnknownName, "redistribute"),
+        ({"damping": -1.0}, BadArgument, "damping"),
+        ({"dt": 0.0}, BadArgument, "dt"),
+        ({"length": np.inf}, BadArgument, "length"),
+        ({"twist": [np.nan] * 6}, NotFinite, "twist"),
+        ({"twist": [0.0] * 5}, WrongShape, "twist"),
+        ({"twist": np.zeros((3, 6)), "q": np.zeros((2, 25))}, WrongShape, "broadcast"),
+    ],
+)
+def test_bad_input_is_named(nao: nk.NaoModel, changes: dict[str, object], error: type, words: str) -> None:
+    arguments: dict[str, object] = {"q": nao.neutral(), "twist": np.zeros(6), "frame": "LLeg", **changes}
+    with pytest.raises(error, match=words):
+        velocity(nao, **arguments)  # type: ignore[arg-type]
