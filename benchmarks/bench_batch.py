@@ -151,10 +151,9 @@ def best_call(call: Callable[[], None]) -> float:
 
 def empty_like_results(robot: nk.RobotModel, q: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Memory as the library itself makes it for results: beginning where vectors can be written at once."""
-    room = np.empty(len(q) * int(np.prod(shape)) + 8)
+    room = nk.batch.aligned_empty(len(q) * int(np.prod(shape)), np.dtype(np.float64))
     room.fill(0.0)
-    skipped = -room.ctypes.data % 64 // 8
-    return room[skipped : skipped + len(q) * int(np.prod(shape))].reshape(len(q), *shape)
+    return room.reshape(len(q), *shape)
 
 
 def bandwidth(robot: nk.RobotModel, rounds: int) -> tuple[float, float]:

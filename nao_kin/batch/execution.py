@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from nao_kin.batch.opcodes import aligned_empty, tile_width
 from nao_kin.batch.program import Program
 
 Array = NDArray[Any]
+Run = Callable[..., int]
 
 # Rows that are brought into order at a time: few enough to stay in the processor's cache.
 _BLOCK = 2048
@@ -37,26 +38,27 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     count = len(out)
     if threads is None:
         threads = min(usable_cores(), count // _WORTH_A_THREAD)
-    kernel(given_precision(inputs, out.dtype), out.dtype).ready()  # here, and not in a thread, where nobody listens
+    given = given_precision(inputs, out.dtype)
+    run = kernel(given, out.dtype).ready()  # here, and not in a thread, where nobody listens
     # Every thread begins with a full tile.
     tile = tile_width(out.dtype)
     share = -(-count // max(threads, 1))
     share = max(tile, -(-share // tile) * tile)
     parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
     if len(parts) < 2:
-        return max((_execute(program, inputs, out, part) for part in parts), default=0.0)
+        return max((_execute(run, program, inputs, given, out, part) for part in parts), default=0.0)
     from concurrent.futures import ThreadPoolExecutor
 
     # Started for this call alone: threads that waited for the next one would not be there after a fork.
     with ThreadPoolExecutor(len(parts)) as pool:
-        peaks = list(pool.map(lambda part: _execute(program, inputs, out, part), parts))
+        peaks = list(pool.map(lambda part: _execute(run, program, inputs, given, out, part), parts))
     return float(np.max(peaks))  # which hands on NaN
 
 
-def _execute(program: Program, inputs: Sequence[Array], out: Array, part: slice) -> float:
+def _execute(
+    run: Run, program: Program, inputs: Sequence[Array], given: np.dtype[Any], out: Array, part: slice
+) -> float:
     dtype = out.dtype
-    given = given_precision(inputs, dtype)
-    run = kernel(given, dtype).ready()
     memory, far = _scratch(program, dtype), _far(program, dtype)
     ready = all(values.flags.c_contiguous and values.flags.aligned and values.dtype == given for values in inputs)
     step = part.stop - part.start if ready else _BLOCK

@@ -7,7 +7,6 @@ arrays when compiled. Numba is imported when the first batch comes.
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 from nao_kin._common.kernel_cache import KeptKernel
+from nao_kin._common.processors import usable_cores
 
 # A flat sequence of floats that may be written to: a list, or compiled a row of an array.
 Row: TypeAlias = Any
@@ -86,7 +86,7 @@ def _register() -> None:
 
 def in_threads(run: Callable[[slice], None], count: int, threads: int | None) -> None:
     """Call `run` with slices that together make `count` targets, in this many threads; None for all cores."""
-    most = _cores() if threads is None else threads
+    most = usable_cores() if threads is None else threads
     parts = max(1, min(most, count // _PER_THREAD if threads is None else count))
     if parts == 1:
         run(slice(0, count))
@@ -96,11 +96,3 @@ def in_threads(run: Callable[[slice], None], count: int, threads: int | None) ->
     edges = [count * i // pieces for i in range(pieces + 1)]
     with ThreadPoolExecutor(parts) as pool:
         list(pool.map(run, (slice(a, b) for a, b in itertools.pairwise(edges))))
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # macOS
-        return os.cpu_count() or 1

@@ -58,6 +58,11 @@ class PoseColumns:
         """Names of the numbers of a pose."""
         return _MATRIX if self.style == "matrix" else (*_POSITION, *self.orientation)
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one pose in an array."""
+        return (4, 4) if self.style == "matrix" else (len(self.names),)
+
     def poses(
         self,
         robot: RobotModel,

@@ -43,7 +43,6 @@ _BLOCKS_AHEAD = 3
 # Entries of the homogeneous matrices that are computed at once.
 _MOST_ENTRIES = 1 << 21
 _TURN = 2.0 * np.pi
-_SHAPES: dict[str, tuple[int, ...]] = {"matrix": (4, 4), "position_quaternion": (7,), "position6d": (6,), "rpy": (6,)}
 
 
 def fk(
@@ -109,7 +108,7 @@ def fk(
     columns = PoseColumns(as_, degrees)
     kind = _dtype(dtype)
     atomic.check_writable(sink)
-    shape = _SHAPES[as_] if isinstance(frames, str) else (len(names), *_SHAPES[as_])
+    shape = columns.shape if isinstance(frames, str) else (len(names), *columns.shape)
     writer = sink_class(sink)(names, columns.names, shape, kind)
     # Names the frame that does not exist, before anything is read.
     robot.fk(robot.neutral(), names, reference=reference)
