@@ -215,7 +215,7 @@ def test_the_member_about_the_ankle_axis_is_inside_the_limits_and_nearest(nao: n
         found = nk.ik.leg(nao, "L", T, reference=reference)
         assert found.family is Family.ANKLE_AXIS
         assert_solved(nao, "L" + "Leg", T, found)
-        inside = nao.clamp(reference)
+        inside = found.reference
         away = np.linalg.norm(found.q - inside)
         # No other roll has a nearer member, by the closed form at a foot turned a little out of the family.
         for other in np.linspace(-0.02, 0.06, 41):
@@ -319,6 +319,30 @@ def test_solutions_take_the_other_joints_from_the_reference_and_the_nearest_is_f
     rest = nk.ik.leg(nao, "L", T)
     distances = np.linalg.norm(rest.branches - rest.reference[..., list(rest.columns)], axis=-1)
     assert (np.diff(distances, axis=-1)[rest.count == 2] >= 0.0).all()
+
+
+def test_a_reference_outside_a_coupled_limit_goes_to_the_nearest_point_of_the_plane_region(nao: nk.NaoModel) -> None:
+    pitch, roll = (nao.joint_names.index(joint) for joint in ("LAnklePitch", "LAnkleRoll"))
+    # A fine grid over the plane of the two joints, of what is inside.
+    grid = np.stack(
+        np.meshgrid(
+            np.linspace(nao.lower[pitch], nao.upper[pitch], 801), np.linspace(nao.lower[roll], nao.upper[roll], 801)
+        ),
+        axis=-1,
+    ).reshape(-1, 2)
+    whole = np.tile(nao.posture("StandInit"), (len(grid), 1))
+    whole[:, [pitch, roll]] = grid
+    grid = grid[nao.within_limits(whole)]
+    for at in ((0.7, 0.35), (-0.9, 0.3), (-1.1, -0.3), (0.85, -0.3), (-1.5, 0.9)):
+        reference = nao.posture("StandInit")
+        reference[[pitch, roll]] = at
+        found = nk.ik.leg(nao, "L", nao.fk(nao.posture("StandInit"), "LLeg"), reference=reference)
+        assert nao.within_limits(found.reference).all()
+        away = np.linalg.norm(found.reference[[pitch, roll]] - at)
+        nearest = np.linalg.norm(grid - at, axis=-1).min()
+        assert nearest - 2e-3 < away <= nearest + 1e-9
+        clipped = nao.clamp(reference)[[pitch, roll]]
+        assert away <= np.linalg.norm(clipped - at)
 
 
 def test_a_reference_outside_the_limits_is_projected_and_that_is_said(nao: nk.NaoModel) -> None:

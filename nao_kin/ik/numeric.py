@@ -9,20 +9,17 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import check_tolerance, whole_number
-from nao_kin._common.vectors import common_batch, first_index
-from nao_kin.errors import BadArgument, UnknownName, at_index
+from nao_kin._common.vectors import common_batch
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.least_squares import minimise
-from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.pink_search import check_pink, minimise_with_pink
 from nao_kin.ik.pose_errors import FrameMotion
 from nao_kin.ik.pose_search import Effort, Found, PoseSearch
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
+from nao_kin.ik.targets import Limits, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
-from nao_kin.rotations import check_rotation, nearest_rotation
 
-LimitsChoice = Literal["enforce", "ignore"]
 Solver = Literal["least squares", "pink"]
-_CHOICES = ("enforce", "ignore")
 _SOLVERS = ("least squares", "pink")
 
 # Targets that are worked on at a time: few enough for their arrays to stay in a processor's cache.
@@ -35,7 +32,7 @@ def numeric(
     T: ArrayLike,
     *,
     reference: ArrayLike | None = None,
-    limits: LimitsChoice = "enforce",
+    limits: Limits = "enforce",
     weights: ArrayLike = (1.0, 0.1),
     restarts: SupportsIndex = 30,
     tolerance: float = 1e-8,
@@ -85,8 +82,7 @@ def numeric(
         WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
     """
     check_robot(robot)
-    if not isinstance(limits, str) or limits not in _CHOICES:
-        raise UnknownName("limits", limits, _CHOICES)
+    enforced = is_enforced(limits)
     if not isinstance(solver, str) or solver not in _SOLVERS:
         raise UnknownName("solver", solver, _SOLVERS)
     if solver == "pink":
@@ -100,36 +96,17 @@ def numeric(
         whole_number(seed, "seed", 0),
         minimise_with_pink if solver == "pink" else minimise,
     )
-    targets = rigid_targets(T)
-    start, notes = _start(robot, reference, enforced=limits == "enforce")
+    targets = rigid_poses(T, "T")
+    start, notes = _start(robot, reference, enforced=enforced)
     batch = common_batch("T and reference", targets.shape[:-2], start.shape[:-1])
     T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
     reference_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
-    search = PoseSearch(motion, six, effort, enforced=limits == "enforce")
+    search = PoseSearch(motion, six, effort, enforced=enforced)
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
     found = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
     redundant = np.count_nonzero(six) < len(motion.joints)
     family = Family.REDUNDANT if redundant else Family.NONE
     return _result(motion, reference_rows, found, family, batch, notes)
-
-
-def rigid_targets(T: ArrayLike) -> Floats:
-    """Targets as rigid transforms, shape (..., 4, 4), what is left of rounding taken out of their rotations.
-
-    Raises:
-        NotARotation, BadArgument: a target is not rigid; with its index and its defect.
-        WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
-    """
-    targets = as_floats(T, (4, 4), "T")
-    bad = (targets[..., 3, :] != (0.0, 0.0, 0.0, 1.0)).any(axis=-1)
-    if bad.any():
-        index = first_index(bad)
-        row = targets[index][3].tolist()
-        raise BadArgument(f"T must be rigid: its last row is (0, 0, 0, 1), got {row}{at_index(index)}")
-    check_rotation(targets[..., :3, :3])
-    rigid: Floats = targets.copy()
-    rigid[..., :3, :3] = nearest_rotation(targets[..., :3, :3])
-    return rigid
 
 
 def _result(
@@ -171,20 +148,10 @@ def _result(
 
 
 def _start(robot: RobotModel, reference: ArrayLike | None, *, enforced: bool) -> tuple[Floats, tuple[str, ...]]:
-    """References as configurations, projected onto the limits if these are enforced, and a note where that was done."""
+    """Where searches begin, inside the limits if these are enforced, and a note where that is not the reference."""
     if reference is None:  # where zero is outside the limits, as NAO's elbows are, is nothing the caller has done
         return robot.clamp(robot.neutral()) if enforced else robot.neutral(), ()
-    checked = robot.clamp(reference)  # refuses what is no configuration, and makes quaternions unit ones
-    offset = robot.nq - len(robot.joint_names)
-    q: Floats = np.array(reference, dtype=np.float64)
-    q[..., :offset] = checked[..., :offset]
-    if not enforced or robot.within_limits(q).all():
-        return q, ()
-    outside = robot.limit_violations(q, most=1)[0]
-    everything = LimitRegion(robot, np.arange(len(robot.joint_names)))
-    values = q[..., offset:].reshape(-1, len(robot.joint_names))
-    q[..., offset:] = everything.project(values).reshape(*q.shape[:-1], -1)
-    return q, (f"the reference was outside the limits and is projected onto them: {outside}",)
+    return inside_limits(robot, reference) if enforced else (with_unit_quaternion(robot, reference), ())
 
 
 def _six_weights(weights: ArrayLike) -> Floats:

@@ -12,8 +12,9 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, OutsideLimits, UnknownName, WrongShape, at_index
 from nao_kin.ik._ranges import RIGID
+from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import check_rotation
+from nao_kin.rotations import check_rotation, nearest_rotation
 
 Limits = Literal["enforce", "ignore"]
 _LIMITS = ("enforce", "ignore")
@@ -28,6 +29,21 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
     if isinstance(T, np.ndarray) and T.shape == (4, 4) and T.dtype == np.float64 and math.isfinite(T.sum()):
         return T
     return as_floats(T, (4, 4), what)
+
+
+def rigid_poses(T: ArrayLike, what: str) -> Floats:
+    """Poses of shape (..., 4, 4), what is left of rounding taken out of their rotations; a copy.
+
+    Raises:
+        NotARotation, BadArgument: one is not rigid; with its index and its defect.
+        WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
+    """
+    poses = as_poses(T, what)
+    refuse_not_rigid(poses, what)
+    rigid: Floats = poses.copy()
+    rigid[..., :3, :3] = nearest_rotation(poses[..., :3, :3])
+    rigid[..., 3, :] = 0.0, 0.0, 0.0, 1.0
+    return rigid
 
 
 def refuse_not_rigid(T: Floats, what: str) -> None:
@@ -75,12 +91,39 @@ def as_reference(
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
-    if not enforce:
-        return np.array(array), ()
+    return inside_limits(robot, array) if enforce else (with_unit_quaternion(robot, array), ())
+
+
+def inside_limits(robot: RobotModel, reference: ArrayLike) -> tuple[Floats, tuple[str, ...]]:
+    """The nearest configurations inside the limits, shape (..., nq), and a note where they are others.
+
+    Two joints with a coupled limit go to the nearest point of their plane region.
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: no configurations.
+    """
     try:
-        return robot.check_limits(array), ()
+        return robot.check_limits(reference), ()
     except OutsideLimits as error:
-        return robot.clamp(array), (f"reference projected into the limits: {error.violations[0].describe()}",)
+        q = with_unit_quaternion(robot, reference)
+        joints = len(robot.joint_names)
+        everything = LimitRegion(robot, np.arange(joints))
+        values = q[..., -joints:]
+        values[...] = everything.project(values.reshape(-1, joints)).reshape(values.shape)
+        return q, (f"reference projected into the limits: {error.violations[0].describe()}",)
+
+
+def with_unit_quaternion(robot: RobotModel, reference: ArrayLike) -> Floats:
+    """Configurations wherever their joints are, shape (..., nq), a copy; a floating base with quaternions of norm 1.
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: no configurations.
+    """
+    checked = robot.clamp(reference)
+    base = robot.nq - len(robot.joint_names)
+    q: Floats = np.array(reference, dtype=np.float64)
+    q[..., :base] = checked[..., :base]
+    return q
 
 
 def check_threads(threads: SupportsIndex | None) -> int | None:
