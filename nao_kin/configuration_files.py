@@ -11,7 +11,6 @@ import csv
 import io
 import json
 import math
-import sys
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +20,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.csv_numbers import Records, delimiter_of, has_pyarrow, plain_floats, quick_numbers
+from nao_kin._common.input_text import read_text
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, nearest_names
@@ -143,18 +143,9 @@ def _place(line: int, column: int) -> tuple[int, int]:
 
 
 def _read(name: str) -> str:
-    try:
-        if name == "-":
-            if sys.stdin is None:
-                raise BadInputFile(name, "closed; there is nothing to read")
-            return sys.stdin.buffer.read().decode("utf-8-sig")
-        return Path(name).read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
-        advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
-        raise BadInputFile(name, f"not UTF-8 text (byte {error.start}){advice}") from None
+    large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
+    advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
+    return read_text(name, advice)
 
 
 def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]] | Floats, Sequence[int]]:

@@ -54,7 +54,7 @@ def head(
         BadArgument: the robot has no such neck; the message says what is missing.
         NotARotation, WrongShape, NotFinite: targets that are no rotations, NaN or infinity.
     """
-    limb = kept_limb(robot, _head_of, frame)
+    limb = head_limb(robot, frame)
     R = as_floats(R_torso_head, (3, 3), "R_torso_head")
     enforce, batch = is_enforced(limits), R.shape[:-2]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
@@ -101,6 +101,16 @@ def look_at(
     enforce, batch = is_enforced(limits), points.shape[:-1]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     return solved(_GAZE, limb, points, references, enforce, check_threads(threads), lambda: None)
+
+
+def head_limb(robot: RobotModel, frame: str) -> Limb:
+    """The head of a robot as the closed form takes it.
+
+    Raises:
+        BadArgument: the robot has none of this geometry.
+        UnknownName: no such frame.
+    """
+    return kept_limb(robot, _head_of, frame)
 
 
 def _head_of(robot: RobotModel, frame: str) -> Limb:

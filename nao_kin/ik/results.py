@@ -176,7 +176,7 @@ class IKResult:
         reason = Reason(int(self.reasons[index]))
         needed, limit = float(self.obstacles.needed[index]), float(self.obstacles.limit[index])
         away, turned = (float(error) for error in self.residual[index])
-        nearest = "" if np.isnan(away) else f"; the nearest pose is off by {_length(away)} and {turned:.3g} rad"
+        nearest = "" if np.isnan(away) else f"; the nearest pose is off by {_errors(away, turned)}"
         if reason is Reason.REACHED:
             count = int(self.count[index])
             families = {Family(int(code)) for code in self.families[index][:count]} - {Family.NONE}
@@ -202,6 +202,12 @@ class IKResult:
             return f"<IKResult of {', '.join(self.joints)}: {self.describe()}>"
         reached = int(np.count_nonzero(self.success))
         return f"<IKResult of {', '.join(self.joints)}: {reached} of {self.reasons.size} targets reached>"
+
+
+def _errors(away: float, turned: float) -> str:
+    """Errors in position and angle; what is exact, or was not asked for, is left out where the other is there."""
+    parts = [text for error, text in ((away, _length(away)), (turned, f"{turned:.3g} rad")) if error > 0.0]
+    return " and ".join(parts) or _length(0.0)
 
 
 def _length(metres: float) -> str:

@@ -1,0 +1,264 @@
+"""Targets of inverse kinematics as people write them: numbers on the command line, or files of them.
+
+How many numbers there are says what they are: 3 a place, 4 a quaternion and 9 a rotation matrix, 6 a place with roll,
+pitch and yaw, 7 a place with a quaternion, 16 a homogeneous matrix; for both legs twice as many as for one. In a CSV
+file the header says it, in the words of `nao-kin fk --csv`, whose output is such a file.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.csv_numbers import Records, delimiter_of
+from nao_kin._common.input_text import read_text
+from nao_kin._common.scalars import decimal
+from nao_kin._text import abbreviated, quoted
+from nao_kin.configuration_files import finite_numbers
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
+from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
+
+Kind = Literal["place", "rotation", "pose"]
+
+_KINDS: dict[int, Kind] = {3: "place", 4: "rotation", 9: "rotation", 6: "pose", 7: "pose", 16: "pose"}
+_EXPECTED = "3 numbers for a place, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
+
+_PLACE = ("x", "y", "z")
+_QUATERNION = ("r0", "r1", "r2", "r3")
+_MATRIX = tuple(f"t{row}{column}" for row in range(1, 5) for column in range(1, 5))
+_HEADERS: tuple[tuple[str, ...], ...] = (
+    _PLACE,
+    _QUATERNION,
+    (*_PLACE, "roll", "pitch", "yaw"),
+    (*_PLACE, "wx", "wy", "wz"),
+    (*_PLACE, "roll_deg", "pitch_deg", "yaw_deg"),
+    (*_PLACE, "wx_deg", "wy_deg", "wz_deg"),
+    (*_PLACE, *_QUATERNION),
+    _MATRIX,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Targets of one kind.
+
+    Attributes:
+        kind: what each is.
+        values: places (n, 3), rotations (n, 3, 3) or poses (n, 4, 4); for both legs (n, 2, 4, 4).
+        many: whether they come from a list.
+    """
+
+    kind: Kind
+    values: Floats
+    many: bool
+
+
+def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
+    """One target from the numbers of --target.
+
+    Args:
+        text: numbers between blanks or commas.
+        feet: two poses are wanted, the left foot's first.
+        degrees: roll, pitch and yaw are degrees.
+
+    Raises:
+        BadArgument: other words, or another count of them.
+    """
+    numbers = numbers_of(text, "--target")
+    try:
+        kind, values = _values(np.array([numbers]), feet, degrees)
+    except NaoKinError as error:
+        raise BadArgument(f"--target {quoted(text)}: {error}") from None
+    return Targets(kind, values, False)
+
+
+def numbers_of(text: str, option: str) -> list[float]:
+    """The finite numbers that an option gives between blanks or commas.
+
+    Raises:
+        BadArgument: there are others.
+    """
+    words = text.replace(",", " ").split()
+    numbers = []
+    for word in words:
+        try:
+            number = decimal(word)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is no finite number")
+        numbers.append(number)
+    return numbers
+
+
+def read_targets(path: str, frames: Sequence[str], *, degrees: bool) -> Targets:
+    """The targets in a file.
+
+    Args:
+        path: a CSV, JSON or .npy file, or "-" for CSV or JSON on standard input.
+        frames: the frames they are for, one or both feet: where a file names frames, rows of others are passed over.
+        degrees: roll, pitch and yaw are degrees; names that end in _deg say it themselves.
+
+    Raises:
+        BadInputFile: with line and column where there is one to blame.
+    """
+    if not path:
+        raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")
+    if Path(path).suffix.lower() == ".npy":
+        return _from_npy(path, len(frames) == 2, degrees)
+    text = read_text(path)
+    if not text or text.isspace():
+        raise BadInputFile(path, "empty; expected targets")
+    if Path(path).suffix.lower() == ".json" or (path == "-" and text.lstrip()[0] in "[{"):
+        return _from_json(path, text, frames, degrees)
+    return _from_csv(path, text, frames, degrees)
+
+
+def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
+    """Rows of numbers (n, k) as what they are."""
+    n, count = rows.shape
+    if feet:
+        if count % 2 or _KINDS.get(count // 2) != "pose":
+            raise BadArgument(f"{count} numbers; expected 12, 14 or 32 for the poses of both feet, the left one first")
+        _, poses = _values(rows.reshape(2 * n, count // 2), False, degrees)
+        return "pose", poses.reshape(n, 2, 4, 4)
+    kind = _KINDS.get(count)
+    if kind is None:
+        raise BadArgument(f"{count} numbers; expected {_EXPECTED}")
+    if count in (3, 9):
+        return kind, rows.reshape(n, 3, 3) if count == 9 else rows
+    if count == 4:
+        return kind, matrix_from_quat(rows)
+    if count == 16:
+        return kind, rows.reshape(n, 4, 4)
+    T = np.zeros((n, 4, 4))
+    T[:, :3, 3], T[:, 3, 3] = rows[:, :3], 1.0
+    angles = np.radians(rows[:, 3:]) if degrees else rows[:, 3:]
+    T[:, :3, :3] = matrix_from_quat(rows[:, 3:]) if count == 7 else matrix_from_rpy(angles)
+    return kind, T
+
+
+def _named(name: str, rows: Floats, feet: bool, degrees: bool, lines: Sequence[int]) -> Targets:
+    """Targets of a file; what is wrong with one is said with its line, where it has one."""
+    try:
+        kind, values = _values(rows, feet, degrees)
+    except NaoKinError as error:
+        at = getattr(error, "index", ())
+        row = at[0] // (2 if feet else 1) if at else 0
+        raise BadInputFile(name, str(error), lines[row] if row < len(lines) else 0) from None
+    return Targets(kind, values, True)
+
+
+def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
+    try:
+        array = np.load(name, allow_pickle=False)
+    except OSError as error:
+        raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise BadInputFile(name, f"no .npy file: {error}") from None
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu" or array.ndim == 0:
+        raise BadInputFile(name, "expected an array of numbers, one target in each row")
+    if not len(array):
+        raise BadInputFile(name, "an array of no targets")
+    rows = np.asarray(array, dtype=np.float64).reshape(len(array), math.prod(array.shape[1:]))
+    bad = np.argwhere(~np.isfinite(rows))
+    if len(bad):
+        raise BadInputFile(name, f"row {bad[0][0]} has a number that is not finite")
+    return _named(name, rows, feet, degrees, ())
+
+
+def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
+    delimiter = delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])
+    records = iter(Records(text.encode(), delimiter))
+    line, header, wrong = next(records)
+    if wrong:
+        raise BadInputFile(name, wrong, line)
+    names = [field.strip() for field in header]
+    places = {column: index for index, column in enumerate(names)}
+    wanted = next((columns for columns in _HEADERS[::-1] if set(columns) == {*places} - {"row", "frame"}), None)
+    if wanted is None or len(places) < len(names):
+        known = "x,y,z; r0,r1,r2,r3; x,y,z,roll,pitch,yaw; x,y,z,r0,r1,r2,r3; t11,…,t44"
+        raise BadInputFile(name, f"the header names {abbreviated(', '.join(names))}; expected one of {known}", line)
+    frame_column, columns = places.get("frame"), [places[column] for column in wanted]
+    if len(frames) == 2 and frame_column is None:
+        raise BadInputFile(name, f"no column frame; for both feet its rows name {' and '.join(frames)}", line)
+    found: dict[str, list[list[float]]] = {frame: [] for frame in frames}
+    lines: list[int] = []
+    for line, fields, wrong in records:
+        if wrong or len(fields) != len(names):
+            raise BadInputFile(name, wrong or f"{len(fields)} values, the header names {len(names)}", line)
+        frame = frames[0] if frame_column is None else fields[frame_column].strip()
+        if frame in found:
+            found[frame].append(finite_numbers(name, [fields[column] for column in columns], wanted, line))
+            if frame == frames[0]:
+                lines.append(line)
+    for frame, rows in found.items():
+        if len(rows) != len(lines) or not rows:
+            seen = f"{len(rows)} targets for {frame}" + (f", {len(lines)} for {frames[0]}" if rows else "")
+            raise BadInputFile(name, seen if rows else f"no targets for {quoted(frame)}")
+    together = np.concatenate([np.array(rows) for rows in found.values()], axis=1)
+    return _named(name, together, len(frames) == 2, degrees or wanted[-1].endswith("_deg"), lines)
+
+
+def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
+    try:
+        document = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
+    except (ValueError, RecursionError) as error:
+        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+    many = True
+    if isinstance(document, dict):  # as `nao-kin fk --json` writes it
+        units = document.get("units")
+        degrees = degrees or (isinstance(units, dict) and units.get("angle") == "deg")
+        many = "configurations" in document
+        entries = document.get("configurations", [document.get("poses")])
+        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+            raise BadInputFile(name, "expected a list of targets, or what nao-kin fk --json prints")
+        for index, entry in enumerate(entries):
+            for frame in frames:
+                if frame not in entry:
+                    raise BadInputFile(name, f"target {index}: no pose of {quoted(frame)}")
+        document = [[_flat(name, index, entry[frame]) for frame in frames] for index, entry in enumerate(entries)]
+    if not isinstance(document, list) or not document:
+        raise BadInputFile(name, "expected a list of targets, each a list of numbers")
+    rows = [_flat(name, index, entry) for index, entry in enumerate(document)]
+    if len({len(row) for row in rows}) > 1:
+        odd = next(index for index, row in enumerate(rows) if len(row) != len(rows[0]))
+        raise BadInputFile(name, f"target {odd} has {len(rows[odd])} numbers, the first {len(rows[0])}")
+    targets = _named(name, np.array(rows), len(frames) == 2, degrees, ())
+    return Targets(targets.kind, targets.values, many)
+
+
+def _flat(name: str, index: int, entry: Any) -> list[float]:
+    """The numbers of nested lists or of an object's values, in order."""
+    if isinstance(entry, (list, dict)):
+        parts = entry.values() if isinstance(entry, dict) else entry
+        return [number for part in parts for number in _flat(name, index, part)]
+    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
+        raise BadInputFile(name, f"target {index}: {abbreviated(json.dumps(entry))} is no number")
+    try:
+        number = float(entry)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise BadInputFile(name, f"target {index}: a number that is not finite")
+    return [number]
+
+
+def targets_as_csv(names: Sequence[str], rows: Floats) -> str:
+    """Rows of numbers under a header, with all their digits."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows([[repr(float(value)) for value in row] for row in rows])
+    return text.getvalue()

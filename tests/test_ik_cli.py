@@ -1,0 +1,275 @@
+"""`nao-kin ik`, as people use it: numbers, files, pipes, and wrong words."""
+
+from __future__ import annotations
+
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
+
+
+def said(capsys: pytest.CaptureFixture, *arguments: str, code: int = 0) -> str:
+    assert run(["ik", *arguments]) == code
+    return str(capsys.readouterr().out)
+
+
+def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["ik", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nao-kin: ")
+    assert err.count("\n") == 1
+    return str(err)
+
+
+def words(numbers: object) -> str:
+    return " ".join(repr(float(number)) for number in np.ravel(numbers))
+
+
+def table(out: str) -> dict[str, list[float]]:
+    """The rows of a printed table, by joint."""
+    rows = [line.split() for line in out.splitlines()]
+    return {row[0]: [float(cell) for cell in row[1:]] for row in rows if row and row[0].startswith(("L", "R", "Head"))}
+
+
+def test_help_gives_an_example_and_says_what_numbers_mean(capsys: pytest.CaptureFixture) -> None:
+    out = " ".join(said(capsys, "--help").split())
+    assert "Example: nao-kin ik LArm" in out
+    assert "6 a place with roll, pitch, yaw" in out
+    for option in ("--target", "--direction", "--criterion", "--reference", "--all", "--numeric", "--html", "--csv"):
+        assert option in out
+
+
+def test_a_pose_is_understood_in_every_form(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.posture("Crouch"), "RLeg")
+    rpy = rpy_from_matrix(T[:3, :3])
+    forms = (
+        (words(T), ()),
+        (words([*T[:3, 3], *rpy]), ()),
+        (words([*T[:3, 3], *np.degrees(rpy)]), ("--deg",)),
+        (words([*T[:3, 3], *quat_from_matrix(T[:3, :3])]).replace(" ", ", "), ()),
+    )
+    expected = nk.ik.leg(nao, "R", T)
+    for text, more in forms:
+        answer = json.loads(said(capsys, "RLeg", "--target", text, *more, "--json"))
+        assert answer["success"]
+        assert answer["reason"] == "REACHED"
+        values = np.array(list(answer["joints"].values()))
+        np.testing.assert_allclose(np.radians(values) if more else values, expected.best, atol=1e-9)
+        assert list(answer["joints"])[:2] == ["LHipYawPitch", "RHipRoll"]
+        assert answer["residual"]["position"] < 1e-10
+
+
+def test_all_prints_every_branch_and_its_family(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.posture("StandInit"), "LLeg")
+    arguments = ("LLeg", "--target", words(T), "--all", "--ignore-limits")
+    expected = nk.ik.leg(nao, "L", T, limits="ignore").branches
+    rows = table(said(capsys, *arguments))
+    np.testing.assert_allclose(np.array(list(rows.values())), expected.T, atol=1e-5)
+    answer = json.loads(said(capsys, *arguments, "--json"))
+    assert answer["count"] == 8
+    found = np.array([list(solution["joints"].values()) for solution in answer["solutions"]])
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert {solution["family"] for solution in answer["solutions"]} == {"NONE"}
+
+
+def test_hands_cameras_head_and_other_robots_are_placed(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    hand = json.loads(said(capsys, "LArm", "--target", "0.15 0.12 0.05", "--criterion", "limits", "--json"))
+    q = nao.configuration(hand["joints"])
+    np.testing.assert_allclose(nao.fk(q, "LArm")[:3, 3], [0.15, 0.12, 0.05], atol=1e-9)
+
+    wanted = nao.fk(nao.posture("Crouch"), "LArm")
+    pointing = ("LArm", "--target", words(wanted[:3, 3]), "--direction", words(2.0 * wanted[:3, 0]), "--json")
+    hand = json.loads(said(capsys, *pointing))
+    forearm = nao.fk(nao.configuration(hand["joints"]), "LArm")
+    np.testing.assert_allclose(forearm[:3, [0, 3]], wanted[:3, [0, 3]], atol=1e-9)
+
+    gaze = json.loads(said(capsys, "CameraBottom", "--target", "1 0.3 0", "--json"))
+    camera = nao.fk(nao.configuration(gaze["joints"]), "CameraBottom")
+    seen = camera[:3, :3].T @ (np.array([1.0, 0.3, 0.0]) - camera[:3, 3])
+    np.testing.assert_allclose(seen[1:], 0.0, atol=1e-9)
+
+    turned = nao.fk(nao.configuration({"HeadYaw": 0.4, "HeadPitch": 0.1}), "Head")
+    for target in (turned[:3, :3], quat_from_matrix(turned[:3, :3])):
+        head = json.loads(said(capsys, "Head", "--target", words(target), "--json"))
+        assert head["joints"] == pytest.approx({"HeadYaw": 0.4, "HeadPitch": 0.1})
+    assert run(["ik", "Head", "--target", words(turned), "--json"]) == 0
+    assert "orientations are used" in capsys.readouterr().err
+
+    numbers = json.loads(said(capsys, "LArm", "--target", "0.15 0.12 0.05", "--numeric", "--json"))
+    q = nao.configuration(numbers["joints"])
+    np.testing.assert_allclose(nao.fk(q, "LArm")[:3, 3], [0.15, 0.12, 0.05], atol=1e-7)
+
+
+def test_a_robot_without_a_closed_form_is_searched(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(
+        '<robot name="bar"><link name="base"/><link name="tip"/><joint name="turn" type="revolute">'
+        '<parent link="base"/><child link="tip"/><origin xyz="0 0 1"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    target = words(nk.rotations.rot_z(0.5))
+    answer = json.loads(said(capsys, "tip", "--target", target, "--urdf", str(urdf), "--json"))
+    assert answer["joints"] == pytest.approx({"turn": 0.5}, abs=1e-6)
+
+
+def test_what_is_not_reached_says_why_and_exits_with_one(capsys: pytest.CaptureFixture) -> None:
+    out = said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", code=1)
+    assert out.startswith("out of reach by ")
+    assert "targets are in metres" in said(capsys, "LLeg", "--target", "0 50 -300 0 0 0", code=1)
+    assert "LHipYawPitch needs" in said(capsys, "LLeg", "--target", "0 0.05 -0.3 0 0 3.5", code=1)
+    answer = json.loads(said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", "--json", code=1))
+    assert answer["joints"] is None
+    assert answer["residual"] is None
+    assert answer["reason"] == "OUT_OF_REACH"
+    # A leaning head has a nearest orientation, and nothing was asked of its place.
+    out = said(capsys, "Head", "--target", "0.9 0 0.3 0.1", code=1)
+    assert "the nearest pose is off by 0.171 rad" in out
+    assert "nearest" in out.splitlines()[2]
+    assert set(table(out)) == {"HeadYaw", "HeadPitch"}
+
+
+def test_the_output_of_fk_is_a_file_of_targets(tmp_path: Path, nao: nk.NaoModel) -> None:
+    q = nao.random(0, 20)
+    walk = tmp_path / "walk.csv"
+    np.savetxt(walk, q, delimiter=",", header=",".join(nao.joint_names), comments="", fmt="%.17g")
+    program = [sys.executable, "-m", "nao_kin"]
+    for style in ("rpy", "quaternion", "matrix", "position6d"):
+        feet = subprocess.run(
+            [*program, "fk", walk, "--frame", "LLeg", "--frame", "RLeg", "--csv", "--as", style],
+            capture_output=True,
+            check=True,
+        ).stdout
+        back = subprocess.run([*program, "ik", "RLeg", "-", "--csv"], input=feet, capture_output=True, check=True)
+        rows = np.genfromtxt(io.BytesIO(back.stdout), delimiter=",", names=True)
+        assert rows.dtype.names == nao.joint_names
+        found = np.array(rows.tolist())
+        np.testing.assert_allclose(nao.fk(found, "RLeg"), nao.fk(q, "RLeg"), atol=1e-8)
+
+
+def test_json_and_npy_files_are_read_too(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
+    q = nao.random(3, 4)
+    T = nao.fk(q, "LLeg")
+    np.save(tmp_path / "feet.npy", T)
+    (tmp_path / "feet.json").write_text(json.dumps(T.tolist()))
+    assert run(["fk", "--posture", "Sit", "--json", "--deg", "--frame", "LLeg"]) == 0
+    (tmp_path / "sit.json").write_text(capsys.readouterr().out)
+    for name in ("feet.npy", "feet.json"):
+        answer = json.loads(said(capsys, "LLeg", str(tmp_path / name), "--json"))
+        values = np.array([list(target["joints"].values()) for target in answer["targets"]])
+        np.testing.assert_allclose(values, nk.ik.leg(nao, "L", T).best, atol=1e-12)
+    one = json.loads(said(capsys, "LLeg", str(tmp_path / "sit.json"), "--reference", "Sit", "--json"))
+    sit = nao.angles(nao.posture("Sit"))
+    assert one["joints"] == pytest.approx({name: sit[name] for name in one["joints"]}, abs=1e-6)
+
+
+def test_a_list_prints_a_line_for_each_and_names_what_is_missed(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    T = nao.fk(nao.random(5, 9), "LLeg")
+    T[2:, 2, 3] -= 1.0
+    np.save(tmp_path / "feet.npy", T)
+    assert run(["ik", "LLeg", str(tmp_path / "feet.npy")]) == 1
+    out, err = capsys.readouterr()
+    lines = out.splitlines()
+    assert len(lines) == 10
+    assert lines[1].endswith("REACHED")
+    assert lines[3].endswith("OUT_OF_REACH")
+    assert "nan" not in out
+    assert err.splitlines()[0].startswith("nao-kin: target 2: out of reach by ")
+    assert err.splitlines()[-1] == "nao-kin: and 2 more of 9 targets"
+    # Only what is a configuration is written as one.
+    assert run(["ik", "LLeg", str(tmp_path / "feet.npy"), "--csv"]) == 1
+    assert len(capsys.readouterr().out.splitlines()) == 3
+
+
+def test_solutions_are_near_the_reference(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
+    near = nao.posture("Crouch")
+    file = tmp_path / "near.csv"
+    rows = ",".join(nao.joint_names) + "\n" + ",".join(map(repr, near.tolist())) + "\n"
+    file.write_text(rows)
+    target = ("LArm", "--target", "0.1 0.15 0.0", "--csv")
+    by_posture = said(capsys, *target, "--reference", "Crouch")
+    assert said(capsys, *target, "--reference", str(file)) == by_posture
+    values = dict(zip(*(line.split(",") for line in by_posture.splitlines()), strict=True))
+    crouch = nao.angles(near)
+    assert float(values["LKneePitch"]) == crouch["LKneePitch"]
+    assert said(capsys, *target) != by_posture
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("LLeg",), "give one target with --target"),
+        (("LLeg", "a.csv", "--target", "1 2 3"), "give one target with --target"),
+        (("LLeg", "--target", "1 2"), "2 numbers; expected 3 numbers for a place"),
+        (("LLeg", "--target", "1 2 x"), "'x' is no finite number"),
+        (("LLeg", "--target", "1 2 nan"), "'nan' is no finite number"),
+        (("LLeg", "--target", words(np.ones(16))), "rotation"),
+        (("LLeg", "--target", "0 0 0 0 0 0 0"), "quaternion"),
+        (("LFot", "--target", "1 2 3"), "nearest: LFoot"),
+        (("Head", "--target", "1 2 3"), "a camera takes a point to look at"),
+        (("LLeg", "--target", "0 0.05 -0.3", "--direction", "1 0 0"), "--direction goes with places of a hand"),
+        (("LArm", "--target", "0.1 0.1 0", "--direction", "1 0"), "2 numbers, expected 3"),
+        (("LArm", "--target", "0.1 0.1 0", "--direction", "0 0 0"), "zero"),
+        (("LArm", "--target", "0.1 0.1 0", "--direction", "1 0 0", "--criterion", "limits"), "leave out --criterion"),
+        (("LArm", "--target", "0.1 0.1 0", "--reference", "Crough"), "nearest: Crouch"),
+        (("LArm", "--target", "0.1 0.1 0", "--reference", "no.csv"), "cannot be read"),
+        (("LArm", "no.csv"), "cannot be read"),
+        (("Legs", "--target", "0 0 0"), "expected 12, 14 or 32"),
+    ],
+)
+def test_wrong_words_are_refused_in_one_line(
+    capsys: pytest.CaptureFixture, arguments: tuple[str, ...], message: str
+) -> None:
+    assert message in refused(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.csv", "", "empty"),
+        ("a.csv", "x,y\n1,2\n", "line 1: the header names x, y; expected one of"),
+        ("a.csv", "x,y,z,z\n1,2,3,4\n", "line 1: the header names"),
+        ("a.csv", "x,y,z\n1,2,3\n1,two,3\n", "line 3, column 2: y is 'two'"),
+        ("a.csv", "x,y,z\n1,2\n", "line 2: 2 values, the header names 3"),
+        ("a.csv", "frame,x,y,z\nRArm,1,2,3\n", "no targets for 'LArm'"),
+        ("a.csv", "x,y,z,r0,r1,r2,r3\n0,0,0,1,0,0,0\n0,0,0,0,0,0,0\n", "line 3"),
+        ("a.json", "[[1,2,3],[1,2]]", "target 1 has 2 numbers, the first 3"),
+        ("a.json", "[[1,2,null]]", "target 0: null is no number"),
+        ("a.json", "[[1,2,NaN]]", "target 0: a number that is not finite"),
+        ("a.json", "[[1,2,", "malformed JSON"),
+        ("a.json", "{}", "expected a list of targets"),
+        ("a.json", "[]", "expected a list of targets"),
+        ("a.json", '{"poses": {"RArm": [1, 2, 3]}}', "target 0: no pose of 'LArm'"),
+        ("a.npy", "text", "no .npy file"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_said_with_its_place(
+    capsys: pytest.CaptureFixture, tmp_path: Path, name: str, content: str, message: str
+) -> None:
+    (tmp_path / name).write_text(content)
+    assert message in refused(capsys, "LArm", str(tmp_path / name))
+
+
+def test_arrays_of_other_shapes_are_refused(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    for array, message in (
+        (np.zeros((2, 5)), "5 numbers"),
+        (np.array([[0.0, 0.0, np.inf]]), "row 0 has a number that is not finite"),
+        (np.array(["a"]), "array of numbers"),
+        (np.float64(3.0), "array of numbers"),
+        (np.zeros((0, 4, 4)), "no targets"),
+    ):
+        np.save(path, array)
+        assert message in refused(capsys, "LLeg", str(path))
