@@ -94,13 +94,15 @@ def solved(
         if form.solve is not None and not form.kernel.in_memory:
             found = _one(form, limb, targets, joints, enforce)
         else:
-            found = _many(form, limb, targets[None], joints[None], enforce, 1)
+            found = _one_compiled(form, limb, targets, joints, enforce)
+        rigid = found.report[0, REASON] != NOT_RIGID
     else:
         count = math.prod(batch)
         rows = np.broadcast_to(joints, (*batch, len(limb.joints))).reshape(count, len(limb.joints))
         flat = targets.reshape(count, targets.shape[-1])
         found = _many(form, limb, flat, rows, enforce, threads)
-    if found.report[:, REASON].min(initial=0.0) == NOT_RIGID:
+        rigid = found.report[:, REASON].min(initial=0.0) != NOT_RIGID
+    if not rigid:
         refuse()
     return _result(limb, batch, found, reference, notes)
 
@@ -114,9 +116,20 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
     solve = cast(Callable[..., int], form.solve)
     count = solve(limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, [0.0] * c, values, report)
     if count == 0 and form.searches and report[REASON] != NOT_RIGID:
-        return _many(form, limb, target[None], reference[None], enforce, 1)
+        return _one_compiled(form, limb, target, reference, enforce)
     rows = np.array(values[: count * width]).reshape(1, count, width)
     return Found(rows[..., :c], rows[..., c:], np.array([count]), np.array([report]))
+
+
+def _one_compiled(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
+    """One target, by the compiled function, with room for all branches at once."""
+    c, room = len(limb.joints), form.branches
+    values, beside = np.empty((1, room, c)), np.empty((1, room, BESIDE))
+    count, report = np.empty(1, np.int64), np.empty((1, BEST + c))
+    row, near = _plain(target[None]), _plain(reference[None])
+    form.kernel(limb.numbers, limb.ranges, row, near, enforce, room, values, beside, count, report)
+    found = int(count[0])
+    return Found(values[:, :found], beside[:, :found], count, report)
 
 
 def _many(
