@@ -16,6 +16,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -72,7 +73,7 @@ def figures(limb: str, solve: Callable[..., IKResult], targets: int, rounds: int
             contender = made(nao, frame, found)
         except ImportError:
             continue
-        taken = 1e6 / len(few) * best_seconds(lambda contender=contender: contender(few), 2)
+        taken = 1e6 / len(few) * best_seconds(partial(contender, few), 2)
         figures["others"][name] = {
             "µs": round(taken, 1),
             "× batch": round(taken / batch),

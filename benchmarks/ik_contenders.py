@@ -120,13 +120,13 @@ CONTENDERS: dict[str, Callable[[nk.RobotModel, str, nk.ik.IKResult], Solver]] = 
 
 def success_rate(robot: nk.RobotModel, frame: str, q: Floats, T: Floats) -> float:
     """Share of targets that are met to 1e-6 m and rad inside all limits, the coupled ones too."""
-    found = ~np.isnan(q).any(axis=-1)
+    found = np.logical_not(np.isnan(q).any(axis=-1))
     q = np.where(found[:, None], q, robot.neutral())
     poses = robot.fk(q, frame)
     near = np.linalg.norm(poses[:, :3, 3] - T[:, :3, 3], axis=-1) <= 2.0 * TOLERANCE
     turn = nk.rotations.log(poses[:, :3, :3].swapaxes(-1, -2) @ T[:, :3, :3])
-    inside = robot.within_limits(q)
-    return float((found & near & (np.linalg.norm(turn, axis=-1) <= 2.0 * TOLERANCE) & inside).mean())
+    inside = np.asarray(robot.within_limits(q))
+    return float(np.mean(found & near & (np.linalg.norm(turn, axis=-1) <= 2.0 * TOLERANCE) & inside))
 
 
 def _middle(robot: nk.RobotModel, columns: list[int]) -> Floats:
