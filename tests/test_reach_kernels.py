@@ -13,7 +13,7 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.reach.chain_tables import SerialChain, serial_chain
+from nao_kin.reach.chain_tables import MovedChain, moved_chain
 from nao_kin.reach.directions import DIRECTION_COUNT, direction_cells
 from nao_kin.reach.sampling import _draws
 from nao_kin.semantics import CoupledLimit, Semantics
@@ -29,19 +29,19 @@ def kernels() -> Any:
     return _kernels
 
 
-def drawn(kernels: Any, chain: SerialChain, count: int = SAMPLES, seed: int = 3) -> np.ndarray:
+def drawn(kernels: Any, chain: MovedChain, count: int = SAMPLES, seed: int = 3) -> np.ndarray:
     values = np.empty((count, len(chain.joints)))
     kernels.joint_values(_draws(seed, (0, count), len(chain.joints)), chain.tables, values)
     return values
 
 
-def hands(kernels: Any, chain: SerialChain, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def hands(kernels: Any, chain: MovedChain, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     positions, axes, manipulability = np.empty((len(values), 3)), np.empty((len(values), 3)), np.empty(len(values))
     kernels.hands(values, chain.tables, positions, axes, manipulability)
     return positions, axes, manipulability
 
 
-def configurations(robot: nk.RobotModel, chain: SerialChain, values: np.ndarray) -> np.ndarray:
+def configurations(robot: nk.RobotModel, chain: MovedChain, values: np.ndarray) -> np.ndarray:
     columns = dict(zip(chain.joints, values.T, strict=True))
     return robot.configuration(columns, limits="ignore")
 
@@ -52,7 +52,7 @@ def singular_volume(jacobian: np.ndarray) -> np.ndarray:
 
 
 def check_hands(kernels: Any, robot: nk.RobotModel, frame: str, reference: str | None) -> None:
-    chain = serial_chain(robot, frame, reference)
+    chain = moved_chain(robot, frame, reference)
     values = drawn(kernels, chain)
     q = configurations(robot, chain, values)
     positions, axes, manipulability = hands(kernels, chain, values)
@@ -77,14 +77,14 @@ def test_hands_are_where_the_robot_says(kernels: Any, nao: nk.NaoModel, frame: s
 
 
 def test_one_motor_between_two_feet_counts_once(kernels: Any, nao: nk.NaoModel) -> None:
-    chain = serial_chain(nao, "LLeg", "RLeg")
+    chain = moved_chain(nao, "LLeg", "RLeg")
     assert chain.joints.count("LHipYawPitch") == 1
     assert len(chain.joints) == 11
     check_hands(kernels, nao, "LLeg", "RLeg")
 
 
 def test_the_manipulability_in_another_frame_agrees_with_finite_differences(kernels: Any, nao: nk.NaoModel) -> None:
-    chain = serial_chain(nao, "LLeg", "RLeg")
+    chain = moved_chain(nao, "LLeg", "RLeg")
     values, h = drawn(kernels, chain, 20), 1e-6
     columns = []
     for c in range(len(chain.joints)):
@@ -140,7 +140,7 @@ def test_romeo_too(kernels: Any) -> None:
         pytest.skip("example-robot-data is not installed")
     check_hands(kernels, romeo, "l_sole", None)
     check_hands(kernels, romeo, "l_sole", "r_sole")
-    assert serial_chain(romeo, "l_leg", None).frame == "l_sole"
+    assert moved_chain(romeo, "l_leg", None).frame == "l_sole"
 
 
 class _Given:
@@ -154,7 +154,7 @@ class _Given:
         return self.uniform
 
 
-def check_values(kernels: Any, robot: nk.RobotModel, chain: SerialChain) -> np.ndarray:
+def check_values(kernels: Any, robot: nk.RobotModel, chain: MovedChain) -> np.ndarray:
     """The values drawn are those that `random` makes of the same uniform numbers."""
     words = _draws(5, (0, SAMPLES), len(chain.joints))
     uniform = np.random.Generator(np.random.Philox(5)).random((SAMPLES, len(chain.joints)))
@@ -170,7 +170,7 @@ def check_values(kernels: Any, robot: nk.RobotModel, chain: SerialChain) -> np.n
 
 @pytest.mark.parametrize("frame", ["LArm", "LLeg", "RLeg", "Head"])
 def test_values_are_those_of_the_robots_random(kernels: Any, nao: nk.NaoModel, frame: str) -> None:
-    chain = serial_chain(nao, frame, None)
+    chain = moved_chain(nao, frame, None)
     values = check_values(kernels, nao, chain)
     columns = [nao.joint_names.index(name) for name in chain.joints]
     assert nao.within_limits(configurations(nao, chain, values), per_joint=True)[:, columns].all()
@@ -183,7 +183,7 @@ def test_limits_that_depend_on_a_joint_outside_the_chain_are_obeyed(kernels: Any
         CoupledLimit("b", "a", (0.0,), (-2.0,), (9.0,)),
     )
     robot = nk.RobotModel(plain.tree, Semantics(coupled_limits=tables))
-    chain = serial_chain(robot, "c_l", None)
+    chain = moved_chain(robot, "c_l", None)
     assert chain.joints == ("b", "c", "a")
     assert chain.tables.moving == 2
     check_values(kernels, robot, chain)
@@ -192,7 +192,7 @@ def test_limits_that_depend_on_a_joint_outside_the_chain_are_obeyed(kernels: Any
 def test_a_joint_with_one_value_only_stays_there(kernels: Any, tmp_path: Path) -> None:
     plain = made_up(tmp_path, J("a", limits=(0.25, 0.25)), J("b", xyz=(0.1, 0, 0)))
     robot = nk.RobotModel(plain.tree, Semantics(coupled_limits=(CoupledLimit("a", "b", (0.0,), (-1.0,), (1.0,)),)))
-    assert (drawn(kernels, serial_chain(robot, "b_l", None))[:, 0] == 0.25).all()
+    assert (drawn(kernels, moved_chain(robot, "b_l", None))[:, 0] == 0.25).all()
 
 
 def test_every_direction_is_in_the_cell_of_the_nearest_ring_and_its_area_is_one_48th(kernels: Any) -> None:

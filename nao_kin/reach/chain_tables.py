@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot import WORLD, RobotModel
-from nao_kin.semantics import CoupledLimit, Mimic
-from nao_kin.urdf import UrdfJoint
+from nao_kin.robot import WORLD, RobotModel, joints_below, serial_chain
+from nao_kin.semantics import CoupledLimit
 
 Integers = NDArray[np.int64]
 
@@ -59,7 +58,7 @@ class ChainTables(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SerialChain:
+class MovedChain:
     """The joints that move a frame in a reference.
 
     Attributes:
@@ -111,7 +110,7 @@ class SerialChain:
         return found.hexdigest()
 
 
-def serial_chain(robot: RobotModel, name: str, reference: str | None) -> SerialChain:
+def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedChain:
     """The chain that moves a frame.
 
     Args:
@@ -127,27 +126,8 @@ def serial_chain(robot: RobotModel, name: str, reference: str | None) -> SerialC
     is_root = reference is None or (reference == WORLD and WORLD not in robot.frame_names)
     root = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
     base = root if is_root or reference is None else reference
-    up, T_last_base = _path(robot, base)
-    down, T_last_frame = _path(robot, frame)
-    while up and down and up[0] == down[0]:  # joints that carry both
-        up, down = up[1:], down[1:]
-    rows = {joint.name: joint for joint in robot.tree.moving_joints}
-    placements, fixed, motions = [], np.linalg.inv(T_last_base), []
-    for joint_id in reversed(up):
-        row = rows[robot.model.names[joint_id]]
-        turn = _z_along(row)
-        placements.append(fixed @ turn)
-        fixed = turn.T @ np.linalg.inv(_placement(robot, joint_id))
-        motions.append(_motion(row, -1.0))
-    for joint_id in down:
-        row = rows[robot.model.names[joint_id]]
-        turn = _z_along(row)
-        placements.append(fixed @ _placement(robot, joint_id) @ turn)
-        fixed = turn.T
-        motions.append(_motion(row, 1.0))
-    placements.append(fixed @ T_last_frame)
-    # A follower that stands still moves nothing.
-    joints = list(dict.fromkeys(mimic.joint for _, mimic in motions if mimic.multiplier != 0.0))
+    chain = serial_chain(robot, base, frame)
+    joints = list(chain.coordinates)
     if not joints:
         raise BadArgument(f"no joint moves {frame} in {base}")
     moving = len(joints)
@@ -156,16 +136,16 @@ def serial_chain(robot: RobotModel, name: str, reference: str | None) -> SerialC
     low, high = _ranges(robot, joints)
     bends = [np.column_stack([table.at, table.lower, table.upper]) for table in tables]
     ends = list(itertools.accumulate(map(len, bends), initial=0))
-    return SerialChain(
+    return MovedChain(
         frame,
         base,
         tuple(joints),
         ChainTables(
-            placements=np.ascontiguousarray(np.array(placements)[:, :3]),
-            slides=np.array([slides for slides, _ in motions], dtype=np.bool_),
-            coordinate=np.array([column.get(mimic.joint, 0) for _, mimic in motions], dtype=np.int64),
-            multiplier=np.array([mimic.multiplier for _, mimic in motions], dtype=np.float64),
-            offset=np.array([mimic.offset for _, mimic in motions], dtype=np.float64),
+            placements=chain.placements,
+            slides=np.array(chain.slides, dtype=np.bool_),
+            coordinate=np.array([column.get(driver.joint, 0) for driver in chain.drivers], dtype=np.int64),
+            multiplier=np.array([driver.multiplier for driver in chain.drivers], dtype=np.float64),
+            offset=np.array([driver.offset for driver in chain.drivers], dtype=np.float64),
             moving=moving,
             low=low,
             high=high,
@@ -184,46 +164,14 @@ def _frame_named(robot: RobotModel, name: str) -> str:
     if name in robot.frame_names:
         return name
     names = robot.model.names
-    carried = {effector: [names[i] for i in _path(robot, effector)[0]] for effector in robot.semantics.end_effectors}
+    carried = {
+        effector: [names[i] for i in joints_below(robot, effector)[0]] for effector in robot.semantics.end_effectors
+    }
     chain = robot.chains[name]
     found = [effector for effector, joints in carried.items() if chain[0] in joints]
     if found:
         return max(found, key=lambda effector: len(set(chain) & set(carried[effector])))
     return next(joint.child for joint in robot.tree.moving_joints if joint.name == chain[-1])
-
-
-def _path(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
-    """Ids of the joints from the root, a floating base left out, and the pose of the frame in the last of them."""
-    model = robot.model
-    place = model.frames[robot.frame_ids([frame])[0]]
-    ids, joint_id = [], int(place.parentJoint)
-    while joint_id > 0:
-        if joint_id > 1 or robot.base == "fixed":
-            ids.append(joint_id)
-        joint_id = int(model.parents[joint_id])
-    return ids[::-1], np.array(place.placement.homogeneous)
-
-
-def _placement(robot: RobotModel, joint_id: int) -> Floats:
-    return np.array(robot.model.jointPlacements[joint_id].homogeneous)
-
-
-def _z_along(row: UrdfJoint) -> Floats:
-    """A rotation that takes z to the joint's axis; along an axis of the frame without rounding."""
-    z = np.array(row.axis)
-    x = np.zeros(3)
-    x[(int(np.argmax(np.abs(z))) + 1) % 3] = 1.0
-    x -= (x @ z) * z
-    x /= np.linalg.norm(x)
-    T = np.eye(4)
-    T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
-    return T
-
-
-def _motion(row: UrdfJoint, sign: float) -> tuple[bool, Mimic]:
-    """Whether a joint slides, and how its value, or with sign −1 the opposite, follows from a coordinate."""
-    mimic = row.mimic or Mimic(row.name)
-    return row.kind == "prismatic", Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset)
 
 
 def _tables_of(robot: RobotModel, joints: list[str]) -> list[CoupledLimit]:

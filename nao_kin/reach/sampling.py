@@ -14,7 +14,7 @@ from nao_kin._common.kernel_cache import KernelState
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.reach.chain_tables import ChainTables, Integers, SerialChain, serial_chain
+from nao_kin.reach.chain_tables import ChainTables, Integers, MovedChain, moved_chain
 from nao_kin.reach.reach_map import MOST_INDEX, ReachMap, ReachSettings, map_of
 from nao_kin.reach.sample_ranges import SampleRange, asked_range, union, without
 from nao_kin.robot import RobotModel, check_robot
@@ -108,10 +108,10 @@ def map_settings(
 
 def _prepared(
     robot: RobotModel, frame: str, voxel: float, seed: int, reference: str | None
-) -> tuple[SerialChain, ReachSettings]:
+) -> tuple[MovedChain, ReachSettings]:
     """What moves the frame, and the settings of its map."""
     edge, number = _edge(voxel), whole_number(seed, "seed", 0, 2**64 - 1)
-    chain = serial_chain(robot, frame, reference)
+    chain = moved_chain(robot, frame, reference)
     _box(chain.centre, chain.radius, edge)  # which refuses voxels that are too many
     settings = ReachSettings(
         robot=robot.name,

@@ -10,6 +10,7 @@ from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.model_numbers import ModelNumbers
 from nao_kin.robot.questions import Expression, FrameIds, PoseForm
+from nao_kin.robot.serial_chain import SerialChain, joints_below, serial_chain
 from nao_kin.robot.topology import SharedMotor, Topology, topology
 
 __all__ = [
@@ -29,11 +30,14 @@ __all__ = [
     "ModelNumbers",
     "PoseForm",
     "RobotModel",
+    "SerialChain",
     "SharedMotor",
     "Topology",
     "check_robot",
     "expression_named",
+    "joints_below",
     "load_robot",
     "robot_names",
+    "serial_chain",
     "topology",
 ]

@@ -1,0 +1,105 @@
+"""The joints between two frames of a robot, one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.robot.model import RobotModel
+from nao_kin.semantics import Mimic
+from nao_kin.urdf import UrdfJoint
+
+
+@dataclass(frozen=True, eq=False)
+class SerialChain:
+    """n joints that lead from a base to a frame; a floating base stays where it is.
+
+    Before joint k stands the placement k, and its axis is z there; the placement n leads from the last joint to the
+    frame.
+
+    Attributes:
+        placements: rotation and translation, shape (n + 1, 3, 4) [m].
+        slides: which joints slide instead of turning, n of them.
+        drivers: for each joint, the coordinate that moves it, by the name of its joint, with multiplier and offset.
+    """
+
+    placements: Floats
+    slides: tuple[bool, ...]
+    drivers: tuple[Mimic, ...]
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Whose coordinates move the frame, from the base outwards; those of a follower that stands still do not."""
+        return tuple(dict.fromkeys(driver.joint for driver in self.drivers if driver.multiplier != 0.0))
+
+
+def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
+    """The joints between two frames.
+
+    Raises:
+        UnknownName: no such frame.
+    """
+    up, T_last_base = joints_below(robot, base)
+    down, T_last_frame = joints_below(robot, frame)
+    while up and down and up[0] == down[0]:  # joints that carry both
+        up, down = up[1:], down[1:]
+    rows = {joint.name: joint for joint in robot.tree.moving_joints}
+    placements, fixed, motions = [], np.linalg.inv(T_last_base), []
+    for joint_id in reversed(up):
+        row = rows[robot.model.names[joint_id]]
+        turn = _z_along(row)
+        placements.append(fixed @ turn)
+        fixed = turn.T @ np.linalg.inv(_placement(robot, joint_id))
+        motions.append(_motion(row, -1.0))
+    for joint_id in down:
+        row = rows[robot.model.names[joint_id]]
+        turn = _z_along(row)
+        placements.append(fixed @ _placement(robot, joint_id) @ turn)
+        fixed = turn.T
+        motions.append(_motion(row, 1.0))
+    placements.append(fixed @ T_last_frame)
+    return SerialChain(
+        np.ascontiguousarray(np.array(placements)[:, :3]),
+        tuple(slides for slides, _ in motions),
+        tuple(driver for _, driver in motions),
+    )
+
+
+def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
+    """Pinocchio's ids of the joints from the root to a frame, a floating base left out, and its pose in the last.
+
+    Raises:
+        UnknownName: no such frame.
+    """
+    model = robot.model
+    place = model.frames[robot.frame_ids([frame])[0]]
+    ids, joint_id = [], int(place.parentJoint)
+    while joint_id > 0:
+        if joint_id > 1 or robot.base == "fixed":
+            ids.append(joint_id)
+        joint_id = int(model.parents[joint_id])
+    return ids[::-1], np.array(place.placement.homogeneous)
+
+
+def _placement(robot: RobotModel, joint_id: int) -> Floats:
+    return np.array(robot.model.jointPlacements[joint_id].homogeneous)
+
+
+def _z_along(row: UrdfJoint) -> Floats:
+    """A rotation that takes z to the joint's axis; along an axis of the frame without rounding."""
+    z = np.array(row.axis)
+    x = np.zeros(3)
+    x[(int(np.argmax(np.abs(z))) + 1) % 3] = 1.0
+    x -= (x @ z) * z
+    x /= np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    return T
+
+
+def _motion(row: UrdfJoint, sign: float) -> tuple[bool, Mimic]:
+    """Whether a joint slides, and how its value, or with sign −1 the opposite, follows from a coordinate."""
+    mimic = row.mimic or Mimic(row.name)
+    return row.kind == "prismatic", Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset)
