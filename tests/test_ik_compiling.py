@@ -23,6 +23,8 @@ parts = [
     for side in "LR"
     for solve, limb in ((nk.ik.leg, "Leg"), (nk.ik.arm, "Arm"))
 ]
+T = nao.fk(nao.posture("Crouch"), "LArm")
+parts += [nk.ik.numeric(nao, "LArm", T if one else T[None], reference=nao.posture("StandInit")).q.reshape(1, -1)]
 parts += [nk.ik.look_at(nao, [2.0, 0.1 * k, 0.3]).q for k in range(6)]
 np.save(sys.stdout.buffer, np.vstack(parts))
 """
@@ -48,6 +50,7 @@ def test_one_target_does_not_wait_for_numba() -> None:
         "nao = nk.load_nao('v6'); q = nao.posture('StandInit')\n"
         "assert nk.ik.leg(nao, 'L', nao.fk(q, 'LLeg')).success\n"
         "assert nk.ik.arm(nao, 'L', nao.fk(q, 'LArm')).success\n"
+        "assert nk.ik.numeric(nao, 'LLeg', nao.fk(q, 'LLeg'), reference=q + 0.01).success\n"
         "assert nk.ik.look_at(nao, [1.0, 0.0, 0.3]).success\n"
         "assert 'numba' not in sys.modules"
     )
@@ -63,6 +66,8 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
         "ik kernel, arms by place",
         "ik kernel, heads",
         "ik kernel, gazes",
+        "ik kernel, projections onto limits",
+        "ik kernel, damped least squares",
     ]
 
 

@@ -14,7 +14,8 @@ from scipy.optimize import least_squares
 import nao_kin as nk
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
-from nao_kin.ik.limit_regions import LimitRegion, PlaneRegion
+from nao_kin.ik._descent_equations import Bench, Goal, errors_at, room_for
+from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.pose_errors import FrameMotion, PoseErrors
 from nao_kin.semantics import CoupledLimit, Semantics
 
@@ -373,18 +374,43 @@ def test_the_derivative_of_the_error_is_that_of_finite_differences(nao: nk.NaoMo
         np.testing.assert_allclose(derivative[:, :, column], difference, atol=2e-8 if angle < 3.1 else 1e-6)
 
 
+def test_the_search_sees_the_same_errors_and_derivatives(nao: nk.NaoModel) -> None:
+    for robot, frame in ((nao, "RLeg"), (nao, "Head"), (nk.load_nao("v5", base="floating"), "LArm")):
+        motion, weights = FrameMotion(robot, frame), np.array([1.0, 2.0, 3.0, 0.0, 0.2, 0.3])
+        q, T = robot.random(3, 40), robot.fk(robot.random(4, 40), frame)
+        T[0] = robot.fk(q[:1], frame)[0]
+        errors = PoseErrors(motion, T, weights)
+        expected, derivative = errors(q, np.arange(40))
+        m, goal = len(motion.joints), Goal(weights, 1e-8, 1)
+        for row, target in enumerate(motion.in_base(T, q)):
+            bench = Bench(*(np.zeros(size) for size in room_for(len(motion.chain.place), m, 0)))
+            values = q[row, motion.columns]
+            cost = errors_at(motion.chain, goal, target.reshape(16), values, bench, bench.e, bench.J)
+            np.testing.assert_allclose(bench.e, expected[row], atol=1e-12)
+            np.testing.assert_allclose(bench.J.reshape(6, m), derivative[row], atol=1e-9)
+            assert cost == pytest.approx(0.5 * np.square(expected[row]).sum(), abs=1e-12)
+
+
+def test_one_target_gets_what_it_gets_in_a_batch(nao: nk.NaoModel) -> None:
+    for frame in ("LArm", "RLeg"):
+        T = nao.fk(nao.random(8, 20), frame)
+        together = numeric(nao, frame, T, threads=2).q
+        np.testing.assert_allclose([numeric(nao, frame, target).q for target in T], together, atol=1e-12)
+
+
 @pytest.mark.parametrize("which", range(3))
 def test_the_nearest_point_of_a_plane_region_is_nearer_than_all_points_of_a_fine_grid(
     nao: nk.NaoModel, which: int
 ) -> None:
     table = nao.coupled_limits[which]
     boxes = [(nao.lower[i], nao.upper[i]) for i in (nao.joint_names.index(n) for n in (table.of, table.joint))]
-    region = PlaneRegion(table, *boxes)
-    points = np.random.default_rng(2).uniform(-3.0, 3.0, (300, 2))
-    found = region.nearest(points)
-    q = np.zeros((300, 25))
-    q[:, nao.joint_names.index(table.of)], q[:, nao.joint_names.index(table.joint)] = found.T
     names = [nao.joint_names.index(table.of), nao.joint_names.index(table.joint)]
+    points = np.random.default_rng(2).uniform(-3.0, 3.0, (300, 2))
+    q = np.zeros((300, 25))
+    q[:, names] = points
+    q = LimitRegion(nao, np.array(names)).project(q)
+    found = q[:, names]
+    assert not np.delete(q, names, axis=1).any()
     assert nao.within_limits(q, per_joint=True)[:, names].all()
     at = np.linspace(*boxes[0], 1500)
     low, high = (np.clip(bound, *boxes[1]) for bound in table.range(at))

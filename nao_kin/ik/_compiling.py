@@ -13,12 +13,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
+import numpy as np
+
 from nao_kin._common.kernel_cache import KeptKernel
 from nao_kin._common.processors import usable_cores
 
 # A flat sequence of floats that may be written to: a list, or compiled a row of an array.
 Row: TypeAlias = Any
 
+_Numbers = TypeVar("_Numbers", bound=tuple[Any, ...])
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _FUNCTIONS: list[Callable[..., Any]] = []
 
@@ -44,6 +47,16 @@ def kept(name: str, signature: Callable[[], Any]) -> Callable[[Callable[..., Any
         return KeptKernel(function, what, f"ik kernel, {name}", Path(__file__).parent, registered)
 
     return made
+
+
+def in_lists(numbers: _Numbers) -> _Numbers:
+    """A named tuple with its arrays as lists, which Python reads faster."""
+    return type(numbers)(*(part.tolist() if isinstance(part, np.ndarray) else part for part in numbers))
+
+
+def copied(numbers: _Numbers) -> _Numbers:
+    """A named tuple with arrays of its own: threads wait for each other to count who uses one."""
+    return type(numbers)(*(part.copy() if isinstance(part, np.ndarray) else part for part in numbers))
 
 
 def limb_arguments(numbers: type[Any], count: int, joints: int) -> tuple[Any, ...]:
@@ -84,10 +97,13 @@ def _register() -> None:
         register_jitable(error_model="numpy")(function)
 
 
-def in_threads(run: Callable[[slice], None], count: int, threads: int | None) -> None:
-    """Call `run` with slices that together make `count` targets, in this many threads; None for all cores."""
+def in_threads(run: Callable[[slice], None], count: int, threads: int | None, per_thread: int = _PER_THREAD) -> None:
+    """Call `run` with slices that together make `count` targets, in this many threads.
+
+    None is for all cores, as far as each of them gets `per_thread` targets.
+    """
     most = usable_cores() if threads is None else threads
-    parts = max(1, min(most, count // _PER_THREAD if threads is None else count))
+    parts = max(1, min(most, count // per_thread if threads is None else count))
     if parts == 1:
         run(slice(0, count))
         return

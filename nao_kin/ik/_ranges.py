@@ -34,7 +34,7 @@ VERIFIED = 1e-10
 # How far a rotation may be from one, as everywhere in the library.
 RIGID = 1e-6
 # Rotations that are closer to one are left as they are.
-_ROUNDING = 1e-14
+ROUNDING = 1e-14
 
 
 # The most values at which the range of a joint that depends on another may bend.
@@ -282,7 +282,7 @@ def rigid(
     # Comparisons with NaN are false.
     fine = defect <= RIGID and abs(determinant - 1.0) <= RIGID and below <= RIGID
     fine = fine and abs(T[3]) + abs(T[7]) + abs(T[11]) < math.inf
-    if fine and defect > _ROUNDING:
+    if fine and defect > ROUNDING:
         return (
             fine,
             a + 0.5 * (a * xx + b * xy + c * xz),

@@ -11,7 +11,7 @@ import threading
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ _TOLERANCE = 1e-9
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 _SIDES = ("L", "R")
+
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,18 +142,18 @@ def check_side(side: object) -> str:
 
 
 class _Limbs:
-    """The limbs of one robot that were asked for."""
+    """What of one robot was asked for: limbs, and chains to be searched."""
 
     def __init__(self, robot: RobotModel) -> None:
         self.numbers = ModelNumbers(robot.model)
-        self.limbs: dict[tuple[Any, ...], Limb] = {}
+        self.limbs: dict[tuple[Any, ...], Any] = {}
 
 
 _KEPT: weakref.WeakKeyDictionary[RobotModel, _Limbs] = weakref.WeakKeyDictionary()
 _LOCK = threading.Lock()
 
 
-def kept_limb(robot: RobotModel, make: Callable[..., Limb], *arguments: str) -> Limb:
+def kept_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) -> _Made:
     """What `make(robot, *arguments)` returns; made anew when somebody has written into `robot.model`.
 
     Raises:
@@ -163,7 +165,7 @@ def kept_limb(robot: RobotModel, make: Callable[..., Limb], *arguments: str) -> 
         kept = _KEPT.get(robot)
         if kept is None or kept.numbers.placements_changed():
             kept = _KEPT[robot] = _Limbs(robot)
-        limb = kept.limbs.get(key)
+        limb: _Made | None = kept.limbs.get(key)
     if limb is None:
         limb = kept.limbs[key] = make(robot, *arguments)
     return limb

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin.ik._compiling import copied, in_lists, kept
+from nao_kin.ik._descent_limits import Region, project
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.semantics import CoupledLimit
 
 # Where the joint that a table depends on has no limits, its region ends so far beyond the table [rad].
 _FAR = 100.0
-# Tables that share a joint are obeyed in turn, so often at most.
-_MOST_TURNS = 20
-# Directions are probed by a step of this length [rad or m]: far above rounding, far below the bends of a table.
-_PROBE = 1e-6
+# Fewer rows are projected as Python, if nothing has been compiled yet.
+_FEW = 16
 
 
 class PlaneRegion:
@@ -40,56 +42,10 @@ class PlaneRegion:
         self.at: Floats = np.array(sorted(at))
         self.lower: Floats = np.clip(np.interp(self.at, table.at, table.lower), *joint_box)
         self.upper: Floats = np.clip(np.interp(self.at, table.at, table.upper), *joint_box)
-        low, high = np.column_stack([self.at, self.lower]), np.column_stack([self.at, self.upper])
-        # The boundary as segments: both polylines, and the two ends of the range.
-        self._starts: Floats = np.concatenate([low[:-1], high[:-1], low[[0, -1]]])
-        ends: Floats = np.concatenate([low[1:], high[1:], high[[0, -1]]])
-        self._along: Floats = ends - self._starts
-        squares = np.einsum("si,si->s", self._along, self._along)
-        self._squares: Floats = np.where(squares > 0.0, squares, 1.0)
 
     def range(self, of: Floats) -> tuple[Floats, Floats]:
         """Smallest and largest value of `joint` at values of `of`, any shape."""
         return np.interp(of, self.at, self.lower), np.interp(of, self.at, self.upper)
-
-    def nearest(self, points: Floats) -> Floats:
-        """The nearest points (of, joint) of the region, shape (n, 2) for (n, 2)."""
-        of, joint = points[:, 0], points[:, 1]
-        low, high = self.range(of)
-        outside = (of < self.at[0]) | (of > self.at[-1]) | (joint < low) | (joint > high)
-        result: Floats = points.copy()
-        rows = np.flatnonzero(outside)
-        if rows.size:
-            from_start = points[rows, None, :] - self._starts
-            share = np.clip(np.einsum("nsi,si->ns", from_start, self._along) / self._squares, 0.0, 1.0)
-            feet = self._starts + share[..., None] * self._along
-            distances = np.square(points[rows, None, :] - feet).sum(axis=-1)
-            best = feet[np.arange(rows.size), np.argmin(distances, axis=-1)]
-            # The foot of a perpendicular lies on the boundary to rounding; the last bit is clipped away.
-            best[:, 1] = np.clip(best[:, 1], *self.range(best[:, 0]))
-            result[rows] = best
-        return result
-
-    def nearest_of(self, of: Floats, joint: Floats) -> Floats:
-        """The nearest values of `of` at which `joint` may have its value, shape (n,); as they are where there is none.
-
-        Between two bends the allowed values are an interval, given by two linear inequalities.
-        """
-        left, width = self.at[:-1], np.diff(self.at)
-        first, last = np.zeros((of.size, width.size)), np.ones((of.size, width.size))
-        for bound, sign in ((self.lower, 1.0), (self.upper, -1.0)):
-            # sign · (joint − bound) ≥ 0 with bound = start + share · rise.
-            rise, room = sign * np.diff(bound), sign * (joint[:, None] - bound[:-1])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                share = room / rise
-            np.minimum(last, np.where(rise > 0.0, share, 1.0), out=last)
-            np.maximum(first, np.where(rise < 0.0, share, 0.0), out=first)
-            last[(rise == 0.0) & (room < 0.0)] = -1.0
-        candidates = np.clip(of[:, None], left + first * width, left + last * width)
-        gaps = np.where(first <= last, np.abs(candidates - of[:, None]), np.inf)
-        best = np.argmin(gaps, axis=-1)
-        rows = np.arange(of.size)
-        return np.where(np.isfinite(gaps[rows, best]), candidates[rows, best], of)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,68 +106,44 @@ class LimitRegion:
                 self._tables.append((_plane_region(table, boxes[0], boxes[1]), of, joint))
         coupled = [index for _, of, joint in self._tables for index in (of, joint)]
         self._shared = len(set(coupled)) < len(coupled)
-        place = {int(index): k for k, index in enumerate(moving)}
-        # Tables of which both joints move, and the places of these among the joints that move.
-        self._planes = [row for row in self._tables if self._is_moving[row[1]] and self._is_moving[row[2]]]
-        self._lines = [row for row in self._tables if row not in self._planes]
-        self._pairs = [(place[of], place[joint]) for _, of, joint in self._planes]
 
     def project(self, values: Floats) -> Floats:
         """The nearest values inside the limits, shape (n, joints); joints that do not move stay as they are."""
-        inside: Floats = values.copy()
-        inside[:, self.moving] = np.clip(values[:, self.moving], self.lower[self.moving], self.upper[self.moving])
-        # What a plane's nearest point is asked for are the values as given: clipping them first would move the point.
-        for region, of, joint in self._planes:
-            inside[:, [of, joint]] = region.nearest(values[:, [of, joint]])
-        for region, of, joint in self._lines:
-            self._obey(region, of, joint, inside)
-        for _ in range(_MOST_TURNS if self._shared else 0):
-            before = inside.copy()
-            for region, of, joint in self._tables:
-                self._obey(region, of, joint, inside)
-            if np.array_equal(before, inside):
-                break
+        rows, still = np.ascontiguousarray(values[:, self.moving]), self.still_values(values)
+        found: Floats = np.empty_like(rows)
+        if len(rows) < _FEW and not _projections.in_memory:
+            numbers = in_lists(self.numbers)
+            for row, its_still, its_found in zip(rows.tolist(), still.tolist(), found, strict=True):
+                project(numbers, row, its_still, its_found)
+        else:
+            _projections(copied(self.numbers), rows, still, found)
+        inside: Floats = np.array(values, dtype=np.float64)
+        inside[:, self.moving] = found
         return inside
 
-    def tangents(self, values: Floats, directions: Floats) -> Floats:
-        """Along which directions a step may go that wants to go along `directions`.
+    @functools.cached_property
+    def numbers(self) -> Region:
+        """The same for scalar code."""
+        place = {int(index): k for k, index in enumerate(self.moving)}
+        tables: list[int] = []
+        regions = [region for region, _, _ in self._tables]
+        ends = list(itertools.accumulate((len(region.at) for region in regions), initial=0))
+        for (_, of, joint), first, last in zip(self._tables, ends, ends[1:], strict=False):
+            tables += [place.get(of, -1), place.get(joint, -1), first, last]
+        winding = np.zeros(len(self.moving))
+        winding[[place[int(index)] for index in self.winding]] = 1.0
+        at, low, high = (
+            np.concatenate([np.zeros(0), *(getattr(region, name) for region in regions)])
+            for name in ("at", "lower", "upper")
+        )
+        lower, upper = (np.array(bound[self.moving], dtype=np.float64) for bound in (self.lower, self.upper))
+        whole = np.array(tables, dtype=np.int64)
+        return Region(lower, upper, winding, whole, at, low, high, bool(self._shared))
 
-        Args:
-            values: joint values inside the limits, shape (n, joints).
-            directions: of the moving joints, shape (n, m).
-
-        Returns:
-            Symmetric projectors, shape (n, m, m): identity inside the region, nothing of a joint that is held at its
-            limit, and of two joints at the edge of their plane region only the direction along that edge.
-        """
-        count, width = directions.shape
-        probes = np.sign(directions)
-        for pair in self._pairs:
-            two = directions[:, pair]
-            length = np.linalg.norm(two, axis=-1, keepdims=True)
-            probes[:, pair] = two / np.where(length > 0.0, length, 1.0)
-        ahead = values.copy()
-        ahead[:, self.moving] += _PROBE * probes
-        inside = self.project(ahead)
-        if np.array_equal(inside, ahead):
-            return np.broadcast_to(np.eye(width), (count, width, width))
-        gone = (inside[:, self.moving] - values[:, self.moving]) / _PROBE
-        held = (probes != 0.0) & (np.abs(gone) < 0.5)
-        for pair in self._pairs:
-            held[:, pair] = False
-        projectors = np.zeros((count, width, width))
-        diagonal = np.arange(width)
-        projectors[:, diagonal, diagonal] = ~held
-        for of, joint in self._pairs:
-            two = gone[:, (of, joint)]
-            length = np.linalg.norm(two, axis=-1)
-            edge = np.flatnonzero(np.abs(two - probes[:, (of, joint)]).max(axis=-1) > 1e-3)
-            if edge.size:
-                along = two[edge] / np.where(length[edge] > 1e-3, length[edge], np.inf)[:, None]
-                for i, a in enumerate((of, joint)):
-                    for k, b in enumerate((of, joint)):
-                        projectors[edge, a, b] = along[:, i] * along[:, k]
-        return projectors
+    def still_values(self, values: Floats) -> Floats:
+        """For each table the value of its joint that does not move, shape (n, t), from those of all, (n, joints)."""
+        columns = [joint if self._is_moving[of] else of for _, of, joint in self._tables]
+        return np.ascontiguousarray(values[:, columns])
 
     def unwind(self, values: Floats, near: Floats | float = 0.0) -> None:
         """Take whole turns away, in place, so that joints that turn without limits are within half a turn of `near`."""
@@ -239,15 +171,6 @@ class LimitRegion:
             worst = np.where(worse, over, worst)
         return Violations(joint, values[rows, joint], limit, worst > LIMIT_TOLERANCE, coupled)
 
-    def _obey(self, region: PlaneRegion, of: int, joint: int, values: Floats) -> None:
-        """Take the values of the moving joints of one table to its region, in place."""
-        if self._is_moving[of] and self._is_moving[joint]:
-            values[:, [of, joint]] = region.nearest(values[:, [of, joint]])
-        elif self._is_moving[joint]:
-            values[:, joint] = np.clip(values[:, joint], *region.range(values[:, of]))
-        else:
-            values[:, of] = region.nearest_of(values[:, of], values[:, joint])
-
 
 @functools.cache
 def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> PlaneRegion:
@@ -262,3 +185,27 @@ def _crossings(at: tuple[float, ...], bound: tuple[float, ...], level: float) ->
         if (y - level) * (z - level) < 0.0:
             found.append(a + (level - y) / (z - y) * (b - a))
     return found
+
+
+def region_type() -> Any:
+    """The type of a `Region` when compiled."""
+    from numba import types
+
+    row, whole = types.float64[::1], types.int64[::1]
+    return types.NamedTuple((row, row, row, whole, row, row, row, types.boolean), Region)
+
+
+def _arguments() -> tuple[Any, ...]:
+    from numba import types
+
+    rows = types.float64[:, ::1]
+    return region_type(), rows, rows, rows
+
+
+@kept("projections onto limits", _arguments)
+def _projections(region: Region, values: Floats, still: Floats, inside: Floats) -> None:
+    for i in range(values.shape[0]):
+        project(region, values[i], still[i], inside[i])
+
+
+LIMIT_KERNELS = (_projections,)

@@ -11,12 +11,13 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import check_tolerance, whole_number
 from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.ik.geometry import kept_limb
 from nao_kin.ik.least_squares import minimise
 from nao_kin.ik.pink_search import check_pink, minimise_with_pink
 from nao_kin.ik.pose_errors import FrameMotion
-from nao_kin.ik.pose_search import Effort, Found, PoseSearch
+from nao_kin.ik.pose_search import Effort, Found, PoseSearch, search_space
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
-from nao_kin.ik.targets import Limits, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
+from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
 
 Solver = Literal["least squares", "pink"]
@@ -39,6 +40,7 @@ def numeric(
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
     solver: Solver = "least squares",
+    threads: SupportsIndex | None = None,
 ) -> IKResult:
     """Joint values that take a frame to a pose, for any robot, by damped least squares.
 
@@ -69,6 +71,7 @@ def numeric(
         seed: of the random starts.
         solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, one target after the
             other, where the extra is installed.
+        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
 
     Returns:
         One solution for each target that is met.
@@ -87,7 +90,7 @@ def numeric(
         raise UnknownName("solver", solver, _SOLVERS)
     if solver == "pink":
         check_pink()
-    motion, six = FrameMotion(robot, frame), _six_weights(weights)
+    space, six = kept_limb(robot, search_space, frame), _six_weights(weights)
     check_tolerance(tolerance)
     effort = Effort(
         whole_number(restarts, "restarts", 0),
@@ -95,18 +98,19 @@ def numeric(
         whole_number(iterations, "iterations", 1),
         whole_number(seed, "seed", 0),
         minimise_with_pink if solver == "pink" else minimise,
+        check_threads(threads),
     )
     targets = rigid_poses(T, "T")
     start, notes = _start(robot, reference, enforced=enforced)
     batch = common_batch("T and reference", targets.shape[:-2], start.shape[:-1])
     T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
     reference_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
-    search = PoseSearch(motion, six, effort, enforced=enforced)
+    search = PoseSearch(space, six, effort, enforced=enforced)
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
     found = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
-    redundant = np.count_nonzero(six) < len(motion.joints)
+    redundant = np.count_nonzero(six) < len(space.motion.joints)
     family = Family.REDUNDANT if redundant else Family.NONE
-    return _result(motion, reference_rows, found, family, batch, notes)
+    return _result(space.motion, reference_rows, found, family, batch, notes)
 
 
 def _result(

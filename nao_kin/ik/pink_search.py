@@ -6,7 +6,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin.errors import MissingExtra
-from nao_kin.ik.least_squares import Minimum, Reached, Rows
+from nao_kin.ik.least_squares import Minimum, Rows
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.pose_errors import PoseErrors
 
@@ -30,7 +30,13 @@ def check_pink() -> None:
 
 
 def minimise_with_pink(
-    errors: PoseErrors, region: LimitRegion, q: Floats, rows: Rows, reached: Reached, most_iterations: int
+    errors: PoseErrors,
+    region: LimitRegion,
+    q: Floats,
+    rows: Rows,
+    tolerance: float,
+    steps: int,
+    threads: int | None = None,
 ) -> Minimum:
     """As `least_squares.minimise`, one start after the other, with the boxes as limits of each quadratic program.
 
@@ -51,8 +57,8 @@ def minimise_with_pink(
         target = errors.targets[row]
         task = FrameTask(name, weights[:3], weights[3:], lm_damping=_TASK_DAMPING)
         task.set_target(pin.SE3(target[:3, :3], target[:3, 3]))
-        for _ in range(most_iterations):
-            if reached(errors(ends[k : k + 1], rows[k : k + 1])[0])[0]:
+        for _ in range(steps):
+            if errors.met(errors(ends[k : k + 1], rows[k : k + 1])[0], tolerance)[0]:
                 break
             configuration = pink.Configuration(model, model.createData(), ends[k])
             step = pink.solve_ik(
@@ -73,4 +79,4 @@ def minimise_with_pink(
             if settled[k]:
                 break
     residuals = errors(ends, rows)[0]
-    return Minimum(ends, 0.5 * np.square(residuals).sum(axis=-1), reached(residuals), settled)
+    return Minimum(ends, 0.5 * np.square(residuals).sum(axis=-1), errors.met(residuals, tolerance), settled)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,8 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import cross_matrix
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.robot import Expression, RobotModel
+from nao_kin.ik._descent_equations import Chain
+from nao_kin.robot import Expression, RobotModel, serial_chain
 from nao_kin.rotations import log, matrix_from_quat, quat_from_xyzw
 from nao_kin.semantics import Mimic
 
@@ -42,6 +45,20 @@ class FrameMotion:
         self._offset = robot.nq - len(robot.joint_names)
         self.columns = self._offset + self.joints
         self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The joints from the base to the frame, for scalar code."""
+        robot = self.robot
+        chain = serial_chain(robot, robot.tree.root, self.frame)
+        place = {name: k for k, name in enumerate(self.names)}
+        return Chain(
+            links=chain.placements.reshape(-1).copy(),
+            slides=np.array(chain.slides, dtype=np.float64),
+            place=np.array([place.get(driver.joint, -1) for driver in chain.drivers], dtype=np.int64),
+            ratio=np.array([driver.multiplier for driver in chain.drivers], dtype=np.float64),
+            offset=np.array([driver.offset for driver in chain.drivers], dtype=np.float64),
+        )
 
     def joint_values(self, q: Floats) -> Floats:
         """The values of all joints, shape (n, joints); a view."""
@@ -135,6 +152,12 @@ class PoseErrors:
         # The turn left to make is Rᵀ R_t, which a rotation of the frame changes from the left.
         derivatives[:, 3:] = -(_inverse_left_jacobian(errors[:, 3:]) @ poses[:, :3, :3].swapaxes(-1, -2)) @ J[:, 3:]
         return errors * self.weights, derivatives * self.weights[:, None]
+
+    def met(self, errors: Floats, tolerance: float) -> NDArray[np.bool_]:
+        """Which weighted errors (n, 6) are small enough in what has a weight, shape (n,)."""
+        scale = np.divide(1.0, self.weights, out=np.zeros(6), where=self.weights > 0.0)
+        squares = np.square(errors * scale)
+        return np.asarray((squares[:, :3].sum(axis=-1) <= tolerance**2) & (squares[:, 3:].sum(axis=-1) <= tolerance**2))
 
     def residuals(self, q: Floats) -> Floats:
         """Errors without weights of one configuration for each target, shape (n, 6) [m, rad]."""

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.least_squares import Minimum, Reached, Rows, minimise
+from nao_kin.ik.least_squares import Minimum, Rows, minimise
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.pose_errors import FrameMotion, PoseErrors
 from nao_kin.ik.results import Obstacles, Reason
 from nao_kin.robot import RobotModel
 
 _Kept = dict[tuple[str, int, int], tuple[Floats, Floats]]
-Minimiser = Callable[[PoseErrors, LimitRegion, Floats, Rows, Reached, int], Minimum]
+Minimiser = Callable[[PoseErrors, LimitRegion, Floats, Rows, float, int, int | None], Minimum]
 Mask = NDArray[np.bool_]
 
 # Of so many random configurations, a restart begins at the one whose pose is nearest to the target. Every second one
@@ -43,6 +43,7 @@ class Effort:
         iterations: steps of one search, at most.
         seed: of the random starts.
         minimise: how one search is made.
+        threads: how many threads may work; None for all cores where that is worthwhile.
     """
 
     restarts: int
@@ -50,6 +51,7 @@ class Effort:
     iterations: int
     seed: int
     minimise: Minimiser = minimise
+    threads: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,22 +75,46 @@ class Found:
     settled: Mask
 
 
+@dataclass(frozen=True, eq=False)
+class SearchSpace:
+    """Where poses of a frame are searched for.
+
+    Attributes:
+        motion: what moves the frame.
+        limited: the limits of the joints that do.
+        free: without limits.
+    """
+
+    motion: FrameMotion
+    limited: LimitRegion
+    free: LimitRegion
+
+
+def search_space(robot: RobotModel, frame: str) -> SearchSpace:
+    """The joints that move a frame, and their limits.
+
+    Raises:
+        UnknownName: no such frame.
+        BadArgument: no joint moves it.
+    """
+    motion = FrameMotion(robot, frame)
+    return SearchSpace(motion, LimitRegion(robot, motion.joints), LimitRegion(robot, motion.joints, enforced=False))
+
+
 class PoseSearch:
     """Searches for poses of one frame.
 
     Args:
-        motion: what moves the frame.
+        space: what moves the frame, and the limits.
         weights: of the six errors, shape (6,); zero for what does not matter.
         effort: how long to search.
         enforced: whether limits hold.
     """
 
-    def __init__(self, motion: FrameMotion, weights: Floats, effort: Effort, *, enforced: bool) -> None:
-        self._motion, self._weights, self._effort, self._enforced = motion, weights, effort, enforced
-        self._limited = LimitRegion(motion.robot, motion.joints)
-        self._free = LimitRegion(motion.robot, motion.joints, enforced=False)
+    def __init__(self, space: SearchSpace, weights: Floats, effort: Effort, *, enforced: bool) -> None:
+        self._motion, self._weights, self._effort, self._enforced = space.motion, weights, effort, enforced
+        self._limited, self._free = space.limited, space.free
         self._asked = weights > 0.0
-        self._scale = np.divide(1.0, weights, out=np.zeros(6), where=self._asked)
 
     def solve(self, targets: Floats, reference: Floats) -> Found:
         """Configurations for n targets, shape (n, 4, 4), from references inside the limits, shape (n, nq)."""
@@ -111,7 +137,8 @@ class PoseSearch:
         return Found(found.q, residual, reasons, obstacles, first, found.reached | found.settled)
 
     def _minimum(self, errors: PoseErrors, region: LimitRegion, q: Floats, rows: Rows) -> Minimum:
-        return self._effort.minimise(errors, region, q, rows, self._is_reached, self._effort.iterations)
+        effort = self._effort
+        return effort.minimise(errors, region, q, rows, effort.tolerance, effort.iterations, effort.threads)
 
     def _beyond(self, targets: Floats, reference: Floats) -> Floats:
         """How far targets are farther away than the stretched limb, shape (n,) [m]; not above 0 where they are not."""
@@ -159,10 +186,6 @@ class PoseSearch:
         """Twelve numbers of each pose, with distances like those of the weighted errors: ‖R − R_t‖² ≈ 2 φ²."""
         position, turn = self._weights[:3].mean(), self._weights[3:].mean() / np.sqrt(2.0)
         return np.concatenate([position * poses[:, :3, 3], turn * poses[:, :3, :3].reshape(-1, 9)], axis=-1)
-
-    def _is_reached(self, residuals: Floats) -> Mask:
-        squares, most = np.square(residuals * self._scale), self._effort.tolerance**2
-        return np.asarray((squares[:, :3].sum(axis=-1) <= most) & (squares[:, 3:].sum(axis=-1) <= most))
 
     def _explain(
         self, found: Minimum, errors: PoseErrors, lost: Rows, reasons: NDArray[np.int8], obstacles: Obstacles

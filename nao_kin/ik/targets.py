@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, OutsideLimits, UnknownName, WrongShape, at_index
-from nao_kin.ik._ranges import RIGID
+from nao_kin.ik._ranges import RIGID, ROUNDING
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import check_rotation, nearest_rotation
+from nao_kin.rotations import RotationDefects, check_rotation, nearest_rotation
 
 Limits = Literal["enforce", "ignore"]
 _LIMITS = ("enforce", "ignore")
@@ -39,26 +39,28 @@ def rigid_poses(T: ArrayLike, what: str) -> Floats:
         WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
     """
     poses = as_poses(T, what)
-    refuse_not_rigid(poses, what)
-    rigid: Floats = poses.copy()
-    rigid[..., :3, :3] = nearest_rotation(poses[..., :3, :3])
-    rigid[..., 3, :] = 0.0, 0.0, 0.0, 1.0
-    return rigid
+    off = refuse_not_rigid(poses, what).orthogonality > ROUNDING
+    nearest: Floats = poses.copy()
+    if np.any(off):
+        nearest[off, :3, :3] = nearest_rotation(poses[off, :3, :3])
+    nearest[..., 3, :] = 0.0, 0.0, 0.0, 1.0
+    return nearest
 
 
-def refuse_not_rigid(T: Floats, what: str) -> None:
-    """Raise for the first of these poses that is no rigid transform.
+def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
+    """Raise for the first of these poses that is no rigid transform; the defects of their rotations.
 
     Raises:
         NotARotation: its rotation is none.
         BadArgument: its last row is not 0, 0, 0, 1.
     """
-    check_rotation(T[..., :3, :3])
+    defects = check_rotation(T[..., :3, :3])
     wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > RIGID
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
         raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
+    return defects
 
 
 def is_enforced(limits: object) -> bool:

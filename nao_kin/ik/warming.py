@@ -5,7 +5,9 @@ from __future__ import annotations
 from nao_kin._common.kernel_cache import KernelState
 from nao_kin.ik.arm import ARM_KERNELS
 from nao_kin.ik.head import HEAD_KERNELS
+from nao_kin.ik.least_squares import DESCENT_KERNELS
 from nao_kin.ik.leg import LEG_KERNELS
+from nao_kin.ik.limit_regions import LIMIT_KERNELS
 
 
 def warm_up() -> tuple[KernelState, ...]:
@@ -14,4 +16,6 @@ def warm_up() -> tuple[KernelState, ...]:
     Returns:
         The state of each kernel.
     """
-    return tuple(kernel.warm_up() for kernel in (*LEG_KERNELS, *ARM_KERNELS, *HEAD_KERNELS))
+    return tuple(
+        kernel.warm_up() for kernel in (*LEG_KERNELS, *ARM_KERNELS, *HEAD_KERNELS, *LIMIT_KERNELS, *DESCENT_KERNELS)
+    )
