@@ -3,6 +3,8 @@
 from nao_kin.ik.arm import arm
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
+from nao_kin.ik.legs import legs
+from nao_kin.ik.legs_result import LegsResult
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import velocity
@@ -12,6 +14,7 @@ from nao_kin.ik.warming import warm_up
 __all__ = [
     "Family",
     "IKResult",
+    "LegsResult",
     "Obstacles",
     "Reason",
     "TwistMap",
@@ -19,6 +22,7 @@ __all__ = [
     "arm",
     "head",
     "leg",
+    "legs",
     "look_at",
     "numeric",
     "velocity",
