@@ -25,6 +25,11 @@ parts = [
 ]
 T = nao.fk(nao.posture("Crouch"), "LArm")
 parts += [nk.ik.numeric(nao, "LArm", T if one else T[None], reference=nao.posture("StandInit")).q.reshape(1, -1)]
+feet = nao.fk(q, ["LLeg", "RLeg"])
+if one:
+    parts += [nk.ik.legs(nao, *pair).q[None] for pair in feet]
+else:
+    parts += [nk.ik.legs(nao, feet[:, 0], feet[:, 1]).q]
 parts += [nk.ik.look_at(nao, [2.0, 0.1 * k, 0.3]).q for k in range(6)]
 np.save(sys.stdout.buffer, np.vstack(parts))
 """
@@ -51,6 +56,7 @@ def test_one_target_does_not_wait_for_numba() -> None:
         "assert nk.ik.leg(nao, 'L', nao.fk(q, 'LLeg')).success\n"
         "assert nk.ik.arm(nao, 'L', nao.fk(q, 'LArm')).success\n"
         "assert nk.ik.numeric(nao, 'LLeg', nao.fk(q, 'LLeg'), reference=q + 0.01).success\n"
+        "assert nk.ik.legs(nao, nao.fk(q, 'LLeg'), nao.fk(q, 'RLeg')).success\n"
         "assert nk.ik.look_at(nao, [1.0, 0.0, 0.3]).success\n"
         "assert 'numba' not in sys.modules"
     )
@@ -61,6 +67,7 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
     states = nk.ik.warm_up()
     assert [state.name for state in states] == [
         "ik kernel, legs",
+        "ik kernel, both legs",
         "ik kernel, arms by pose",
         "ik kernel, arms by place and direction",
         "ik kernel, arms by place",

@@ -3,6 +3,8 @@
 from nao_kin.ik.arm import arm
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
+from nao_kin.ik.legs import legs
+from nao_kin.ik.legs_result import LegsResult
 from nao_kin.ik.limbs import limb_of_frame
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
@@ -13,6 +15,7 @@ from nao_kin.ik.warming import warm_up
 __all__ = [
     "Family",
     "IKResult",
+    "LegsResult",
     "Obstacles",
     "Reason",
     "TwistMap",
@@ -20,6 +23,7 @@ __all__ = [
     "arm",
     "head",
     "leg",
+    "legs",
     "limb_of_frame",
     "look_at",
     "numeric",

@@ -7,6 +7,7 @@ from nao_kin.ik.arm import ARM_KERNELS
 from nao_kin.ik.head import HEAD_KERNELS
 from nao_kin.ik.least_squares import DESCENT_KERNELS
 from nao_kin.ik.leg import LEG_KERNELS
+from nao_kin.ik.legs import LEGS_KERNELS
 from nao_kin.ik.limit_regions import LIMIT_KERNELS
 
 
@@ -16,6 +17,5 @@ def warm_up() -> tuple[KernelState, ...]:
     Returns:
         The state of each kernel.
     """
-    return tuple(
-        kernel.warm_up() for kernel in (*LEG_KERNELS, *ARM_KERNELS, *HEAD_KERNELS, *LIMIT_KERNELS, *DESCENT_KERNELS)
-    )
+    limbs = (*LEG_KERNELS, *LEGS_KERNELS, *ARM_KERNELS, *HEAD_KERNELS)
+    return tuple(kernel.warm_up() for kernel in (*limbs, *LIMIT_KERNELS, *DESCENT_KERNELS))
