@@ -109,6 +109,31 @@ def test_hands_cameras_head_and_other_robots_are_placed(capsys: pytest.CaptureFi
     np.testing.assert_allclose(nao.fk(q, "LArm")[:3, 3], [0.15, 0.12, 0.05], atol=1e-7)
 
 
+def test_both_feet_are_placed_on_their_one_motor(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    q = nao.random(2, 5)
+    feet = nao.fk(q, ["LLeg", "RLeg"])
+    np.save(tmp_path / "feet.npy", feet)
+    one = json.loads(said(capsys, "Legs", "--target", words(feet[0]), "--json"))
+    assert one["success"]
+    assert len(one["joints"]) == 11
+    assert one["yaw_errors_rad"] == pytest.approx({"left": 0.0, "right": 0.0}, abs=1e-9)
+    np.savetxt(tmp_path / "q.csv", q, delimiter=",", header=",".join(nao.joint_names), comments="", fmt="%.17g")
+    assert run(["fk", str(tmp_path / "q.csv"), "--frame", "RLeg", "--frame", "LLeg", "--csv"]) == 0
+    (tmp_path / "feet.csv").write_text(capsys.readouterr().out)
+    for name in ("feet.npy", "feet.csv"):
+        lines = said(capsys, "Legs", str(tmp_path / name), "--csv").splitlines()
+        found = np.array([line.split(",") for line in lines[1:]], dtype=float)
+        np.testing.assert_allclose(nao.fk(found, ["LLeg", "RLeg"]), feet, atol=1e-8)
+    disagreeing = ("Legs", "--target", "0 0.05 -0.3 0 0 0.2 0 -0.05 -0.3 0 0 0.2", "--priority", "left")
+    assert "the hips disagree by" in said(capsys, *disagreeing, code=1)
+    answer = json.loads(said(capsys, *disagreeing, "--json", code=1))
+    assert answer["yaw_errors_rad"]["left"] == pytest.approx(0.0, abs=1e-9)
+    assert abs(answer["yaw_errors_rad"]["right"]) > 0.3
+    assert answer["reason"] == "HIPS_DISAGREE"
+
+
 def test_a_robot_without_a_closed_form_is_searched(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
@@ -227,6 +252,8 @@ def test_solutions_are_near_the_reference(capsys: pytest.CaptureFixture, tmp_pat
         (("LArm", "--target", "0.1 0.1 0", "--reference", "no.csv"), "cannot be read"),
         (("LArm", "no.csv"), "cannot be read"),
         (("Legs", "--target", "0 0 0"), "expected 12, 14 or 32"),
+        (("Legs", "--target", words(np.zeros(12)), "--numeric"), "Legs are two"),
+        (("LLeg", "--target", "0 0.05 -0.3 0 0 0", "--priority", "left"), "--priority goes with Legs"),
     ],
 )
 def test_wrong_words_are_refused_in_one_line(

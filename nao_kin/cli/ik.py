@@ -43,6 +43,14 @@ class Criterion(str, Enum):
     manipulability = "manipulability"
 
 
+class Priority(str, Enum):
+    """Which foot is turned less where the two cannot both be met."""
+
+    left = "left"
+    right = "right"
+    balanced = "balanced"
+
+
 _EXAMPLES = (
     'Example: nao-kin ik LArm --target "0.15 0.12 0.05" --html arm.html; '
     'nao-kin ik LLeg --target "0 0.05 -0.3 0 0 0" --all; '
@@ -59,6 +67,7 @@ class Asked:
         direction: of the forearm, with places.
         criterion: for places of a hand; None where none is given.
         limits: "enforce" or "ignore".
+        priority: of the feet; None where none is given.
         numeric: by search, where there is a closed form too.
     """
 
@@ -66,6 +75,7 @@ class Asked:
     direction: list[float] | None
     criterion: Criterion | None
     limits: Any
+    priority: Priority | None
     numeric: bool
 
 
@@ -89,6 +99,10 @@ def ik(
     ] = None,
     criterion: Annotated[
         Criterion | None, typer.Option("--criterion", help="Which solution for a place alone. Default: nearest.")
+    ] = None,
+    priority: Annotated[
+        Priority | None,
+        typer.Option("--priority", help="For Legs: the foot that is turned less where the hips disagree."),
     ] = None,
     reference: Annotated[
         str | None,
@@ -136,7 +150,7 @@ def ik(
     towards = None if direction is None else numbers_of(direction, "--direction")
     if towards is not None and len(towards) != 3:
         raise BadArgument(f"--direction {quoted(direction)}: {len(towards)} numbers, expected 3")
-    asked = Asked(frame, towards, criterion, "ignore" if ignore_limits else "enforce", numeric)
+    asked = Asked(frame, towards, criterion, "ignore" if ignore_limits else "enforce", priority, numeric)
     found = _solved(model, asked, targets, near)
     for note in found.notes:
         print_note(note)
@@ -192,6 +206,8 @@ def _solver(model: RobotModel, asked: Asked, targets: Targets) -> Callable[[Floa
     limb = LEGS if frame == LEGS else None if asked.numeric else room.limb_of_frame(model, frame)
     if limb == LEGS and asked.numeric:
         raise BadArgument("--numeric places one frame; Legs are two")
+    if limb != LEGS and asked.priority is not None:
+        raise BadArgument("--priority goes with Legs, which has two feet")
     is_arm = limb in ("LArm", "RArm")
     if not (is_arm and kind == "place"):
         for option, value in (("--direction", asked.direction), ("--criterion", asked.criterion)):
@@ -200,7 +216,10 @@ def _solver(model: RobotModel, asked: Asked, targets: Targets) -> Callable[[Floa
     if asked.direction is not None and asked.criterion is not None:
         raise BadArgument("--direction leaves an arm no freedom to choose from; leave out --criterion")
     if limb == LEGS:
-        return lambda T, near: room.legs(model, T[..., 0, :, :], T[..., 1, :, :], reference=near, limits=limits)
+        priority: Any = "balanced" if asked.priority is None else asked.priority.value
+        return lambda T, near: room.legs(
+            model, T[..., 0, :, :], T[..., 1, :, :], reference=near, limits=limits, priority=priority
+        )
     if limb in _FEET and kind == "pose":
         return lambda T, near: room.leg(model, limb[0], T, frame=frame, reference=near, limits=limits)
     if limb == "Head":
@@ -326,7 +345,7 @@ def _document(
 
 
 def _answer(found: IKResult, index: tuple[int, ...], names: list[str], scales: Floats, every: bool) -> dict[str, Any]:
-    from nao_kin.ik import Family, Reason
+    from nao_kin.ik import Family, LegsResult, Reason
 
     reason, count = Reason(int(found.reasons[index])), int(found.count[index])
     best, (away, turned) = found.best[index], found.residual[index].tolist()
@@ -339,6 +358,9 @@ def _answer(found: IKResult, index: tuple[int, ...], names: list[str], scales: F
         "residual": {"position": away, "angle_rad": turned} if known else None,
         "count": count,
     }
+    if isinstance(found, LegsResult) and known:
+        left, right = found.yaw_errors[index].tolist()
+        answer["yaw_errors_rad"] = {"left": left, "right": right}
     if every:
         answer["solutions"] = [
             {
