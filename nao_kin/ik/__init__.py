@@ -3,6 +3,7 @@
 from nao_kin.ik.arm import arm
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
+from nao_kin.ik.limbs import limbs
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import velocity
@@ -19,6 +20,7 @@ __all__ = [
     "arm",
     "head",
     "leg",
+    "limbs",
     "look_at",
     "numeric",
     "velocity",

@@ -88,7 +88,7 @@ def arm(
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
     """
     check_side(side)
-    limb = kept_limb(robot, _arm_of, side, f"{side}Arm" if frame is None else frame)
+    limb = arm_limb(robot, side, frame)
     enforce, workers = is_enforced(limits), check_threads(threads)
     if criterion not in _CRITERIA:
         raise UnknownName("criterion", criterion, tuple(_CRITERIA))
@@ -126,6 +126,16 @@ def arm(
     rows = np.concatenate(parts, axis=-1)
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     return solved(_DIRECTION, limb, rows, references, enforce, workers, lambda: None)
+
+
+def arm_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
+    """An arm of a robot as the closed form takes it.
+
+    Raises:
+        BadArgument: the robot has none of this geometry.
+        UnknownName: no such frame.
+    """
+    return kept_limb(robot, _arm_of, side, f"{side}Arm" if frame is None else frame)
 
 
 def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:

@@ -54,7 +54,7 @@ def head(
         BadArgument: the robot has no such neck; the message says what is missing.
         NotARotation, WrongShape, NotFinite: targets that are no rotations, NaN or infinity.
     """
-    limb = kept_limb(robot, _head_of, frame)
+    limb = head_limb(robot, frame)
     R = as_floats(R_torso_head, (3, 3), "R_torso_head")
     enforce, batch = is_enforced(limits), R.shape[:-2]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
@@ -96,11 +96,30 @@ def look_at(
     """
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
-    limb = kept_limb(robot, _camera_of, camera)
+    limb = camera_limb(robot, camera)
     points = as_floats(point, (3,), "point")
     enforce, batch = is_enforced(limits), points.shape[:-1]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     return solved(_GAZE, limb, points, references, enforce, check_threads(threads), lambda: None)
+
+
+def head_limb(robot: RobotModel, frame: str) -> Limb:
+    """A head of a robot as the closed form takes it.
+
+    Raises:
+        BadArgument: the robot has none of this geometry.
+        UnknownName: no such frame.
+    """
+    return kept_limb(robot, _head_of, frame)
+
+
+def camera_limb(robot: RobotModel, camera: str) -> Limb:
+    """The same for a camera, which has to be in the head's plane of symmetry.
+
+    Raises:
+        BadArgument, UnknownName: as `head_limb`; or it is beside that plane.
+    """
+    return kept_limb(robot, _camera_of, camera)
 
 
 def _head_of(robot: RobotModel, frame: str) -> Limb:
