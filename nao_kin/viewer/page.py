@@ -14,7 +14,19 @@ from nao_kin.errors import BadModel
 
 FOLDER = Path(__file__).resolve().parent / "page"
 CLOSED_FORMS = ("limb.js", "leg.js", "arm.js", "arm_place.js", "head.js")
-_SCRIPTS = (*CLOSED_FORMS, "robot.js", "studio.js", "marks.js", "reach.js", "player.js", "panel.js", "main.js")
+_SCRIPTS = (
+    *CLOSED_FORMS,
+    "robot.js",
+    "studio.js",
+    "marks.js",
+    "ghosts.js",
+    "reach.js",
+    "follow.js",
+    "drag.js",
+    "player.js",
+    "panel.js",
+    "main.js",
+)
 
 # Everything is inside the document; a page that nothing can lead out of needs no trust.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
