@@ -52,14 +52,14 @@ NaoKin.Drag = class {
     if (this.held || event.button !== 0 || !event.isPrimary) return;
     const handle = this.handleAt(event);
     if (!handle) return;
-    const { camera, controls } = this.app.viewer;
+    const { camera } = this;
     const { Plane, Vector3 } = MeshCat.THREE;
     this.app.settle();
     const at = handle.knob.getWorldPosition(new Vector3());
     const plane = new Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new Vector3()), at);
     const hit = this.ray(event).intersectPlane(plane, new Vector3());
     if (!hit) return;
-    controls.enabled = false;
+    this.app.viewer.controls.enabled = false;
     this.pane.setPointerCapture(event.pointerId);
     this.pane.style.cursor = "grabbing";
     const follower = new NaoKin.FOLLOWERS[handle.limb.kind](handle.limb, (frame) => this.poseOf(frame, handle.limb), this.limbs);
@@ -78,7 +78,7 @@ NaoKin.Drag = class {
     if (!now) return;
     const by = now.sub(hit);
     if (event.shiftKey) {
-      const up = new Vector3().setFromMatrixColumn(this.app.viewer.camera.matrixWorld, 1);
+      const up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
       by.copy(up.multiplyScalar(by.dot(up)));
     }
     this.follow(this.inTorso(at.clone().add(by), handle.limb));
@@ -88,7 +88,6 @@ NaoKin.Drag = class {
     if (!this.held || event.pointerId !== this.held.pointer) return;
     this.held = null;
     this.app.viewer.controls.enabled = true;
-    this.pane.style.cursor = "";
     this.say("");
     this.ghosts.clear();
     this.app.restand();
@@ -141,7 +140,7 @@ NaoKin.Drag = class {
   // Unit vectors in the plane of the drag, in the torso's frame.
   directions() {
     const { Vector3, Matrix4 } = MeshCat.THREE;
-    const { camera } = this.app.viewer;
+    const { camera } = this;
     const toTorso = new Matrix4().copy(this.torso(this.held.handle.limb).matrixWorld).invert();
     const [right, up] = [0, 1].map((column) =>
       new Vector3().setFromMatrixColumn(camera.matrixWorld, column).transformDirection(toTorso),
@@ -173,10 +172,10 @@ NaoKin.Drag = class {
   // --- where things are ----------------------------------------------------------------------------------------
 
   hover(handle) {
+    this.pane.style.cursor = handle ? "grab" : "";
     if (handle === this.hovered) return;
     for (const [which, on] of [[this.hovered, false], [handle, true]]) if (which) NaoKin.light(which.knob, on);
     this.hovered = handle;
-    this.pane.style.cursor = handle ? "grab" : "";
     this.app.viewer.set_dirty();
   }
 
@@ -185,14 +184,22 @@ NaoKin.Drag = class {
     if (!this.shown) return null;
     const { Vector3 } = MeshCat.THREE;
     const { left, top, width, height } = this.pane.getBoundingClientRect();
+    const { camera } = this;
     let [found, least] = [null, event.pointerType === "touch" ? 28 : 14];
     for (const handle of this.handles) {
-      const { x, y, z } = handle.knob.getWorldPosition(new Vector3()).project(this.app.viewer.camera);
+      const { x, y, z } = handle.knob.getWorldPosition(new Vector3()).project(camera);
       const [px, py] = [left + ((1 + x) / 2) * width, top + ((1 - y) / 2) * height];
       const away = Math.hypot(px - event.clientX, py - event.clientY);
       if (z < 1 && away < least) [found, least] = [handle, away];
     }
     return found;
+  }
+
+  // The camera where its control has put it since the last picture.
+  get camera() {
+    const { camera } = this.app.viewer;
+    camera.updateWorldMatrix(true, false);
+    return camera;
   }
 
   ray(event) {
@@ -201,7 +208,7 @@ NaoKin.Drag = class {
     const x = (2 * (event.clientX - left)) / width - 1;
     const y = 1 - (2 * (event.clientY - top)) / height;
     const caster = new Raycaster();
-    caster.setFromCamera(new Vector2(x, y), this.app.viewer.camera);
+    caster.setFromCamera(new Vector2(x, y), this.camera);
     return caster.ray;
   }
 

@@ -21,7 +21,8 @@ NaoKin.HandFollower = class {
     let answer = alone.solve({ near: true });
     if (!["REACHED", "OUT_OF_REACH"].includes(answer.reason)) answer = new NaoKin.ArmPlace(limb, target, reference).solve();
     if (answer.reason !== "REACHED") return { answer, says: NaoKin.sentence(answer) };
-    const says = `the forearm turns: ${NaoKin.sentence(kept)}`;
+    const why = kept.reason === "NOT_ENOUGH_JOINTS" ? "its direction cannot be kept here" : NaoKin.sentence(kept);
+    const says = `the forearm turns: ${why}`;
     return { answer, q: limb.merged(q, answer.branches[0].values), says };
   }
 

@@ -29,12 +29,16 @@ NaoKin.Ghosts = class {
     this.clear();
     const T = MeshCat.THREE;
     const shapes = this.shapes.filter(({ link }) => this.carries(carrier, link));
-    for (const { q, colour, opacity } of ghosts) {
+    for (const [i, { q, colour, opacity }] of ghosts.entries()) {
       const material = new T.MeshPhongMaterial({
         color: new T.Color(colour).convertSRGBToLinear(),
         transparent: true,
         opacity,
         shininess: 12,
+        // Of surfaces in one place the robot's is seen, and then the first ghost's.
+        polygonOffset: true,
+        polygonOffsetFactor: i + 1,
+        polygonOffsetUnits: i + 1,
       });
       this.skeleton.apply(q);
       const poses = this.robot.nodes.map((_, link) => this.skeleton.pose(link));
