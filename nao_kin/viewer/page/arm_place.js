@@ -2,7 +2,8 @@
 
 // The arm for the place of its frame alone, which leaves two joints free: the member of that family nearest to the
 // reference. ElbowYaw and WristYaw are chosen, the other three follow in closed form, so that the place is met to
-// rounding, and the choice is searched for: on a grid, then around the best of it, or only around the reference.
+// rounding, and the choice is searched for: on a grid, then around the best of it; or only around the reference, with
+// larger last steps, which is what a drag can wait for.
 NaoKin.ArmPlace = class {
   constructor(arm, target, reference, enforce = true) {
     this.arm = arm;
@@ -20,11 +21,11 @@ NaoKin.ArmPlace = class {
   solve({ near = false } = {}) {
     const { arm, answer, place } = this;
     if (arm.isTooFar(place, answer)) return answer;
-    const { OUTSIDE, IMPOSSIBLE } = NaoKin.ArmPlace;
+    const { OUTSIDE, IMPOSSIBLE, LAST_STEP, LAST_STEP_NEAR } = NaoKin.ArmPlace;
     const starts = near ? [this.atReference()] : [...this.bestOfGrid(), this.atReference()];
     let best = { cost: Infinity };
     for (const start of starts) {
-      const end = this.descend(start);
+      const end = this.descend(start, near ? LAST_STEP_NEAR : LAST_STEP);
       if (end.cost < best.cost) best = end;
     }
     if (best.cost < OUTSIDE) {
@@ -57,10 +58,10 @@ NaoKin.ArmPlace = class {
   }
 
   // From one choice in steps to better ones, in eight directions, until the steps are too small.
-  descend(start) {
+  descend(start, lastStep) {
     let best = start;
     let step = 0.5 * Math.max(this.stepYaw, this.stepWrist);
-    while (step > NaoKin.ArmPlace.LAST_STEP) {
+    while (step > lastStep) {
       const better = this.betterAround(best, step);
       if (better) best = better;
       else step *= 0.5;
@@ -124,6 +125,13 @@ NaoKin.ArmPlace = class {
   }
 };
 
-// Choices of ElbowYaw and WristYaw that are tried each, how many of the best are searched around, and the last step
+// Choices of ElbowYaw and WristYaw that are tried each, how many of the best are searched around, and the last steps
 // [rad]; costs of what is outside the limits, and of choices with which the place cannot be met.
-Object.assign(NaoKin.ArmPlace, { GRID: 15, BEST: 4, LAST_STEP: 1e-9, OUTSIDE: 1e3, IMPOSSIBLE: 1e6 });
+Object.assign(NaoKin.ArmPlace, {
+  GRID: 15,
+  BEST: 4,
+  LAST_STEP: 1e-9,
+  LAST_STEP_NEAR: 1e-4,
+  OUTSIDE: 1e3,
+  IMPOSSIBLE: 1e6,
+});

@@ -117,20 +117,22 @@ NaoKin.Drag = class {
     this.say(says && `${handle.limb.frame}: ${says}`);
   }
 
-  // The reachable place nearest to a target: from the last one in steps in the plane of the drag, in eight directions,
-  // until they are a tenth of a millimetre.
+  // The reachable place nearest to a target: from the last one in steps in the plane of the drag, each way,
+  // until they are a tenth of a millimetre or too many were tried for one move of the pointer.
   nearest(target) {
     const { follower } = this.held;
     const away = (place) => Math.hypot(...place.map((value, k) => value - target[k]));
     const directions = this.directions();
     let best = this.held.place;
     let step = away(best);
-    while (step > NaoKin.Drag.LAST_STEP) {
+    let left = NaoKin.Drag.TRIES;
+    const isReached = (place) => left-- > 0 && follower.follow(place, this.app.q).q;
+    while (step > NaoKin.Drag.LAST_STEP && left > 0) {
       const tried = directions
         .map((direction) => best.map((value, k) => value + step * direction[k]))
         .filter((place) => away(place) < away(best))
         .sort((a, b) => away(a) - away(b))
-        .find((place) => follower.follow(place, this.app.q).q);
+        .find(isReached);
       if (tried) best = tried;
       else step *= 0.5;
     }
@@ -140,13 +142,14 @@ NaoKin.Drag = class {
   // Unit vectors in the plane of the drag, in the torso's frame.
   directions() {
     const { Vector3, Matrix4 } = MeshCat.THREE;
+    const { WAYS } = NaoKin.Drag;
     const { camera } = this;
     const toTorso = new Matrix4().copy(this.torso(this.held.handle.limb).matrixWorld).invert();
     const [right, up] = [0, 1].map((column) =>
       new Vector3().setFromMatrixColumn(camera.matrixWorld, column).transformDirection(toTorso),
     );
-    return Array.from({ length: 8 }, (_, i) => {
-      const angle = (i * Math.PI) / 4;
+    return Array.from({ length: WAYS }, (_, i) => {
+      const angle = (i * 2 * Math.PI) / WAYS;
       return new Vector3().addScaledVector(right, Math.cos(angle)).addScaledVector(up, Math.sin(angle)).toArray();
     });
   }
@@ -229,8 +232,9 @@ NaoKin.Drag = class {
   }
 };
 
-// The search for the nearest place that is reached ends with steps of this length [m].
-NaoKin.Drag.LAST_STEP = 1e-4;
+// The search for the nearest place that is reached goes so many ways, and ends with steps of this length [m], or after so
+// many places.
+Object.assign(NaoKin.Drag, { WAYS: 16, LAST_STEP: 1e-4, TRIES: 100 });
 
 // A ring that keeps its size on the screen.
 NaoKin.knob = () => {

@@ -4,7 +4,8 @@
 // the limits, the other branches, and what there is to say. Each has `follow(target, q)`, whose `answer` tells whether
 // the target is reached; it changes nothing.
 
-// A hand keeps the direction of its forearm where that is possible, and else only its place counts.
+// A hand keeps the direction of its forearm where that is possible, and else only its place counts; then the arm goes on
+// from where it is, and does not jump to a posture far away that meets the place too.
 NaoKin.HandFollower = class {
   constructor(limb, poseOf) {
     this.limb = limb;
@@ -17,10 +18,11 @@ NaoKin.HandFollower = class {
     const reference = limb.values(q);
     const kept = limb.solveDirection(target, direction, reference);
     if (kept.reason === "REACHED") return { answer: kept, q: limb.merged(q, kept.branches[0].values), says: "" };
-    const alone = new NaoKin.ArmPlace(limb, target, reference);
-    let answer = alone.solve({ near: true });
-    if (!["REACHED", "OUT_OF_REACH"].includes(answer.reason)) answer = new NaoKin.ArmPlace(limb, target, reference).solve();
-    if (answer.reason !== "REACHED") return { answer, says: NaoKin.sentence(answer) };
+    const answer = new NaoKin.ArmPlace(limb, target, reference).solve({ near: true });
+    if (answer.reason !== "REACHED") {
+      const stuck = answer.reason === "NOT_ENOUGH_JOINTS";
+      return { answer, says: stuck ? "cannot be reached from here" : NaoKin.sentence(answer) };
+    }
     const why = kept.reason === "NOT_ENOUGH_JOINTS" ? "its direction cannot be kept here" : NaoKin.sentence(kept);
     const says = `the forearm turns: ${why}`;
     return { answer, q: limb.merged(q, answer.branches[0].values), says };
