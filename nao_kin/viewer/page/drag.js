@@ -27,7 +27,7 @@ NaoKin.Drag = class {
     const knob = NaoKin.knob();
     mark.add(knob);
     if (limb.kind === "gaze") {
-      const ahead = 0.25 * Math.min(studio.size, 1.5);
+      const ahead = NaoKin.Drag.SIGHT * Math.min(studio.size, 1.5);
       knob.position.x = ahead;
       mark.add(NaoKin.sight(ahead));
     }
@@ -62,8 +62,9 @@ NaoKin.Drag = class {
     this.app.viewer.controls.enabled = false;
     this.pane.setPointerCapture(event.pointerId);
     this.pane.style.cursor = "grabbing";
-    const follower = new NaoKin.FOLLOWERS[handle.limb.kind](handle.limb, (frame) => this.poseOf(frame, handle.limb), this.limbs);
-    this.held = { handle, follower, pointer: event.pointerId, at, plane, hit, place: this.inTorso(at, handle.limb) };
+    const { limb } = handle;
+    const follower = new NaoKin.FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame, limb), this.limbs);
+    this.held = { handle, follower, pointer: event.pointerId, at, plane, hit, place: this.inTorso(at, limb) };
   }
 
   move(event) {
@@ -160,10 +161,10 @@ NaoKin.Drag = class {
     const own = limb.values(q);
     return this.held.follower
       .branches(target, q)
-      .filter(({ values }) => NaoKin.squaredDistance(values, own) > 1e-6)
+      .filter(({ values }) => NaoKin.squaredDistance(values, own) > NaoKin.Drag.OTHER)
       .map(({ values }) => {
-        const inside = limb.isInside(values);
-        return { q: limb.merged(q, values), colour: inside ? "#2f6fe0" : "#5c6678", opacity: inside ? 0.3 : 0.1 };
+        const { INSIDE, OUTSIDE } = NaoKin.Drag;
+        return { q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) };
       });
   }
 
@@ -188,7 +189,7 @@ NaoKin.Drag = class {
     const { Vector3 } = MeshCat.THREE;
     const { left, top, width, height } = this.pane.getBoundingClientRect();
     const { camera } = this;
-    let [found, least] = [null, event.pointerType === "touch" ? 28 : 14];
+    let [found, least] = [null, event.pointerType === "touch" ? NaoKin.Drag.FINGER : NaoKin.Drag.POINT];
     for (const handle of this.handles) {
       const { x, y, z } = handle.knob.getWorldPosition(new Vector3()).project(camera);
       const [px, py] = [left + ((1 + x) / 2) * width, top + ((1 - y) / 2) * height];
@@ -232,9 +233,20 @@ NaoKin.Drag = class {
   }
 };
 
-// The search for the nearest place that is reached goes so many ways, and ends with steps of this length [m], or after so
-// many places.
-Object.assign(NaoKin.Drag, { WAYS: 16, LAST_STEP: 1e-4, TRIES: 100 });
+// The search for the nearest place that is reached goes so many WAYS, and ends with steps of LAST_STEP [m], or after so
+// many TRIES. A handle is held within POINT pixels of the mouse, or FINGER of a touch; that of the gaze is at a share of
+// the robot's size before the camera. Branches whose squared distance is above OTHER are two; their ghosts' looks.
+Object.assign(NaoKin.Drag, {
+  WAYS: 16,
+  LAST_STEP: 1e-4,
+  TRIES: 100,
+  POINT: 14,
+  FINGER: 28,
+  SIGHT: 0.25,
+  OTHER: 1e-6,
+  INSIDE: { colour: "#2f6fe0", opacity: 0.3 },
+  OUTSIDE: { colour: "#5c6678", opacity: 0.1 },
+});
 
 // A ring that keeps its size on the screen.
 NaoKin.knob = () => {
@@ -258,10 +270,11 @@ NaoKin.knob = () => {
   return knob;
 };
 
+// A handle under the pointer is larger and brighter.
 NaoKin.light = (knob, on) => {
-  const size = on ? 0.018 : 0.013;
+  const [size, opacity] = on ? [0.018, 1] : [0.013, 0.75];
   knob.scale.set(size, size, 1);
-  knob.material.opacity = on ? 1 : 0.75;
+  knob.material.opacity = opacity;
 };
 
 // A faint line along x, from the camera to its handle.

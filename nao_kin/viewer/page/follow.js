@@ -58,8 +58,9 @@ NaoKin.FootFollower = class {
       const stood = other.stand(this.otherPose, reference[0], reference);
       if (stood.reason === "REACHED") {
         const [{ values: others, yaw }] = stood.branches;
-        const degrees = NaoKin.degrees(yaw, 1);
-        const says = Math.abs(yaw) < 1e-3 ? "" : `${other.frame} turns by ${degrees} with the hip motor that both legs share`;
+        const turn = NaoKin.degrees(yaw, 1);
+        const isSeen = Number.parseFloat(turn) !== 0;
+        const says = isSeen ? `${other.frame} turns by ${turn} with the hip motor that both legs share` : "";
         return { answer, q: other.merged(moved, others), says };
       }
       blocked ??= stood;

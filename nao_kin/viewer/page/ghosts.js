@@ -5,14 +5,14 @@ NaoKin.Ghosts = class {
   constructor(robot) {
     this.robot = robot;
     this.group = NaoKin.mark(new MeshCat.THREE.Group());
-    // The robot's tree once more without its shapes, for the poses of its links in any configuration.
+    // The robot's tree once more, bare, for the poses of its links in any configuration.
     const bare = robot.root.clone(true);
     bare.position.set(0, 0, 0);
     bare.quaternion.identity();
     this.skeleton = new NaoKin.Skeleton(bare, robot.about);
-    for (const node of this.skeleton.nodes) {
-      node.children.filter(({ name }) => name.startsWith("visual:")).forEach((shape) => shape.removeFromParent());
-    }
+    const dropped = [];
+    bare.traverse((node) => (node.userData.mark || node.name.startsWith("visual:")) && dropped.push(node));
+    dropped.forEach((node) => node.removeFromParent());
     this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: this.inLink(mesh, link) }));
     robot.root.add(this.group);
   }
