@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
     folder = parser.parse_args().folder
     nao = nk.load_nao()
-    q = nao.configuration(nao.angles(nao.posture("StandInit")) | RAISED)
+    q = nao.configuration({**nao.angles(nao.posture("StandInit")), **RAISED})
     found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
     with nk.Viewer(nao) as viewer, tempfile.TemporaryDirectory() as temporary:
         viewer.display(q)

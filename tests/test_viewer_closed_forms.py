@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 from dataclasses import dataclass, field
@@ -335,6 +336,16 @@ def test_what_is_no_rigid_transform_is_refused_in_the_page_too(nao: nk.NaoModel)
     ]
     answered(*jobs)
     assert {answer["reason"] for job in jobs for answer in job.answers} == {"NOT_RIGID"}
+
+
+def test_a_fault_planted_in_the_page_is_no_mistake_in_its_grammar(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).resolve().parent.parent / "scripts")
+    mutate = importlib.import_module("mutate")
+    sources = [mutate.planted(mutation) for mutation in mutate.MUTATIONS if mutation.file.endswith(".js")]
+    assert sources
+    check = "JSON.parse(require('fs').readFileSync(0, 'utf8')).forEach((source) => new (require('vm').Script)(source))"
+    done = subprocess.run([node(), "-e", check], input=json.dumps(sources), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_limbs_are_plain_and_those_of_the_robot(nao: nk.NaoModel) -> None:
