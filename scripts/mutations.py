@@ -758,6 +758,58 @@ _BATCH = (
     ),
 )
 
+_VIEWER = (
+    *_faults(
+        "viewer/page/limb.js",
+        "test_viewer_closed_forms.py",
+        (
+            "page-forgets-the-coupled-limit",
+            "    if (!this.table) return true;\n    const [low, high] = this.tableRange",
+            "    return true;\n    const [low, high] = this.tableRange",
+        ),
+        ("page-sorts-branches-the-other-way", "].distance > branch.distance", "].distance < branch.distance"),
+    ),
+    *_faults(
+        "viewer/page/leg.js",
+        "test_viewer_closed_forms.py",
+        (
+            "other-foot-turns-the-other-way-round",
+            "return Math.atan2(E[3] - E[1], E[0] + E[4]);",
+            "return Math.atan2(E[1] - E[3], E[0] + E[4]);",
+        ),
+        (
+            "hip-beside-the-axis-of-ankle-roll-taken-for-on-it",
+            "{ ROUNDING: 1e-12, STRAIGHT",
+            "{ ROUNDING: 1e-7, STRAIGHT",
+        ),
+    ),
+    *_faults(
+        "viewer/page/follow.js",
+        "test_viewer_drag.py",
+        ("other-foot-carried-along-by-the-shared-motor", "q: other.merged(moved, others)", "q: moved"),
+    ),
+    *_faults(
+        "viewer/page/drag.js",
+        "test_viewer_drag.py",
+        ("camera-turns-while-a-handle-is-held", "    this.app.viewer.controls.enabled = false;\n", ""),
+        ("ghosts-stay-when-a-handle-is-let-go", '    this.say("");\n    this.ghosts.clear();\n', '    this.say("");\n'),
+    ),
+    *_faults(
+        "viewer/page/ghosts.js",
+        "test_viewer_drag.py",
+        (
+            "ghosts-not-looked-at-again-when-the-robot-moves",
+            "> NaoKin.Ghosts.SAME);",
+            "> NaoKin.Ghosts.SAME || copy.visible);",
+        ),
+    ),
+    *_faults(
+        "ik/limbs.py",
+        "test_viewer_closed_forms.py",
+        ("table-of-a-limb-described-with-its-padding", "list(ranges.at[:bends])", "list(ranges.at)"),
+    ),
+)
+
 MUTATIONS: tuple[Mutation, ...] = (
     *_COMMON,
     *_URDF,
@@ -767,4 +819,5 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_MULTIDOF,
     *_BATCH,
     *_CROSSCHECK,
+    *_VIEWER,
 )

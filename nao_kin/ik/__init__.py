@@ -5,7 +5,7 @@ from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs
 from nao_kin.ik.legs_result import LegsResult
-from nao_kin.ik.limbs import limb_of_frame
+from nao_kin.ik.limbs import limb_of_frame, limbs
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import velocity
@@ -25,6 +25,7 @@ __all__ = [
     "leg",
     "legs",
     "limb_of_frame",
+    "limbs",
     "look_at",
     "numeric",
     "velocity",

@@ -96,7 +96,7 @@ def look_at(
     """
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
-    limb = kept_limb(robot, _camera_of, camera)
+    limb = camera_limb(robot, camera)
     points = as_floats(point, (3,), "point")
     enforce, batch = is_enforced(limits), points.shape[:-1]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
@@ -111,6 +111,15 @@ def head_limb(robot: RobotModel, frame: str) -> Limb:
         UnknownName: no such frame.
     """
     return kept_limb(robot, _head_of, frame)
+
+
+def camera_limb(robot: RobotModel, camera: str) -> Limb:
+    """The same for a camera, which has to be in the head's plane of symmetry.
+
+    Raises:
+        BadArgument, UnknownName: as `head_limb`; or it is beside that plane.
+    """
+    return kept_limb(robot, _camera_of, camera)
 
 
 def _head_of(robot: RobotModel, frame: str) -> Limb:

@@ -10,6 +10,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats, Vector
 from nao_kin._common.scalars import finite_or_none
+from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel, topology
 from nao_kin.urdf import UrdfTree
@@ -83,7 +84,7 @@ def presets_of(robot: RobotModel) -> Presets:
 
 
 def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...]) -> dict[str, Any]:
-    """Links, joints, limits, chains, postures, frames, masses and cameras.
+    """Links, joints, limits, chains, postures, frames, masses, cameras and limbs.
 
     Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
     values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry none
@@ -139,6 +140,7 @@ def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[s
             {"name": name, "direction": camera.direction, "links": [place[link] for link in camera.links]}
             for name, camera in presets.cameras.items()
         ],
+        "limbs": limbs(robot),
     }
 
 

@@ -31,6 +31,7 @@ REACH_LABELS = {
 }
 # A browser without a graphics card still turns so many cubes.
 _MOST_CUBES = 40_000
+_MOST_GHOSTS = 64
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -86,6 +87,21 @@ def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes
 def ghost(robot: RobotModel, q: ArrayLike | None) -> bytes:
     """A second, pale robot."""
     return panel_message("ghost", {"q": None if q is None else typed_array(one_configuration(robot, q))})
+
+
+def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float) -> bytes:
+    """Links in other configurations."""
+    array = as_floats(configurations, (robot.nq,), "configurations")
+    if array.ndim != 2:
+        raise WrongShape("configurations", f"(k, {robot.nq})", array.shape)
+    if len(array):
+        robot.angles(array)  # refuses all that are no configurations
+    if len(array) > _MOST_GHOSTS:
+        raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
+    share = number(opacity, "opacity")
+    if not 0.0 < share <= 1.0:
+        raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
+    return panel_message("ghosts", {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share})
 
 
 def targets(poses: Mapping[str, ArrayLike]) -> bytes:

@@ -12,8 +12,21 @@ from pathlib import Path
 
 from nao_kin.errors import BadModel
 
-_FOLDER = Path(__file__).resolve().parent / "page"
-_SCRIPTS = ("robot.js", "studio.js", "marks.js", "reach.js", "player.js", "panel.js", "main.js")
+FOLDER = Path(__file__).resolve().parent / "page"
+CLOSED_FORMS = ("limb.js", "leg.js", "arm.js", "arm_place.js", "head.js")
+_SCRIPTS = (
+    *CLOSED_FORMS,
+    "robot.js",
+    "studio.js",
+    "marks.js",
+    "ghosts.js",
+    "reach.js",
+    "follow.js",
+    "drag.js",
+    "player.js",
+    "panel.js",
+    "main.js",
+)
 
 # Everything is inside the document; a page that nothing can lead out of needs no trust.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
@@ -41,7 +54,7 @@ def _document(title: str, policy: str, scene: str) -> str:
 
 @cache
 def _parts() -> tuple[string.Template, str, str, str]:
-    files = {name: (_FOLDER / name).read_text(encoding="utf-8") for name in ("page.html", "style.css", *_SCRIPTS)}
+    files = {name: (FOLDER / name).read_text(encoding="utf-8") for name in ("page.html", "style.css", *_SCRIPTS)}
     scripts = "\n".join(files[name] for name in _SCRIPTS)
     return string.Template(files["page.html"]), files["style.css"], _meshcat(), scripts
 

@@ -84,7 +84,7 @@ class Viewer:
 
     @property
     def q(self) -> Floats:
-        """The configuration on show, shape (nq,): the one last displayed, or moved to with the sliders of the page."""
+        """The configuration on show, shape (nq,): the one last displayed, or moved to in the page."""
         return np.array(self._q)
 
     def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
@@ -183,6 +183,27 @@ class Viewer:
             WrongShape, NotFinite, BadArgument: q is no configuration.
         """
         self._messages.put("ghost", overlays.ghost(self.robot, q))
+
+    def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3) -> None:
+        """Draw the links that other configurations put elsewhere, in one pale colour for each, instead of those before.
+
+            found = nk.ik.leg(nao, "L", T_torso_foot, reference=q, limits="ignore")
+            viewer.show_ghosts(found.solutions)
+
+        Links that are where the robot has them are not drawn twice. Rows are numbered in the legend of the page.
+
+        Args:
+            configurations: shape (k, nq), k up to 64; none for none.
+            opacity: of the links, above 0 and at most 1.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: no configurations, too many of them, or no opacity.
+        """
+        self._messages.put("ghosts", overlays.ghosts(self.robot, configurations, opacity))
+
+    def clear_ghosts(self) -> None:
+        """Remove what `show_ghosts` has drawn."""
+        self.show_ghosts(np.zeros((0, self.robot.nq)))
 
     def show_targets(self, targets: Mapping[str, ArrayLike]) -> None:
         """Mark points or poses in the robot's root frame, under any names; an empty mapping removes them.

@@ -21,14 +21,14 @@ NaoKin.App = class {
     this.studio = new NaoKin.Studio(viewer);
     this.player = new NaoKin.Player(viewer, this.byId("player"), () => (this.up = null));
     this.source = String(Math.random());
-    this.shown = { frames: false, axes: false, com: false, support: false };
-    const texts = { frames: "Frames", axes: "Joint axes", com: "Centre of mass", support: "Support" };
+    this.shown = { frames: false, axes: false, com: false, support: false, handles: this.role === "" };
+    const texts = { frames: "Frames", axes: "Joint axes", com: "Centre of mass", support: "Support", handles: "Handles" };
     for (const [name, text] of Object.entries(texts)) {
       const button = element("button", { type: "button", onclick: () => this.show({ [name]: !this.shown[name] }) }, text);
       button.dataset.shown = name;
       this.byId("shown").append(button);
     }
-    this.legends = { colours: [], pairs: [], reach: [] };
+    this.legends = { colours: [], pairs: [], reach: [], ghosts: [] };
     this.settled = null;
     this.up = null;
   }
@@ -48,6 +48,7 @@ NaoKin.App = class {
     else if (kind === "frames") this.chooseFrames(message);
     else if (kind === "shown") this.show(message.shown);
     else if (kind === "ghost") this.marks.showGhost(message.q);
+    else if (kind === "ghosts") this.showGhosts(message);
     else if (kind === "targets") this.marks.showTargets(message.targets);
     else if (kind === "colours") this.colour(message);
     else if (kind === "reach") this.reach.show(message);
@@ -68,12 +69,16 @@ NaoKin.App = class {
     this.frames = { names: about.effectors, size: 0.075 * Math.min(this.studio.size, 1.5) };
     this.panel = new NaoKin.Panel(this, this.byId("panel"));
     this.reach = new NaoKin.Reach(this, this.byId("cut"));
+    this.ghosts = new NaoKin.Ghosts(this.robot);
+    this.drag = new NaoKin.Drag(this, this.byId("pane"), this.byId("drag"));
+    this.byId("shown").querySelector("[data-shown=handles]").hidden = !this.drag.possible;
     this.byId("cameras").replaceChildren(
       ...about.cameras.map(({ name }) =>
         NaoKin.element("button", { type: "button", onclick: () => this.camera(name) }, name),
       ),
     );
     this.viewer.set_3d_pane_size();
+    this.show({});
     this.settle();
     this.camera("three-quarter");
   }
@@ -128,7 +133,8 @@ NaoKin.App = class {
     this.settled = now;
     const { robot } = this;
     robot.apply(this.q);
-    if (!robot.about.floating) robot.stand(this.up);
+    if (!robot.about.floating && !this.drag.held) robot.stand(this.up);
+    this.ghosts.refresh();
     if (this.marks.ghost) {
       this.marks.ghost.root.position.copy(robot.root.position);
       this.marks.ghost.root.quaternion.copy(robot.root.quaternion);
@@ -140,6 +146,12 @@ NaoKin.App = class {
     this.panel.refresh();
     if (this.unreported) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
     this.unreported = false;
+  }
+
+  // Put the robot on the floor again, which it keeps off while it is dragged.
+  restand() {
+    this.settled = null;
+    this.viewer.set_dirty();
   }
 
   // Pose of a frame in the robot's root, row by row.
@@ -157,9 +169,10 @@ NaoKin.App = class {
 
   show(changes) {
     Object.assign(this.shown, changes);
-    const { frames, axes, com, support } = this.shown;
+    const { frames, axes, com, support, handles } = this.shown;
     if ("frames" in changes) this.marks.showFrames(frames ? this.frames.names : [], this.frames.size);
     if ("axes" in changes) this.legendOfPairs(this.marks.showAxes(axes));
+    this.drag.show(handles);
     this.marks.balanceShown = { com, support };
     this.marks.drawBalance();
     for (const button of this.byId("shown").children) {
@@ -185,16 +198,29 @@ NaoKin.App = class {
     this.legend("colours", stops ? [`${label} ${low}`.trim(), NaoKin.scaleBar(stops), `${high}`] : []);
   }
 
-  legendOfPairs(kinds) {
-    const entry = ([kind, colour]) => {
-      const dot = NaoKin.element("span", { className: "dot" });
-      dot.style.background = colour;
-      return NaoKin.element("span", { className: "entry" }, dot, kind);
-    };
-    this.legend("pairs", [...kinds].map(entry));
+  // Configurations one after another, each in a colour of its own; the legend numbers them as Python does.
+  showGhosts({ qs, count, opacity }) {
+    const width = qs.length / count;
+    const ghosts = Array.from({ length: count }, (_, i) => {
+      const colour = NaoKin.GHOST_COLOURS[i % NaoKin.GHOST_COLOURS.length];
+      return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
+    });
+    this.settle();
+    this.ghosts.show(ghosts);
+    this.legend("ghosts", ghosts.map(({ colour }, i) => this.legendEntry(`${i}`, colour)));
   }
 
-  // Colours of links, kinds of joints and what is reached each have their own part of the legend.
+  legendOfPairs(kinds) {
+    this.legend("pairs", [...kinds].map(([kind, colour]) => this.legendEntry(kind, colour)));
+  }
+
+  legendEntry(text, colour) {
+    const dot = NaoKin.element("span", { className: "dot" });
+    dot.style.background = colour;
+    return NaoKin.element("span", { className: "entry" }, dot, text);
+  }
+
+  // Colours of links, kinds of joints, what is reached and ghosts each have their own part of the legend.
   legend(part, children) {
     this.legends[part] = children;
     const parts = Object.values(this.legends).filter(({ length }) => length > 0);

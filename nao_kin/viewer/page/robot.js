@@ -1,7 +1,5 @@
 "use strict";
 
-const NaoKin = {};
-
 // The robot's tree of nodes: joint values in, poses out.
 NaoKin.Skeleton = class {
   constructor(root, about) {
@@ -158,14 +156,6 @@ NaoKin.Robot = class extends NaoKin.Skeleton {
     if (box.isEmpty()) this.nodes.forEach((node) => box.expandByPoint(node.getWorldPosition(new MeshCat.THREE.Vector3())));
     return box;
   }
-};
-
-NaoKin.interpolate = (at, values, x) => {
-  const right = at.findIndex((bend) => bend >= x);
-  if (right === 0) return values[0];
-  if (right < 0) return values[values.length - 1];
-  const share = (x - at[right - 1]) / (at[right] - at[right - 1]);
-  return values[right - 1] + share * (values[right] - values[right - 1]);
 };
 
 // R = Rz(yaw) Ry(pitch) Rx(roll): the yaw first, turned back out, and the other two from what is left, so that nothing

@@ -1,0 +1,290 @@
+"use strict";
+
+// Handles on hands, feet and gaze, and a pointer that drags them; the limb follows by its closed form. The pointer moves a
+// handle in the plane through it that the camera faces, with Shift only up and down. While it is held the trunk stays
+// where it is; when it is let go the robot stands on the floor again.
+NaoKin.Drag = class {
+  constructor(app, pane, line) {
+    Object.assign(this, { app, pane, line, held: null, hovered: null });
+    const { robot } = app;
+    this.limbs = robot.about.limbs.map((limb) => new NaoKin.LIMB_CLASSES[limb.kind](limb));
+    const gaze = this.limbs.find(({ kind }) => kind === "gaze");
+    this.handles = this.limbs
+      .filter((limb) => limb.kind === "arm" || limb.kind === "leg" || limb === gaze)
+      .map((limb) => this.handle(limb));
+    this.ghosts = new NaoKin.Ghosts(robot);
+    // Before the camera's own control, which listens on the canvas inside.
+    pane.addEventListener("pointerdown", (event) => this.grab(event), true);
+    pane.addEventListener("pointermove", (event) => this.move(event));
+    pane.addEventListener("pointerup", (event) => this.release(event));
+    pane.addEventListener("pointercancel", (event) => this.release(event));
+    pane.addEventListener("pointerleave", () => this.hover(null));
+  }
+
+  handle(limb) {
+    const { robot, studio } = this.app;
+    const mark = NaoKin.mark(new MeshCat.THREE.Group());
+    const knob = NaoKin.knob();
+    mark.add(knob);
+    if (limb.kind === "gaze") {
+      const ahead = NaoKin.Drag.SIGHT * Math.min(studio.size, 1.5);
+      knob.position.x = ahead;
+      mark.add(NaoKin.sight(ahead));
+    }
+    robot.nodes[robot.frames.get(limb.frame)].add(mark);
+    return { limb, mark, knob };
+  }
+
+  // Whether there is anything to drag.
+  get possible() {
+    return this.handles.length > 0;
+  }
+
+  show(on) {
+    this.shown = on;
+    for (const { mark } of this.handles) mark.visible = on;
+    if (!on) this.hover(null);
+  }
+
+  // --- the pointer ---------------------------------------------------------------------------------------------
+
+  grab(event) {
+    if (this.held || event.button !== 0 || !event.isPrimary) return;
+    const handle = this.handleAt(event);
+    if (!handle) return;
+    const { camera } = this;
+    const { Plane, Vector3 } = MeshCat.THREE;
+    this.app.settle();
+    const at = handle.knob.getWorldPosition(new Vector3());
+    const plane = new Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new Vector3()), at);
+    const hit = this.ray(event).intersectPlane(plane, new Vector3());
+    if (!hit) return;
+    this.app.viewer.controls.enabled = false;
+    this.pane.setPointerCapture(event.pointerId);
+    this.pane.style.cursor = "grabbing";
+    const { limb } = handle;
+    const follower = new NaoKin.FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame, limb), this.limbs);
+    this.held = { handle, follower, pointer: event.pointerId, at, plane, hit, place: this.inTorso(at, limb) };
+  }
+
+  move(event) {
+    if (!this.held) {
+      if (event.pointerType !== "touch" && event.buttons === 0) this.hover(this.handleAt(event));
+      return;
+    }
+    if (event.pointerId !== this.held.pointer) return;
+    const { Vector3 } = MeshCat.THREE;
+    const { plane, hit, at, handle } = this.held;
+    const now = this.ray(event).intersectPlane(plane, new Vector3());
+    if (!now) return;
+    const by = now.sub(hit);
+    if (event.shiftKey) {
+      const up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
+      by.copy(up.multiplyScalar(by.dot(up)));
+    }
+    this.follow(this.inTorso(at.clone().add(by), handle.limb));
+  }
+
+  release(event) {
+    if (!this.held || event.pointerId !== this.held.pointer) return;
+    this.held = null;
+    this.app.viewer.controls.enabled = true;
+    this.say("");
+    this.ghosts.clear();
+    this.app.restand();
+    this.hover(event.type === "pointerup" && event.pointerType !== "touch" ? this.handleAt(event) : null);
+  }
+
+  // --- what follows --------------------------------------------------------------------------------------------
+
+  // Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
+  follow(target) {
+    const { follower, handle } = this.held;
+    const { app } = this;
+    let followed = follower.follow(target, app.q);
+    const { says } = followed;
+    let place = target;
+    if (!followed.q) {
+      place = this.nearest(target);
+      followed = follower.follow(place, app.q);
+    }
+    if (followed.q) {
+      this.held.place = place;
+      const others = this.others(place, followed.q);
+      app.set(followed.q);
+      app.settle();
+      this.ghosts.show(others, this.app.robot.frames.get(handle.limb.joints[0]));
+    }
+    this.say(says && `${handle.limb.frame}: ${says}`);
+  }
+
+  // The reachable place nearest to a target: from the last one in steps in the plane of the drag, each way,
+  // until they are a tenth of a millimetre or too many were tried for one move of the pointer.
+  nearest(target) {
+    const { follower } = this.held;
+    const away = (place) => Math.hypot(...place.map((value, k) => value - target[k]));
+    const directions = this.directions();
+    let best = this.held.place;
+    let step = away(best);
+    let left = NaoKin.Drag.TRIES;
+    const isReached = (place) => left-- > 0 && follower.follow(place, this.app.q).q;
+    while (step > NaoKin.Drag.LAST_STEP && left > 0) {
+      const tried = directions
+        .map((direction) => best.map((value, k) => value + step * direction[k]))
+        .filter((place) => away(place) < away(best))
+        .sort((a, b) => away(a) - away(b))
+        .find(isReached);
+      if (tried) best = tried;
+      else step *= 0.5;
+    }
+    return best;
+  }
+
+  // Unit vectors in the plane of the drag, in the torso's frame.
+  directions() {
+    const { Vector3, Matrix4 } = MeshCat.THREE;
+    const { WAYS } = NaoKin.Drag;
+    const { camera } = this;
+    const toTorso = new Matrix4().copy(this.torso(this.held.handle.limb).matrixWorld).invert();
+    const [right, up] = [0, 1].map((column) =>
+      new Vector3().setFromMatrixColumn(camera.matrixWorld, column).transformDirection(toTorso),
+    );
+    return Array.from({ length: WAYS }, (_, i) => {
+      const angle = (i * 2 * Math.PI) / WAYS;
+      return new Vector3().addScaledVector(right, Math.cos(angle)).addScaledVector(up, Math.sin(angle)).toArray();
+    });
+  }
+
+  // The other branches for a target as ghosts, fainter where a limit stands against them.
+  others(target, q) {
+    const { limb } = this.held.handle;
+    const own = limb.values(q);
+    return this.held.follower
+      .branches(target, q)
+      .filter(({ values }) => NaoKin.squaredDistance(values, own) > NaoKin.Drag.OTHER)
+      .map(({ values }) => {
+        const { INSIDE, OUTSIDE } = NaoKin.Drag;
+        return { q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) };
+      });
+  }
+
+  say(text) {
+    this.line.textContent = text;
+    this.line.hidden = text === "";
+  }
+
+  // --- where things are ----------------------------------------------------------------------------------------
+
+  hover(handle) {
+    this.pane.style.cursor = handle ? "grab" : "";
+    if (handle === this.hovered) return;
+    for (const [which, on] of [[this.hovered, false], [handle, true]]) if (which) NaoKin.light(which.knob, on);
+    this.hovered = handle;
+    this.app.viewer.set_dirty();
+  }
+
+  // The handle under the pointer; a finger covers more than a mouse points at.
+  handleAt(event) {
+    if (!this.shown) return null;
+    const { Vector3 } = MeshCat.THREE;
+    const { left, top, width, height } = this.pane.getBoundingClientRect();
+    const { camera } = this;
+    let [found, least] = [null, event.pointerType === "touch" ? NaoKin.Drag.FINGER : NaoKin.Drag.POINT];
+    for (const handle of this.handles) {
+      const { x, y, z } = handle.knob.getWorldPosition(new Vector3()).project(camera);
+      const [px, py] = [left + ((1 + x) / 2) * width, top + ((1 - y) / 2) * height];
+      const away = Math.hypot(px - event.clientX, py - event.clientY);
+      if (z < 1 && away < least) [found, least] = [handle, away];
+    }
+    return found;
+  }
+
+  // The camera where its control has put it since the last picture.
+  get camera() {
+    const { camera } = this.app.viewer;
+    camera.updateWorldMatrix(true, false);
+    return camera;
+  }
+
+  ray(event) {
+    const { Raycaster, Vector2 } = MeshCat.THREE;
+    const { left, top, width, height } = this.pane.getBoundingClientRect();
+    const x = (2 * (event.clientX - left)) / width - 1;
+    const y = 1 - (2 * (event.clientY - top)) / height;
+    const caster = new Raycaster();
+    caster.setFromCamera(new Vector2(x, y), this.camera);
+    return caster.ray;
+  }
+
+  torso(limb) {
+    const { robot } = this.app;
+    return robot.nodes[robot.frames.get(limb.torso)];
+  }
+
+  inTorso(point, limb) {
+    return this.torso(limb).worldToLocal(point.clone()).toArray();
+  }
+
+  // Pose of a frame in the frame of the torso, row by row.
+  poseOf(frame, limb) {
+    const { robot } = this.app;
+    const pose = robot.pose(robot.frames.get(limb.torso)).invert().multiply(robot.pose(robot.frames.get(frame)));
+    return pose.transpose().toArray();
+  }
+};
+
+// The search for the nearest place that is reached goes so many WAYS, and ends with steps of LAST_STEP [m], or after so
+// many TRIES. A handle is held within POINT pixels of the mouse, or FINGER of a touch; that of the gaze is at a share of
+// the robot's size before the camera. Branches whose squared distance is above OTHER are two; their ghosts' looks.
+Object.assign(NaoKin.Drag, {
+  WAYS: 16,
+  LAST_STEP: 1e-4,
+  TRIES: 100,
+  POINT: 14,
+  FINGER: 28,
+  SIGHT: 0.25,
+  OTHER: 1e-6,
+  INSIDE: { colour: "#2f6fe0", opacity: 0.3 },
+  OUTSIDE: { colour: "#5c6678", opacity: 0.1 },
+});
+
+// A ring that keeps its size on the screen.
+NaoKin.knob = () => {
+  const T = MeshCat.THREE;
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 96;
+  const ink = canvas.getContext("2d");
+  ink.beginPath();
+  ink.arc(48, 48, 34, 0, 2 * Math.PI);
+  ink.fillStyle = "rgba(255, 255, 255, 0.78)";
+  ink.fill();
+  ink.lineWidth = 11;
+  ink.strokeStyle = "#1d2433";
+  ink.stroke();
+  const map = new T.CanvasTexture(canvas);
+  map.encoding = T.sRGBEncoding;
+  const material = new T.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false, toneMapped: false });
+  const knob = new T.Sprite(material);
+  knob.renderOrder = 25;
+  NaoKin.light(knob, false);
+  return knob;
+};
+
+// A handle under the pointer is larger and brighter.
+NaoKin.light = (knob, on) => {
+  const [size, opacity] = on ? [0.018, 1] : [0.013, 0.75];
+  knob.scale.set(size, size, 1);
+  knob.material.opacity = opacity;
+};
+
+// A faint line along x, from the camera to its handle.
+NaoKin.sight = (length) => {
+  const T = MeshCat.THREE;
+  const ends = [new T.Vector3(), new T.Vector3(length, 0, 0)];
+  const line = new T.Line(
+    new T.BufferGeometry().setFromPoints(ends),
+    new T.LineDashedMaterial({ color: 0x1d2433, dashSize: 0.008, gapSize: 0.006, transparent: true, opacity: 0.45 }),
+  );
+  line.computeLineDistances();
+  return line;
+};

@@ -1,0 +1,121 @@
+"use strict";
+
+// How a limb follows what is dragged, by its closed form: from a target in the torso's frame to a configuration inside
+// the limits, the other branches, and what there is to say. Each has `follow(target, q)`, whose `answer` tells whether
+// the target is reached; it changes nothing.
+
+// A hand keeps the direction of its forearm where that is possible, and else only its place counts; then the arm goes on
+// from where it is, and does not jump to a posture far away that meets the place too.
+NaoKin.HandFollower = class {
+  constructor(limb, poseOf) {
+    this.limb = limb;
+    const pose = poseOf(limb.frame);
+    this.direction = [pose[0], pose[4], pose[8]];
+  }
+
+  follow(target, q) {
+    const { limb, direction } = this;
+    const reference = limb.values(q);
+    const kept = limb.solveDirection(target, direction, reference);
+    if (kept.reason === "REACHED") return { answer: kept, q: limb.merged(q, kept.branches[0].values), says: "" };
+    const answer = new NaoKin.ArmPlace(limb, target, reference).solve({ near: true });
+    if (answer.reason !== "REACHED") {
+      const stuck = answer.reason === "NOT_ENOUGH_JOINTS";
+      return { answer, says: stuck ? "cannot be reached from here" : NaoKin.sentence(answer) };
+    }
+    const why = kept.reason === "NOT_ENOUGH_JOINTS" ? "its direction cannot be kept here" : NaoKin.sentence(kept);
+    const says = `the forearm turns: ${why}`;
+    return { answer, q: limb.merged(q, answer.branches[0].values), says };
+  }
+
+  // All branches for the same target, whatever the limits.
+  branches(target, q) {
+    return this.limb.solveDirection(target, this.direction, this.limb.values(q), false).branches;
+  }
+};
+
+// A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: that foot stays on its place and its
+// sole as it is, and only turns about the sole's normal.
+NaoKin.FootFollower = class {
+  constructor(limb, poseOf, limbs) {
+    this.limb = limb;
+    this.pose = poseOf(limb.frame);
+    this.other = limbs.find(
+      (other) => other.kind === "leg" && other !== limb && other.columns[0] === limb.columns[0],
+    );
+    if (this.other) this.otherPose = poseOf(this.other.frame);
+  }
+
+  follow(target, q) {
+    const { limb, other } = this;
+    const answer = limb.solve(this.poseAt(target), limb.values(q));
+    if (answer.reason !== "REACHED") return { answer, says: NaoKin.sentence(answer) };
+    let blocked = null;
+    for (const { values } of answer.branches) {
+      const moved = limb.merged(q, values);
+      if (!other) return { answer, q: moved, says: "" };
+      const reference = other.values(moved);
+      const stood = other.stand(this.otherPose, reference[0], reference);
+      if (stood.reason === "REACHED") {
+        const [{ values: others, yaw }] = stood.branches;
+        const turn = NaoKin.degrees(yaw, 1);
+        const isSeen = Number.parseFloat(turn) !== 0;
+        const says = isSeen ? `${other.frame} turns by ${turn} with the hip motor that both legs share` : "";
+        return { answer, q: other.merged(moved, others), says };
+      }
+      blocked ??= stood;
+    }
+    return { answer: blocked, says: `${other.frame} cannot stay where it is: ${NaoKin.sentence(blocked)}` };
+  }
+
+  poseAt([x, y, z]) {
+    const pose = [...this.pose];
+    [pose[3], pose[7], pose[11]] = [x, y, z];
+    return pose;
+  }
+
+  branches(target, q) {
+    return this.limb.solve(this.poseAt(target), this.limb.values(q), false).branches;
+  }
+};
+
+// A camera looks at what is dragged, or as near past it as the limits allow.
+NaoKin.GazeFollower = class {
+  constructor(limb) {
+    this.limb = limb;
+  }
+
+  follow(target, q) {
+    const { limb } = this;
+    const answer = limb.solveGaze(target, limb.values(q));
+    if (answer.reason === "REACHED") return { answer, q: limb.merged(q, answer.branches[0].values), says: "" };
+    if (!answer.nearest) return { answer, says: NaoKin.sentence(answer) };
+    const { values, error } = answer.nearest;
+    const says = `${NaoKin.sentence(answer)}; looks ${NaoKin.degrees(error, 1)} past it`;
+    return { answer, q: limb.merged(q, values), says };
+  }
+
+  branches(target, q) {
+    return this.limb.solveGaze(target, this.limb.values(q), false).branches;
+  }
+};
+
+NaoKin.FOLLOWERS = { arm: NaoKin.HandFollower, leg: NaoKin.FootFollower, gaze: NaoKin.GazeFollower };
+
+NaoKin.degrees = (angle, digits) => `${((angle * 180) / Math.PI).toFixed(digits)}°`;
+
+// Why there is no branch, in the words of Python's `IKResult.message`, in degrees.
+NaoKin.sentence = ({ reason, joint, needed, limit, limb }) => {
+  if (reason === "OUT_OF_REACH") return `out of reach by ${NaoKin.millimetres(needed)}`;
+  if (reason === "NOT_ENOUGH_JOINTS") return `${limb.joints.length} joints do not make this pose`;
+  if (joint < 0) return "no solution found";
+  const which = reason === "JOINT_LIMIT" ? "limit" : "coupled limit there";
+  // As many digits as it takes to tell the two apart.
+  const digits = [1, 2, 3, 4, 5].find((n) => NaoKin.degrees(needed, n) !== NaoKin.degrees(limit, n)) ?? 6;
+  return `${limb.joints[joint]} needs ${NaoKin.degrees(needed, digits)}, ${which} ${NaoKin.degrees(limit, digits)}`;
+};
+
+NaoKin.millimetres = (metres) => {
+  const digits = metres < 0.001 ? 3 : metres < 0.01 ? 1 : 0;
+  return `${(1000 * metres).toFixed(digits)} mm`;
+};

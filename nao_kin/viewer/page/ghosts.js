@@ -1,0 +1,85 @@
+"use strict";
+
+// Pale copies of the links that other configurations put elsewhere; they stay with the robot's root.
+NaoKin.Ghosts = class {
+  constructor(robot) {
+    this.robot = robot;
+    this.group = NaoKin.mark(new MeshCat.THREE.Group());
+    // The robot's tree once more, bare, for the poses of its links in any configuration.
+    const bare = robot.root.clone(true);
+    bare.position.set(0, 0, 0);
+    bare.quaternion.identity();
+    this.skeleton = new NaoKin.Skeleton(bare, robot.about);
+    const dropped = [];
+    bare.traverse((node) => (node.userData.mark || node.name.startsWith("visual:")) && dropped.push(node));
+    dropped.forEach((node) => node.removeFromParent());
+    this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: this.inLink(mesh, link) }));
+    robot.root.add(this.group);
+  }
+
+  inLink(mesh, link) {
+    const { Matrix4 } = MeshCat.THREE;
+    mesh.updateWorldMatrix(true, false);
+    return new Matrix4().copy(this.robot.nodes[link].matrixWorld).invert().multiply(mesh.matrixWorld);
+  }
+
+  // Draw these instead of those before: configurations with a colour and an opacity each; of all links, or of those that
+  // the given one carries.
+  show(ghosts, carrier = 0) {
+    this.clear();
+    const T = MeshCat.THREE;
+    const shapes = this.shapes.filter(({ link }) => this.carries(carrier, link));
+    for (const [i, { q, colour, opacity }] of ghosts.entries()) {
+      const material = new T.MeshPhongMaterial({
+        color: new T.Color(colour).convertSRGBToLinear(),
+        transparent: true,
+        opacity,
+        shininess: 12,
+        // Of surfaces in one place the robot's is seen, and then the first ghost's.
+        polygonOffset: true,
+        polygonOffsetFactor: i + 1,
+        polygonOffsetUnits: i + 1,
+      });
+      this.skeleton.apply(q);
+      const poses = this.robot.nodes.map((_, link) => this.skeleton.pose(link));
+      for (const { mesh, link, T_link_mesh } of shapes) {
+        const copy = new T.Mesh(mesh.geometry, material);
+        copy.matrixAutoUpdate = false;
+        copy.matrix.multiplyMatrices(poses[link], T_link_mesh);
+        Object.assign(copy.userData, { link, pose: poses[link] });
+        this.group.add(copy);
+      }
+    }
+    this.refresh();
+  }
+
+  carries(carrier, link) {
+    const { nodes } = this.robot;
+    let node = nodes[link];
+    while (node && node !== nodes[carrier]) node = node.parent;
+    return Boolean(node);
+  }
+
+  // Show the links that are not where the robot has them.
+  refresh() {
+    if (this.group.children.length === 0) return;
+    const poses = this.robot.nodes.map((_, link) => this.robot.pose(link).elements);
+    for (const copy of this.group.children) {
+      const { link, pose } = copy.userData;
+      copy.visible = pose.elements.some((value, i) => Math.abs(value - poses[link][i]) > NaoKin.Ghosts.SAME);
+    }
+  }
+
+  // The shapes' geometries are the robot's.
+  clear() {
+    for (const copy of [...this.group.children]) {
+      copy.material.dispose();
+      copy.removeFromParent();
+    }
+  }
+};
+
+// Poses whose entries [1, m] differ by no more are one.
+NaoKin.Ghosts.SAME = 1e-6;
+
+NaoKin.GHOST_COLOURS = ["#2f6fe0", "#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#5c6678"];

@@ -1,0 +1,410 @@
+"""Dragging hands, feet and gaze in the page with a real pointer, and ghosts."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from viewer_pages import Page, chromium, opened, read_png
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NotFinite, WrongShape
+from nao_kin.viewer import Viewer
+
+SIZE = (1100, 640)
+
+# Where on the screen a handle is, moved by so much in the world (y up).
+ON_SCREEN = """([frame, by]) => {
+    naoKin.settle();
+    const { knob } = naoKin.drag.handles.find(({ limb }) => limb.frame === frame);
+    const { Vector3 } = MeshCat.THREE;
+    const { camera } = naoKin.drag;
+    const { x, y } = knob.getWorldPosition(new Vector3()).add(new Vector3(...by)).project(camera);
+    const { left, top, width, height } = document.getElementById("pane").getBoundingClientRect();
+    return [left + (1 + x) / 2 * width, top + (1 - y) / 2 * height];
+}"""
+CAMERA = "() => naoKin.drag.camera.matrixWorld.elements"
+ROOT = "() => naoKin.robot.root.matrixWorld.elements"
+GHOSTS = (
+    """() => naoKin.drag.ghosts.group.children.filter(({ visible }) => visible).map(({ userData }) => userData.link)"""
+)
+LEG = ("LHipYawPitch", "LHipRoll", "LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Viewer(nao).save_html(tmp_path_factory.mktemp("drag") / "nao.html")
+
+
+@pytest.fixture(scope="module")
+def shared(browser: Any, document: Path) -> Iterator[Page]:
+    with opened(browser, document, SIZE) as page:
+        page.draw(False)
+        yield page
+
+
+@pytest.fixture
+def page(shared: Page, nao: nk.NaoModel) -> Page:
+    """The page with the robot standing before the camera."""
+    shared.tab.mouse.up()
+    shared.tab.keyboard.up("Shift")
+    shared.run("() => naoKin.show({ handles: true })")
+    shared.set(nao.posture("StandInit"))
+    shared.tab.get_by_role("button", name="three-quarter", exact=True).click()
+    return shared
+
+
+def on_screen(page: Page, frame: str, by: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    return np.array(page.run(ON_SCREEN, [frame, list(by)]))
+
+
+def drag(page: Page, frame: str, by: Any, steps: int = 8) -> np.ndarray:
+    """Press on a handle and move by so many pixels, in steps, and hold it there; gives where the pointer is then."""
+    start = on_screen(page, frame)
+    page.tab.mouse.move(*start)
+    page.tab.mouse.down()
+    page.tab.mouse.move(*(start + by), steps=steps)
+    return start + np.array(by)
+
+
+def said(page: Page) -> str:
+    line = page.tab.locator("#drag")
+    return str(line.inner_text()) if line.is_visible() else ""
+
+
+def assert_consistent(page: Page, nao: nk.NaoModel) -> np.ndarray:
+    """What the page draws is what its joint values mean, and they are inside all limits; gives them."""
+    q = page.q
+    frames = nao.semantics.end_effectors
+    assert np.abs(page.poses(frames) - nao.fk(q, frames)).max() < 1e-6
+    assert nao.within_limits(q)
+    return q
+
+
+@pytest.mark.parametrize("frame", ["LArm", "RArm"])
+@pytest.mark.parametrize(
+    ("camera", "by", "kept"),
+    [("three-quarter", (0.0, 0.05, 0.0), False), ("side", (0.048, 0.014, 0.0), True)],
+)
+def test_a_hand_dragged_five_centimetres_is_under_the_pointer(
+    page: Page, nao: nk.NaoModel, frame: str, camera: str, by: tuple[float, float, float], kept: bool
+) -> None:
+    page.tab.get_by_role("button", name=camera, exact=True).click()
+    before = page.q
+    pointer = drag(page, frame, on_screen(page, frame, by) - on_screen(page, frame))
+    assert said(page) == ("" if kept else f"{frame}: the forearm turns: its direction cannot be kept here")
+    assert np.abs(on_screen(page, frame) - pointer).max() < 0.1
+    q = assert_consistent(page, nao)
+    moved = {nao.joint_names[column] for column in np.flatnonzero(np.abs(q - before) > 1e-9)}
+    assert moved <= set(nao.chains[frame])
+    T, T_before = nao.fk(q, frame), nao.fk(before, frame)
+    assert np.linalg.norm(T[:3, 3] - T_before[:3, 3]) == pytest.approx(0.05, abs=3e-3)
+    assert (np.abs(T[:3, 0] - T_before[:3, 0]).max() < 1e-9) == kept
+    for joint in nao.chains[frame]:
+        shown = float(page.slider(joint).input_value())
+        assert shown == pytest.approx(q[nao.joint_names.index(joint)], abs=1e-6)
+    page.tab.mouse.up()
+    assert np.array_equal(page.q, q)
+    assert said(page) == ""
+
+
+def test_with_shift_a_handle_moves_up_and_down_only(page: Page) -> None:
+    start = on_screen(page, "LArm")
+    page.tab.keyboard.down("Shift")
+    drag(page, "LArm", (25, -30))
+    page.tab.keyboard.up("Shift")
+    assert on_screen(page, "LArm") - start == pytest.approx([0.0, -30.0], abs=0.2)
+    page.tab.mouse.up()
+
+
+@pytest.mark.parametrize(("frame", "by"), [("LArm", (250, 0)), ("RLeg", (-60, 160))])
+def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it_is(
+    page: Page, nao: nk.NaoModel, frame: str, by: tuple[int, int]
+) -> None:
+    start = on_screen(page, frame)
+    drag(page, frame, by)
+    found = re.fullmatch(rf"{frame}: out of reach by (\d+) mm", said(page))
+    assert found
+    assert int(found[1]) > 20
+    assert page.tab.locator("#drag").get_attribute("aria-live") == "polite"
+    q = assert_consistent(page, nao)
+    assert np.abs(q - nao.posture("StandInit")).max() > 0.05
+    towards = on_screen(page, frame) - start
+    assert towards @ by > 0.0
+    page.tab.mouse.up()
+    assert said(page) == ""
+    assert np.array_equal(page.q, q)
+
+
+@pytest.mark.parametrize("frame", ["LLeg", "RLeg", "LArm", "CameraTop"])
+def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
+    rng = np.random.default_rng(4)
+    start = on_screen(page, frame)
+    page.tab.mouse.move(*start)
+    page.tab.mouse.down()
+    lines = set()
+    for away in rng.uniform(-220, 220, (14, 2)):
+        page.tab.mouse.move(*(start + away), steps=2)
+        assert_consistent(page, nao)
+        lines.add(said(page))
+    page.tab.mouse.up()
+    assert any("limit" in line for line in lines), lines
+
+
+def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: nk.NaoModel) -> None:
+    page.slide("LHipYawPitch", -0.3)
+    before = nao.fk(page.q, ("LLeg", "RLeg"))
+    root = page.run(ROOT)
+    pointer = drag(page, "LLeg", (30, -25))
+    left, right = nao.fk(assert_consistent(page, nao), ("LLeg", "RLeg"))
+    assert np.abs(on_screen(page, "LLeg") - pointer).max() < 0.1
+    assert np.abs(left[:3, :3] - before[0, :3, :3]).max() < 1e-9
+    assert np.linalg.norm(left[:3, 3] - before[0, :3, 3]) > 0.02
+    assert np.abs(right[:3, 2:] - before[1, :3, 2:]).max() < 1e-9
+    # What the shared motor leaves: a turn about the normal of the sole, in the line.
+    found = re.fullmatch(r"LLeg: RLeg turns by (-?[\d.]+)° with the hip motor that both legs share", said(page))
+    assert found
+    E = before[1, :3, :3].T @ right[:3, :3]
+    assert float(found[1]) == pytest.approx(math.degrees(math.atan2(E[1, 0], E[0, 0])), abs=0.06)
+    assert abs(float(found[1])) > 0.3
+    # The trunk stays while the foot is held, and stands on the floor when it is let go.
+    assert page.run(ROOT) == root
+    page.tab.mouse.up()
+    assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: nk.NaoModel) -> None:
+    assert page.run(GHOSTS) == []
+    drag(page, "LLeg", (10, -30))
+    links = {page.run("(i) => naoKin.robot.about.links[i].name", link) for link in page.run(GHOSTS)}
+    assert {"LThigh", "LTibia"} <= links
+    assert links <= {"LPelvis", "LHip", "LThigh", "LTibia", "LAnklePitch_link", "l_ankle"}  # of the other leg none
+    feet = page.run("""() => naoKin.drag.ghosts.group.children
+        .filter(({ userData }) => naoKin.robot.about.links[userData.link].name === "l_ankle")
+        .map(({ userData }) => userData.pose.clone().transpose().toArray())""")
+    foot = page.poses(("l_ankle",))[0]
+    assert len(feet) >= 7
+    assert all(np.abs(np.reshape(T, (4, 4)) - foot).max() < 1e-6 for T in feet)
+    page.tab.mouse.up()
+    assert page.run("() => naoKin.drag.ghosts.group.children.length") == 0
+
+
+def test_the_camera_looks_at_what_is_dragged(page: Page, nao: nk.NaoModel) -> None:
+    before = page.q
+    pointer = drag(page, "CameraTop", (50, 30))
+    q = assert_consistent(page, nao)
+    moved = {nao.joint_names[column] for column in np.flatnonzero(np.abs(q - before) > 1e-9)}
+    assert moved == {"HeadYaw", "HeadPitch"}
+    # The pointer is on the picture of the optical axis.
+    axis = page.run("""() => {
+        const { knob } = naoKin.drag.handles.find(({ limb }) => limb.frame === "CameraTop");
+        const { left, top, width, height } = document.getElementById("pane").getBoundingClientRect();
+        return [0.5, 1.5].map((share) => {
+            const at = knob.position.clone().multiplyScalar(share).applyMatrix4(knob.parent.matrixWorld);
+            const { x, y } = at.project(naoKin.drag.camera);
+            return [left + (1 + x) / 2 * width, top + (1 - y) / 2 * height];
+        });
+    }""")
+    along = np.subtract(axis[1], axis[0])
+    normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+    assert abs(normal @ (pointer - axis[0])) < 0.1
+    page.tab.mouse.up()
+
+
+def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk.NaoModel) -> None:
+    def orbited(start: Any) -> bool:
+        before = np.array(page.run(CAMERA))
+        page.tab.mouse.move(*map(float, start))
+        page.tab.mouse.down()
+        page.tab.mouse.move(*np.add(start, (80, 20)).tolist(), steps=4)
+        page.tab.mouse.up()
+        page.animation_frames(2)
+        return bool(np.abs(np.array(page.run(CAMERA)) - before).max() > 1e-3)
+
+    q = page.q
+    assert orbited((90, 560))
+    assert np.array_equal(page.q, q)
+    assert not orbited(on_screen(page, "LArm"))
+    assert np.abs(page.q - q).max() > 0.01
+    assert orbited((90, 560))
+    # With the handles hidden there is nothing to hold.
+    switch = page.tab.get_by_role("button", name="Handles", exact=True)
+    switch.click()
+    assert switch.get_attribute("aria-pressed") == "false"
+    q = page.q
+    assert orbited(on_screen(page, "LArm"))
+    assert np.array_equal(page.q, q)
+    switch.click()
+    assert switch.get_attribute("aria-pressed") == "true"
+    assert not orbited(on_screen(page, "LArm"))
+
+
+def test_a_handle_under_the_pointer_says_that_it_can_be_held(page: Page) -> None:
+    cursor = "() => document.getElementById('pane').style.cursor"
+    page.tab.mouse.move(90, 560)
+    assert page.run(cursor) == ""
+    page.tab.mouse.move(*on_screen(page, "LArm"))
+    assert page.run(cursor) == "grab"
+    page.tab.mouse.down()
+    assert page.run(cursor) == "grabbing"
+    page.tab.mouse.up()
+    assert page.run(cursor) == "grab"
+    page.tab.mouse.move(90, 560)
+    assert page.run(cursor) == ""
+
+
+def test_a_finger_drags_a_hand_and_a_second_one_does_nothing(page: Page, nao: nk.NaoModel) -> None:
+    session = page.tab.context.new_cdp_session(page.tab)
+
+    def touch(kind: str, *points: Any) -> None:
+        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+
+    start = np.add(on_screen(page, "LArm"), (15, -8))  # a finger is no needle
+    camera = page.run(CAMERA)
+    before = on_screen(page, "LArm")
+    touch("touchStart", start)
+    touch("touchMove", np.add(start, (4, -12)))
+    touch("touchStart", np.add(start, (4, -12)), (90, 560))
+    touch("touchMove", np.add(start, (6, -20)), (140, 500))
+    assert np.abs(on_screen(page, "LArm") - before - (6, -20)).max() < 0.2
+    touch("touchEnd")
+    assert_consistent(page, nao)
+    assert page.run(CAMERA) == camera
+    assert page.run("() => naoKin.drag.held") is None
+    session.detach()
+
+
+def test_what_is_dragged_in_a_live_page_is_known_to_the_program(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer:
+        viewer.display(nao.posture("StandInit"))
+        with opened(browser, viewer.url, SIZE) as one, opened(browser, viewer.url) as other:
+            one.draw(False)
+            other.draw(False)
+            drag(one, "RArm", (-10, -20))
+            q = assert_consistent(one, nao)
+            other.tab.wait_for_function("(x) => Math.abs(naoKin.q[19] - x) < 1e-12", arg=float(q[19]))
+            assert np.array_equal(viewer.q, q)
+            one.tab.mouse.up()
+            assert np.array_equal(viewer.q, one.q)
+
+
+def test_a_floating_robot_is_dragged_where_it_floats(browser: Any, tmp_path: Path) -> None:
+    nao = nk.load_nao(base="floating")
+    q = nao.neutral()
+    q[7:] = nk.load_nao().posture("StandInit")
+    q[:3], q[3:7] = [0.1, -0.2, 0.4], np.array([0.1, 0.2, -0.1, 0.9]) / np.linalg.norm([0.1, 0.2, -0.1, 0.9])
+    viewer = Viewer(nao)
+    viewer.display(q)
+    with opened(browser, viewer.save_html(tmp_path / "floating.html"), SIZE) as page:
+        page.draw(False)
+        pointer = drag(page, "LLeg", (5, -20))
+        assert np.abs(on_screen(page, "LLeg") - pointer).max() < 0.1
+        moved = page.q
+        assert np.array_equal(moved[:7], q[:7])
+        assert np.abs(page.poses(("LLeg",)) - nao.fk(moved, "LLeg")).max() < 1e-6
+        page.tab.mouse.up()
+
+
+def test_a_robot_without_such_limbs_has_no_handles(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bare.urdf"
+    path.write_text('<robot name="bare"><link name="only"/></robot>', encoding="utf-8")
+    with opened(browser, Viewer(nk.RobotModel.from_urdf(path)).save_html(tmp_path / "bare.html")) as page:
+        assert not page.tab.get_by_role("button", name="Handles", exact=True).is_visible()
+        page.tab.mouse.move(200, 200)
+        page.tab.mouse.down()
+        page.tab.mouse.up()
+
+
+# --- ghosts from Python ----------------------------------------------------------------------------------------------
+
+
+def ghosts_of(page: Page) -> list[tuple[str, list[float], bool]]:
+    """Link, pose by rows, and whether it is drawn, of every copy."""
+    return page.run("""() => (naoKin.settle(), naoKin.ghosts.group.children.map(({ userData, visible }) => [
+        naoKin.robot.about.links[userData.link].name, userData.pose.clone().transpose().toArray(), visible,
+    ]))""")  # type: ignore[no-any-return]
+
+
+def assert_drawn_where_they_differ(page: Page, nao: nk.NaoModel, configurations: np.ndarray) -> set[tuple[int, str]]:
+    """Every copy is where forward kinematics has it, and drawn if the robot's own is elsewhere; gives those drawn."""
+    copies, drawn, q = ghosts_of(page), set(), page.q
+    per_ghost = len(copies) // len(configurations)
+    for i, (link, T, visible) in enumerate(copies):
+        expected = nao.fk(configurations[i // per_ghost], link)
+        assert np.abs(np.reshape(T, (4, 4)) - expected).max() < 1e-6
+        assert visible == bool(np.abs(expected - nao.fk(q, link)).max() > 1e-6)
+        drawn |= {(i // per_ghost, link)} if visible else set()
+    return drawn
+
+
+def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    q = nao.posture("StandInit")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    assert found.count == 8
+    viewer = Viewer(nao)
+    viewer.display(q)
+    viewer.show_ghosts(found.solutions, opacity=0.4)
+    with opened(browser, viewer.save_html(tmp_path / "ghosts.html")) as page:
+        drawn = assert_drawn_where_they_differ(page, nao, found.solutions)
+        assert {k for k, _ in drawn} == set(range(1, 8))  # the first is the robot itself
+        assert not {link for _, link in drawn} & {"torso", "Head", "LBicep"}
+        assert page.tab.locator("#legend").inner_text().split() == [str(k) for k in range(8)]
+        colours = page.run(
+            "() => [...new Set(naoKin.ghosts.group.children.map((c) => c.material.color.getHex()))].length"
+        )
+        assert colours == 8
+        page.set(nao.posture("Crouch"))  # what differed and what did not change places
+        assert (0, "LThigh") in assert_drawn_where_they_differ(page, nao, found.solutions)
+
+
+def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
+        page.draw(False)
+        viewer.show_ghosts(nao.random(3, 2))
+        page.tab.wait_for_function("() => naoKin.ghosts.group.children.length > 0")
+        viewer.show_ghosts(nao.random(3, 1))
+        page.tab.wait_for_function("() => document.getElementById('legend').innerText.trim() === '0'")
+        viewer.clear_ghosts()
+        page.tab.wait_for_function("() => naoKin.ghosts.group.children.length === 0")
+        assert not page.tab.locator("#legend").is_visible()
+
+
+def test_a_picture_has_ghosts_and_no_handles(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    with Viewer(nao) as viewer:
+        q = nao.posture("StandInit")
+        viewer.display(q)
+        plain = read_png(viewer.save_png(tmp_path / "a.png", size=(320, 240)).read_bytes()).astype(int)
+        raised = nao.configuration(nao.angles(q) | {"LShoulderPitch": -1.0})
+        viewer.show_ghosts([raised])
+        ghostly = read_png(viewer.save_png(tmp_path / "b.png", size=(320, 240)).read_bytes()).astype(int)
+        with opened(browser, f"{viewer.url}?role=capture9", (320, 240)) as page:
+            assert page.run("() => naoKin.drag.handles.every(({ mark }) => !mark.visible)")
+    assert (np.abs(ghostly - plain).max(axis=2) > 20).mean() > 0.004
+
+
+def test_ghosts_that_are_no_configurations_are_refused(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    with pytest.raises(WrongShape, match=r"\(k, 25\)"):
+        viewer.show_ghosts(nao.neutral())
+    with pytest.raises(WrongShape):
+        viewer.show_ghosts(np.zeros((2, 24)))
+    with pytest.raises(NotFinite):
+        viewer.show_ghosts(np.full((1, 25), np.nan))
+    with pytest.raises(BadArgument, match="at most 64 ghosts are drawn, got 65"):
+        viewer.show_ghosts(np.zeros((65, 25)))
+    for opacity in (0.0, 1.1, -1.0):
+        with pytest.raises(BadArgument, match="opacity must be above 0"):
+            viewer.show_ghosts(nao.random(1, 2), opacity=opacity)
+    assert viewer._messages.get("ghosts") is None
