@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from viewer_pages import messages_of
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -230,6 +231,33 @@ def test_solutions_are_near_the_reference(capsys: pytest.CaptureFixture, tmp_pat
     crouch = nao.angles(near)
     assert float(values["LKneePitch"]) == crouch["LKneePitch"]
     assert said(capsys, *target) != by_posture
+
+
+def test_a_page_shows_the_robot_and_its_other_solutions_as_ghosts(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    T = nao.fk(nao.posture("StandInit"), "LLeg")
+    page = tmp_path / "leg.html"
+    out = said(capsys, "LLeg", "--target", words(T), "--ignore-limits", "--html", str(page))
+    assert out.startswith(f"{page}\nreached, 8 solutions")
+    (ghosts,) = (m for m in messages_of(page.read_text("utf-8")) if m.get("kind") == "ghosts")
+    assert ghosts["count"] == 7
+    np.save(tmp_path / "feet.npy", nao.fk(nao.random(5, 4), "LLeg"))
+    said(capsys, "LLeg", str(tmp_path / "feet.npy"), "--html", str(page))
+    messages = messages_of(page.read_text("utf-8"))
+    kinds, types = ({m.get(key) for m in messages} for key in ("kind", "type"))
+    assert "ghosts" not in kinds
+    assert "set_animation" in types
+
+
+def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    page = tmp_path / "leg.html"
+    said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", "--html", str(page), code=1)
+    assert not page.exists()
+    assert "folder" in refused(capsys, "LLeg", "--target", "0 0 0 0 0 0", "--html", str(tmp_path))
+    assert "write to standard output" in refused(
+        capsys, "LLeg", "--target", "0 0 0 0 0 0", "--html", "/dev/stdout", "--json"
+    )
 
 
 @pytest.mark.parametrize(
