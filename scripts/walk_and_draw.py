@@ -3,7 +3,7 @@
 The torso is upright, and so placed that the centre of mass is where the plan wants it: above the sole that stands.
 
 Example:
-    python scripts/walk_and_draw.py            # writes docs/_static/walk_and_draw.html and docs/images/walk_and_draw.jpg
+    python scripts/walk_and_draw.py    # writes docs/_static/walk_and_draw.html and docs/images/walk_and_draw.jpg
 """
 
 from __future__ import annotations
@@ -32,9 +32,10 @@ STEPS = 6
 SHIFT_TIME, SWING_TIME = 0.45, 0.55
 # Where the centre of mass is above a sole, from its ankle: ahead, and towards the other foot.
 AHEAD, INWARDS = 0.02, 0.004
-ROLL = 4.0  # how much a lifted foot is turned with its leg [rad/m]
 EIGHT_SIZE, EIGHT_TIME, EIGHTS = (0.055, 0.04), 4.0, 2
 EIGHT_FROM_TORSO = (0.15, -0.1, 0.12)
+RAISED = (0.03, -0.01, 0.06)  # the right foot while the hand draws
+TURNED = 0.05  # how high a foot is lifted when it is turned with its leg, so that the ankle does not roll
 # What the centre of mass may be off from where it is wanted.
 SETTLED = 1e-6
 MARGIN = 0.01
@@ -58,26 +59,24 @@ class Plan:
             first = rows[-1]
             target = first if last is None else last
             arc = LIFT if target[2] == first[2] and target[0] != first[0] else 0.0
-            for u in (np.arange(frames) + 1.0) / frames:
-                height = 4.0 * arc * smooth(u) * (1.0 - smooth(u))
-                rows.append(first + smooth(u) * (target - first) + [0.0, 0.0, height])
+            for u in smooth((np.arange(frames) + 1.0) / frames):
+                height = 4.0 * arc * u * (1.0 - u)
+                rows.append(first + u * (target - first) + [0.0, 0.0, height])
         first = self.com[-1]
-        self.com.extend(first + smooth(u) * (com - first) for u in (np.arange(frames) + 1.0) / frames)
+        self.com.extend(first + u * (com - first) for u in smooth((np.arange(frames) + 1.0) / frames))
 
-    def poses(self, side: str) -> Floats:
-        """Poses of a sole in the world, turned about x as far as it is lifted."""
-        T = at(np.array(self.left if side == "L" else self.right))
-        T[:, :3, :3] = rot_x((ROLL if side == "L" else -ROLL) * T[:, 2, 3])
-        return T
+    def places(self, side: str) -> Floats:
+        """Places of a sole."""
+        return np.array(self.left if side == "L" else self.right)
 
     def standing(self, side: str) -> NDArray[np.bool_]:
         """Frames in which a sole is on the floor."""
-        return np.asarray(np.array(self.left if side == "L" else self.right)[:, 2] == 0.0)
+        return np.asarray(self.places(side)[:, 2] == 0.0)
 
 
-def smooth(u: float) -> float:
+def smooth(u: Floats) -> Floats:
     """From 0 to 1, speed and acceleration zero at both ends."""
-    return u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
+    return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u * u))
 
 
 def at(places: Floats) -> Floats:
@@ -89,7 +88,7 @@ def at(places: Floats) -> Floats:
 
 def above(sole: Floats) -> Floats:
     """Where the centre of mass is wanted to stand on one sole."""
-    return np.asarray(sole[:2] + [AHEAD, -INWARDS * np.sign(sole[1])])
+    return np.asarray(sole[:2] + np.array([AHEAD, -INWARDS * np.sign(sole[1])]))
 
 
 def walk() -> Plan:
@@ -111,7 +110,7 @@ def stand_on_one_leg(after: Plan) -> Plan:
     plan = Plan(after.left[-1:], after.right[-1:], after.com[-1:])
     middle, down = plan.com[-1], plan.right[-1]
     plan.go_on(0.9, above(plan.left[-1]))
-    plan.go_on(0.9, above(plan.left[-1]), right=down + [-0.06, -0.02, 0.06])
+    plan.go_on(0.9, above(plan.left[-1]), right=down + np.array(RAISED))
     plan.go_on(EIGHT_TIME * EIGHTS, above(plan.left[-1]))
     plan.go_on(0.9, above(plan.left[-1]), right=down)
     plan.go_on(0.9, middle)
@@ -129,25 +128,43 @@ def hand_places(plan: Plan, rest: Floats, centre: Floats) -> Floats:
     """From rest to the middle of the eight while the foot is lifted, along it, and back."""
     n, drawn = len(plan), round(EIGHT_TIME * EIGHTS * FPS)
     first = (n - 1 - drawn) // 2
-    to_it = np.array([smooth(u) for u in np.linspace(0.0, 1.0, first + 1)])[:, None]
+    to_it = smooth(np.linspace(0.0, 1.0, first + 1))[:, None]
     reached = rest + to_it * (centre - rest)
     along = eight(centre, np.arange(1, drawn + 1) / (EIGHT_TIME * FPS))
     return np.concatenate([reached, along, reached[-2::-1]])
 
 
-def balanced(nao: nk.NaoModel, plan: Plan, reference: Floats, places: Floats | None = None) -> nk.ik.FollowedPath:
+def soles(nao: nk.NaoModel, plan: Plan, torso: Floats, side: str) -> Floats:
+    """Poses of a sole in the world: flat on the floor, and lifted turned about x at the ankle, with the leg."""
+    T = at(plan.places(side))
+    zero = nao.neutral()
+    hip = torso[:, :3, 3] + nao.position(zero, f"{side}HipRoll", reference="torso")
+    up_to_ankle = nao.position(zero, f"{side}AnkleRoll", reference=f"{side}Leg")
+    ankle = T[:, :3, 3] + up_to_ankle
+    lean = np.arctan2(ankle[:, 1] - hip[:, 1], hip[:, 2] - ankle[:, 2])
+    T[:, :3, :3] = rot_x(lean * smooth(np.minimum(1.0, T[:, 2, 3] / TURNED)))
+    T[:, :3, 3] = ankle - T[:, :3, :3] @ up_to_ankle
+    return T
+
+
+def balanced(
+    nao: nk.NaoModel, plan: Plan, reference: Floats, places: Floats | None = None
+) -> tuple[nk.ik.FollowedPath, dict[str, Floats]]:
     """Follow a plan with the torso where the centre of mass is where it is wanted.
 
     The torso is moved by what the centre of mass is off, which moves with it all but a little: each time the error is
     some ten times smaller.
+
+    Returns:
+        What was found, and the targets.
     """
-    path = {"LLeg": plan.poses("L"), "RLeg": plan.poses("R")}
-    path |= {} if places is None else {"RArm": places}
     wanted = np.array(plan.com)
     offset = nao.com(reference, reference="torso")
     torso = at(np.column_stack([wanted, np.full(len(plan), HEIGHT)]) - [*(np.zeros(2) + offset[..., :2].mean()), 0.0])
     times = np.arange(len(plan)) / FPS
     for _ in range(20):
+        path = {f"{side}Leg": soles(nao, plan, torso, side) for side in "LR"}
+        path |= {} if places is None else {"RArm": places}
         found = nk.ik.follow(nao, path, torso=torso, reference=reference, times=times)
         if not found.success:
             break
@@ -155,7 +172,7 @@ def balanced(nao: nk.NaoModel, plan: Plan, reference: Floats, places: Floats | N
         if np.abs(error).max() < SETTLED:
             break
         torso[:, :2, 3] += error
-    return found
+    return found, path
 
 
 def swinging_arms(nao: nk.NaoModel, plan: Plan) -> Floats:
@@ -183,7 +200,7 @@ def largest(values: Floats) -> float:
     return float(np.abs(values).max(initial=0.0))
 
 
-def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, places: Floats | None) -> bool:
+def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, path: dict[str, Floats]) -> bool:
     """Print what a part of the motion is like; whether it is as it should be."""
     if not found.success:
         print(f"  NO   all targets reached, without a jump: {found.message}")
@@ -191,15 +208,15 @@ def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, places: Floa
     checks = [("all targets reached, without a jump", True, found.message)]
     for side, name in (("L", "left"), ("R", "right")):
         stands = plan.standing(side)
-        off = largest((nao.fk(found.q, f"{side}Leg") - plan.poses(side))[stands])
+        off = largest((nao.fk(found.q, f"{side}Leg") - at(plan.places(side)))[stands])
         checks.append((f"the {name} sole stays where it stands", off < 1e-9, f"off by {off:.1e}"))
         alone = stands & ~plan.standing("R" if side == "L" else "L")
         margin = float(margin_on_sole(nao, found.q[alone], side).min()) if alone.any() else np.inf
         if alone.any():
             said = f"{1e3 * margin:.1f} mm inside its sensors in {alone.sum()} frames"
             checks.append((f"the centre of mass is above the {name} sole on one leg", margin > MARGIN, said))
-    if places is not None:
-        off = largest(nao.position(found.q, "RArm") - places)
+    if "RArm" in path:
+        off = largest(nao.position(found.q, "RArm") - path["RArm"])
         checks.append(("the hand draws the eight", off < 1e-9, f"off by {off:.1e} m"))
     share = found.largest_speed_share
     checks.append(("no joint is too fast", share <= 1.0 and not found.stretched, f"{100 * share:.0f} % of its limit"))
@@ -218,16 +235,16 @@ def main() -> int:
 
     walked = walk()
     print(f"walk, {STEPS + 1} steps:")
-    walking = balanced(nao, walked, swinging_arms(nao, walked))
-    fine = report(nao, walked, walking, None)
+    walking, path = balanced(nao, walked, swinging_arms(nao, walked))
+    fine = report(nao, walked, walking, path)
 
     drawn = stand_on_one_leg(walked)
     rest = nao.position(walking.q[-1], "RArm")
     centre = walking.torso[-1, :3, 3] + EIGHT_FROM_TORSO if walking.torso is not None else rest
     places = hand_places(drawn, rest, centre)
     print(f"draw, {EIGHTS} times round:")
-    drawing = balanced(nao, drawn, walking.q[-1], places)
-    fine &= report(nao, drawn, drawing, places)
+    drawing, path = balanced(nao, drawn, walking.q[-1], places)
+    fine &= report(nao, drawn, drawing, path)
     if not fine:
         return 1
 
@@ -239,7 +256,8 @@ def main() -> int:
         viewer.show_targets(beads)
         viewer.show_com()
         viewer.animate(q, FPS)
-        clip.parent.mkdir(exist_ok=True)
+        for file in (clip, picture):
+            file.parent.mkdir(parents=True, exist_ok=True)
         print(f"{viewer.save_html(clip)}: {len(q)} frames, {clip.stat().st_size / 1e6:.2f} MB")
         if not options.no_picture:
             viewer.show_support_polygon()

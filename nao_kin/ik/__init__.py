@@ -7,6 +7,8 @@ from nao_kin.ik.follow import follow
 from nao_kin.ik.followed_path import FollowedLimb, FollowedPath
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
+from nao_kin.ik.legs import legs
+from nao_kin.ik.legs_result import LegsResult
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import velocity
@@ -19,6 +21,7 @@ __all__ = [
     "FollowedPath",
     "IKResult",
     "Jump",
+    "LegsResult",
     "Obstacles",
     "Reason",
     "Stretch",
@@ -28,6 +31,7 @@ __all__ = [
     "follow",
     "head",
     "leg",
+    "legs",
     "look_at",
     "numeric",
     "velocity",

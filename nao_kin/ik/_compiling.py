@@ -47,23 +47,34 @@ def kept(name: str, signature: Callable[[], Any]) -> Callable[[Callable[..., Any
 
 
 def limb_arguments(numbers: type[Any], count: int, joints: int) -> tuple[Any, ...]:
-    """Types of the arguments that the kernels of all limbs begin with and end with: those of `_solving._many`.
+    """Types of the arguments of a limb's kernel: those of `_solving._many`.
 
     Args:
         numbers: the named tuple of a limb's geometry.
         count: how many floats it has.
         joints: how many joints the limb has.
     """
+    return kernel_arguments(*limb_types(numbers, count, joints))
+
+
+def limb_types(numbers: type[Any], count: int, joints: int) -> tuple[Any, Any]:
+    """Types of a limb's geometry and of its limits; see `limb_arguments`."""
     from numba import types
 
     from nao_kin.ik._ranges import MOST_BENDS, Ranges
 
-    rows = types.float64[:, ::1]
     limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
     parts = limits, limits, types.int64, table, table, table, types.int64, types.int64
-    ranges = types.NamedTuple(parts, Ranges)
+    return types.NamedUniTuple(types.float64, count, numbers), types.NamedTuple(parts, Ranges)
+
+
+def kernel_arguments(numbers: Any, ranges: Any) -> tuple[Any, ...]:
+    """Types of the arguments of a kernel, from those of what it solves and of its limits."""
+    from numba import types
+
+    rows = types.float64[:, ::1]
     return (
-        types.NamedUniTuple(types.float64, count, numbers),
+        numbers,
         ranges,
         rows,
         rows,

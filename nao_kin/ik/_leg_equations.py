@@ -125,22 +125,9 @@ class Foot(NamedTuple):
 
 
 @both_ways
-def solve_leg(
-    leg: Leg,
-    ranges: Ranges,
-    target: Row,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> int:
-    """All branches of a leg for the pose of its frame; see `_ranges` for the arguments."""
-    begun(report)
+def foot_of(leg: Leg, target: Row) -> tuple[bool, Foot]:
+    """Whether a target is a rigid transform, and its foot."""
     fine, a, b, c, d, e, f, g, h, i = rigid(target)
-    if not fine:
-        report[REASON] = NOT_RIGID
-        return 0
     if leg.turned != 0.0:
         a, b, c = (
             a * leg.a00 + b * leg.a01 + c * leg.a02,
@@ -161,30 +148,57 @@ def solve_leg(
     y = target[7] - leg.hip_y - (d * leg.x + e * leg.y + f * leg.z)
     z = target[11] - leg.hip_z - (g * leg.x + h * leg.y + i * leg.z)
     C, S = leg.cos_kappa, leg.sin_kappa
-    foot = Foot(
+    return fine, Foot(
         a, b, c,
         C * d + S * g, C * e + S * h, C * f + S * i,
         C * g - S * d, C * h - S * e, C * i - S * f,
         x, C * y + S * z, C * z - S * y,
     )  # fmt: skip
-    far = math.sqrt(x * x + y * y + z * z)
+
+
+@both_ways
+def knee_of(leg: Leg, foot: Foot, report: Row) -> tuple[float, int]:
+    """The angle of the knee, and in how many ways it bends; none where the ankle is out of reach, which is reported."""
+    far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
     longest, shortest = leg.thigh + leg.tibia, abs(leg.thigh - leg.tibia)
     if far > longest + _ROUNDING or far < shortest - _ROUNDING:
         report[REASON] = OUT_OF_REACH
         report[NEEDED] = far - longest if far > longest else shortest - far
-        return 0
+        return 0.0, 0
     stretched = math.sqrt(max(0.0, (longest - far) * (longest + far)))
     folded = math.sqrt(max(0.0, (far - shortest) * (far + shortest)))
     knee = 2.0 * math.atan2(stretched, folded)
-    knees = 2
     if knee < _STRAIGHT:
-        knee, knees = 0.0, 1
-    elif knee > math.pi - _STRAIGHT:
-        knee, knees = math.pi, 1
-    count = _branches(leg, ranges, foot, (knee, knees), reference, enforce, enforce, q, found, report)
+        return 0.0, 1
+    if knee > math.pi - _STRAIGHT:
+        return math.pi, 1
+    return knee, 2
+
+
+@both_ways
+def solve_leg(
+    leg: Leg,
+    ranges: Ranges,
+    target: Row,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+) -> int:
+    """All branches of a leg for the pose of its frame; see `_ranges` for the arguments."""
+    begun(report)
+    fine, foot = foot_of(leg, target)
+    if not fine:
+        report[REASON] = NOT_RIGID
+        return 0
+    knee = knee_of(leg, foot, report)
+    if knee[1] == 0:
+        return 0
+    count = _branches(leg, ranges, foot, knee, reference, enforce, enforce, q, found, report)
     if count == 0 and enforce:
         # Which joint is in the way: all branches, to see which of them is nearest to the limits.
-        count = _branches(leg, ranges, foot, (knee, knees), reference, True, False, q, found, report)
+        count = _branches(leg, ranges, foot, knee, reference, True, False, q, found, report)
     concluded(found, JOINTS, count, report)
     return count
 

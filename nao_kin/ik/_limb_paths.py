@@ -108,9 +108,7 @@ class LegsPath(LimbPath):
         """As `LimbPath.solve`."""
         left, right = self.targets
         frames = (self.frames[0], self.frames[1])
-        options = self.options | changed
-        found: IKResult = legs(self.robot, left, right, frames=frames, reference=reference, **options)
-        return found
+        return legs(self.robot, left, right, frames=frames, reference=reference, **(self.options | changed))
 
     def points(self, q: Floats) -> Floats:
         """The origins and a point on each axis, of both."""

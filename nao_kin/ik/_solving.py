@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -40,12 +40,16 @@ class ClosedForm:
         kernel: the same for rows of targets, compiled.
         branches: the most there are.
         searches: whether the kernel searches for the nearest where `solve` finds nothing.
+        more: how many numbers follow the joints in a report.
+        scratch: how many numbers `solve` needs in q beside the joints.
     """
 
     solve: Callable[..., int] | None
     kernel: KeptKernel
     branches: int
     searches: bool = False
+    more: int = 0
+    scratch: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,7 @@ class Found:
         values: shape (n, k, c).
         beside: distance, errors in position and angle, and family of each, shape (n, k, 4).
         count: shape (n,).
-        report: shape (n, BEST + c).
+        report: shape (n, BEST + c + more).
     """
 
     values: Floats
@@ -74,19 +78,32 @@ def solved(
     threads: int | None,
     refuse: Callable[[], object],
 ) -> IKResult:
-    """Solve targets, shape (..., m).
+    """Solve targets, shape (..., m), see `found_for`."""
+    found = found_for(form, limb, targets, references[0], enforce, threads, refuse)
+    return IKResult(**parts_of_result(limb, targets.shape[:-1], found, references))
+
+
+def found_for(
+    form: ClosedForm,
+    limb: Limb,
+    targets: Floats,
+    reference: Floats,
+    enforce: bool,
+    threads: int | None,
+    refuse: Callable[[], object],
+) -> Found:
+    """What a closed form finds for targets, shape (..., m).
 
     Args:
         form: how.
         limb: of which limb.
         targets: what `form.solve` takes, one row for each.
-        references: configurations of shape (..., nq) that broadcast with the targets, and notes on them.
+        reference: configurations of shape (..., nq) that broadcast with the targets.
         enforce: leave out branches outside the limits.
         threads: how many; None for all cores where that is worthwhile.
         refuse: raises for the first target that cannot be one.
     """
     batch = targets.shape[:-1]
-    reference, notes = references
     joints = reference[..., limb.index]
     if limb.follows:
         joints = joints * limb.multiplier + limb.offset
@@ -102,7 +119,7 @@ def solved(
         found = _many(form, limb, flat, rows, enforce, threads)
     if found.report[:, REASON].min(initial=0.0) == NOT_RIGID:
         refuse()
-    return _result(limb, batch, found, reference, notes)
+    return found
 
 
 def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
@@ -110,9 +127,10 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
     c = len(limb.joints)
     width = c + BESIDE
     values = [0.0] * (form.branches * width)
-    report = [0.0] * BEST + [math.nan] * c
+    report = [0.0] * BEST + [math.nan] * (c + form.more)
+    q = [0.0] * (c + form.scratch)
     solve = cast(Callable[..., int], form.solve)
-    count = solve(limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, [0.0] * c, values, report)
+    count = solve(limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, q, values, report)
     if count == 0 and form.searches and report[REASON] != NOT_RIGID:
         return _many(form, limb, target[None], reference[None], enforce, 1)
     rows = np.array(values[: count * width]).reshape(1, count, width)
@@ -129,7 +147,10 @@ def _many(
     room = min(_USUAL, form.branches) if enforce else form.branches
     while True:
         found = Found(
-            np.empty((n, room, c)), np.empty((n, room, BESIDE)), np.empty(n, np.int64), np.empty((n, BEST + c))
+            np.empty((n, room, c)),
+            np.empty((n, room, BESIDE)),
+            np.empty(n, np.int64),
+            np.empty((n, BEST + c + form.more)),
         )
 
         def run(part: slice, found: Found = found) -> None:
@@ -160,22 +181,26 @@ def _plain(rows: Floats) -> Floats:
     return rows if flags.c_contiguous and flags.writeable and flags.aligned else np.array(rows, order="C")
 
 
-def _result(limb: Limb, batch: tuple[int, ...], found: Found, reference: Floats, notes: tuple[str, ...]) -> IKResult:
+def parts_of_result(
+    limb: Limb, batch: tuple[int, ...], found: Found, references: tuple[Floats, tuple[str, ...]]
+) -> dict[str, Any]:
+    """What an `IKResult` for targets of a batch shape is made of."""
+    reference, notes = references
     c, k = len(limb.joints), found.values.shape[1]
-    report, values = found.report.reshape(*batch, BEST + c), found.values.reshape(*batch, k, c)
-    best, joint = report[..., BEST:], report[..., JOINT].astype(np.int64)
+    report, values = found.report.reshape(*batch, found.report.shape[1]), found.values.reshape(*batch, k, c)
+    best, joint = report[..., BEST : BEST + c], report[..., JOINT].astype(np.int64)
     if limb.follows:
         values, best = (values - limb.offset) / limb.multiplier, (best - limb.offset) / limb.multiplier
-    return IKResult(
-        joints=limb.joints,
-        columns=limb.columns,
-        reference=reference,
-        best=best,
-        branches=values,
-        families=found.beside[..., 3].astype(np.int8).reshape(*batch, k),
-        count=found.count.reshape(batch),
-        reasons=np.asarray(report[..., REASON], dtype=np.int8),
-        residual=report[..., POSITION_ERROR : ANGLE_ERROR + 1],
-        obstacles=Obstacles(np.asarray(joint), np.asarray(report[..., NEEDED]), np.asarray(report[..., LIMIT])),
-        notes=notes,
-    )
+    return {
+        "joints": limb.joints,
+        "columns": limb.columns,
+        "reference": reference,
+        "best": best,
+        "branches": values,
+        "families": found.beside[..., 3].astype(np.int8).reshape(*batch, k),
+        "count": found.count.reshape(batch),
+        "reasons": np.asarray(report[..., REASON], dtype=np.int8),
+        "residual": report[..., POSITION_ERROR : ANGLE_ERROR + 1],
+        "obstacles": Obstacles(np.asarray(joint), np.asarray(report[..., NEEDED]), np.asarray(report[..., LIMIT])),
+        "notes": notes,
+    }

@@ -174,8 +174,9 @@ def _given_way(
         free=free,
         threads=threads,
     )
-    there = np.isfinite(found.torso).all(axis=(1, 2))
-    return dataclasses.replace(path, torso=np.where(there[:, None, None], found.torso, path.torso))
+    given_way = np.asarray(found.torso)
+    there = np.isfinite(given_way).all(axis=(1, 2), keepdims=True)
+    return dataclasses.replace(path, torso=np.where(there, given_way, path.torso))
 
 
 def _weights(robot: RobotModel) -> Floats:

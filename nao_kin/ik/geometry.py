@@ -39,7 +39,7 @@ class Limb:
         index: the same as an array, shape (c,).
         multiplier: value of a joint = multiplier · coordinate + offset; shape (c,).
         offset: see there [rad].
-        ranges: limits of the joints, and of a joint whose range depends on another.
+        ranges: limits of the joints, and of a joint whose range depends on another: `Ranges`; of two limbs, of each.
         numbers: its geometry, as its closed form takes it.
         frame: the frame whose pose is asked for.
         torso: the frame in which it is given.
@@ -52,7 +52,7 @@ class Limb:
     index: NDArray[np.intp]
     multiplier: Floats
     offset: Floats
-    ranges: Ranges
+    ranges: Any
     numbers: Any
     frame: str
     torso: str
@@ -193,7 +193,7 @@ def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: 
     if int(place.parentJoint) != ids[-1]:
         carried = [name for name, i in robot.frame_table.items() if int(model.frames[i].parentJoint) == ids[-1]]
         raise BadArgument(f"frame {quoted(frame)} is not carried by {joints[-1]}; its frames are {', '.join(carried)}")
-    T_torso_trunk = _torso_in_trunk(robot)
+    T_torso_trunk = torso_in_trunk(robot)
     T = np.linalg.inv(T_torso_trunk) if not np.array_equal(T_torso_trunk, np.eye(4)) else np.eye(4)
     points, axes = [], []
     for joint, own in zip(joints, ids, strict=True):
@@ -259,7 +259,7 @@ def kappa_of(axis: Floats) -> float:
     return math.atan2(float(axis[2]), float(axis[1]))
 
 
-def _torso_in_trunk(robot: RobotModel) -> Floats:
+def torso_in_trunk(robot: RobotModel) -> Floats:
     """The torso's frame in the trunk, the body that carries all limbs."""
     place = robot.model.frames[robot.frame_ids([torso_frame(robot)])[0]]
     if int(place.parentJoint) != (1 if robot.base == "floating" else 0):

@@ -6,6 +6,7 @@ from nao_kin._common.kernel_cache import KernelState
 from nao_kin.ik.arm import ARM_KERNELS
 from nao_kin.ik.head import HEAD_KERNELS
 from nao_kin.ik.leg import LEG_KERNELS
+from nao_kin.ik.legs import LEGS_KERNELS
 
 
 def warm_up() -> tuple[KernelState, ...]:
@@ -14,4 +15,4 @@ def warm_up() -> tuple[KernelState, ...]:
     Returns:
         The state of each kernel.
     """
-    return tuple(kernel.warm_up() for kernel in (*LEG_KERNELS, *ARM_KERNELS, *HEAD_KERNELS))
+    return tuple(kernel.warm_up() for kernel in (*LEG_KERNELS, *LEGS_KERNELS, *ARM_KERNELS, *HEAD_KERNELS))

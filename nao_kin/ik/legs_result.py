@@ -1,0 +1,71 @@
+"""What inverse kinematics of both legs answers beside an `IKResult`: each foot by itself, and the torso."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.ik.results import Codes, IKResult, Reason
+
+_SIDES = "left", "right"
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class LegsResult(IKResult):
+    """Solutions for both feet: HipYawPitch and five joints of each leg.
+
+    `residual` is the larger of those of both feet.
+
+    Attributes:
+        foot_residuals: errors of the left and the right foot at `best` in position and rotation angle,
+            shape (..., 2, 2) [m, rad].
+        yaw_errors: how far the left and the right foot are turned about the normals of their soles against their
+            targets, positive to the left, shape (..., 2) [rad].
+        leg: which leg does not reach its own target, 0 the left and 1 the right one; −1 where none is to blame, shape
+            (...).
+        torso: the pose of the torso in the world where the feet were given there, shape (..., 4, 4) [m]; else None.
+        base_coordinates: of a robot with a floating base, its base there as the first seven entries of q; else None.
+    """
+
+    foot_residuals: Floats
+    yaw_errors: Floats
+    leg: Codes
+    torso: Floats | None = None
+    base_coordinates: Floats | None = None
+
+    @property
+    def q(self) -> Floats:
+        """The best configuration, shape (..., nq): `best`, and the base if it moves, in the reference."""
+        q = super().q
+        if self.base_coordinates is not None:
+            unknown = np.isnan(self.best).any(axis=-1, keepdims=True)
+            q[..., :7] = np.where(unknown, np.nan, self.base_coordinates)
+        return q
+
+    @property
+    def solutions(self) -> Floats:
+        """All solutions as configurations, best first, shape (k, nq), of a batch (..., k, nq); nan from `count` on."""
+        solutions = super().solutions
+        if self.base_coordinates is not None:
+            there = np.arange(solutions.shape[-2]) < self.count[..., None]
+            solutions[..., :7] = np.where(there[..., None], self.base_coordinates[..., None, :], np.nan)
+        return solutions
+
+    def describe(self, index: tuple[int, ...] = ()) -> str:
+        """The reason of one pair of feet in a sentence.
+
+        Args:
+            index: which pair of the batch; () where there is one.
+        """
+        reason = Reason(int(self.reasons[index]))
+        if reason is Reason.REACHED:
+            return super().describe(index)
+        left, right = (float(error) for error in self.yaw_errors[index])
+        feet = "" if np.isnan(left) else f"; the feet are turned by {left:.3g} rad (left) and {right:.3g} rad (right)"
+        if reason is Reason.HIPS_DISAGREE:
+            return f"the hips disagree by {float(self.obstacles.needed[index]):.3g} rad{feet}"
+        why, *hint = super().describe(index).split("; ")
+        unit = "".join(f"; {part}" for part in hint if not part.startswith("the nearest pose"))
+        return f"{_SIDES[int(self.leg[index])]} leg: {why}{unit}{feet}"
