@@ -27,13 +27,13 @@ SIZE = (1120, 760)
 Floats = NDArray[np.float64]
 
 # Lengths in m, times in s.
-APART, HEIGHT, STEP, LIFT = 0.1, 0.308, 0.04, 0.025
-STEPS = 6
+APART, HEIGHT, LIFT = 0.1, 0.308, 0.025
+STEPS = (-0.04, -0.04, -0.04, 0.0, 0.04, 0.04, 0.04, 0.0)  # how far ahead of the other a foot is put down
 SHIFT_TIME, SWING_TIME = 0.45, 0.55
 # Where the centre of mass is above a sole, from its ankle: ahead, and towards the other foot.
 AHEAD, INWARDS = 0.02, 0.004
 EIGHT_SIZE, EIGHT_TIME, EIGHTS = (0.055, 0.04), 4.0, 2
-EIGHT_FROM_TORSO = (0.15, -0.1, 0.12)
+EIGHT_FROM_TORSO = (0.15, -0.1, 0.16)
 RAISED = (0.03, -0.01, 0.06)  # the right foot while the hand draws
 TURNED = 0.05  # how high a foot is lifted when it is turned with its leg, so that the ankle does not roll
 # What the centre of mass may be off from where it is wanted.
@@ -92,13 +92,12 @@ def above(sole: Floats) -> Floats:
 
 
 def walk() -> Plan:
-    """Steps from sole to sole, each foot put down before the other is lifted."""
+    """Back and forth, each foot put down, ahead of the other or beside it, before that is lifted."""
     plan = Plan()
-    for step in range(STEPS + 1):
-        half = step in (0, STEPS)
+    for step, ahead in enumerate(STEPS):
         moved, support = (plan.right, plan.left) if step % 2 == 0 else (plan.left, plan.right)
         plan.go_on(SHIFT_TIME, above(support[-1]))
-        target = moved[-1] + [STEP if half else 2.0 * STEP, 0.0, 0.0]
+        target = np.array([support[-1][0] + ahead, moved[-1][1], 0.0])
         foot = {"right": target} if moved is plan.right else {"left": target}
         plan.go_on(SWING_TIME, above(support[-1]), **foot)
     plan.go_on(SHIFT_TIME, 0.5 * (above(plan.left[-1]) + above(plan.right[-1])))
@@ -124,14 +123,22 @@ def eight(centre: Floats, turns: Floats) -> Floats:
     return np.asarray(centre + np.stack([0.0 * s, width * np.sin(s), height * np.sin(2.0 * s)], axis=-1))
 
 
-def hand_places(plan: Plan, rest: Floats, centre: Floats) -> Floats:
-    """From rest to the middle of the eight while the foot is lifted, along it, and back."""
+def to_eight_and_back(plan: Plan, rest: Floats, centre: Floats) -> Floats:
+    """Points from one at rest to the middle of the eight while the foot is lifted, along it, and back."""
     n, drawn = len(plan), round(EIGHT_TIME * EIGHTS * FPS)
     first = (n - 1 - drawn) // 2
     to_it = smooth(np.linspace(0.0, 1.0, first + 1))[:, None]
     reached = rest + to_it * (centre - rest)
     along = eight(centre, np.arange(1, drawn + 1) / (EIGHT_TIME * FPS))
     return np.concatenate([reached, along, reached[-2::-1]])
+
+
+def drawing_path(nao: nk.NaoModel, plan: Plan, q: Floats, centre: Floats) -> dict[str, Floats]:
+    """Places of the right hand and points to look at, from where both are in a configuration and back to there."""
+    camera = nao.fk(q, "CameraTop")
+    looked_at = camera[:3, 3] + 0.5 * camera[:3, 0]
+    rests = {"RArm": nao.position(q, "RArm"), "CameraTop": looked_at}
+    return {name: to_eight_and_back(plan, rest, centre) for name, rest in rests.items()}
 
 
 def soles(nao: nk.NaoModel, plan: Plan, torso: Floats, side: str) -> Floats:
@@ -148,9 +155,9 @@ def soles(nao: nk.NaoModel, plan: Plan, torso: Floats, side: str) -> Floats:
 
 
 def balanced(
-    nao: nk.NaoModel, plan: Plan, reference: Floats, places: Floats | None = None
+    nao: nk.NaoModel, plan: Plan, reference: Floats, beside: dict[str, Floats]
 ) -> tuple[nk.ik.FollowedPath, dict[str, Floats]]:
-    """Follow a plan with the torso where the centre of mass is where it is wanted.
+    """Follow a plan, and what else is asked for, with the torso where the centre of mass is where it is wanted.
 
     The torso is moved by what the centre of mass is off, which moves with it all but a little: each time the error is
     some ten times smaller.
@@ -163,10 +170,9 @@ def balanced(
     torso = at(np.column_stack([wanted, np.full(len(plan), HEIGHT)]) - [*(np.zeros(2) + offset[..., :2].mean()), 0.0])
     times = np.arange(len(plan)) / FPS
     for _ in range(20):
-        path = {f"{side}Leg": soles(nao, plan, torso, side) for side in "LR"}
-        path |= {} if places is None else {"RArm": places}
+        path = {f"{side}Leg": soles(nao, plan, torso, side) for side in "LR"} | beside
         found = nk.ik.follow(nao, path, torso=torso, reference=reference, times=times)
-        if not found.success:
+        if np.isnan(found.q).any():
             break
         error = wanted - nao.com(found.q)[:, :2]
         if np.abs(error).max() < SETTLED:
@@ -234,16 +240,15 @@ def main() -> int:
     nao = nk.load_nao(base="floating")
 
     walked = walk()
-    print(f"walk, {STEPS + 1} steps:")
-    walking, path = balanced(nao, walked, swinging_arms(nao, walked))
+    print(f"walk, {len(STEPS)} steps:")
+    walking, path = balanced(nao, walked, swinging_arms(nao, walked), {})
     fine = report(nao, walked, walking, path)
 
     drawn = stand_on_one_leg(walked)
-    rest = nao.position(walking.q[-1], "RArm")
-    centre = walking.torso[-1, :3, 3] + EIGHT_FROM_TORSO if walking.torso is not None else rest
-    places = hand_places(drawn, rest, centre)
+    q = walking.q[-1]
+    centre = nao.position(q, "torso") + EIGHT_FROM_TORSO
     print(f"draw, {EIGHTS} times round:")
-    drawing, path = balanced(nao, drawn, walking.q[-1], places)
+    drawing, path = balanced(nao, drawn, q, drawing_path(nao, drawn, q, centre))
     fine &= report(nao, drawn, drawing, path)
     if not fine:
         return 1
@@ -256,6 +261,7 @@ def main() -> int:
         viewer.show_targets(beads)
         viewer.show_com()
         viewer.animate(q, FPS)
+        viewer.camera("three-quarter")
         for file in (clip, picture):
             file.parent.mkdir(parents=True, exist_ok=True)
         print(f"{viewer.save_html(clip)}: {len(q)} frames, {clip.stat().st_size / 1e6:.2f} MB")
