@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -181,6 +185,29 @@ def test_targets_in_the_world_are_met_from_a_moving_torso(base: Any) -> None:
         assert (np.einsum("ni,ni->n", found.q[1:, 3:7], found.q[:-1, 3:7]) > 0.9).all()
 
 
+@pytest.mark.parametrize("free", ["yaw", "lean"])
+def test_the_torso_gives_way_where_both_feet_disagree(free: Any) -> None:
+    nao = nk.load_nao("v6", base="floating")
+    q = nao.posture("StandInit")
+    feet = {effector: nao.fk(q, effector) for effector in ("LLeg", "RLeg")}
+    torso = np.tile(nao.fk(q, "torso"), (8, 1, 1))
+    torso[:, 1, 3] += np.linspace(0.0, 0.03, 8)  # aside, and leant as it is in this posture
+    hand = nao.position(q, "LArm") + np.array([0.02, 0.0, 0.02])
+    stiff = nk.ik.follow(nao, feet, torso=torso, reference=q)
+    assert list(stiff.reached) == [True, *[False] * 7]
+    assert (stiff.reasons["legs"][1:] == Reason.HIPS_DISAGREE).all()
+    assert "the hips disagree by" in stiff.message
+    assert np.isfinite(stiff.q).all()
+    found = nk.ik.follow(nao, {**feet, "LArm": hand}, torso=torso, reference=q, free=free)
+    assert found.success
+    assert found.torso is not None
+    np.testing.assert_allclose(nao.fk(found.q, "torso"), found.torso, atol=1e-12)
+    for effector, T in feet.items():
+        np.testing.assert_allclose(nao.fk(found.q, effector), np.broadcast_to(T, (8, 4, 4)), atol=1e-9)
+    np.testing.assert_allclose(nao.position(found.q, "LArm"), np.broadcast_to(hand, (8, 3)), atol=1e-9)
+    assert 1e-3 < np.abs(found.torso - torso).max() < 0.2
+
+
 def test_frames_on_the_effectors_may_be_followed(nao: nk.NaoModel) -> None:
     q = way(nao, 12, 20)
     found = nk.ik.follow(nao, {"LLeg": nao.fk(q, "LFoot")}, frames={"LLeg": "LFoot"}, reference=q)
@@ -198,17 +225,26 @@ def test_no_combination_of_branches_moves_less(nao: nk.NaoModel, effector: str) 
         start = nao.random(rng)
         solve = nk.ik.leg if effector == "LLeg" else nk.ik.arm
         every = solve(nao, "L", T, limits="ignore")
-        for reference in (None, start):
-            least = math.inf
-            for choice in itertools.product(*(range(count) for count in every.count)):
-                q = every.solutions[np.arange(4), choice]
-                rows = q if reference is None else np.concatenate([[self_of(every, reference, q[0])], q])
-                least = min(least, squared_motion(nao, rows))
+        limb = list(every.columns)
+        branches = [every.branches[i, : every.count[i]] / nao.velocity_limits[limb] for i in range(4)]
+        steps = [((after[None] - before[:, None]) ** 2).sum(axis=-1) for before, after in itertools.pairwise(branches)]
+        first = ((branches[0] - start[limb] / nao.velocity_limits[limb]) ** 2).sum(axis=-1)
+        for reference, begin in ((None, 0.0 * first), (start, first)):
+            least = min(
+                begin[choice[0]] + sum(step[pair] for step, pair in zip(steps, itertools.pairwise(choice), strict=True))
+                for choice in itertools.product(*(range(count) for count in every.count))
+            )
             found = nk.ik.follow(nao, {effector: T}, limits="ignore", reference=reference)
             assert found.motion == pytest.approx(least, rel=1e-9)
+            rows = (
+                found.q
+                if reference is None
+                else np.concatenate([[with_limb_of(every, reference, found.q[0])], found.q])
+            )
+            assert squared_motion(nao, rows) == pytest.approx(least, rel=1e-9)
 
 
-def self_of(every: nk.ik.IKResult, reference: Floats, q: Floats) -> Floats:
+def with_limb_of(every: nk.ik.IKResult, reference: Floats, q: Floats) -> Floats:
     """The joints of a limb from a reference, all others from q."""
     found = np.array(q)
     found[list(every.columns)] = reference[list(every.columns)]
@@ -423,6 +459,21 @@ def test_sampled_turns_the_base_at_constant_speed() -> None:
     np.testing.assert_allclose(frames[:, 0], [0.0, 0.025, 0.05, 0.075, 0.1], atol=1e-12)
     for frame, angle in zip(frames, [0.0, 0.25, 0.5, 0.75, 1.0], strict=True):
         np.testing.assert_allclose(nao.rotation(frame, "torso"), rot_z(angle), atol=1e-9)
+
+
+# --- the script -------------------------------------------------------------------------------------------------------
+
+
+def test_the_script_walks_and_draws_and_writes_a_clip(tmp_path: Path) -> None:
+    root = Path(__file__).resolve().parent.parent
+    command = [sys.executable, str(root / "scripts" / "walk_and_draw.py"), "--folder", str(tmp_path), "--no-picture"]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    answers = [line.split()[0] for line in done.stdout.splitlines() if line.startswith("  ")]
+    assert answers == ["yes"] * 12
+    clip = tmp_path / "_static" / "walk_and_draw.html"
+    assert 1_000_000 < clip.stat().st_size < 2_500_000
 
 
 # --- small and wrong input --------------------------------------------------------------------------------------------
