@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 import os
@@ -16,7 +17,7 @@ import pytest
 import nao_kin as nk
 from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
-from nao_kin.ik import Reason
+from nao_kin.ik import Reason, _limb_paths
 from nao_kin.rotations import matrix_from_rpy, rot_z
 
 
@@ -335,6 +336,17 @@ def test_a_knee_that_goes_through_straight_does_not_jump(nao: nk.NaoModel) -> No
         assert found.success, found.message
 
 
+def test_other_joints_of_the_reference_do_not_make_jumps(nao: nk.NaoModel) -> None:
+    T, _, _ = crossing(nao, 2)
+    reference = np.tile(nao.clamp(nao.neutral()), (len(T), 1))
+    reference[:, 0] = 0.5 * (-1.0) ** np.arange(len(T))
+    path = {"LArm": T[:, :3, 3]}
+    alone = nk.ik.follow(nao, path, directions={"LArm": T[:, :3, 0]}, reference=reference[0])
+    found = nk.ik.follow(nao, path, directions={"LArm": T[:, :3, 0]}, reference=reference)
+    assert found.jumps == alone.jumps
+    assert len(found.jumps) == 1
+
+
 def test_a_target_that_leaps_is_no_jump_of_the_branches(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
     T = np.tile(nao.fk(q, "LLeg"), (4, 1, 1))
@@ -372,6 +384,24 @@ def test_a_limb_without_any_value_cannot_be_played(nao: nk.NaoModel) -> None:
     assert (found.reasons["LLeg"] == Reason.OUT_OF_REACH).all()
     with pytest.raises(BadArgument, match="LLeg has no values at any sample.*out of reach"):
         found.sampled()
+
+
+def test_a_path_begins_where_its_solver_first_has_values(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    solve = _limb_paths.arm
+
+    def arm(robot: nk.RobotModel, side: str, target: Floats, **options: Any) -> nk.ik.IKResult:
+        found = solve(robot, side, target, **options)
+        far = target[:, 0] > 1.0
+        return dataclasses.replace(found, best=np.where(far[:, None], np.nan, found.best))
+
+    monkeypatch.setattr(_limb_paths, "arm", arm)
+    q = nao.posture("StandInit")
+    places = np.tile(nao.position(q, "LArm"), (4, 1))
+    places[:2, 0] = 5.0
+    found = nk.ik.follow(nao, {"LArm": places}, reference=q)
+    assert list(found.reached) == [False, False, True, True]
+    np.testing.assert_allclose(nao.position(found.q[2:], "LArm"), places[2:], atol=1e-10)
+    assert np.isnan(found.q[:2, list(found.limbs[0].columns)]).all()
 
 
 def test_a_hand_that_five_joints_do_not_place_goes_to_the_nearest_pose(nao: nk.NaoModel) -> None:

@@ -113,6 +113,10 @@ def _layer(
 ) -> _Layer | None:
     """What may be at sample i; None where there is nothing."""
     ahead = i < len(first.count)
+    if before is None and not ahead:
+        # Nothing was found at the samples before: this one begins.
+        alone = _layer(limb.at(i), limb.at(i).solve(reference[i : i + 1]), 0, None, reference[i : i + 1], weights)
+        return None if alone is None else alone._replace(sample=i)
     count = int(first.count[i]) if ahead else 0
     in_family = first.families[i, :count] != Family.NONE if ahead else np.zeros(0, dtype=np.bool_)
     if before is None or (count and not in_family.any()):

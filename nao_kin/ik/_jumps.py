@@ -94,7 +94,7 @@ def _leaves_path(limb: LimbPath, first: Floats, second: Floats) -> Floats:
 def _stays(limb: LimbPath, first: Floats, second: Floats, weights: Floats, columns: list[int]) -> bool:
     """Whether a step stays as large however finely the way between its two poses is cut."""
     shares = np.arange(1, _PIECES) / _PIECES
-    size = float(np.abs(second - first).max())
+    size = float(np.abs(second - first)[columns].max())
     for _ in range(_ZOOMS):
         inner = limb.between(first, second, shares)
         reference = np.tile(first, (len(shares), 1))
@@ -102,7 +102,7 @@ def _stays(limb: LimbPath, first: Floats, second: Floats, weights: Floats, colum
         known = choice.known
         q = np.concatenate([[first], reference[known], [second]])
         q[1:-1, columns] = choice.values[known]
-        steps = np.abs(np.diff(q, axis=0)).max(axis=1)
+        steps = np.abs(np.diff(q[:, columns], axis=0)).max(axis=1)
         place = int(np.argmax(steps))
         before, size = size, float(steps[place])
         if size < _SMALLEST:
@@ -123,6 +123,8 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
             return f"its branch ends at sample {sample}"
         now = np.array(q[sample])
         now[columns] = found.branches[0, 0]
+        if sample == i + 1 and np.abs(now - q[sample]).max() < _SMALLEST:
+            return "the limb cannot go straight from the one pose to the other"
         moved = {_joint_of(limb.robot, column) for column in columns}
         outside = [row for row in limb.robot.limit_violations(now) if row.joint in moved]
         if outside:
