@@ -23,6 +23,11 @@ parts = [
     for side in "LR"
     for solve, limb in ((nk.ik.leg, "Leg"), (nk.ik.arm, "Arm"))
 ]
+feet = nao.fk(q, ["LLeg", "RLeg"])
+if one:
+    parts += [nk.ik.legs(nao, *pair).q[None] for pair in feet]
+else:
+    parts += [nk.ik.legs(nao, feet[:, 0], feet[:, 1]).q]
 parts += [nk.ik.look_at(nao, [2.0, 0.1 * k, 0.3]).q for k in range(6)]
 np.save(sys.stdout.buffer, np.vstack(parts))
 """
@@ -48,6 +53,7 @@ def test_one_target_does_not_wait_for_numba() -> None:
         "nao = nk.load_nao('v6'); q = nao.posture('StandInit')\n"
         "assert nk.ik.leg(nao, 'L', nao.fk(q, 'LLeg')).success\n"
         "assert nk.ik.arm(nao, 'L', nao.fk(q, 'LArm')).success\n"
+        "assert nk.ik.legs(nao, nao.fk(q, 'LLeg'), nao.fk(q, 'RLeg')).success\n"
         "assert nk.ik.look_at(nao, [1.0, 0.0, 0.3]).success\n"
         "assert 'numba' not in sys.modules"
     )
@@ -58,6 +64,7 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
     states = nk.ik.warm_up()
     assert [state.name for state in states] == [
         "ik kernel, legs",
+        "ik kernel, both legs",
         "ik kernel, arms by pose",
         "ik kernel, arms by place and direction",
         "ik kernel, arms by place",

@@ -62,3 +62,15 @@ def test_a_foot_is_where_naoqi_said(nao: nk.NaoModel, case: dict, side: str) -> 
     assert error[0] < tolerance["position_m"]
     assert error[1] < tolerance["rotation_rad"]
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("case", cases_of("LLeg+RLeg"))
+def test_both_feet_are_where_naoqi_said(nao: nk.NaoModel, case: dict) -> None:
+    T, tolerance = [pose_of(case["pose"][side + "Leg"]) for side in "LR"], case["tolerance"]
+    q = nao.configuration(case["one_solution_rad"], limits="ignore")
+    # Rounded numbers are of feet whose hips differ a little.
+    found = nk.ik.legs(nao, *T, reference=q, limits="ignore")
+    errors = pose_errors(nao.fk(found.q, ["LLeg", "RLeg"]), np.array(T))
+    assert errors[:, 0].max() < tolerance["position_m"]
+    assert errors[:, 1].max() < tolerance["rotation_rad"]
+    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-4)

@@ -59,6 +59,10 @@ NEITHER, LEFT_LEG, RIGHT_LEG = -1.0, 0.0, 1.0
 _ALONE = float(Family.NONE)
 # A turn of a foot [rad] up to which a solution is looked for: verified is the pose.
 _NEARLY = 1e-9
+# A slope ψ' below which HipYawPitch does not matter to a foot.
+LEVEL = 1e-11
+# What rounding may leave of Y [m].
+_ROUNDING = 1e-15
 # Nearer to the axis of HipRoll [m], the ankle does not tell the roll as well as the foot does.
 _ALONG = 1e-4
 
@@ -104,6 +108,8 @@ def solve_legs(
         report[BLAMED] = LEFT_LEG if left_knee[1] == 0 else RIGHT_LEG
         return 0
     left_yaw, right_yaw = foot_yaw(left), foot_yaw(right)
+    if slope(left_yaw) < LEVEL and slope(right_yaw) < LEVEL:
+        return 0  # a family, over which is searched
     hip = common_hip(left_yaw, right_yaw)
     if off_root(left_yaw, hip) > _NEARLY or off_root(right_yaw, hip) > _NEARLY:
         return 0
@@ -198,8 +204,8 @@ def feet_reported(legs: Legs, feet: tuple[Foot, Foot], yaws: tuple[FootYaw, Foot
     one, two = errors_of(legs.left, feet[0], left), errors_of(legs.right, feet[1], right)
     report[LEFT_FOOT], report[LEFT_FOOT + 1] = one
     report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = two
-    report[LEFT_FOOT + 2] = yaw_of(yaws[0], q[0], one[1])
-    report[RIGHT_FOOT + 2] = yaw_of(yaws[1], q[0], two[1])
+    report[LEFT_FOOT + 2] = math.copysign(one[1], yaw_of(yaws[0], q[0], one[1]))
+    report[RIGHT_FOOT + 2] = math.copysign(two[1], yaw_of(yaws[1], q[0], two[1]))
     report[POSITION_ERROR], report[ANGLE_ERROR] = max(one[0], two[0]), max(one[1], two[1])
 
 
@@ -236,6 +242,15 @@ def hip_of(yaw: FootYaw) -> float:
 
 
 @both_ways
+def slope(yaw: FootYaw) -> float:
+    """The size of ψ' where ψ = 0; infinite where ψ has no value there."""
+    hip = hip_of(yaw)
+    x = abs(yaw.x_cos * math.cos(hip) + yaw.x_sin * math.sin(hip))
+    size = math.sqrt(yaw.y_cos * yaw.y_cos + yaw.y_sin * yaw.y_sin)
+    return size / x if x > 0.0 else math.inf
+
+
+@both_ways
 def common_hip(left: FootYaw, right: FootYaw) -> float:
     """The value of HipYawPitch beside the roots of both, up to half a turn, with the least ψ² of both feet together.
 
@@ -263,11 +278,11 @@ def hips_apart(left: FootYaw, right: FootYaw) -> float:
 
 @both_ways
 def off_root(yaw: FootYaw, hip: float) -> float:
-    """|sin ψ|: how far a foot is turned, up to half a turn."""
+    """|sin ψ|: how far a foot is turned, up to half a turn and to rounding."""
     c, s = math.cos(hip), math.sin(hip)
     x, y = yaw.x_cos * c + yaw.x_sin * s, yaw.y_cos * c + yaw.y_sin * s
     size = math.sqrt(x * x + y * y)
-    return abs(y) / size if size > 0.0 else 0.0
+    return max(0.0, abs(y) - _ROUNDING) / size if size > 0.0 else 0.0
 
 
 # --- the other five joints --------------------------------------------------------------------------------------------

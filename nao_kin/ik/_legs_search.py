@@ -20,6 +20,7 @@ from nao_kin.ik._legs_equations import (
     JOINTS,
     LEFT,
     LEFT_LEG,
+    LEVEL,
     MORE,
     MOST_BRANCHES,
     MOVED,
@@ -36,11 +37,12 @@ from nao_kin.ik._legs_equations import (
     feet_reported,
     foot_yaw,
     level_joints,
+    slope,
     solve_legs,
     write_joints,
 )
 from nao_kin.ik._legs_pieces import ANKLE, FROM, KNEE, MOST_PIECES, PIECE, SIGN, TO, WAY, admitted_pieces
-from nao_kin.ik._legs_turns import MOST_VALUES, cost_of, is_more, least_turns, slope
+from nao_kin.ik._legs_turns import MOST_VALUES, cost_of, is_more, least_turns
 from nao_kin.ik._ranges import (
     ANGLE_ERROR,
     BESIDE,
@@ -70,8 +72,6 @@ _MEET = 1e-10
 _NEARLY = 1e-9
 # Solutions that are nearer to each other [rad] are one.
 _SAME = 1e-7
-# A slope ψ' below which HipYawPitch does not matter to a foot.
-_LEVEL = 1e-11
 # A family over HipYawPitch: values that are tried, and halvings of the step after it.
 _STEPS, _HALVINGS = 120, 48
 
@@ -178,7 +178,7 @@ def _over_pieces(task: Task, priority: float, reference: Row, q: Row, found: Row
     left = admitted_pieces(task.legs.left, task.ranges.left, task.left, task.left_knee, task.enforce, lefts)
     right = admitted_pieces(task.legs.right, task.ranges.right, task.right, task.right_knee, task.enforce, rights)
     yaws = task.left_yaw, task.right_yaw
-    level = slope(task.left_yaw) < _LEVEL and slope(task.right_yaw) < _LEVEL
+    level = slope(task.left_yaw) < LEVEL and slope(task.right_yaw) < LEVEL
     family = _family_of(task.left) if level else _ALONE
     hips = np.empty(MOST_VALUES)
     count, best, away = 0, (math.inf, math.inf), math.inf

@@ -1,4 +1,4 @@
-"""Both feet in the world, and one number s of the torso's pose that gives way until they agree.
+"""Both feet in the world, and one number s of the torso's pose that gives way until they agree; or feet in the torso.
 
 The roots of ψ of both feet have tangents −Y_cos / Y_sin, which are equal where
 
@@ -34,10 +34,10 @@ from nao_kin.ik._legs_equations import (
 from nao_kin.ik._legs_search import alone, solve_or_split
 from nao_kin.ik._ranges import NOT_RIGID, REASON
 
-# What of the torso gives way, as a number in a target.
-HEIGHT, LEAN, YAW = 0.0, 1.0, 2.0
-# Where the wished pose of the torso begins in a target, where what gives way stands, and how long a target is.
-TORSO, FREE, LENGTH_IN_WORLD = LENGTH, LENGTH + 16, LENGTH + 17
+# What of the torso gives way, as a number in a target; nothing where the feet are given in the torso.
+NOTHING, HEIGHT, LEAN, YAW = -1.0, 0.0, 1.0, 2.0
+# Where in a target what gives way stands, where the wished pose of the torso begins, and how long a target is.
+FREE, TORSO, LENGTH_IN_WORLD = LENGTH, LENGTH + 1, LENGTH + 17
 # Numbers in q beside the joints: of both legs alone, and a target in the torso.
 IN_TORSO = 2 * OF_ONE
 SCRATCH = IN_TORSO + LENGTH
@@ -54,16 +54,20 @@ _AGREE = 1e-10
 def solve_at_wish(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> int:
-    """All joint values that meet both feet with the torso where it is wished; see `_ranges` for the arguments."""
+    """All joint values that meet both feet, with the torso where it is wished; see `_ranges` for the arguments."""
+    if target[FREE] == NOTHING:
+        return solve_legs(legs, ranges, target, reference, enforce, q, found, report)
     move_torso(legs, target, 0.0, q)
     return solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
 
 
 @both_ways
-def solve_in_world(
+def solve_pair(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> int:
-    """The same with the torso moved as little as it takes; or where the hips are least apart, the best there."""
+    """The same, or the best where the hips disagree; in the world with the torso moved as little as it takes."""
+    if target[FREE] == NOTHING:
+        return solve_or_split(legs, ranges, target, reference, enforce, q, found, report)
     count = solve_at_wish(legs, ranges, target, reference, enforce, q, found, report)
     if count > 0 or report[REASON] == NOT_RIGID:
         return count

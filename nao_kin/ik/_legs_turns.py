@@ -34,15 +34,6 @@ def is_more(cost: tuple[float, float], than: tuple[float, float]) -> bool:
 
 
 @both_ways
-def slope(yaw: FootYaw) -> float:
-    """The size of ψ' where ψ = 0; infinite where ψ has no value there."""
-    hip = hip_of(yaw)
-    x = abs(yaw.x_cos * math.cos(hip) + yaw.x_sin * math.sin(hip))
-    size = math.sqrt(yaw.y_cos * yaw.y_cos + yaw.y_sin * yaw.y_sin)
-    return size / x if x > 0.0 else math.inf
-
-
-@both_ways
 def cost_of(
     yaws: tuple[FootYaw, FootYaw], signs: tuple[float, float], priority: float, hip: float
 ) -> tuple[float, float]:

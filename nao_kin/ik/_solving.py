@@ -26,9 +26,6 @@ from nao_kin.ik._ranges import (
 from nao_kin.ik.geometry import Limb
 from nao_kin.ik.results import IKResult, Integers, Obstacles
 
-# Inside the limits there are rarely more branches; where there are, all targets are solved once more with more room.
-_USUAL = 2
-
 
 @dataclass(frozen=True, eq=False)
 class ClosedForm:
@@ -40,6 +37,7 @@ class ClosedForm:
         kernel: the same for rows of targets, compiled.
         branches: the most there are.
         searches: whether the kernel searches for the nearest where `solve` finds nothing.
+        usual: how many there are inside the limits; where there are more, all targets are solved once more.
         more: how many numbers follow the joints in a report.
         scratch: how many numbers `solve` needs in q beside the joints.
     """
@@ -48,6 +46,7 @@ class ClosedForm:
     kernel: KeptKernel
     branches: int
     searches: bool = False
+    usual: int = 2
     more: int = 0
     scratch: int = 0
 
@@ -144,7 +143,7 @@ def _many(
     n, c = references.shape
     # As the kernel is compiled for: one type of array.
     targets, references = _plain(targets), _plain(references)
-    room = min(_USUAL, form.branches) if enforce else form.branches
+    room = min(form.usual, form.branches) if enforce else form.branches
     while True:
         found = Found(
             np.empty((n, room, c)),

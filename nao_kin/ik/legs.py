@@ -17,7 +17,6 @@ from nao_kin.ik._legs_equations import (
     BLAMED,
     LEFT,
     LEFT_FOOT,
-    LENGTH,
     MORE,
     MOST_BRANCHES,
     MOVED,
@@ -26,19 +25,18 @@ from nao_kin.ik._legs_equations import (
     RIGHT,
     Legs,
     LegsRanges,
-    solve_legs,
 )
-from nao_kin.ik._legs_search import solve_or_split
 from nao_kin.ik._legs_torso import (
     FREE,
     HEIGHT,
     LEAN,
     LENGTH_IN_WORLD,
+    NOTHING,
     SCRATCH,
     TORSO,
     YAW,
     solve_at_wish,
-    solve_in_world,
+    solve_pair,
 )
 from nao_kin.ik._legs_turns import BALANCED, LEFT_FIRST, RIGHT_FIRST
 from nao_kin.ik._ranges import BESIDE, laid_down
@@ -130,18 +128,18 @@ def legs(
         _refuse((wished,), ("torso",))
         batch = _broadcast(batch, wished.shape[:-2], "torso")
     references = as_reference(robot, limb.rest, reference, batch, enforce)
-    form, rows = _IN_TORSO, np.empty((*batch, LENGTH if base == "fixed" else LENGTH_IN_WORLD))
+    rows = np.zeros((*batch, LENGTH_IN_WORLD))
     for first, T in zip((LEFT, RIGHT), poses, strict=True):
         rows[..., first : first + 16] = T.reshape(*T.shape[:-2], 16)
     rows[..., PRIORITY] = _PRIORITIES[priority]
+    rows[..., FREE] = _FREE[free] if base == "floating" else NOTHING
     if base == "floating":
         if wished is None:
             _refuse(poses)
             wished = _as_in_reference(robot, limb, (left, right), poses, references[0])
-        form, rows[..., TORSO:FREE] = _IN_WORLD, wished.reshape(*wished.shape[:-2], 16)
-        rows[..., FREE] = _FREE[free]
-    found = found_for(form, limb, rows, references[0], enforce, workers, lambda: _refuse(poses))
-    return _as_result(robot, limb, rows, found, references)
+        rows[..., TORSO:] = wished.reshape(*wished.shape[:-2], 16)
+    found = found_for(_LEGS, limb, rows, references[0], enforce, workers, lambda: _refuse(poses))
+    return _as_result(robot, limb, rows, base == "floating", found, references)
 
 
 def _as_frames(frames: Sequence[str] | None) -> tuple[str, str]:
@@ -196,7 +194,7 @@ def _middle(one: Floats, other: Floats) -> Floats:
 
 def _moved_torso(legs: Legs, rows: Floats, moved: Floats) -> Floats:
     """The torso in the world after what gave way, shape (..., 4, 4)."""
-    wished = rows[..., TORSO:FREE].reshape(*rows.shape[:-1], 4, 4)
+    wished = rows[..., TORSO:].reshape(*rows.shape[:-1], 4, 4)
     left, right = legs.left, legs.right
     hips = 0.5 * np.array([left.hip_x + right.hip_x, left.hip_y + right.hip_y, left.hip_z + right.hip_z])
     torso, free = np.array(wished), rows[..., FREE].flat[0] if rows.size else HEIGHT
@@ -221,12 +219,17 @@ def _base_coordinates(robot: RobotModel, limb: Limb, torso: Floats) -> Floats:
 
 
 def _as_result(
-    robot: RobotModel, limb: Limb, rows: Floats, found: Found, references: tuple[Floats, tuple[str, ...]]
+    robot: RobotModel,
+    limb: Limb,
+    rows: Floats,
+    in_world: bool,
+    found: Found,
+    references: tuple[Floats, tuple[str, ...]],
 ) -> LegsResult:
     batch = rows.shape[:-1]
     report = found.report.reshape(*batch, found.report.shape[1])
     torso = base = None
-    if rows.shape[-1] == LENGTH_IN_WORLD:
+    if in_world:
         torso = _moved_torso(limb.numbers, rows, report[..., MOVED])
         base = _base_coordinates(robot, limb, torso) if robot.base == "floating" else None
     parts = parts_of_result(limb, batch, found, references)
@@ -310,30 +313,10 @@ def _pairs(
 ) -> None:
     found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1] + SCRATCH)
     for i in range(targets.shape[0]):
-        count[i] = solve_or_split(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
+        count[i] = solve_pair(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
         laid_down(found, count[i], values[i], beside[i])
 
 
-@kept("both legs in the world", _arguments)
-def _pairs_in_world(
-    limb: Legs,
-    ranges: LegsRanges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1] + SCRATCH)
-    for i in range(targets.shape[0]):
-        count[i] = solve_in_world(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        laid_down(found, count[i], values[i], beside[i])
+_LEGS = ClosedForm(solve_at_wish, _pairs, MOST_BRANCHES, searches=True, usual=4, more=MORE, scratch=SCRATCH)
 
-
-_IN_TORSO = ClosedForm(solve_legs, _pairs, MOST_BRANCHES, searches=True, more=MORE, scratch=SCRATCH)
-_IN_WORLD = ClosedForm(solve_at_wish, _pairs_in_world, MOST_BRANCHES, searches=True, more=MORE, scratch=SCRATCH)
-
-LEGS_KERNELS = (_pairs, _pairs_in_world)
+LEGS_KERNELS = (_pairs,)

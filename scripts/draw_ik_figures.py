@@ -1,0 +1,285 @@
+"""Draw the figures of docs/inverse_kinematics.md.
+
+Example:
+    python scripts/draw_ik_figures.py            # writes ik_leg.svg, ik_arm.svg and ik_legs.svg into docs/images
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("svg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.patches import Arc, FancyArrowPatch, Polygon
+from numpy.typing import NDArray
+
+import nao_kin as nk
+
+Floats = NDArray[np.float64]
+
+FOLDER = Path(__file__).resolve().parent.parent / "docs" / "images"
+STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "svg.hashsalt": "nao_kin",
+    "svg.fonttype": "path",
+    "mathtext.fontset": "cm",
+}
+INK, PALE, BODY, PLANE = "#30343b", "#9aa0a6", "#c9ced6", "#dce8f5"
+LEFT, RIGHT, CHOICE = "#1f6fb2", "#c4572e", "#3a8f4d"
+YAW_PITCH, ROLL, PITCH = "#7b4fa3", "#c4572e", "#1f6fb2"
+
+
+class View:
+    """Parallel projection of space, drawn in metres.
+
+    Args:
+        axes: where.
+        azimuth: from which side one looks, turned to the left of the robot's front [deg].
+        elevation: from how high [deg].
+    """
+
+    def __init__(self, axes: Any, azimuth: float, elevation: float) -> None:
+        a, e = np.radians([azimuth, elevation])
+        self.axes = axes
+        self._across = np.array([-np.sin(a), np.cos(a), 0.0])
+        self._up = np.array([-np.cos(a) * np.sin(e), -np.sin(a) * np.sin(e), np.cos(e)])
+        axes.set_aspect("equal")
+        axes.axis("off")
+
+    def flat(self, points: Any) -> Floats:
+        """Points on the paper, shape (..., 2)."""
+        return np.stack([np.asarray(points) @ self._across, np.asarray(points) @ self._up], axis=-1)
+
+    def line(self, points: Sequence[Any], colour: str, width: float, **more: Any) -> None:
+        """A chain of straight lines."""
+        self.axes.plot(*self.flat(points).T, color=colour, linewidth=width, solid_capstyle="round", **more)
+
+    def area(self, points: Sequence[Any], colour: str, **more: Any) -> None:
+        """A polygon."""
+        self.axes.add_patch(Polygon(self.flat(points), closed=True, facecolor=colour, **more))
+
+    def axis(self, point: Floats, direction: Floats, length: float, colour: str, label: str) -> None:
+        """A joint axis through a point, with its name behind the tip."""
+        self.line([point - length * direction, point + length * direction], colour, 1.4, zorder=5)
+        tip = self.flat([point + 0.8 * length * direction, point + 1.15 * length * direction])
+        arrow = FancyArrowPatch(*tip, arrowstyle="-|>", mutation_scale=9, color=colour, linewidth=1.4, zorder=5)
+        self.axes.add_patch(arrow)
+        x, y = (tip[1] - tip[0]) / np.linalg.norm(tip[1] - tip[0])
+        across = "left" if x > 0.3 else "right" if x < -0.3 else "center"
+        along = "bottom" if y > 0.6 else "top" if y < -0.6 else "center"
+        self.axes.annotate(
+            label, tip[1], (4.0 * x, 4.0 * y), textcoords="offset points", color=colour, ha=across, va=along, zorder=9
+        )
+
+    def text(self, point: Floats, label: str, colour: str = INK, **more: Any) -> None:
+        """Words at a point."""
+        place = {"ha": "center", "va": "center"} | more
+        self.axes.text(*self.flat(point), label, color=colour, zorder=9, **place)
+
+    def dot(self, point: Floats, colour: str = INK, size: float = 5.0, **more: Any) -> None:
+        """A joint."""
+        self.axes.plot(*self.flat(point), "o", markersize=size, color=colour, zorder=8, **more)
+
+
+def draw_leg(nao: nk.NaoModel, path: Path) -> None:
+    """The axes of a leg in space, and the triangle of hip, knee and ankle in its plane."""
+    figure, (space, plane) = plt.subplots(1, 2, figsize=(7.6, 4.7), gridspec_kw={"width_ratios": [1.0, 1.0]})
+    q = nao.configuration({"LHipRoll": 0.12, "LHipPitch": -0.75, "LKneePitch": 1.25, "LAnklePitch": -0.5})
+    hip, knee, ankle = (nao.position(q, "L" + joint) for joint in ("HipPitch", "KneePitch", "AnklePitch"))
+    view = View(space, 38.0, 16.0)
+    other = hip * [1.0, -1.0, 1.0]
+    view.line([hip, other], BODY, 7.0, zorder=1)
+    view.line([0.5 * (hip + other), 0.5 * (hip + other) + [0.0, 0.0, 0.06]], BODY, 12.0, zorder=1)
+    view.dot(other, BODY, 7.0)
+    view.area([hip, knee, ankle], PLANE, edgecolor="none", zorder=0)
+    view.line([hip, ankle], PALE, 1.1, linestyle=(0, (4, 3)), zorder=2)
+    view.line([hip, knee, ankle], BODY, 7.0, zorder=3)
+    view.line([hip, knee, ankle], INK, 1.0, zorder=4)
+    T_torso_foot = nao.fk(q, "LFoot")
+    R, sole = T_torso_foot[:3, :3], nao.position(q, "l_sole")
+    corners = [sole + R @ [x, y, 0.0] for x, y in ((0.10, 0.035), (0.10, -0.03), (-0.05, -0.03), (-0.05, 0.035))]
+    view.area(corners, BODY, edgecolor=INK, linewidth=0.8, alpha=0.85, zorder=1)
+    view.line([ankle, sole], INK, 1.0, zorder=4)
+    x, y = np.eye(3)[0], np.eye(3)[1]
+    view.axis(hip, (y - np.eye(3)[2]) / np.sqrt(2.0), 0.055, YAW_PITCH, "HipYawPitch")
+    thigh = nao.rotation(q, "LHipRoll")
+    view.axis(hip, x, 0.065, ROLL, "HipRoll")
+    view.axis(hip, thigh @ y, 0.055, PITCH, "HipPitch")
+    view.axis(knee, thigh @ y, 0.045, PITCH, "KneePitch")
+    view.axis(ankle, thigh @ y, 0.045, PITCH, "AnklePitch")
+    view.axis(ankle, R @ x, 0.065, ROLL, "AnkleRoll")
+    for point in (hip, knee, ankle):
+        view.dot(point)
+    space.set_title("three axes in the hip, two in the ankle", color=INK, fontsize=9.5, pad=10)
+    _draw_triangle(plane, *(float(np.linalg.norm(part)) for part in (hip - knee, knee - ankle)))
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+def _draw_triangle(axes: Any, thigh: float, tibia: float) -> None:
+    """Hip, knee and ankle in the plane of the leg, as the foot sees them."""
+    bend, pitch = 1.25, -0.45
+    ankle = np.zeros(2)
+    knee = ankle + tibia * np.array([-np.sin(pitch), np.cos(pitch)])
+    hip = knee + thigh * np.array([-np.sin(pitch + bend), np.cos(pitch + bend)])
+    axes.add_patch(Polygon([hip, knee, ankle], facecolor=PLANE, edgecolor="none"))
+    axes.plot(*np.transpose([hip, knee, ankle]), color=INK, linewidth=1.6, solid_capstyle="round")
+    axes.plot(*np.transpose([hip, ankle]), color=PALE, linewidth=1.1, linestyle=(0, (4, 3)))
+    beyond = knee + 0.045 * (knee - ankle) / tibia
+    axes.plot(*np.transpose([knee, beyond]), color=PALE, linewidth=0.9)
+    first = np.degrees(np.arctan2(*(beyond - knee)[::-1]))
+    last = np.degrees(np.arctan2(*(hip - knee)[::-1]))
+    axes.add_patch(Arc(knee, 0.06, 0.06, theta1=first, theta2=last, color=PITCH, linewidth=1.2))
+    axes.text(*np.add(knee, (-0.012, 0.040)), "$q_4$", color=PITCH, ha="center", fontsize=11)
+    for end, name in ((np.array([0.075, 0.0]), "$x$"), (np.array([0.0, 0.075]), "$z$")):
+        axes.add_patch(FancyArrowPatch(ankle, end, arrowstyle="-|>", mutation_scale=8, color=PALE, linewidth=1.0))
+        axes.text(*(1.1 * end), name, color=PALE, ha="center", va="center", fontsize=10)
+    along = np.degrees(np.arctan2(*knee[::-1]))
+    axes.add_patch(Arc(ankle, 0.085, 0.085, theta1=along, theta2=90.0, color=PITCH, linewidth=1.2))
+    axes.text(0.0165, 0.052, "$q_5$", color=PITCH, ha="center", fontsize=11)
+    axes.plot([-0.035, 0.09], [-0.03, -0.03], color=INK, linewidth=3.0, solid_capstyle="round")
+    axes.plot([0.0, 0.0], [0.0, -0.03], color=INK, linewidth=1.0)
+    for point, name, place in (
+        (hip, "hip", (-0.018, 0.004)),
+        (knee, "knee", (0.022, 0.0)),
+        (ankle, "ankle", (-0.024, 0.0)),
+    ):
+        axes.plot(*point, "o", color=INK, markersize=5)
+        axes.text(*(point + place), name, color=INK, ha="center", va="center")
+    for one, two, name, place in ((hip, knee, "$L_1$", (0.004, 0.013)), (knee, ankle, "$L_2$", (0.014, -0.004))):
+        axes.text(*(0.5 * (one + two) + place), name, color=INK, ha="center", va="center", fontsize=11)
+    axes.text(*(0.5 * (hip + ankle) + [-0.012, 0.0]), "$d$", color=INK, ha="center", va="center", fontsize=11)
+    axes.text(*np.add(hip, (0.016, 0.006)), r"$w = (h_x, \pm\sqrt{h_y^2 + h_z^2})$", color=INK, ha="left", fontsize=10)
+    axes.set_title("the plane of the leg, from the foot", color=INK, fontsize=9.5, pad=10)
+    axes.set_aspect("equal")
+    axes.axis("off")
+    axes.margins(0.08)
+
+
+def draw_arm(nao: nk.NaoModel, path: Path) -> None:
+    """The sphere on which the elbow lies, and the elbow that the hand's pose asks for."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.4))
+    q = nao.configuration(
+        {"LShoulderPitch": 0.95, "LShoulderRoll": 0.85, "LElbowYaw": -2.05, "LElbowRoll": -1.25, "LWristYaw": 0.3}
+    )
+    shoulder = nao.position(q, "LShoulderPitch")
+    elbow = nao.position(q, "LElbowYaw")
+    wrist, hand = nao.position(q, "LWristYaw"), nao.position(q, "LArm")
+    radius = float(np.linalg.norm(elbow - shoulder))
+    view = View(axes, 18.0, 18.0)
+    centre = view.flat(shoulder)
+    axes.add_patch(plt.Circle(centre, radius, facecolor=PLANE, edgecolor=PALE, linewidth=1.0, alpha=0.55, zorder=0))
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    for u, v in ((0, 1), (0, 2), (1, 2)):
+        ring = np.tile(shoulder, (181, 1))
+        ring[:, u] += radius * np.cos(turn)
+        ring[:, v] += radius * np.sin(turn)
+        view.line(ring, PALE, 0.6, alpha=0.7, zorder=1)
+    trunk = shoulder * [1.0, 0.0, 1.0]
+    view.line([shoulder, trunk], BODY, 7.0, zorder=1)
+    view.line([np.add(trunk, (0.0, 0.0, 0.02)), trunk - [0.0, 0.0, 0.12]], BODY, 13.0, zorder=1)
+    upper = nao.rotation(q, "LShoulderRoll")
+    corner = shoulder + upper @ np.array([(upper.T @ (elbow - shoulder))[0], 0.0, 0.0])
+    view.line([shoulder, corner, elbow], BODY, 7.0, zorder=3)
+    view.line([shoulder, corner, elbow], INK, 1.0, zorder=4)
+    view.line([shoulder, elbow], PALE, 1.1, linestyle=(0, (4, 3)), zorder=4)
+    view.line([elbow, wrist, hand], BODY, 7.0, zorder=3)
+    view.line([elbow, wrist, hand], INK, 1.0, zorder=4)
+    x, y, z = np.eye(3)
+    forearm = nao.rotation(q, "LWristYaw")
+    view.axis(shoulder, y, 0.03, PITCH, "ShoulderPitch")
+    view.axis(shoulder, nao.rotation(q, "LShoulderPitch") @ z, 0.04, YAW_PITCH, "ShoulderRoll")
+    view.axis(elbow, upper @ x, 0.035, ROLL, "ElbowYaw")
+    view.axis(elbow, nao.rotation(q, "LElbowYaw") @ z, 0.035, YAW_PITCH, "ElbowRoll")
+    view.axis(hand, forearm @ x, 0.03, ROLL, "WristYaw")
+    for point in (shoulder, elbow, hand):
+        view.dot(point)
+    view.text(np.add(0.5 * (shoulder + elbow), (0.0, 0.0, 0.012)), "$|e|$", fontsize=11)
+    view.text(np.add(hand, (0.0, -0.010, 0.004)), "hand at $p$,\nturned by $R$", ha="right")
+    view.text(np.add(elbow, (0.0, -0.026, -0.024)), "elbow at $p - R\\,h$", ha="right")
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+def draw_legs(nao: nk.NaoModel, path: Path) -> None:
+    """How far each foot is turned over HipYawPitch, where the hips disagree."""
+    q = nao.posture("StandInit")
+    column = nao.joint_names.index("LHipYawPitch")
+    feet = []
+    for side, hip in (("L", -0.65), ("R", -0.05)):
+        q[column] = hip
+        feet.append(nao.fk(q, side + "Leg"))
+    hips, turns = _turns(nao, feet[0], feet[1])
+    figure, axes = plt.subplots(figsize=(6.8, 4.0))
+    both = np.hypot(*turns)
+    inside = np.isfinite(both)
+    axes.axhline(0.0, color=PALE, linewidth=0.8)
+    axes.axvspan(hips[inside][0], hips[inside][-1], color=PLANE, alpha=0.55, linewidth=0)
+    axes.text(hips[inside][0], 0.02, "  inside the limits of both legs", color=PALE, ha="left", va="bottom",
+              transform=axes.get_xaxis_transform())  # fmt: skip
+    for turn, colour, name in zip(turns, (LEFT, RIGHT), ("left", "right"), strict=True):
+        axes.plot(hips, np.degrees(turn), color=colour, linewidth=2.0, label=f"$\\psi$ of the {name} foot")
+    axes.plot(hips, np.degrees(both), color=CHOICE, linewidth=1.6, linestyle=(0, (5, 2)),
+              label=r"$\sqrt{\psi_L^2 + \psi_R^2}$")  # fmt: skip
+    for priority, colour in (("left", LEFT), ("balanced", CHOICE), ("right", RIGHT)):
+        found = nk.ik.legs(nao, *feet, priority=priority)  # type: ignore[arg-type]
+        hip, errors = float(found.q[column]), np.degrees(found.yaw_errors)
+        axes.plot([hip, hip], errors, color=colour, linewidth=1.0, linestyle=":")
+        axes.plot([hip], errors[:1], "o", color=LEFT, markersize=5.5, zorder=5)
+        axes.plot([hip], errors[1:], "o", color=RIGHT, markersize=5.5, zorder=5)
+        axes.annotate(f'"{priority}"', (hip, min(errors)), (0, -14), textcoords="offset points", color=colour,
+                      ha="center", va="top")  # fmt: skip
+    axes.set_xlabel("HipYawPitch [rad]")
+    axes.set_ylabel("turn of the foot about its normal [deg]")
+    axes.legend(frameon=False, loc="upper left")
+    axes.set_xlim(-1.3, 0.9)
+    axes.margins(y=0.12)
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+def _turns(nao: nk.NaoModel, T_left: Floats, T_right: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
+    """HipYawPitch in steps, and the turns of both feet, nan outside the limits.
+
+    A foot that is turned by ψ has its HipYawPitch in closed form: ψ is stepped over, and read backwards.
+    """
+    hips = np.linspace(-1.2, 0.8, 801)
+    steps = np.linspace(-1.5, 1.5, 3001)
+    turns = []
+    for side, T in (("L", T_left), ("R", T_right)):
+        turned = np.tile(T, (len(steps), 1, 1))
+        turned[:, :3, :3] = T[:3, :3] @ nk.rotations.rot_z(steps)
+        found = nk.ik.leg(nao, side, turned)
+        known = np.asarray(found.success)
+        at, turn = found.best[known, 0], steps[known]
+        order = np.argsort(at)
+        turns.append(np.interp(hips, at[order], turn[order], left=np.nan, right=np.nan))
+    return hips, (turns[0], turns[1])
+
+
+def main() -> None:
+    """All figures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
+    folder = parser.parse_args().folder
+    nao = nk.load_nao()
+    with plt.rc_context(STYLE):
+        for name, draw in (("ik_leg", draw_leg), ("ik_arm", draw_arm), ("ik_legs", draw_legs)):
+            draw(nao, folder / f"{name}.svg")
+            print(folder / f"{name}.svg")
+
+
+if __name__ == "__main__":
+    main()
