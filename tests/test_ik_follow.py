@@ -581,10 +581,22 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.follow(nao, {"LLeg": T}, free="lean")
     with pytest.raises(BadArgument, match="fps"):
         nk.ik.follow(nao, {"LLeg": T}).sampled(0.0)
+    with pytest.raises(UnknownName, match="priority 'both'"):
+        nk.ik.follow(nao, {"LLeg": T}, priority="both")  # type: ignore[arg-type]
+    for option in ("directions", "frames"):
+        with pytest.raises(BadArgument, match=f"{option} must be a mapping from effectors, got ndarray"):
+            nk.ik.follow(nao, {"LLeg": T}, **{option: T})
     with pytest.raises(UnknownName, match="effector of the path"):
         nk.ik.follow(nao, {"LLeg": T}, frames={"RLeg": "RFoot"})
     with pytest.raises(BadArgument, match="RobotModel"):
         nk.ik.follow("nao", {"LLeg": T})  # type: ignore[arg-type]
+
+
+def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:
+    pytest.importorskip("cmeel", reason="example-robot-data is absent")
+    romeo = nk.load_robot("romeo")
+    with pytest.raises(BadArgument, match=r"no leg .*no joint 'LHipYawPitch'; nk\.ik\.numeric takes any robot"):
+        nk.ik.follow(romeo, {"LLeg": np.eye(4)})
 
 
 def test_wrong_directions_are_refused(nao: nk.NaoModel) -> None:

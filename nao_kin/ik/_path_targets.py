@@ -70,7 +70,7 @@ def checked_path(
     Raises:
         UnknownName, BadArgument, WrongShape, NotFinite, NotARotation, ZeroNorm: see `follow`.
     """
-    names = (*robot.semantics.end_effectors, *robot.semantics.cameras)
+    names = (*_LEGS, *_ARMS, "Head", *robot.semantics.cameras)
     given: dict[str, tuple[Floats, int]] = {}
     for name, value in _mapping(path, "path").items():
         if name not in names:
@@ -87,7 +87,7 @@ def checked_path(
     heads = [name for name in path if name not in (*_LEGS, *_ARMS)]
     if len(heads) > 1:
         raise BadArgument(f"path[{quoted(heads[0])}] and path[{quoted(heads[1])}] both move the head: one of them")
-    for name, value in _mapping(directions or {}, "directions").items():
+    for name, value in _mapping({} if directions is None else directions, "directions").items():
         what = f"directions[{quoted(name)}]"
         if name not in path or name not in _ARMS:
             arms = [arm for arm in _ARMS if arm in path]
@@ -133,7 +133,7 @@ def limb_paths(
         UnknownName: a frame is given for what is not in the path.
     """
     frame = {name: name for name in path.targets}
-    for name, value in _mapping(frames or {}, "frames").items():
+    for name, value in _mapping({} if frames is None else frames, "frames").items():
         if name not in frame:
             raise UnknownName("effector of the path", name, tuple(frame))
         frame[name] = value

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Literal, SupportsIndex
+from typing import SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
-from nao_kin.errors import BadArgument, OutsideLimits
+from nao_kin.errors import BadArgument, OutsideLimits, UnknownName
 from nao_kin.ik._branch_choice import choose
 from nao_kin.ik._jumps import Jump, jumps_of
 from nao_kin.ik._path_targets import Path, checked_path, limb_paths
 from nao_kin.ik._time_scaling import between_samples, scaled
 from nao_kin.ik.followed_path import FollowedLimb, FollowedPath, followed_limb
 from nao_kin.ik.geometry import torso_frame
-from nao_kin.ik.legs import legs
+from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.targets import Limits, check_threads, is_enforced
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
-Priority = Literal["left", "right", "balanced"]
-Free = Literal["height", "lean", "yaw"]
+_PRIORITIES = get_args(Priority)
 
 
 def follow(
@@ -67,7 +66,8 @@ def follow(
         priority: which foot keeps its yaw where both feet ask for different values of the one hip motor: "left",
             "right", or "balanced" for half of the error each.
         free: with `torso` and both feet: in what the torso gives way so that they do not disagree: "height", "lean" or
-            "yaw". The result's `torso` is where it then is, and all other targets are met from there.
+            "yaw", at each sample as little as is needed. The result's `torso` is where it then is, and all other
+            targets are met from there.
         threads: how many threads may work; None for all cores where that is worthwhile.
 
     Returns:
@@ -83,6 +83,8 @@ def follow(
     check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)
     share = _share(speed)
+    if priority not in _PRIORITIES:
+        raise UnknownName("priority", priority, _PRIORITIES)
     given = checked_path(robot, path, directions, torso, times, reference)
     references, notes = _references(robot, given, enforce)
     if free is not None:

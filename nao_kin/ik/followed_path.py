@@ -136,11 +136,11 @@ class FollowedPath:
         if np.isnan(q).any():
             empty = next(limb.name for limb in self.limbs if np.isnan(q[0, list(limb.columns)]).any())
             raise BadArgument(f"{empty} has no values at any sample: {self.message}")
+        if len(q) == 1:
+            return q
         steps = max(0, int(np.ceil(self.duration * rate - 1e-9)))
         times = np.minimum(self.times[0] + np.arange(steps + 1) / rate, self.times[-1])
-        after = np.clip(np.searchsorted(self.times, times, side="right"), 1, max(1, len(self.times) - 1))
-        if len(self.times) == 1:
-            return q
+        after = np.clip(np.searchsorted(self.times, times, side="right"), 1, len(self.times) - 1)
         start, width = self.times[after - 1], self.times[after] - self.times[after - 1]
         share = np.divide(times - start, width, out=np.ones_like(times), where=width > 0.0)
         found = q[after - 1] + share[:, None] * (q[after] - q[after - 1])
