@@ -17,7 +17,7 @@ import pytest
 import nao_kin as nk
 from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
-from nao_kin.ik import Reason, _limb_paths
+from nao_kin.ik import Reason, _branch_choice, _limb_paths
 from nao_kin.rotations import matrix_from_rpy, rot_z
 
 
@@ -243,6 +243,21 @@ def test_no_combination_of_branches_moves_less(nao: nk.NaoModel, effector: str) 
                 else np.concatenate([[with_limb_of(every, reference, found.q[0])], found.q])
             )
             assert squared_motion(nao, rows) == pytest.approx(least, rel=1e-9)
+
+
+def test_between_two_configurations_the_motion_to_both_counts(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.random(22, 3), "LLeg")
+    limb = _limb_paths.LegPath(nao, "LLeg", ("LLeg",), (T,), {"limits": "ignore"})
+    every = nk.ik.leg(nao, "L", T, limits="ignore")
+    start, end = nao.random(23, 2)
+    choice = _branch_choice.choose(limb, np.tile(start, (3, 1)), 1.0 / nao.velocity_limits, start=start, end=end)
+    least = math.inf
+    for combination in itertools.product(*(range(count) for count in every.count)):
+        q = np.tile(start, (5, 1))
+        q[1:4, list(every.columns)] = every.branches[np.arange(3), combination]
+        q[4, list(every.columns)] = end[list(every.columns)]
+        least = min(least, squared_motion(nao, q))
+    assert choice.cost == pytest.approx(least, rel=1e-9)
 
 
 def with_limb_of(every: nk.ik.IKResult, reference: Floats, q: Floats) -> Floats:
