@@ -43,7 +43,7 @@ MARGIN = 0.01
 
 @dataclass
 class Plan:
-    """Rows for the frames of a motion: times, places of both soles, and where the centre of mass is wanted (x, y)."""
+    """Rows for the frames of a motion: places of both soles, and where the centre of mass is wanted (x, y)."""
 
     left: list[Floats] = field(default_factory=lambda: [np.array([0.0, APART / 2, 0.0])])
     right: list[Floats] = field(default_factory=lambda: [np.array([0.0, -APART / 2, 0.0])])
@@ -166,8 +166,8 @@ def balanced(
         What was found, and the targets.
     """
     wanted = np.array(plan.com)
-    offset = nao.com(reference, reference="torso")
-    torso = at(np.column_stack([wanted, np.full(len(plan), HEIGHT)]) - [*(np.zeros(2) + offset[..., :2].mean()), 0.0])
+    in_torso = nao.com(reference, reference="torso").reshape(-1, 3).mean(axis=0)
+    torso = at(np.column_stack([wanted - in_torso[:2], np.full(len(plan), HEIGHT)]))
     times = np.arange(len(plan)) / FPS
     for _ in range(20):
         path = {f"{side}Leg": soles(nao, plan, torso, side) for side in "LR"} | beside
