@@ -37,6 +37,7 @@ napoleon_numpy_docstring = False
 
 html_theme = "furo"
 html_title = f"nao_kin {release}"
+html_static_path = ["_static"]
 # Formulas are set in the browser; without a network they stay readable as TeX.
 html_show_sourcelink = False
 

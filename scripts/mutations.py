@@ -810,6 +810,48 @@ _VIEWER = (
     ),
 )
 
+_FOLLOWING = (
+    *_faults(
+        "ik/_branch_choice.py",
+        "test_ik_follow.py",
+        (
+            "branch-nearest-to-the-sample-before",
+            "total = before.cost[:, None] + _sq",
+            "total = 0.0 * before.cost[:, None] + _sq",
+        ),
+        ("family-not-followed-from-the-branch-before", "    references[:, list(first.columns)] = before.values\n", ""),
+        ("motion-to-the-end-not-counted", "last = last + _squares(", "last = last + 0.0 * _squares("),
+    ),
+    *_faults(
+        "ik/_jumps.py",
+        "test_ik_follow.py",
+        ("jump-that-only-has-to-shrink", "_STILL = 0.5", "_STILL = 2.0"),
+        ("coarse-step-taken-for-a-jump", "_BESIDE = 0.25", "_BESIDE = 0.0"),
+    ),
+    *_faults(
+        "ik/_time_scaling.py",
+        "test_ik_follow.py",
+        (
+            "share-of-the-speed-limit-upside-down",
+            ".max(axis=1, initial=0.0) / speed",
+            ".max(axis=1, initial=0.0) * speed",
+        ),
+        ("segments-taken-at-the-speed-limit", "taken = np.where(short, needed, given)", "taken = needed"),
+    ),
+    *_faults(
+        "ik/_path_targets.py",
+        "test_ik_follow.py",
+        ("direction-shifted-with-the-torso", "seen = array if free else array - ", "seen = array - "),
+    ),
+    *_faults(
+        "ik/follow.py",
+        "test_ik_follow.py",
+        ("way-from-the-reference-not-counted", "start = None if reference is None else references[0]", "start = None"),
+        ("quaternion-of-the-base-changes-its-sign", "np.where(turned, -1.0, 1.0)", "np.where(turned, 1.0, 1.0)"),
+        ("torso-that-gives-way-stays", "np.where(there, given_way, path.torso)", "path.torso"),
+    ),
+)
+
 MUTATIONS: tuple[Mutation, ...] = (
     *_COMMON,
     *_URDF,
@@ -820,4 +862,5 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_BATCH,
     *_CROSSCHECK,
     *_VIEWER,
+    *_FOLLOWING,
 )

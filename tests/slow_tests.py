@@ -56,6 +56,7 @@ TESTS = """
     test_an_interrupt_ends_without_a_traceback
     test_the_program_of_the_documentation_runs
     test_programs_that_run_already_do_the_work_though_one_is_killed
+    test_the_script_walks_and_draws_and_writes_a_clip
 """.split()
 
 

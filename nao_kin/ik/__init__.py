@@ -1,6 +1,10 @@
 """Inverse kinematics: joint values for poses, all of them, inside the limits, and the reason where there are none."""
 
+from nao_kin.ik._jumps import Jump
+from nao_kin.ik._time_scaling import Stretch
 from nao_kin.ik.arm import arm
+from nao_kin.ik.follow import follow
+from nao_kin.ik.followed_path import FollowedLimb, FollowedPath
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import legs
@@ -14,13 +18,18 @@ from nao_kin.ik.warming import warm_up
 
 __all__ = [
     "Family",
+    "FollowedLimb",
+    "FollowedPath",
     "IKResult",
+    "Jump",
     "LegsResult",
     "Obstacles",
     "Reason",
+    "Stretch",
     "TwistMap",
     "VelocityResult",
     "arm",
+    "follow",
     "head",
     "leg",
     "legs",

@@ -1,0 +1,286 @@
+"""A NAO walks, lifts a foot, and draws a figure eight in the air: poses of feet and a hand, followed by `nk.ik.follow`.
+
+The torso is upright, and so placed that the centre of mass is where the plan wants it: above the sole that stands.
+
+Example:
+    python scripts/walk_and_draw.py    # writes docs/_static/walk_and_draw.html and docs/images/walk_and_draw.jpg
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import nao_kin as nk
+from nao_kin.rotations import rot_x
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+FPS = 30.0
+SIZE = (1120, 760)
+
+Floats = NDArray[np.float64]
+
+# Lengths in m, times in s.
+APART, HEIGHT, LIFT = 0.1, 0.308, 0.025
+STEPS = (-0.04, -0.04, -0.04, 0.0, 0.04, 0.04, 0.04, 0.0)  # how far ahead of the other a foot is put down
+SHIFT_TIME, SWING_TIME = 0.45, 0.55
+# Where the centre of mass is above a sole, from its ankle: ahead, and towards the other foot.
+AHEAD, INWARDS = 0.02, 0.004
+EIGHT_SIZE, EIGHT_TIME, EIGHTS = (0.055, 0.04), 4.0, 2
+EIGHT_FROM_TORSO = (0.15, -0.1, 0.16)
+RAISED = (0.03, -0.01, 0.06)  # the right foot while the hand draws
+TURNED = 0.05  # how high a foot is lifted when it is turned with its leg, so that the ankle does not roll
+# What the centre of mass may be off from where it is wanted.
+SETTLED = 1e-6
+MARGIN = 0.01
+
+
+@dataclass
+class Plan:
+    """Rows for the frames of a motion: places of both soles, and where the centre of mass is wanted (x, y)."""
+
+    left: list[Floats] = field(default_factory=lambda: [np.array([0.0, APART / 2, 0.0])])
+    right: list[Floats] = field(default_factory=lambda: [np.array([0.0, -APART / 2, 0.0])])
+    com: list[Floats] = field(default_factory=lambda: [np.array([AHEAD, 0.0])])
+
+    def __len__(self) -> int:
+        return len(self.com)
+
+    def go_on(self, seconds: float, com: Floats, *, left: Floats | None = None, right: Floats | None = None) -> None:
+        """Move the centre of mass and one foot, which is lifted in between where it comes down again."""
+        frames = round(seconds * FPS)
+        for rows, last in ((self.left, left), (self.right, right)):
+            first = rows[-1]
+            target = first if last is None else last
+            arc = LIFT if target[2] == first[2] and target[0] != first[0] else 0.0
+            for u in smooth((np.arange(frames) + 1.0) / frames):
+                height = 4.0 * arc * u * (1.0 - u)
+                rows.append(first + u * (target - first) + [0.0, 0.0, height])
+        first = self.com[-1]
+        self.com.extend(first + u * (com - first) for u in smooth((np.arange(frames) + 1.0) / frames))
+
+    def places(self, side: str) -> Floats:
+        """Places of a sole."""
+        return np.array(self.left if side == "L" else self.right)
+
+    def standing(self, side: str) -> NDArray[np.bool_]:
+        """Frames in which a sole is on the floor."""
+        return np.asarray(self.places(side)[:, 2] == 0.0)
+
+
+def smooth(u: Floats) -> Floats:
+    """From 0 to 1, speed and acceleration zero at both ends."""
+    return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u * u))
+
+
+def at(places: Floats) -> Floats:
+    """Poses with the axes of the world."""
+    T = np.tile(np.eye(4), (len(places), 1, 1))
+    T[:, :3, 3] = places
+    return T
+
+
+def above(sole: Floats) -> Floats:
+    """Where the centre of mass is wanted to stand on one sole."""
+    return np.asarray(sole[:2] + np.array([AHEAD, -INWARDS * np.sign(sole[1])]))
+
+
+def walk() -> Plan:
+    """Back and forth, each foot put down, ahead of the other or beside it, before that is lifted."""
+    plan = Plan()
+    for step, ahead in enumerate(STEPS):
+        moved, support = (plan.right, plan.left) if step % 2 == 0 else (plan.left, plan.right)
+        plan.go_on(SHIFT_TIME, above(support[-1]))
+        target = np.array([support[-1][0] + ahead, moved[-1][1], 0.0])
+        foot = {"right": target} if moved is plan.right else {"left": target}
+        plan.go_on(SWING_TIME, above(support[-1]), **foot)
+    plan.go_on(SHIFT_TIME, 0.5 * (above(plan.left[-1]) + above(plan.right[-1])))
+    return plan
+
+
+def stand_on_one_leg(after: Plan) -> Plan:
+    """Onto the left foot, the right one up and back, and all again the other way round."""
+    plan = Plan(after.left[-1:], after.right[-1:], after.com[-1:])
+    middle, down = plan.com[-1], plan.right[-1]
+    plan.go_on(0.9, above(plan.left[-1]))
+    plan.go_on(0.9, above(plan.left[-1]), right=down + np.array(RAISED))
+    plan.go_on(EIGHT_TIME * EIGHTS, above(plan.left[-1]))
+    plan.go_on(0.9, above(plan.left[-1]), right=down)
+    plan.go_on(0.9, middle)
+    return plan
+
+
+def eight(centre: Floats, turns: Floats) -> Floats:
+    """Points on a figure eight across x."""
+    s = 2.0 * np.pi * turns
+    width, height = EIGHT_SIZE
+    return np.asarray(centre + np.stack([0.0 * s, width * np.sin(s), height * np.sin(2.0 * s)], axis=-1))
+
+
+def to_eight_and_back(plan: Plan, rest: Floats, centre: Floats) -> Floats:
+    """Points from one at rest to the middle of the eight while the foot is lifted, along it, and back."""
+    n, drawn = len(plan), round(EIGHT_TIME * EIGHTS * FPS)
+    first = (n - 1 - drawn) // 2
+    to_it = smooth(np.linspace(0.0, 1.0, first + 1))[:, None]
+    reached = rest + to_it * (centre - rest)
+    along = eight(centre, np.arange(1, drawn + 1) / (EIGHT_TIME * FPS))
+    return np.concatenate([reached, along, reached[-2::-1]])
+
+
+def drawing_path(nao: nk.NaoModel, plan: Plan, q: Floats, centre: Floats) -> dict[str, Floats]:
+    """Places of the right hand and points to look at, from where both are in a configuration and back to there."""
+    camera = nao.fk(q, "CameraTop")
+    looked_at = camera[:3, 3] + 0.5 * camera[:3, 0]
+    rests = {"RArm": nao.position(q, "RArm"), "CameraTop": looked_at}
+    return {name: to_eight_and_back(plan, rest, centre) for name, rest in rests.items()}
+
+
+def soles(nao: nk.NaoModel, plan: Plan, torso: Floats, side: str) -> Floats:
+    """Poses of a sole in the world: flat on the floor, and lifted turned about x at the ankle, with the leg."""
+    T = at(plan.places(side))
+    zero = nao.neutral()
+    hip = torso[:, :3, 3] + nao.position(zero, f"{side}HipRoll", reference="torso")
+    up_to_ankle = nao.position(zero, f"{side}AnkleRoll", reference=f"{side}Leg")
+    ankle = T[:, :3, 3] + up_to_ankle
+    lean = np.arctan2(ankle[:, 1] - hip[:, 1], hip[:, 2] - ankle[:, 2])
+    T[:, :3, :3] = rot_x(lean * smooth(np.minimum(1.0, T[:, 2, 3] / TURNED)))
+    T[:, :3, 3] = ankle - T[:, :3, :3] @ up_to_ankle
+    return T
+
+
+def balanced(
+    nao: nk.NaoModel, plan: Plan, reference: Floats, beside: dict[str, Floats]
+) -> tuple[nk.ik.FollowedPath, dict[str, Floats]]:
+    """Follow a plan, and what else is asked for, with the torso where the centre of mass is where it is wanted.
+
+    The torso is moved by what the centre of mass is off, which moves with it all but a little: each time the error is
+    some ten times smaller.
+
+    Returns:
+        What was found, and the targets.
+    """
+    wanted = np.array(plan.com)
+    in_torso = nao.com(reference, reference="torso").reshape(-1, 3).mean(axis=0)
+    torso = at(np.column_stack([wanted - in_torso[:2], np.full(len(plan), HEIGHT)]))
+    times = np.arange(len(plan)) / FPS
+    for _ in range(20):
+        path = {f"{side}Leg": soles(nao, plan, torso, side) for side in "LR"} | beside
+        found = nk.ik.follow(nao, path, torso=torso, reference=reference, times=times)
+        if np.isnan(found.q).any():
+            break
+        error = wanted - nao.com(found.q)[:, :2]
+        if np.abs(error).max() < SETTLED:
+            break
+        torso[:, :2, 3] += error
+    return found, path
+
+
+def swinging_arms(nao: nk.NaoModel, plan: Plan) -> Floats:
+    """Configurations whose arms swing against the legs."""
+    q = np.tile(nao.posture("StandInit"), (len(plan), 1))
+    apart = np.array(plan.left)[:, 0] - np.array(plan.right)[:, 0]
+    first = nao.nq - len(nao.joint_names)
+    for joint, sign in (("LShoulderPitch", 1.0), ("RShoulderPitch", -1.0)):
+        q[:, first + nao.joint_names.index(joint)] += sign * 3.0 * apart
+    return q
+
+
+def margin_on_sole(nao: nk.NaoModel, q: Floats, side: str) -> Floats:
+    """How far the centre of mass is inside the four force sensors of a sole, seen from above [m]."""
+    corners = ("FrontLeft", "RearLeft", "RearRight", "FrontRight")
+    points = nao.position(q, [f"{side}Foot/FSR/{corner}" for corner in corners])[..., :2]
+    along = np.roll(points, -1, axis=1) - points
+    inwards = np.stack([-along[..., 1], along[..., 0]], axis=-1) / np.linalg.norm(along, axis=-1)[..., None]
+    away = nao.com(q)[:, None, :2] - points
+    return np.asarray((inwards * away).sum(axis=-1).min(axis=1))
+
+
+def largest(values: Floats) -> float:
+    """The largest magnitude, 0 of none."""
+    return float(np.abs(values).max(initial=0.0))
+
+
+def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, path: dict[str, Floats]) -> bool:
+    """Print what a part of the motion is like; whether it is as it should be."""
+    if not found.success:
+        print(f"  NO   all targets reached, without a jump: {found.message}")
+        return False
+    checks = [("all targets reached, without a jump", True, found.message)]
+    for side, name in (("L", "left"), ("R", "right")):
+        stands = plan.standing(side)
+        off = largest((nao.fk(found.q, f"{side}Leg") - at(plan.places(side)))[stands])
+        checks.append((f"the {name} sole stays where it stands", off < 1e-9, f"off by {off:.1e}"))
+        alone = stands & ~plan.standing("R" if side == "L" else "L")
+        margin = float(margin_on_sole(nao, found.q[alone], side).min()) if alone.any() else np.inf
+        if alone.any():
+            said = f"{1e3 * margin:.1f} mm inside its sensors in {alone.sum()} frames"
+            checks.append((f"the centre of mass is above the {name} sole on one leg", margin > MARGIN, said))
+    if "RArm" in path:
+        off = largest(nao.position(found.q, "RArm") - path["RArm"])
+        checks.append(("the hand draws the eight", off < 1e-9, f"off by {off:.1e} m"))
+    share = found.largest_speed_share
+    checks.append(("no joint is too fast", share <= 1.0 and not found.stretched, f"{100 * share:.0f} % of its limit"))
+    for what, fine, said in checks:
+        print(f"  {'yes' if fine else 'NO '}  {what}: {said}")
+    return all(fine for _, fine, _ in checks)
+
+
+def main() -> int:
+    """The motion, the checks, the clip and the picture."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path, default=DOCS, help="with _static and images (default: docs)")
+    parser.add_argument("--no-picture", action="store_true", help="the clip only: needs no browser")
+    options = parser.parse_args()
+    nao = nk.load_nao(base="floating")
+
+    walked = walk()
+    print(f"walk, {len(STEPS)} steps:")
+    walking, path = balanced(nao, walked, swinging_arms(nao, walked), {})
+    fine = report(nao, walked, walking, path)
+
+    drawn = stand_on_one_leg(walked)
+    q = walking.q[-1]
+    centre = nao.position(q, "torso") + EIGHT_FROM_TORSO
+    print(f"draw, {EIGHTS} times round:")
+    drawing, path = balanced(nao, drawn, q, drawing_path(nao, drawn, q, centre))
+    fine &= report(nao, drawn, drawing, path)
+    if not fine:
+        return 1
+
+    q = np.concatenate([walking.sampled(FPS), drawing.sampled(FPS)[1:]])
+    # Marks without names: the viewer has no lines.
+    beads = {" " * (i + 1): point for i, point in enumerate(eight(centre, np.arange(36) / 36.0))}
+    clip, picture = options.folder / "_static" / "walk_and_draw.html", options.folder / "images" / "walk_and_draw.jpg"
+    with nk.Viewer(nao) as viewer:
+        viewer.show_targets(beads)
+        viewer.show_com()
+        viewer.animate(q, FPS)
+        viewer.camera("three-quarter")
+        for file in (clip, picture):
+            file.parent.mkdir(parents=True, exist_ok=True)
+        print(f"{viewer.save_html(clip)}: {len(q)} frames, {clip.stat().st_size / 1e6:.2f} MB")
+        if not options.no_picture:
+            viewer.show_support_polygon()
+            viewer.display(drawing.q[len(drawing.q) // 2 - round(0.6 * EIGHT_TIME * FPS)])
+            write_picture(viewer, picture)
+    return 0
+
+
+def write_picture(viewer: nk.Viewer, path: Path) -> None:
+    """What is on show, as a JPEG."""
+    from PIL import Image
+
+    with tempfile.TemporaryDirectory() as temporary:
+        png = viewer.save_png(Path(temporary) / "picture.png", size=SIZE)
+        Image.open(png).convert("RGB").save(path, quality=85)
+    print(path)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
