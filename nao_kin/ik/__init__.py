@@ -5,17 +5,22 @@ from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
+from nao_kin.ik.support_polygon import SupportPolygon
 from nao_kin.ik.velocity import velocity
 from nao_kin.ik.velocity_result import TwistMap, VelocityResult
 from nao_kin.ik.warming import warm_up
+from nao_kin.ik.whole_body import whole_body
+from nao_kin.ik.whole_body_result import WholeBodyResult
 
 __all__ = [
     "Family",
     "IKResult",
     "Obstacles",
     "Reason",
+    "SupportPolygon",
     "TwistMap",
     "VelocityResult",
+    "WholeBodyResult",
     "arm",
     "head",
     "leg",
@@ -23,4 +28,5 @@ __all__ = [
     "numeric",
     "velocity",
     "warm_up",
+    "whole_body",
 ]

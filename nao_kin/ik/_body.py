@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin.ik._compiling import both_ways
-from nao_kin.ik.geometry import torso_frame
-from nao_kin.robot import RobotModel
 
 Ints = NDArray[np.int64]
 SIDES = ("L", "R")
@@ -77,87 +75,6 @@ def body_types() -> Any:
         "n": types.int64,
     }
     return types.NamedTuple(tuple(by_letter[letter] for letter in "iTFFifffFITffnIiT"), Body)
-
-
-class BodyTables:
-    """A robot as a `Body`, with what leads from its joints and frames there.
-
-    Attributes:
-        body: the arrays.
-        order: place in q of each variable, shape (n,).
-        torso_in_root: T_root_torso, the torso's frame in the link that carries all, shape (4, 4).
-    """
-
-    def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
-        model = robot.model
-        trunk = 1 if robot.base == "floating" else 0
-        self.robot, self.torso_in_root = robot, self._placement(robot, torso_frame(robot))[1]
-        moves = [unit == "rad" for unit in robot.joint_units]
-        columns = np.argsort(np.logical_not(moves), kind="stable")
-        self.order = robot.nq - len(moves) + columns
-        variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
-        self._row = {joint: joint - trunk for joint in range(trunk, model.njoints)}
-        rows = model.njoints - trunk
-        T_torso_root = np.linalg.inv(self.torso_in_root)
-        placements, levers = np.tile(np.eye(4), (rows, 1, 1)), np.zeros((rows, 3))
-        axes, mass = np.zeros((rows, 3)), np.zeros(rows)
-        parent, which = np.full(rows, -1, np.int64), np.full(rows, -1, np.int64)
-        multiplier, offset = np.zeros(rows), np.zeros(rows)
-        joint_of = {joint.name: joint for joint in robot.tree.moving_joints}
-        for joint, row in self._row.items():
-            inertia = model.inertias[joint]
-            mass[row], levers[row] = inertia.mass, inertia.lever
-            if row == 0:
-                levers[0] = T_torso_root[:3, :3] @ inertia.lever + T_torso_root[:3, 3]
-                continue
-            name = str(model.names[joint])
-            parent[row] = self._row[int(model.parents[joint])]
-            T = np.array(model.jointPlacements[joint].homogeneous)
-            placements[row] = T_torso_root @ T if parent[row] == 0 else T
-            axes[row] = joint_of[name].axis
-            mimic = robot.mimics.get(name)
-            which[row] = variable[name if mimic is None else mimic.joint]
-            multiplier[row], offset[row] = (1.0, 0.0) if mimic is None else (mimic.multiplier, mimic.offset)
-        moving = int(np.count_nonzero(moves))
-        tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
-        table_rows = np.zeros((len(tables), 3, max([2, *(len(table.at) for table in tables)])))
-        for k, table in enumerate(tables):
-            table_rows[k, :, : len(table.at)] = table.at, table.lower, table.upper
-        turn = np.full(len(columns), math.pi)
-        self.body = Body(
-            parent,
-            placements[:, :3, :3].copy(),
-            placements[:, :3, 3].copy(),
-            axes,
-            which,
-            multiplier,
-            offset,
-            mass,
-            levers,
-            np.array([[self._row[int(model.getJointId(joint))] for joint in leg] for leg in legs]),
-            np.array([self.frame(f"{side}Leg")[1] for side in SIDES]),
-            robot.lower[columns] if enforce else -turn,
-            robot.upper[columns] if enforce else turn,
-            moving,
-            np.array([[variable[table.joint], variable[table.of]] for table in tables], np.int64).reshape(-1, 2),
-            np.array([len(table.at) if enforce else 0 for table in tables], np.int64),
-            table_rows,
-        )
-
-    def frame(self, name: str) -> tuple[int, Floats]:
-        """The row that carries a frame, and T of the frame in it.
-
-        Raises:
-            UnknownName: no such frame.
-        """
-        joint, T = self._placement(self.robot, name)
-        row = self._row.get(joint, 0)
-        return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
-
-    @staticmethod
-    def _placement(robot: RobotModel, name: str) -> tuple[int, Floats]:
-        frame = robot.model.frames[robot.frame_ids([name])[0]]
-        return int(frame.parentJoint), np.array(frame.placement.homogeneous)
 
 
 @both_ways

@@ -29,7 +29,7 @@ from nao_kin.ik._stance import Legs, legs_types, stand_on_both, torso_over_foot
 # How a search ended.
 SETTLED, REACHED, STOPPED, NOT_STANDING = range(4)
 # Places in a report.
-STATUS, ITERATIONS, START, SHORTAGE = range(4)
+STATUS, STEPS, START, SHORTAGE = range(4)
 BOTH = 2
 
 _LONGEST_STEP = 0.5
@@ -313,7 +313,7 @@ def solve_body(
     """
     least, steps = math.inf, 0
     T, found, centre = np.empty((4, 4)), np.empty((len(plan.kind), 2)), np.empty(3)
-    report[STATUS], report[ITERATIONS], report[START], report[SHORTAGE] = NOT_STANDING, 0.0, -1.0, 0.0
+    report[STATUS], report[STEPS], report[START], report[SHORTAGE] = NOT_STANDING, 0.0, -1.0, 0.0
     for start in range(len(starts)):
         x = starts[start].copy()
         is_standing, status = False, SETTLED
@@ -353,7 +353,7 @@ def solve_body(
             report[SHORTAGE] = _shortage(planes, centre)
         if status == REACHED:
             break
-    report[ITERATIONS] = float(steps)
+    report[STEPS] = float(steps)
 
 
 def _types() -> Any:

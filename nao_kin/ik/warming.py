@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nao_kin._common.kernel_cache import KernelState
+from nao_kin.ik._body_search import BODY_KERNELS
 from nao_kin.ik.arm import ARM_KERNELS
 from nao_kin.ik.head import HEAD_KERNELS
 from nao_kin.ik.leg import LEG_KERNELS
@@ -14,4 +15,4 @@ def warm_up() -> tuple[KernelState, ...]:
     Returns:
         The state of each kernel.
     """
-    return tuple(kernel.warm_up() for kernel in (*LEG_KERNELS, *ARM_KERNELS, *HEAD_KERNELS))
+    return tuple(kernel.warm_up() for kernel in (*LEG_KERNELS, *ARM_KERNELS, *HEAD_KERNELS, *BODY_KERNELS))
