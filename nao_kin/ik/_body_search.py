@@ -13,7 +13,7 @@ it counts with a weight against which no target prevails.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,12 +29,16 @@ from nao_kin.ik._stance import Legs, legs_types, stand_on_both, torso_over_foot
 # How a search ended.
 SETTLED, REACHED, STOPPED, NOT_STANDING = range(4)
 # Places in a report.
-STATUS, STEPS, START, SHORTAGE = range(4)
+STATUS, STEPS, START, LACKING = range(4)
 BOTH = 2
 
 _LONGEST_STEP = 0.5
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING, _FLOOR = 0.1, 1e-6, 1e9, 1e-10
-_LEAST_GAIN = 1e-3
+_LEAST_GAIN, _GOOD_GAIN = 1e-3, 0.75
+# What legs are outside their limits after a step weighs this times the slope of the errors.
+_PENALTY, _LEAST_PENALTY = 3.0, 1e-3
+# A pose outside the limits is worse than any inside.
+_OUT_OF_THE_QUESTION = 1e9
 # A configuration outside by less is inside [rad].
 _INSIDE = 2e-10
 # While the posture pulls, the knees of the search are bent by this, and the search begins with more [rad].
@@ -45,6 +49,8 @@ _MOST_WITH_POSTURE = 20
 # The step that lessens the sum by less than this share of it, and of nothing else, is the last.
 _FLAT = 1e-10
 _FOOT_TOLERANCE = 1e-6
+# What standing may change of a configuration that stands already [rad].
+_ROUNDING = 1e-9
 
 
 @both_ways
@@ -57,8 +63,95 @@ def _stand(body: Body, legs: Legs, stance: int, feet: Floats, x: Floats, T: Floa
     return True
 
 
+class Task(NamedTuple):
+    """One pose to find.
+
+    Attributes:
+        plan: what is asked for.
+        stance: 0 for the left foot, 1 for the right one, 2 for both.
+        feet: T_world_foot, shape (2, 4, 4).
+        targets: see `errors_at`.
+        planes: (n_x, n_y, d) with n·com ≥ d where the margin is kept, shape (edges, 3).
+        posture: variables to be pulled to.
+        pull: weight of that [per rad]; 0 for the targets alone.
+    """
+
+    plan: Plan
+    stance: int
+    feet: Floats
+    targets: Floats
+    planes: Floats
+    posture: Floats
+    pull: float
+
+
+class Point(NamedTuple):
+    """A configuration and what is known there.
+
+    Attributes:
+        x: the variables.
+        T: T_world_torso, shape (4, 4).
+        e: weighted errors.
+        J: their derivatives.
+        residuals: distances and angles, shape (t, 2).
+        com: the centre of mass.
+        com_J: its derivative.
+        sums: half the squares of the errors and of the margin that is lacking; half those of the posture; what the
+            joints are outside their limits; what the margin lacks, shape (4,).
+    """
+
+    x: Floats
+    T: Floats
+    e: Floats
+    J: Floats
+    residuals: Floats
+    com: Floats
+    com_J: Floats
+    sums: Floats
+
+
+_ERRORS, _POSTURE, _OUTSIDE, _LACKING = range(4)
+
+
 @both_ways
-def _shortage(planes: Floats, com: Floats) -> float:
+def _point(body: Body, targets: int) -> Point:
+    """A place for a configuration."""
+    n, m = body.moving, MOST_ROWS * targets
+    return Point(
+        np.zeros(len(body.lower)), np.zeros((4, 4)), np.zeros(m), np.zeros((m, n)), np.zeros((targets, 2)),
+        np.zeros(3), np.zeros((3, n)), np.zeros(4),
+    )  # fmt: skip
+
+
+@both_ways
+def _evaluate(body: Body, task: Task, lower: Floats, point: Point) -> None:
+    """All that is known of a configuration that stands."""
+    plan, sums = task.plan, point.sums
+    last = body.legs[0 if task.stance == BOTH else task.stance, JOINTS - 1]
+    errors_at(
+        body, plan, task.targets, last, point.x, point.T, point.e, point.J, point.residuals, point.com, point.com_J
+    )
+    sums[_LACKING] = lacking(task.planes, point.com) if plan.support > 0.0 else 0.0
+    sums[_OUTSIDE] = outside(body, lower, point.x)
+    sums[_POSTURE] = 0.0
+    for v in range(body.moving):
+        sums[_POSTURE] += 0.5 * (task.pull * (point.x[v] - task.posture[v])) ** 2
+    sums[_ERRORS] = 0.5 * (plan.support * sums[_LACKING]) ** 2
+    for i in range(len(point.e)):
+        sums[_ERRORS] += 0.5 * point.e[i] * point.e[i]
+
+
+@both_ways
+def _copy(point: Point, other: Point) -> None:
+    """Write one configuration over another."""
+    other.x[:], other.T[:], other.e[:], other.J[:] = point.x, point.T, point.e, point.J
+    other.residuals[:], other.com[:], other.com_J[:], other.sums[:] = (
+        point.residuals, point.com, point.com_J, point.sums,
+    )  # fmt: skip
+
+
+@both_ways
+def lacking(planes: Floats, com: Floats) -> float:
     """By how much the centre of mass lacks its margin [m]."""
     s = 0.0
     for k in range(len(planes)):
@@ -67,177 +160,178 @@ def _shortage(planes: Floats, com: Floats) -> float:
 
 
 @both_ways
-def _second_foot(body: Body, x: Floats, T: Floats, n: int, A: Floats) -> int:
-    """Rows of a step that leave the second foot where it is; their number."""
-    rows = len(body.parent)
-    R, p = np.empty((rows, 3, 3)), np.empty((rows, 3))
-    place_all(body, x, T, R, p)
-    twists = np.zeros((6, n))
-    add_chain(body, body.legs[0, JOINTS - 1], -1.0, R, p, twists)
-    add_chain(body, body.legs[1, JOINTS - 1], 1.0, R, p, twists)
-    for i in range(6):
-        A[i, :n] = twists[i]
-        A[i, n] = 0.0
-    return 6
-
-
-@both_ways
-def _is_reached(residuals: Floats, tolerance: float) -> bool:
-    for t in range(len(residuals)):
-        if residuals[t, 0] > tolerance or residuals[t, 1] > tolerance:
+def _is_reached(point: Point, tolerance: float) -> bool:
+    """Whether all targets are met inside the limits."""
+    if point.sums[_OUTSIDE] > _INSIDE or point.sums[_LACKING] > tolerance:
+        return False
+    for t in range(len(point.residuals)):
+        if point.residuals[t, 0] > tolerance or point.residuals[t, 1] > tolerance:
             return False
     return True
 
 
 @both_ways
-def _search(
-    body: Body,
-    legs: Legs,
-    plan: Plan,
-    stance: int,
-    feet: Floats,
-    targets: Floats,
-    planes: Floats,
-    posture: Floats,
-    pull: float,
-    tolerance: float,
-    most: int,
-    x: Floats,
-    T: Floats,
-    residuals: Floats,
-    com: Floats,
+def _normal_equations(body: Body, point: Point, normal: Floats, gradient: Floats) -> float:
+    """JᵀJ, its lower triangle, and Jᵀe, written into (n, n) and (n,); the length of the latter."""
+    n, J = body.moving, point.J
+    gradient[:] = 0.0
+    normal[:] = 0.0
+    for i in range(len(point.e)):
+        for v in range(n):
+            value = J[i, v]
+            if value != 0.0:
+                gradient[v] += value * point.e[i]
+                for w in range(v + 1):
+                    normal[v, w] += value * J[i, w]
+    squares = 0.0
+    for v in range(n):
+        squares += gradient[v] * gradient[v]
+    return math.sqrt(squares)
+
+
+@both_ways
+def _rows(body: Body, task: Task, lower: Floats, point: Point, A: Floats, b: Floats) -> tuple[int, int]:
+    """What a step (δ, s) has to obey, as A (δ, s) ≥ b: number of equations, which are first, and of all rows."""
+    n, count = body.moving, 0
+    if task.stance == BOTH:  # the second foot stays where it is
+        rows = len(body.parent)
+        R, p, twists = np.empty((rows, 3, 3)), np.empty((rows, 3)), np.zeros((6, n))
+        place_all(body, point.x, point.T, R, p)
+        add_chain(body, body.legs[0, JOINTS - 1], -1.0, R, p, twists)
+        add_chain(body, body.legs[1, JOINTS - 1], 1.0, R, p, twists)
+        for i in range(6):
+            A[i, :n] = twists[i]
+            A[i, n], b[i] = 0.0, 0.0
+        count = 6
+    equal = count
+    A[count] = 0.0
+    A[count, n], b[count] = 1.0, 0.0  # s ≥ 0
+    count += 1
+    if task.plan.support > 0.0:  # n·(com + J δ) + s ≥ d
+        planes = task.planes
+        for k in range(len(planes)):
+            for v in range(n):
+                A[count, v] = planes[k, 0] * point.com_J[0, v] + planes[k, 1] * point.com_J[1, v]
+            A[count, n] = 1.0
+            b[count] = planes[k, 2] - planes[k, 0] * point.com[0] - planes[k, 1] * point.com[1]
+            count += 1
+    return equal, limit_rows(body, lower, point.x, _LONGEST_STEP, A, b, count)
+
+
+@both_ways
+def _solve(
+    task: Task, point: Point, damping: float, normal: Floats, gradient: Floats,
+    A: Floats, b: Floats, count: int, equal: int, step: Floats,
+) -> None:  # fmt: skip
+    """The step (δ, s), written into (n + 1,)."""
+    n = len(gradient)
+    H, g = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
+    squared, support = task.pull * task.pull, task.plan.support
+    for _ in range(2):
+        for v in range(n):
+            for w in range(v + 1):
+                H[v, w] = normal[v, w]
+            H[v, v] += squared + damping
+            g[v] = gradient[v] + squared * (point.x[v] - task.posture[v])
+            H[n, v] = 0.0
+        H[n, n] = support * support if support > 0.0 else 1.0
+        if quadratic_program(H, g, A, b, count, equal, step):
+            return
+        # Limits that cannot be reached in one step are at least not left further.
+        for i in range(equal, count):
+            if A[i, n] == 0.0:
+                b[i] = min(b[i], 0.0)
+    step[:] = 0.0
+
+
+@both_ways
+def _promise(task: Task, point: Point, step: Floats) -> float:
+    """What the linear model makes of the sum after a step."""
+    n = len(step) - 1
+    model = 0.5 * (task.plan.support * step[n]) ** 2
+    for i in range(len(point.e)):
+        value = point.e[i]
+        for v in range(n):
+            value += point.J[i, v] * step[v]
+        model += 0.5 * value * value
+    for v in range(n):
+        model += 0.5 * (task.pull * (point.x[v] + step[v] - task.posture[v])) ** 2
+    return model
+
+
+@both_ways
+def search(
+    body: Body, legs: Legs, task: Task, tolerance: float, most: int, here: Point, there: Point
 ) -> tuple[int, int]:
-    """Lessen the errors from x on, where the robot stands already; how that ended, and after how many steps.
+    """Lessen the errors from a configuration that stands; how that ended, and after how many steps.
 
     Args:
         body: the robot.
         legs: the closed forms of its legs.
-        plan: what is asked for.
-        stance: 0 for the left foot, 1 for the right one, 2 for both.
-        feet: T_world_foot, shape (2, 4, 4).
-        targets: see `errors_at`.
-        planes: (n_x, n_y, d) with n·com ≥ d where the margin is kept, shape (edges, 3).
-        posture: variables to be pulled to.
-        pull: weight of that [per rad]; 0 for the targets alone.
+        task: what to find.
         tolerance: of a target that is met [m, rad].
         most: steps.
-        x: the variables, changed in place.
-        T: T_world_torso, changed in place.
-        residuals: for the distances and angles, shape (t, 2).
-        com: for the centre of mass.
+        here: where the search begins, with x and T; and ends.
+        there: for configurations that are tried.
     """
-    n, m, edges = body.moving, MOST_ROWS * len(plan.kind), len(planes)
-    last = body.legs[0 if stance == BOTH else stance, JOINTS - 1]
-    e, J, com_J = np.empty(m), np.empty((m, n)), np.empty((3, n))
-    new_e, new_J, new_com_J = np.empty(m), np.empty((m, n)), np.empty((3, n))
-    new_x, new_T = x.copy(), np.empty((4, 4))
-    new_residuals, new_com = np.empty((len(plan.kind), 2)), np.empty(3)
-    most_rows = 6 + 2 * n + 1 + edges + 2 * body.table.shape[0] * (body.table.shape[2] + 1)
-    A, b = np.zeros((most_rows, n + 1)), np.empty(most_rows)
-    H, normal = np.empty((n + 1, n + 1)), np.empty((n, n))
-    g, gradient, step = np.empty(n + 1), np.empty(n), np.empty(n + 1)
+    n = body.moving
+    most_rows = 7 + 2 * n + len(task.planes) + 2 * body.table.shape[0] * (body.table.shape[2] + 1)
+    A, rooms, b = np.zeros((most_rows, n + 1)), np.zeros(most_rows), np.zeros(most_rows)
+    normal, gradient, step = np.empty((n, n)), np.empty(n), np.empty(n + 1)
     lower = body.lower.copy()
-    if pull > 0.0:
+    if task.pull > 0.0:
         for side in range(2):
             knee = body.variable[body.legs[side, 3]]
             lower[knee] = max(lower[knee], _LEAST_BEND)
-    penalty = max(1e-4, plan.support * plan.support)
-    for t in range(len(plan.kind)):
-        penalty = max(penalty, plan.weights[t, 0] ** 2, plan.weights[t, 1] ** 2)
-
-    errors_at(body, plan, targets, last, x, T, e, J, residuals, com, com_J)
-    short, out = _shortage(planes, com) if plan.support > 0.0 else 0.0, outside(body, lower, x)
-    damping, growth = _FIRST_DAMPING, 2.0
-    is_new = True
+    _evaluate(body, task, lower, here)
+    there.x[:] = here.x
+    damping, growth, is_new = _FIRST_DAMPING, 2.0, True
+    equal, count, penalty = 0, 0, 0.0
     for iteration in range(most):
-        if pull == 0.0 and out <= _INSIDE and short <= tolerance and _is_reached(residuals, tolerance):
+        if task.pull == 0.0 and _is_reached(here, tolerance):
             return REACHED, iteration
-        squares = (e * e).sum() + (plan.support * short) ** 2
-        apart = 0.0
-        for v in range(n):
-            apart += (x[v] - posture[v]) ** 2
-        cost = 0.5 * squares + 0.5 * pull * pull * apart + penalty * out
         if is_new:
-            for v in range(n):
-                gradient[v] = 0.0
-                for w in range(v + 1):
-                    normal[v, w] = 0.0
-            for i in range(m):
-                if e[i] != 0.0 or J[i].any():
-                    for v in range(n):
-                        if J[i, v] != 0.0:
-                            gradient[v] += J[i, v] * e[i]
-                            for w in range(v + 1):
-                                normal[v, w] += J[i, v] * J[i, w]
-            count = _second_foot(body, x, T, n, A) if stance == BOTH else 0
-            equal = count
-            b[:equal] = 0.0
-            if plan.support > 0.0:
-                for k in range(edges):
-                    for v in range(n):
-                        A[count, v] = planes[k, 0] * com_J[0, v] + planes[k, 1] * com_J[1, v]
-                    A[count, n] = 1.0
-                    b[count] = planes[k, 2] - planes[k, 0] * com[0] - planes[k, 1] * com[1]
-                    count += 1
-            A[count] = 0.0
-            A[count, n] = 1.0
-            b[count] = 0.0
-            count = limit_rows(body, lower, x, _LONGEST_STEP, A, b, count + 1)
+            # No target prevails against a limit with this weight.
+            penalty = _LEAST_PENALTY + _PENALTY * _normal_equations(body, here, normal, gradient)
+            equal, count = _rows(body, task, lower, here, A, rooms)
             is_new = False
-        weight = damping * squares + _FLOOR * penalty
-        for attempt in range(2):
+        sums = here.sums
+        cost = sums[_ERRORS] + sums[_POSTURE] + penalty * sums[_OUTSIDE]
+        b[:] = rooms
+        better, gain, promised, lessened = False, 0.0, 0.0, 0.0
+        for correction in range(2):
+            _solve(
+                task, here, 2.0 * damping * sums[_ERRORS] + _FLOOR, normal, gradient, A, b, count, equal, step
+            )
+            promised = cost - _promise(task, here, step)
             for v in range(n):
-                for w in range(v + 1):
-                    H[v, w] = normal[v, w]
-                H[v, v] += pull * pull + weight
-                g[v] = gradient[v] + pull * pull * (x[v] - posture[v])
-                H[n, v] = 0.0
-            H[n, n] = plan.support * plan.support if plan.support > 0.0 else 1.0
-            g[n] = 0.0
-            if quadratic_program(H, g, A, b, count, equal, step):
+                there.x[v] = here.x[v] + step[v]
+            clipped(body, lower, there.x)
+            if not _stand(body, legs, task.stance, task.feet, there.x, there.T):
                 break
-            # Limits that cannot be met in one step are at least not left further.
+            _evaluate(body, task, lower, there)
+            lessened = cost - there.sums[_ERRORS] - there.sums[_POSTURE] - penalty * there.sums[_OUTSIDE]
+            gain = lessened / promised if promised > 0.0 else 0.0
+            better = lessened > 0.0 and gain > _LEAST_GAIN
+            if correction == 1 or there.sums[_OUTSIDE] <= _INSIDE or gain > _GOOD_GAIN:
+                break
+            # The legs are curved ways: their joints end elsewhere than the step says, and the next one allows for it.
             for i in range(equal + 1, count):
-                b[i] = min(b[i], 0.0) if A[i, n] == 0.0 else b[i]
-            step[:] = 0.0
-        model = 0.5 * pull * pull * ((x[:n] + step[:n] - posture[:n]) ** 2).sum() + 0.5 * (plan.support * step[n]) ** 2
-        for i in range(m):
-            value = e[i]
-            for v in range(n):
-                value += J[i, v] * step[v]
-            model += 0.5 * value * value
-        promised = cost - model
-        new_x[:] = x
-        new_x[:n] += step[:n]
-        clipped(body, lower, new_x)
-        stands = _stand(body, legs, stance, feet, new_x, new_T)
-        better, gain, new_cost, new_short, new_out = False, 0.0, math.inf, 0.0, 0.0
-        if stands:
-            errors_at(body, plan, targets, last, new_x, new_T, new_e, new_J, new_residuals, new_com, new_com_J)
-            new_short = _shortage(planes, new_com) if plan.support > 0.0 else 0.0
-            new_out = outside(body, lower, new_x)
-            new_cost = 0.5 * ((new_e * new_e).sum() + (plan.support * new_short) ** 2) + penalty * new_out
-            new_cost += 0.5 * pull * pull * ((new_x[:n] - posture[:n]) ** 2).sum()
-            gain = (cost - new_cost) / promised if promised > 0.0 else 0.0
-            better = new_cost < cost and gain > _LEAST_GAIN
-        flat = promised <= _FLAT * cost
+                if A[i, n] == 0.0:
+                    for v in range(n):
+                        b[i] -= A[i, v] * (there.x[v] - here.x[v] - step[v])
         if better:
+            _copy(there, here)
             is_new = True
-            lessened = cost - new_cost
-            x[:], T[:], residuals[:], com[:] = new_x, new_T, new_residuals, new_com
-            e[:], J[:], com_J[:] = new_e, new_J, new_com_J
-            short, out = new_short, new_out
             damping = max(_LEAST_DAMPING, damping * max(1.0 / 3.0, 1.0 - (2.0 * min(gain, 2.0) - 1.0) ** 3))
             growth = 2.0
-            if pull > 0.0 and lessened <= _ENOUGH * cost:
+            if task.pull > 0.0 and lessened <= _ENOUGH * cost:
                 return SETTLED, iteration + 1
         else:
             damping, growth = damping * growth, 2.0 * growth
-        if flat or damping >= _MOST_DAMPING:
-            reached = out <= _INSIDE and short <= tolerance and _is_reached(residuals, tolerance)
-            return (REACHED if reached else SETTLED), iteration + 1
-    reached = out <= _INSIDE and short <= tolerance and _is_reached(residuals, tolerance)
-    return (REACHED if reached else STOPPED), most
+        if promised <= _FLAT * cost or damping >= _MOST_DAMPING:
+            return (REACHED if _is_reached(here, tolerance) else SETTLED), iteration + 1
+    return (REACHED if _is_reached(here, tolerance) else STOPPED), most
 
 
 @both_ways
@@ -255,102 +349,88 @@ def _bend(body: Body, x: Floats) -> None:
 
 @both_ways
 def _take_stance(
-    body: Body, legs: Legs, feet_plan: Plan, stance: int, feet: Floats, x: Floats, T: Floats, most: int
-) -> tuple[bool, int]:
-    """Change x until both feet are where they belong, the second one searched for as a target; steps taken."""
-    if stance != BOTH:
-        return _stand(body, legs, stance, feet, x, T), 0
-    near = x.copy()
-    if stand_on_both(body, legs, feet, near, T) and outside(body, body.lower, near) <= _INSIDE:
-        x[:] = near
+    body: Body, legs: Legs, plan: Plan, task: Task, x: Floats, T: Floats, most: int
+) -> tuple[bool, int]:  # fmt: skip
+    """Change x until all feet that stand are where they belong; whether they are, and steps taken.
+
+    A second foot that is not near its place is searched for first, as a target of the robot on the other foot.
+    """
+    feet = task.feet
+    if task.stance != BOTH:
+        return _stand(body, legs, task.stance, feet, x, T), 0
+    here, there = _point(body, 1), _point(body, 1)
+    here.x[:] = x
+    if stand_on_both(body, legs, feet, here.x, T) and outside(body, body.lower, here.x) <= _INSIDE:
+        x[:] = here.x
         return True, 0
-    none, residuals, com = np.zeros((0, 3)), np.empty((1, 2)), np.empty(3)
-    steps = 0
-    begin = x.copy()
-    for pull in (feet_plan.posture, 0.0):
-        torso_over_foot(body, 0, feet, x, np.zeros((len(body.parent), 3, 3)), np.zeros((len(body.parent), 3)), T)
-        limit = _MOST_WITH_POSTURE if pull > 0.0 else most
-        status, more = _search(
-            body, legs, feet_plan, 0, feet, feet[1:], none, begin, pull, _FOOT_TOLERANCE, limit, x, T, residuals, com
-        )
-        steps += more
-    if status != REACHED:
-        return False, steps
-    return stand_on_both(body, legs, feet, x, T), steps
+    here.x[:] = x
+    _stand(body, legs, 0, feet, here.x, here.T)
+    none = np.zeros((0, 3))
+    _, steps = search(
+        body, legs, Task(plan, 0, feet, feet[1:], none, x, plan.posture), 0.0, _MOST_WITH_POSTURE, here, there
+    )
+    status, more = search(body, legs, Task(plan, 0, feet, feet[1:], none, x, 0.0), _FOOT_TOLERANCE, most, here, there)
+    x[:] = here.x
+    return status == REACHED and stand_on_both(body, legs, feet, x, T), steps + more
+
+
+@both_ways
+def _is_fine_as_it_is(
+    body: Body, legs: Legs, task: Task, tolerance: float, here: Point, there: Point
+) -> bool:  # fmt: skip
+    """Whether a configuration stands and meets all targets already."""
+    there.x[:] = here.x
+    if not _stand(body, legs, task.stance, task.feet, here.x, here.T):
+        return False
+    if np.abs(here.x - there.x).max() > _ROUNDING or outside(body, body.lower, here.x) > _INSIDE:
+        return False
+    _evaluate(body, task, body.lower, here)
+    return _is_reached(here, tolerance)
 
 
 @both_ways
 def solve_body(
-    body: Body,
-    legs: Legs,
-    plan: Plan,
-    feet_plan: Plan,
-    stance: int,
-    feet: Floats,
-    targets: Floats,
-    planes: Floats,
-    posture: Floats,
-    starts: Floats,
-    as_is: bool,
-    tolerance: float,
-    most: int,
-    best: Floats,
-    T_world_torso: Floats,
-    residuals: Floats,
-    com: Floats,
-    report: Floats,
-) -> None:
+    body: Body, legs: Legs, feet_plan: Plan, task: Task, starts: Floats, as_is: bool, tolerance: float, most: int,
+    best: Point, report: Floats,
+) -> None:  # fmt: skip
     """Search from one start after the other until the targets are met; the best that was found.
 
     Args:
-        starts: variables to begin with, the first of them the reference, shape (starts, n).
-        as_is: whether a reference that meets all targets is left as it is.
-        best: for the variables.
-        report: for what the constants above name.
-        body, legs, plan, stance, feet, targets, planes, posture, tolerance, most, T_world_torso, residuals, com: see
-            `_search`.
+        body: the robot.
+        legs: the closed forms of its legs.
         feet_plan: the second foot as a target.
+        task: what to find.
+        starts: variables to begin with, the first of them the reference, shape (starts, variables).
+        as_is: whether a reference that meets all targets is left as it is.
+        tolerance: of a target that is met [m, rad].
+        most: steps of one search.
+        best: for the result.
+        report: for what the constants above name.
     """
+    here, there = _point(body, len(task.plan.kind)), _point(body, len(task.plan.kind))
+    alone = Task(task.plan, task.stance, task.feet, task.targets, task.planes, task.posture, 0.0)
     least, steps = math.inf, 0
-    T, found, centre = np.empty((4, 4)), np.empty((len(plan.kind), 2)), np.empty(3)
-    report[STATUS], report[STEPS], report[START], report[SHORTAGE] = NOT_STANDING, 0.0, -1.0, 0.0
+    report[STATUS], report[START], report[LACKING] = NOT_STANDING, -1.0, 0.0
     for start in range(len(starts)):
-        x = starts[start].copy()
-        is_standing, status = False, SETTLED
-        if start == 0 and as_is:
-            is_standing = _stand(body, legs, stance, feet, x, T) and outside(body, body.lower, x) <= _INSIDE
-            is_standing = is_standing and np.abs(x - starts[start]).max() <= 1e-9
-            if is_standing:
-                status, more = _search(
-                    body, legs, plan, stance, feet, targets, planes, posture, 0.0, tolerance, 1, x, T, found, centre
-                )
-                is_standing = status == REACHED
-            if not is_standing:
-                x[:] = starts[start]
-        if not is_standing:
-            _bend(body, x)
-            stands, more = _take_stance(body, legs, feet_plan, stance, feet, x, T, most)
+        here.x[:] = starts[start]
+        status = REACHED
+        if not (start == 0 and as_is and _is_fine_as_it_is(body, legs, alone, tolerance, here, there)):
+            here.x[:] = starts[start]
+            _bend(body, here.x)
+            stands, more = _take_stance(body, legs, feet_plan, task, here.x, here.T, most)
             steps += more
             if not stands:
                 continue
-            for stage in range(2):
-                pull, limit = (plan.posture, _MOST_WITH_POSTURE) if stage == 0 else (0.0, most)
-                if stage == 1 or pull > 0.0:
-                    status, more = _search(
-                        body, legs, plan, stance, feet, targets, planes, posture, pull, tolerance, limit, x, T, found,
-                        centre,
-                    )  # fmt: skip
-                    steps += more
-        cost = (plan.support * _shortage(planes, centre)) ** 2
-        for t in range(len(plan.kind)):
-            cost += (plan.weights[t, 0] * found[t, 0]) ** 2 + (plan.weights[t, 1] * found[t, 1]) ** 2
-        if outside(body, body.lower, x) > _INSIDE:
-            cost += 1e6
+            if task.pull > 0.0:
+                _, more = search(body, legs, task, tolerance, _MOST_WITH_POSTURE, here, there)
+                steps += more
+            status, more = search(body, legs, alone, tolerance, most, here, there)
+            steps += more
+        cost = here.sums[_ERRORS] + (_OUT_OF_THE_QUESTION if here.sums[_OUTSIDE] > _INSIDE else 0.0)
         if cost < least or status == REACHED:
             least = cost
-            best[:], T_world_torso[:], residuals[:], com[:] = x, T, found, centre
-            report[STATUS], report[START] = float(status), float(start)
-            report[SHORTAGE] = _shortage(planes, centre)
+            _copy(here, best)
+            report[STATUS], report[START], report[LACKING] = float(status), float(start), here.sums[_LACKING]
         if status == REACHED:
             break
     report[STEPS] = float(steps)
@@ -385,18 +465,18 @@ def whole_bodies(
     as_is: bool,
     tolerance: float,
     most: int,
-    best: Floats,
+    x: Floats,
     T_world_torso: Floats,
     residuals: Floats,
     com: Floats,
     report: Floats,
 ) -> None:
     """`solve_body` for each of many poses; of `planes` (n, k, 3), pose i has the first `edges[i]`."""
-    for i in range(len(best)):
-        solve_body(
-            body, legs, plan, feet_plan, stance, feet[i], targets[i], planes[i, : edges[i]], posture[i], starts[i],
-            as_is, tolerance, most, best[i], T_world_torso[i], residuals[i], com[i], report[i],
-        )  # fmt: skip
+    best = _point(body, len(plan.kind))
+    for i in range(len(x)):
+        task = Task(plan, stance, feet[i], targets[i], planes[i, : edges[i]], posture[i], plan.posture)
+        solve_body(body, legs, feet_plan, task, starts[i], as_is, tolerance, most, best, report[i])
+        x[i], T_world_torso[i], residuals[i], com[i] = best.x, best.T, best.residuals, best.com
 
 
 BODY_KERNELS = (whole_bodies,)

@@ -17,7 +17,7 @@ from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument
 from nao_kin.ik._body import SIDES, Ints
 from nao_kin.ik._body_errors import POSE
-from nao_kin.ik._body_search import BOTH, NOT_STANDING, REACHED, SHORTAGE, START, STATUS, STOPPED, STEPS, whole_bodies
+from nao_kin.ik._body_search import BOTH, NOT_STANDING, REACHED, LACKING, START, STATUS, STOPPED, STEPS, whole_bodies
 from nao_kin.ik._body_tables import BodyTables, PreparedRobot, prepared
 from nao_kin.ik._compiling import in_threads
 from nao_kin.ik.results import Codes, Reason
@@ -288,7 +288,7 @@ def _result(
     residuals = {target.name: found.residuals[:, k].copy() for k, target in enumerate(asked)}
     weights = [target.weights for target in asked]
     if support > 0.0:
-        residuals[COM] = np.column_stack([found.report[:, SHORTAGE], np.zeros(len(status))])
+        residuals[COM] = np.column_stack([found.report[:, LACKING], np.zeros(len(status))])
         weights.append((support, 0.0))
     away = np.array([np.hypot(*(residual * pair).T) for residual, pair in zip(residuals.values(), weights, strict=True)])
     stands = status != NOT_STANDING
