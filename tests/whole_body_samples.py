@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 import nao_kin as nk
 
 Floats = NDArray[np.float64]
 SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
-_RIGHT = ("RHipRoll", "RHipPitch", "RKneePitch", "RAnklePitch", "RAnkleRoll")
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,61 +33,70 @@ class Standing:
         return np.asarray(self.torso @ nao.fk(self.q, frame))
 
 
-def sensor_hull_contains(corners: Floats, point: Floats) -> bool:
-    """Whether a point is in the convex hull of others: in some triangle of three of them, by brute force."""
-    n = len(corners)
-    for i in range(n):
-        for j in range(i):
-            for k in range(j):
-                a, b, c = corners[[i, j, k]]
-                M = np.array([b - a, c - a]).T
-                if abs(np.linalg.det(M)) < 1e-12:
-                    continue
-                u, v = np.linalg.solve(M, point - a)
-                if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
-                    return True
-    return False
+def is_above(corners: Floats, points: Floats) -> NDArray[np.bool_]:
+    """Whether points (n, 2) are in the convex hull of k others each (n, k, 2): in some triangle of three of these."""
+    inside = np.zeros(len(points), dtype=np.bool_)
+    for i, j, k in itertools.combinations(range(corners.shape[1]), 3):
+        a, b, c = corners[:, i], corners[:, j], corners[:, k]
+        turns = [_turn(a, b, points), _turn(b, c, points), _turn(c, a, points)]
+        inside |= np.all(np.array(turns) >= 0.0, axis=0) | np.all(np.array(turns) <= 0.0, axis=0)
+    return inside
 
 
-def corners_of(nao: nk.RobotModel, torso: Floats, q: Floats, sides: str) -> Floats:
-    """The pressure sensors of feet in the world, xy only, shape (4 feet, 2)."""
+def _turn(a: Floats, b: Floats, p: Floats) -> Floats:
+    return np.asarray((b - a)[:, 0] * (p - a)[:, 1] - (b - a)[:, 1] * (p - a)[:, 0])
+
+
+def sensors(nao: nk.RobotModel, torso: Floats, q: Floats, sides: str) -> Floats:
+    """Where the pressure sensors of feet are in the world, shape (n, 4 feet, 3)."""
     names = [f"{side}Foot/FSR/{name}" for side in sides for name in SENSORS]
-    return np.asarray((torso @ nao.fk(q, names))[:, :2, 3])
+    return np.asarray((torso[:, None] @ nao.fk(q, names))[:, :, :3, 3])
 
 
 def standing_poses(nao: nk.RobotModel, count: int, *, both: bool, seed: int = 0) -> Standing:
     """Random configurations inside the limits with the centre of mass above the soles that stand."""
     rng = np.random.default_rng(seed)
-    found: list[tuple[Floats, Floats, Floats]] = []
-    columns = [nao.joint_names.index(name) for name in _RIGHT]
-    while len(found) < count:
-        for q in nao.random(rng, 4000):
-            torso = np.linalg.inv(nao.fk(q, "LLeg"))
-            if torso[2, 2] < 0.3:  # the torso is not to hang upside down
-                continue
-            if both and not _put_right_foot_down(nao, q, torso, columns):
-                continue
-            com = torso[:2, :3] @ nao.com(q) + torso[:2, 3]
-            if not sensor_hull_contains(corners_of(nao, torso, q, "LR" if both else "L"), com):
-                continue
-            found.append((q, torso, torso @ nao.fk(q, ["LLeg", "RLeg"])))
-            if len(found) == count:
-                break
-    q, torso, feet = (np.array(part) for part in zip(*found, strict=True))
-    return Standing(q, torso, feet)
+    found: list[tuple[Floats, Floats]] = []
+    while sum(len(q) for q, _ in found) < count:
+        q = nao.random(rng, 20000)
+        q[:, [nao.joint_names.index(hand) for hand in ("LHand", "RHand")]] = 0.0  # which no target moves
+        torso = np.linalg.inv(nao.fk(q, "LLeg"))
+        if both:
+            q = _with_right_foot_down(nao, q, torso)
+        fine = nao.within_limits(q) & (torso[:, 2, 2] > 0.3)  # the torso is not to hang upside down
+        q, torso = q[fine], torso[fine]
+        com = np.einsum("nij,nj->ni", torso[:, :2, :3], nao.com(q)) + torso[:, :2, 3]
+        above = is_above(sensors(nao, torso, q, "LR" if both else "L")[:, :, :2], com)
+        found.append((q[above], torso[above]))
+    q, torso = (np.concatenate(part)[:count] for part in zip(*found, strict=True))
+    return Standing(q, torso, torso[:, None] @ nao.fk(q, ["LLeg", "RLeg"]))
 
 
-def _put_right_foot_down(nao: nk.RobotModel, q: Floats, torso: Floats, columns: list[int]) -> bool:
-    """Change the right leg so that its sole lies on the floor; whether that is possible inside the limits."""
+def _with_right_foot_down(nao: nk.RobotModel, q: Floats, torso: Floats) -> Floats:
+    """The same with the ankle of the right leg turned so that the sole is level, and its knee so that it is at zero.
 
-    def off(values: Floats) -> Floats:
-        q[columns] = values
-        T = torso @ nao.fk(q, "RLeg")
-        return np.array([T[2, 3], 0.1 * T[0, 2], 0.1 * T[1, 2]])
+    Where no knee does, the configuration is given values outside the limits.
+    """
+    q = q.copy()
+    knee, pitch, roll = (nao.joint_names.index(name) for name in ("RKneePitch", "RAnklePitch", "RAnkleRoll"))
 
-    bounds = nao.lower[columns], nao.upper[columns]
-    start = np.clip(q[columns], bounds[0] + 1e-6, bounds[1] - 1e-6)
-    done = least_squares(off, start, bounds=bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=30)
-    q[columns] = done.x
-    T = torso @ nao.fk(q, "RLeg")
-    return bool(np.abs(done.fun).max() < 1e-12 and T[2, 2] > 0.0 and nao.within_limits(q))
+    def height(bend: Floats) -> Floats:
+        q[:, knee] = bend
+        up = np.einsum(
+            "nji,nj->ni", (torso @ nao.fk(q, "RTibia"))[:, :3, :3], np.broadcast_to([0.0, 0, 1], (len(q), 3))
+        )
+        # Ry(pitch) Rx(roll) z = up, as the shin sees it.
+        q[:, roll] = -np.arcsin(np.clip(up[:, 1], -1.0, 1.0))
+        q[:, pitch] = np.arctan2(up[:, 0], up[:, 2])
+        return np.asarray((torso @ nao.fk(q, "RLeg"))[:, 2, 3])
+
+    low, high = np.full(len(q), nao.lower[knee]), np.full(len(q), nao.upper[knee])
+    at_low = height(low)
+    crosses = at_low * height(high) < 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        same = height(middle) * at_low > 0.0
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    height(0.5 * (low + high))
+    q[~crosses, knee] = np.pi
+    return q

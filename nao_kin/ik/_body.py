@@ -120,7 +120,9 @@ def frame_pose(R: Floats, p: Floats, row: int, T_row_frame: Floats, T: Floats) -
         for k in range(3):
             T[i, 3] += R[row, i, k] * T_row_frame[k, 3]
         for j in range(3):
-            T[i, j] = R[row, i, 0] * T_row_frame[0, j] + R[row, i, 1] * T_row_frame[1, j] + R[row, i, 2] * T_row_frame[2, j]
+            T[i, j] = (
+                R[row, i, 0] * T_row_frame[0, j] + R[row, i, 1] * T_row_frame[1, j] + R[row, i, 2] * T_row_frame[2, j]
+            )
         T[3, i] = 0.0
     T[3, 3] = 1.0
 

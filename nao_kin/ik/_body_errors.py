@@ -223,7 +223,7 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: F
 
 @both_ways
 def rotation_vector(M: Floats) -> tuple[float, float, float]:
-    """log of a rotation, by its unit quaternion: with every digit at all angles."""
+    """Log of a rotation, by its unit quaternion: with every digit at all angles."""
     m00, m11, m22 = M[0, 0], M[1, 1], M[2, 2]
     # Four times the quaternion times one of its components, the largest.
     if m00 + m11 + m22 >= max(m00, m11, m22):

@@ -389,6 +389,24 @@ def _is_fine_as_it_is(
 
 
 @both_ways
+def _only_worst_limb(body: Body, plan: Plan, best: Point, x: Floats) -> None:
+    """Keep of a new start the joints that carry the target that is farthest off; all others as in the best pose."""
+    worst, largest = -1, plan.support * best.sums[_LACKING]
+    for t in range(len(plan.kind)):
+        size = math.hypot(plan.weights[t, 0] * best.residuals[t, 0], plan.weights[t, 1] * best.residuals[t, 1])
+        if size > largest and plan.row[t] > 0:
+            worst, largest = t, size
+    if worst < 0:  # the centre of mass, or the torso: that is everything
+        return
+    kept = x.copy()
+    x[:] = best.x
+    row = plan.row[worst]
+    while row > 0:
+        x[body.variable[row]] = kept[body.variable[row]]
+        row = body.parent[row]
+
+
+@both_ways
 def solve_body(
     body: Body, legs: Legs, feet_plan: Plan, task: Task, starts: Floats, as_is: bool, tolerance: float, most: int,
     best: Point, report: Floats,
@@ -416,6 +434,8 @@ def solve_body(
         status = REACHED
         if not (start == 0 and as_is and _is_fine_as_it_is(body, legs, alone, tolerance, here, there)):
             here.x[:] = starts[start]
+            if start % 2 == 1 and least < math.inf:
+                _only_worst_limb(body, task.plan, best, here.x)
             _bend(body, here.x)
             stands, more = _take_stance(body, legs, feet_plan, task, here.x, here.T, most)
             steps += more

@@ -47,7 +47,9 @@ def legs_types() -> Any:
 
 
 @both_ways
-def torso_over_foot(body: Body, side: int, feet: Floats, x: Floats, R: Floats, p: Floats, T_world_torso: Floats) -> None:
+def torso_over_foot(
+    body: Body, side: int, feet: Floats, x: Floats, R: Floats, p: Floats, T_world_torso: Floats
+) -> None:
     """Where the torso is when a foot is where it should be.
 
     Args:

@@ -96,7 +96,9 @@ def sole_corners(robot: RobotModel, sole: str) -> Floats:
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]
-    places = [frame.placement for frame in (model.frames[i] for i in table.values()) if frame.parentJoint == own.parentJoint]
+    places = [
+        frame.placement for frame in (model.frames[i] for i in table.values()) if frame.parentJoint == own.parentJoint
+    ]
     points = np.array([own.placement.actInv(place).translation for place in places])
     flat = points[np.abs(points[:, 2]) <= _FLAT]
     corners = np.unique(np.round(flat, 12), axis=0)

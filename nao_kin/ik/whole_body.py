@@ -17,7 +17,7 @@ from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument
 from nao_kin.ik._body import SIDES, Ints
 from nao_kin.ik._body_errors import POSE
-from nao_kin.ik._body_search import BOTH, NOT_STANDING, REACHED, LACKING, START, STATUS, STOPPED, STEPS, whole_bodies
+from nao_kin.ik._body_search import BOTH, LACKING, NOT_STANDING, REACHED, START, STATUS, STEPS, STOPPED, whole_bodies
 from nao_kin.ik._body_tables import BodyTables, PreparedRobot, prepared
 from nao_kin.ik._compiling import in_threads
 from nao_kin.ik.results import Codes, Reason
@@ -27,7 +27,6 @@ from nao_kin.ik.whole_body_result import COM, WholeBodyResult
 from nao_kin.ik.whole_body_targets import (
     DEFAULT_POSTURE,
     DEFAULT_WEIGHTS,
-    SUPPORT,
     Target,
     all_targets,
     checked_weights,
@@ -41,7 +40,7 @@ from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 # The second foot as a target of the search that brings the robot to stand.
 _FOOT_WEIGHTS = (1.0, 0.1)
 # Joints of other starts are so far on the way from the reference to a random configuration: those of legs, others.
-_LEG_SHARE, _SHARE = 0.4, 1.0
+_LEG_SHARE, _SHARE = 1.0, 1.0
 # A joint is at its limit from here on [rad].
 _AT_LIMIT = 1e-6
 
@@ -123,7 +122,9 @@ def whole_body(
     at_reference = np.asarray(robot.fk(given, ["LLeg", "RLeg"]))
     standing = standing_feet(feet, at_reference)
     asked = all_targets(tables, standing, targets, com, gaze, torso, factors)
-    wanted = given if posture is None else robot.clamp(posture) if enforce else as_floats(posture, (robot.nq,), "posture")
+    wanted = (
+        given if posture is None else robot.clamp(posture) if enforce else as_floats(posture, (robot.nq,), "posture")
+    )
     batch = common_batch(
         "targets, feet, posture and reference",
         *(target.values.shape[:-2] for target in asked),
@@ -187,9 +188,7 @@ class _Problem:
         targets[:, :, :3, 3] -= origin[:, None]
         alike = all(T.ndim == 2 for T in standing.values())
         polygons = tuple(
-            polygon_below(
-                (_moved(feet[i, SIDES.index(side)], origin[i]), ready.corners[side]) for side in standing
-            )
+            polygon_below((_moved(feet[i, SIDES.index(side)], origin[i]), ready.corners[side]) for side in standing)
             for i in range(min(n, 1) if alike else n)
         )
         edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)
@@ -290,7 +289,9 @@ def _result(
     if support > 0.0:
         residuals[COM] = np.column_stack([found.report[:, LACKING], np.zeros(len(status))])
         weights.append((support, 0.0))
-    away = np.array([np.hypot(*(residual * pair).T) for residual, pair in zip(residuals.values(), weights, strict=True)])
+    away = np.array(
+        [np.hypot(*(residual * pair).T) for residual, pair in zip(residuals.values(), weights, strict=True)]
+    )
     stands = status != NOT_STANDING
     failed = np.flatnonzero((status != REACHED) & stands)
     worst = np.full(len(status), -1)
