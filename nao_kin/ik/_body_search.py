@@ -441,7 +441,8 @@ def solve_body(
             steps += more
             if not stands:
                 continue
-            if task.pull > 0.0:
+            # A pull would lead every start back to where the first one got stuck.
+            if task.pull > 0.0 and start == 0:
                 _, more = search(body, legs, task, tolerance, _MOST_WITH_POSTURE, here, there)
                 steps += more
             status, more = search(body, legs, alone, tolerance, most, here, there)

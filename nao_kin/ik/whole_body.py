@@ -58,7 +58,7 @@ def whole_body(
     weights: Mapping[str, float | tuple[float, float]] | None = None,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
-    restarts: SupportsIndex = 10,
+    restarts: SupportsIndex = 30,
     tolerance: float = 1e-8,
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
