@@ -63,6 +63,7 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
         "ik kernel, arms by place",
         "ik kernel, heads",
         "ik kernel, gazes",
+        "ik kernel, bodies",
     ]
 
 

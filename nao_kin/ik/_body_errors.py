@@ -162,10 +162,7 @@ def _turn(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: F
     v0, v1, v2 = rotation_vector(M)
     squares = v0 * v0 + v1 * v1 + v2 * v2
     angle = math.sqrt(squares)
-    if angle > _SMALL:
-        c = (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / squares
-    else:
-        c = 1.0 / 12.0 + squares / 720.0
+    c = (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / squares if angle > _SMALL else 1.0 / 12.0 + squares / 720.0
     e[0], e[1], e[2] = weight * v0, weight * v1, weight * v2
     d = 1.0 - c * squares  # [v×]² = v vᵀ − φ² 1
     for k in range(n):

@@ -1,53 +1,62 @@
 """The search for a whole-body pose: Levenberg–Marquardt steps inside the limits, the standing feet met after each.
 
-A step δ of the joint values solves
+After each step of `_body_step`, `_stance` puts the feet where they belong. A step is taken when it lessens the sum of
+the squares; what the legs are outside their limits after it counts with a weight against which no target prevails.
 
-    min ½‖e + J δ‖² + ½ w_s² s² + ½ w_p² ‖x + δ − x_posture‖² + ½ λ ‖δ‖²
-
-with s the distance by which the centre of mass lacks its margin, such that a second foot stays where it is to first
-order, all joints stay inside their limits, and no joint moves by more than half a radian. `_stance` then puts the feet
-where they belong. A step is taken when it lessens the sum of the squares; what the legs are outside their limits after
-it counts with a weight against which no target prevails.
+Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05; Nocedal and Wright, Numerical Optimization,
+18.3, for the merit function and the second-order correction.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik._body import Body, Ints, add_chain, body_types, place_all
-from nao_kin.ik._body_errors import MOST_ROWS, Plan, errors_at, plan_types
+from nao_kin.ik._body import Body, Ints, body_types
+from nao_kin.ik._body_errors import Plan, plan_types
+from nao_kin.ik._body_step import (
+    BOTH,
+    INSIDE,
+    SUM_ERRORS,
+    SUM_LACKING,
+    SUM_OUTSIDE,
+    SUM_POSTURE,
+    Point,
+    Task,
+    copy_point,
+    evaluate,
+    is_reached,
+    new_point,
+    normal_equations,
+    solve_step,
+    step_rows,
+    sum_after,
+)
 from nao_kin.ik._compiling import both_ways, kept
-from nao_kin.ik._leg_equations import JOINTS
-from nao_kin.ik._limit_rows import clipped, limit_rows, outside
-from nao_kin.ik._quadratic_program import quadratic_program
+from nao_kin.ik._limit_rows import clipped, outside
 from nao_kin.ik._stance import Legs, legs_types, stand_on_both, torso_over_foot
 
 # How a search ended.
 SETTLED, REACHED, STOPPED, NOT_STANDING = range(4)
 # Places in a report.
 STATUS, STEPS, START, LACKING = range(4)
-BOTH = 2
 
-_LONGEST_STEP = 0.5
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING, _FLOOR = 0.1, 1e-6, 1e9, 1e-10
 _LEAST_GAIN, _GOOD_GAIN = 1e-3, 0.75
 # What legs are outside their limits after a step weighs this times the slope of the errors.
 _PENALTY, _LEAST_PENALTY = 3.0, 1e-3
 # A pose outside the limits is worse than any inside.
 _OUT_OF_THE_QUESTION = 1e9
-# A configuration outside by less is inside [rad].
-_INSIDE = 2e-10
 # While the posture pulls, the knees of the search are bent by this, and the search begins with more [rad].
 _LEAST_BEND, _FIRST_BEND = 0.02, 0.3
 # The posture has done its part when a step lessens the sum by less than this share.
 _ENOUGH = 0.02
 _MOST_WITH_POSTURE = 20
 # The step that lessens the sum by less than this share of it, and of nothing else, is the last.
-_FLAT = 1e-10
+_FLAT = 1e-6
 _FOOT_TOLERANCE = 1e-6
 # What standing may change of a configuration that stands already [rad].
 _ROUNDING = 1e-9
@@ -61,202 +70,6 @@ def _stand(body: Body, legs: Legs, stance: int, feet: Floats, x: Floats, T: Floa
     rows = len(body.parent)
     torso_over_foot(body, stance, feet, x, np.zeros((rows, 3, 3)), np.zeros((rows, 3)), T)
     return True
-
-
-class Task(NamedTuple):
-    """One pose to find.
-
-    Attributes:
-        plan: what is asked for.
-        stance: 0 for the left foot, 1 for the right one, 2 for both.
-        feet: T_world_foot, shape (2, 4, 4).
-        targets: see `errors_at`.
-        planes: (n_x, n_y, d) with n·com ≥ d where the margin is kept, shape (edges, 3).
-        posture: variables to be pulled to.
-        pull: weight of that [per rad]; 0 for the targets alone.
-    """
-
-    plan: Plan
-    stance: int
-    feet: Floats
-    targets: Floats
-    planes: Floats
-    posture: Floats
-    pull: float
-
-
-class Point(NamedTuple):
-    """A configuration and what is known there.
-
-    Attributes:
-        x: the variables.
-        T: T_world_torso, shape (4, 4).
-        e: weighted errors.
-        J: their derivatives.
-        residuals: distances and angles, shape (t, 2).
-        com: the centre of mass.
-        com_J: its derivative.
-        sums: half the squares of the errors and of the margin that is lacking; half those of the posture; what the
-            joints are outside their limits; what the margin lacks, shape (4,).
-    """
-
-    x: Floats
-    T: Floats
-    e: Floats
-    J: Floats
-    residuals: Floats
-    com: Floats
-    com_J: Floats
-    sums: Floats
-
-
-_ERRORS, _POSTURE, _OUTSIDE, _LACKING = range(4)
-
-
-@both_ways
-def _point(body: Body, targets: int) -> Point:
-    """A place for a configuration."""
-    n, m = body.moving, MOST_ROWS * targets
-    return Point(
-        np.zeros(len(body.lower)), np.zeros((4, 4)), np.zeros(m), np.zeros((m, n)), np.zeros((targets, 2)),
-        np.zeros(3), np.zeros((3, n)), np.zeros(4),
-    )  # fmt: skip
-
-
-@both_ways
-def _evaluate(body: Body, task: Task, lower: Floats, point: Point) -> None:
-    """All that is known of a configuration that stands."""
-    plan, sums = task.plan, point.sums
-    last = body.legs[0 if task.stance == BOTH else task.stance, JOINTS - 1]
-    errors_at(
-        body, plan, task.targets, last, point.x, point.T, point.e, point.J, point.residuals, point.com, point.com_J
-    )
-    sums[_LACKING] = lacking(task.planes, point.com) if plan.support > 0.0 else 0.0
-    sums[_OUTSIDE] = outside(body, lower, point.x)
-    sums[_POSTURE] = 0.0
-    for v in range(body.moving):
-        sums[_POSTURE] += 0.5 * (task.pull * (point.x[v] - task.posture[v])) ** 2
-    sums[_ERRORS] = 0.5 * (plan.support * sums[_LACKING]) ** 2
-    for i in range(len(point.e)):
-        sums[_ERRORS] += 0.5 * point.e[i] * point.e[i]
-
-
-@both_ways
-def _copy(point: Point, other: Point) -> None:
-    """Write one configuration over another."""
-    other.x[:], other.T[:], other.e[:], other.J[:] = point.x, point.T, point.e, point.J
-    other.residuals[:], other.com[:], other.com_J[:], other.sums[:] = (
-        point.residuals, point.com, point.com_J, point.sums,
-    )  # fmt: skip
-
-
-@both_ways
-def lacking(planes: Floats, com: Floats) -> float:
-    """By how much the centre of mass lacks its margin [m]."""
-    s = 0.0
-    for k in range(len(planes)):
-        s = max(s, planes[k, 2] - planes[k, 0] * com[0] - planes[k, 1] * com[1])
-    return s
-
-
-@both_ways
-def _is_reached(point: Point, tolerance: float) -> bool:
-    """Whether all targets are met inside the limits."""
-    if point.sums[_OUTSIDE] > _INSIDE or point.sums[_LACKING] > tolerance:
-        return False
-    for t in range(len(point.residuals)):
-        if point.residuals[t, 0] > tolerance or point.residuals[t, 1] > tolerance:
-            return False
-    return True
-
-
-@both_ways
-def _normal_equations(body: Body, point: Point, normal: Floats, gradient: Floats) -> float:
-    """JᵀJ, its lower triangle, and Jᵀe, written into (n, n) and (n,); the length of the latter."""
-    n, J = body.moving, point.J
-    gradient[:] = 0.0
-    normal[:] = 0.0
-    for i in range(len(point.e)):
-        for v in range(n):
-            value = J[i, v]
-            if value != 0.0:
-                gradient[v] += value * point.e[i]
-                for w in range(v + 1):
-                    normal[v, w] += value * J[i, w]
-    squares = 0.0
-    for v in range(n):
-        squares += gradient[v] * gradient[v]
-    return math.sqrt(squares)
-
-
-@both_ways
-def _rows(body: Body, task: Task, lower: Floats, point: Point, A: Floats, b: Floats) -> tuple[int, int]:
-    """What a step (δ, s) has to obey, as A (δ, s) ≥ b: number of equations, which are first, and of all rows."""
-    n, count = body.moving, 0
-    if task.stance == BOTH:  # the second foot stays where it is
-        rows = len(body.parent)
-        R, p, twists = np.empty((rows, 3, 3)), np.empty((rows, 3)), np.zeros((6, n))
-        place_all(body, point.x, point.T, R, p)
-        add_chain(body, body.legs[0, JOINTS - 1], -1.0, R, p, twists)
-        add_chain(body, body.legs[1, JOINTS - 1], 1.0, R, p, twists)
-        for i in range(6):
-            A[i, :n] = twists[i]
-            A[i, n], b[i] = 0.0, 0.0
-        count = 6
-    equal = count
-    A[count] = 0.0
-    A[count, n], b[count] = 1.0, 0.0  # s ≥ 0
-    count += 1
-    if task.plan.support > 0.0:  # n·(com + J δ) + s ≥ d
-        planes = task.planes
-        for k in range(len(planes)):
-            for v in range(n):
-                A[count, v] = planes[k, 0] * point.com_J[0, v] + planes[k, 1] * point.com_J[1, v]
-            A[count, n] = 1.0
-            b[count] = planes[k, 2] - planes[k, 0] * point.com[0] - planes[k, 1] * point.com[1]
-            count += 1
-    return equal, limit_rows(body, lower, point.x, _LONGEST_STEP, A, b, count)
-
-
-@both_ways
-def _solve(
-    task: Task, point: Point, damping: float, normal: Floats, gradient: Floats,
-    A: Floats, b: Floats, count: int, equal: int, step: Floats,
-) -> None:  # fmt: skip
-    """The step (δ, s), written into (n + 1,)."""
-    n = len(gradient)
-    H, g = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
-    squared, support = task.pull * task.pull, task.plan.support
-    for _ in range(2):
-        for v in range(n):
-            for w in range(v + 1):
-                H[v, w] = normal[v, w]
-            H[v, v] += squared + damping
-            g[v] = gradient[v] + squared * (point.x[v] - task.posture[v])
-            H[n, v] = 0.0
-        H[n, n] = support * support if support > 0.0 else 1.0
-        if quadratic_program(H, g, A, b, count, equal, step):
-            return
-        # Limits that cannot be reached in one step are at least not left further.
-        for i in range(equal, count):
-            if A[i, n] == 0.0:
-                b[i] = min(b[i], 0.0)
-    step[:] = 0.0
-
-
-@both_ways
-def _promise(task: Task, point: Point, step: Floats) -> float:
-    """What the linear model makes of the sum after a step."""
-    n = len(step) - 1
-    model = 0.5 * (task.plan.support * step[n]) ** 2
-    for i in range(len(point.e)):
-        value = point.e[i]
-        for v in range(n):
-            value += point.J[i, v] * step[v]
-        model += 0.5 * value * value
-    for v in range(n):
-        model += 0.5 * (task.pull * (point.x[v] + step[v] - task.posture[v])) ** 2
-    return model
 
 
 @both_ways
@@ -283,37 +96,37 @@ def search(
         for side in range(2):
             knee = body.variable[body.legs[side, 3]]
             lower[knee] = max(lower[knee], _LEAST_BEND)
-    _evaluate(body, task, lower, here)
+    evaluate(body, task, lower, here)
     there.x[:] = here.x
     damping, growth, is_new = _FIRST_DAMPING, 2.0, True
     equal, count, penalty = 0, 0, 0.0
     for iteration in range(most):
-        if task.pull == 0.0 and _is_reached(here, tolerance):
+        if task.pull == 0.0 and is_reached(here, tolerance):
             return REACHED, iteration
         if is_new:
             # No target prevails against a limit with this weight.
-            penalty = _LEAST_PENALTY + _PENALTY * _normal_equations(body, here, normal, gradient)
-            equal, count = _rows(body, task, lower, here, A, rooms)
+            penalty = _LEAST_PENALTY + _PENALTY * normal_equations(body, here, normal, gradient)
+            equal, count = step_rows(body, task, lower, here, A, rooms)
             is_new = False
         sums = here.sums
-        cost = sums[_ERRORS] + sums[_POSTURE] + penalty * sums[_OUTSIDE]
+        cost = sums[SUM_ERRORS] + sums[SUM_POSTURE] + penalty * sums[SUM_OUTSIDE]
         b[:] = rooms
         better, gain, promised, lessened = False, 0.0, 0.0, 0.0
         for correction in range(2):
-            _solve(
-                task, here, 2.0 * damping * sums[_ERRORS] + _FLOOR, normal, gradient, A, b, count, equal, step
+            solve_step(
+                task, here, 2.0 * damping * sums[SUM_ERRORS] + _FLOOR, normal, gradient, A, b, count, equal, step
             )
-            promised = cost - _promise(task, here, step)
+            promised = cost - sum_after(task, here, step)
             for v in range(n):
                 there.x[v] = here.x[v] + step[v]
             clipped(body, lower, there.x)
             if not _stand(body, legs, task.stance, task.feet, there.x, there.T):
                 break
-            _evaluate(body, task, lower, there)
-            lessened = cost - there.sums[_ERRORS] - there.sums[_POSTURE] - penalty * there.sums[_OUTSIDE]
+            evaluate(body, task, lower, there)
+            lessened = cost - there.sums[SUM_ERRORS] - there.sums[SUM_POSTURE] - penalty * there.sums[SUM_OUTSIDE]
             gain = lessened / promised if promised > 0.0 else 0.0
             better = lessened > 0.0 and gain > _LEAST_GAIN
-            if correction == 1 or there.sums[_OUTSIDE] <= _INSIDE or gain > _GOOD_GAIN:
+            if correction == 1 or there.sums[SUM_OUTSIDE] <= INSIDE or gain > _GOOD_GAIN:
                 break
             # The legs are curved ways: their joints end elsewhere than the step says, and the next one allows for it.
             for i in range(equal + 1, count):
@@ -321,7 +134,7 @@ def search(
                     for v in range(n):
                         b[i] -= A[i, v] * (there.x[v] - here.x[v] - step[v])
         if better:
-            _copy(there, here)
+            copy_point(there, here)
             is_new = True
             damping = max(_LEAST_DAMPING, damping * max(1.0 / 3.0, 1.0 - (2.0 * min(gain, 2.0) - 1.0) ** 3))
             growth = 2.0
@@ -330,8 +143,8 @@ def search(
         else:
             damping, growth = damping * growth, 2.0 * growth
         if promised <= _FLAT * cost or damping >= _MOST_DAMPING:
-            return (REACHED if _is_reached(here, tolerance) else SETTLED), iteration + 1
-    return (REACHED if _is_reached(here, tolerance) else STOPPED), most
+            return (REACHED if is_reached(here, tolerance) else SETTLED), iteration + 1
+    return (REACHED if is_reached(here, tolerance) else STOPPED), most
 
 
 @both_ways
@@ -358,9 +171,9 @@ def _take_stance(
     feet = task.feet
     if task.stance != BOTH:
         return _stand(body, legs, task.stance, feet, x, T), 0
-    here, there = _point(body, 1), _point(body, 1)
+    here, there = new_point(body, 1), new_point(body, 1)
     here.x[:] = x
-    if stand_on_both(body, legs, feet, here.x, T) and outside(body, body.lower, here.x) <= _INSIDE:
+    if stand_on_both(body, legs, feet, here.x, T) and outside(body, body.lower, here.x) <= INSIDE:
         x[:] = here.x
         return True, 0
     here.x[:] = x
@@ -375,23 +188,21 @@ def _take_stance(
 
 
 @both_ways
-def _is_fine_as_it_is(
-    body: Body, legs: Legs, task: Task, tolerance: float, here: Point, there: Point
-) -> bool:  # fmt: skip
+def _is_fine_as_it_is(body: Body, legs: Legs, task: Task, tolerance: float, here: Point, there: Point) -> bool:
     """Whether a configuration stands and meets all targets already."""
     there.x[:] = here.x
     if not _stand(body, legs, task.stance, task.feet, here.x, here.T):
         return False
-    if np.abs(here.x - there.x).max() > _ROUNDING or outside(body, body.lower, here.x) > _INSIDE:
+    if np.abs(here.x - there.x).max() > _ROUNDING or outside(body, body.lower, here.x) > INSIDE:
         return False
-    _evaluate(body, task, body.lower, here)
-    return _is_reached(here, tolerance)
+    evaluate(body, task, body.lower, here)
+    return is_reached(here, tolerance)
 
 
 @both_ways
 def _only_worst_limb(body: Body, plan: Plan, best: Point, x: Floats) -> None:
     """Keep of a new start the joints that carry the target that is farthest off; all others as in the best pose."""
-    worst, largest = -1, plan.support * best.sums[_LACKING]
+    worst, largest = -1, plan.support * best.sums[SUM_LACKING]
     for t in range(len(plan.kind)):
         size = math.hypot(plan.weights[t, 0] * best.residuals[t, 0], plan.weights[t, 1] * best.residuals[t, 1])
         if size > largest and plan.row[t] > 0:
@@ -425,7 +236,7 @@ def solve_body(
         best: for the result.
         report: for what the constants above name.
     """
-    here, there = _point(body, len(task.plan.kind)), _point(body, len(task.plan.kind))
+    here, there = new_point(body, len(task.plan.kind)), new_point(body, len(task.plan.kind))
     alone = Task(task.plan, task.stance, task.feet, task.targets, task.planes, task.posture, 0.0)
     least, steps = math.inf, 0
     report[STATUS], report[START], report[LACKING] = NOT_STANDING, -1.0, 0.0
@@ -447,11 +258,11 @@ def solve_body(
                 steps += more
             status, more = search(body, legs, alone, tolerance, most, here, there)
             steps += more
-        cost = here.sums[_ERRORS] + (_OUT_OF_THE_QUESTION if here.sums[_OUTSIDE] > _INSIDE else 0.0)
+        cost = here.sums[SUM_ERRORS] + (_OUT_OF_THE_QUESTION if here.sums[SUM_OUTSIDE] > INSIDE else 0.0)
         if cost < least or status == REACHED:
             least = cost
-            _copy(here, best)
-            report[STATUS], report[START], report[LACKING] = float(status), float(start), here.sums[_LACKING]
+            copy_point(here, best)
+            report[STATUS], report[START], report[LACKING] = float(status), float(start), here.sums[SUM_LACKING]
         if status == REACHED:
             break
     report[STEPS] = float(steps)
@@ -461,7 +272,7 @@ def _types() -> Any:
     from numba import types
 
     plan, integer = plan_types(), types.int64
-    one, two, three, four = (types.Array(types.float64, axes, "C") for axes in (1, 2, 3, 4))
+    two, three, four = (types.Array(types.float64, axes, "C") for axes in (2, 3, 4))
     sizes = types.int64[::1]
     return types.void(
         body_types(), legs_types(), plan, plan, integer,
@@ -493,7 +304,7 @@ def whole_bodies(
     report: Floats,
 ) -> None:
     """`solve_body` for each of many poses; of `planes` (n, k, 3), pose i has the first `edges[i]`."""
-    best = _point(body, len(plan.kind))
+    best = new_point(body, len(plan.kind))
     for i in range(len(x)):
         task = Task(plan, stance, feet[i], targets[i], planes[i, : edges[i]], posture[i], plan.posture)
         solve_body(body, legs, feet_plan, task, starts[i], as_is, tolerance, most, best, report[i])

@@ -17,7 +17,8 @@ from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument
 from nao_kin.ik._body import SIDES, Ints
 from nao_kin.ik._body_errors import POSE
-from nao_kin.ik._body_search import BOTH, LACKING, NOT_STANDING, REACHED, START, STATUS, STEPS, STOPPED, whole_bodies
+from nao_kin.ik._body_search import LACKING, NOT_STANDING, REACHED, START, STATUS, STEPS, STOPPED, whole_bodies
+from nao_kin.ik._body_step import BOTH
 from nao_kin.ik._body_tables import BodyTables, PreparedRobot, prepared
 from nao_kin.ik._compiling import in_threads
 from nao_kin.ik.results import Codes, Reason
@@ -39,8 +40,6 @@ from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # The second foot as a target of the search that brings the robot to stand.
 _FOOT_WEIGHTS = (1.0, 0.1)
-# Joints of other starts are so far on the way from the reference to a random configuration: those of legs, others.
-_LEG_SHARE, _SHARE = 1.0, 1.0
 # A joint is at its limit from here on [rad].
 _AT_LIMIT = 1e-6
 
@@ -365,13 +364,11 @@ def _reference(
 def _other_starts(
     robot: RobotModel, tables: BodyTables, start: Floats, count: int, generator: np.random.Generator
 ) -> Floats:
-    """Variables of other starts, shape (n, count, variables)."""
-    body = tables.body
-    random = robot.random(generator, count)[..., tables.order]
-    share = np.full(start.shape[-1], _SHARE)
-    share[body.variable[body.legs].ravel()] = _LEG_SHARE
-    share[body.moving :] = 0.0
-    return np.asarray(start[:, None] + share * (random - start[:, None]))
+    """Other starts at random, the hands as in the first one, shape (n, count, variables)."""
+    moving = tables.body.moving
+    starts = np.repeat(start[:, None], count, axis=1)
+    starts[..., :moving] = robot.random(generator, count)[..., tables.order[:moving]]
+    return starts
 
 
 def _rows(array: Floats, batch: tuple[int, ...], tail: int) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,7 +74,7 @@ def rigid_poses(T: ArrayLike, what: str) -> Floats:
         BadArgument: one is not rigid; says which.
         WrongShape, NotFinite: no poses.
     """
-    poses = as_floats(T, (4, 4), what).copy()
+    poses: Floats = as_floats(T, (4, 4), what).copy()
     try:
         refuse_not_rigid(poses, what)
     except NotARotation as error:
@@ -112,9 +113,8 @@ def all_targets(
             raise BadArgument(f"the torso is asked for twice: as torso and as the target {quoted(trunk)}")
         asked.append(("torso", trunk, torso, POSE))
     if gaze is not None:
-        camera, point = "CameraTop", gaze
-        if isinstance(gaze, tuple) and len(gaze) == 2 and isinstance(gaze[1], str):
-            point, camera = gaze
+        with_camera = isinstance(gaze, tuple) and len(gaze) == 2 and isinstance(gaze[1], str)
+        point, camera = cast("tuple[ArrayLike, str]", gaze) if with_camera else (cast("ArrayLike", gaze), "CameraTop")
         if camera not in robot.frame_table:
             raise UnknownName("camera", camera, robot.semantics.cameras)
         asked.append(("gaze", camera, point, GAZE))
