@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 import nao_kin as nk
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
-from whole_body_samples import Standing, standing_poses
+from whole_body_samples import Standing, standing_poses  # type: ignore[import-not-found]
 
 Floats = NDArray[np.float64]
 # From pose i and a start, a configuration with a floating base; the first seven numbers are the base.
@@ -114,7 +114,7 @@ def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
 
 def is_found(robot: nk.RobotModel, poses: Standing, q: Floats) -> NDArray[np.bool_]:
     """Whether hands and feet are met inside the limits, shape (n,)."""
-    found = ~np.isnan(q).any(axis=-1)
+    found: NDArray[np.bool_] = np.logical_not(np.isnan(q).any(axis=-1))
     q = np.where(found[:, None], q, robot.neutral())
     wanted = [poses.pose(robot_fixed(), hand) for hand in HANDS] + [poses.feet[:, k] for k in range(2)]
     for frame, T in zip((*HANDS, *FEET), wanted, strict=True):
@@ -166,7 +166,8 @@ def measure(both: bool, count: int, rounds: int) -> list[Timing]:
         first = times["nao_kin"].mean()
         for name, taken in times.items():
             median, mean = 1e3 * np.median(taken), 1e3 * taken.mean()
-            rows.append(Timing(feet, start, name, success[name], float(median), float(mean), float(taken.mean() / first)))
+            ratio = float(taken.mean() / first)
+            rows.append(Timing(feet, start, name, success[name], float(median), float(mean), ratio))
     return rows
 
 

@@ -141,7 +141,8 @@ def test_the_world_may_be_anywhere(nao: nk.NaoModel) -> None:
     there = whole_body(
         nao, {"LArm": away @ hand}, feet={side: away @ T for side, T in feet.items()}, com="support", reference=q
     )
-    assert here.success and there.success
+    assert here.success, here
+    assert there.success, there
     np.testing.assert_allclose(there.q, here.q, atol=1e-9)
     np.testing.assert_allclose(there.torso, away @ here.torso, atol=1e-9)
 
@@ -252,7 +253,8 @@ def test_feet_that_are_too_far_apart_are_said_so(nao: nk.NaoModel) -> None:
     found = whole_body(nao, {}, feet={"L": feet["L"], "R": far}, reference=q, restarts=2)
     assert not found.success
     assert found.gives_way == "feet"
-    assert np.isnan(found.q).all() and np.isnan(found.torso).all()
+    assert np.isnan(found.q).all()
+    assert np.isnan(found.torso).all()
     assert "the feet cannot both be stood on" in found.message
     both = whole_body(nao, {}, feet={"L": feet["L"], "R": np.array([feet["R"], far])}, reference=q, restarts=2)
     assert both.success.tolist() == [True, False]  # type: ignore[union-attr]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import SupportsIndex
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.processors import usable_cores
@@ -115,7 +115,6 @@ def whole_body(
     if not margin < math.inf:
         raise BadArgument(f"margin must be a finite number of metres, got {margin}")
     counts = whole_number(restarts, "restarts", 0), whole_number(iterations, "iterations", 1)
-    generator = np.random.default_rng(whole_number(seed, "seed", 0))
     workers = check_threads(threads)
     given, notes = _reference(robot, ready.rest, reference, enforce)
     at_reference = np.asarray(robot.fk(given, ["LLeg", "RLeg"]))
@@ -135,11 +134,14 @@ def whole_body(
     problem = _Problem.laid_out(ready, tables, standing, asked, batch, margin if support else None)
     weight = factor(COM, factors) * DEFAULT_WEIGHTS[0] if support else 0.0
     pull = factor("posture", factors) * DEFAULT_POSTURE
-    search = _Search(ready, tables, problem, pull, float(tolerance), counts[1], workers)
-    start = _rows(given[..., tables.order], batch, 1)
-    starts = np.concatenate([start[:, None], _other_starts(robot, tables, start, counts[0], generator)], axis=1)
-    found = search.run(asked, weight, starts, _rows(wanted[..., tables.order], batch, 1), posture is None)
-    return _result(search, asked, weight, found, starts, _rows(given, batch, 1), batch, tuple(standing), notes)
+    starts = _Starts(tables, _rows(given[..., tables.order], batch, 1), counts[0], whole_number(seed, "seed", 0))
+    near = _rows(wanted[..., tables.order], batch, 1)
+    search = _Search(ready, tables, problem, starts, near, pull, float(tolerance), counts[1], workers)
+    found = search.run(asked, weight, as_is=posture is None, restarts=False)
+    again = np.flatnonzero(found.report[:, STATUS] != REACHED)
+    if again.size and counts[0]:
+        found.put(again, search.run(asked, weight, as_is=False, rows=again))
+    return _result(search, asked, weight, found, _rows(given, batch, 1), batch, tuple(standing), notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,6 +219,28 @@ class _Found:
     com: Floats
     report: Floats
 
+    def put(self, rows: Ints, other: _Found) -> None:
+        """Write the rows of another search over some of these."""
+        self.x[rows], self.torso[rows], self.residuals[rows] = other.x, other.torso, other.residuals
+        self.com[rows], self.report[rows] = other.com, other.report
+
+
+class _Starts:
+    """Where searches begin: at the references, and at random configurations, which are drawn when they are needed."""
+
+    def __init__(self, tables: BodyTables, first: Floats, count: int, seed: int) -> None:
+        self.first, self.count = first, count
+        self._tables, self._seed = tables, seed
+
+    def rows(self, rows: Ints, *, restarts: bool) -> Floats:
+        """Variables of all starts for some poses, the hands as in the reference, shape (n, starts, variables)."""
+        starts = np.repeat(self.first[rows, None], 1 + (self.count if restarts else 0), axis=1)
+        if restarts:
+            moving = self._tables.body.moving
+            random = self._tables.robot.random(np.random.default_rng(self._seed), self.count)
+            starts[:, 1:, :moving] = random[:, self._tables.order[:moving]]
+        return starts
+
 
 @dataclass(frozen=True, eq=False)
 class _Search:
@@ -225,6 +249,8 @@ class _Search:
     ready: PreparedRobot
     tables: BodyTables
     problem: _Problem
+    starts: _Starts
+    posture: Floats
     pull: float
     tolerance: float
     iterations: int
@@ -234,15 +260,15 @@ class _Search:
         self,
         asked: list[Target],
         support: float,
-        starts: Floats,
-        posture: Floats,
+        *,
         as_is: bool,
-        rows: NDArray[np.intp] | None = None,
+        restarts: bool = True,
+        rows: Ints | None = None,
         places: list[int] | None = None,
     ) -> _Found:
         """Search for some of the poses, with some of the targets; for all with all where nothing is said."""
         problem, body = self.problem, self.tables.body
-        some = np.arange(len(starts)) if rows is None else rows
+        some = np.arange(len(self.posture)) if rows is None else rows
         which = list(range(len(asked))) if places is None else places
         plan = plan_of([asked[k] for k in which], support, self.pull)
         sole = Target("", POSE, int(body.legs[1, -1]), body.ankle_to_sole[1], np.eye(4), _FOOT_WEIGHTS)
@@ -251,11 +277,11 @@ class _Search:
         found = _Found(
             np.zeros((n, width)), np.zeros((n, 4, 4)), np.zeros((n, len(which), 2)), np.zeros((n, 3)), np.zeros((n, 4))
         )
-        feet, targets, planes, begin, near = (
+        feet, targets, planes, near = (
             np.ascontiguousarray(array[some])
-            for array in (problem.feet, problem.targets[:, which], problem.planes, starts, posture)
+            for array in (problem.feet, problem.targets[:, which], problem.planes, self.posture)
         )
-        edges = problem.edges[some]
+        edges, begin = problem.edges[some], self.starts.rows(some, restarts=restarts)
 
         def run(part: slice) -> None:
             whole_bodies(
@@ -275,7 +301,6 @@ def _result(
     asked: list[Target],
     support: float,
     found: _Found,
-    starts: Floats,
     reference: Floats,
     batch: tuple[int, ...],
     standing: tuple[str, ...],
@@ -298,7 +323,7 @@ def _result(
     reasons[~stands] = Reason.OUT_OF_REACH
     if failed.size:
         worst[failed] = np.argmax(away[:, failed], axis=0)
-        reasons[failed] = _why(search, asked, support, starts, failed, worst, found)
+        reasons[failed] = _why(search, asked, support, failed, worst, found)
     q = reference.copy()
     q[:, tables.order] = found.x
     torso = found.torso.copy()
@@ -323,15 +348,13 @@ def _result(
         at_limits=(near <= _AT_LIMIT).reshape(*batch, values.shape[1]),
         joints=names[: values.shape[1]],
         iterations=found.report[:, STEPS].astype(np.int64).reshape(batch),
-        starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, starts.shape[1]).reshape(batch),
+        starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, 1 + search.starts.count).reshape(batch),
         standing=standing,
         notes=notes,
     )
 
 
-def _why(
-    search: _Search, asked: list[Target], support: float, starts: Floats, failed: Ints, worst: Ints, found: _Found
-) -> Codes:
+def _why(search: _Search, asked: list[Target], support: float, failed: Ints, worst: Ints, found: _Found) -> Codes:
     """Whether the targets that give way could be met if there were no others."""
     status = found.report[failed, STATUS]
     reasons = np.where(status == STOPPED, Reason.NOT_CONVERGED, Reason.TARGETS_DISAGREE).astype(np.int8)
@@ -343,7 +366,7 @@ def _why(
         alone = _Found(found.x, found.torso, found.residuals, found.com, found.report[rows])
         if count > 1:
             weight = support if is_com else 0.0
-            alone = search.run(asked, weight, starts, starts[:, 0], False, rows, [] if is_com else [place])
+            alone = search.run(asked, weight, as_is=False, rows=rows, places=[] if is_com else [place])
         reasons[mine[alone.report[:, STATUS] != REACHED]] = Reason.OUT_OF_REACH
     return reasons
 
@@ -359,16 +382,6 @@ def _reference(
     given = np.array(given)
     given[..., : robot.nq - len(robot.joint_names)] = robot.clamp(given)[..., : robot.nq - len(robot.joint_names)]
     return given, notes
-
-
-def _other_starts(
-    robot: RobotModel, tables: BodyTables, start: Floats, count: int, generator: np.random.Generator
-) -> Floats:
-    """Other starts at random, the hands as in the first one, shape (n, count, variables)."""
-    moving = tables.body.moving
-    starts = np.repeat(start[:, None], count, axis=1)
-    starts[..., :moving] = robot.random(generator, count)[..., tables.order[:moving]]
-    return starts
 
 
 def _rows(array: Floats, batch: tuple[int, ...], tail: int) -> Floats:

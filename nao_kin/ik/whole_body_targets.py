@@ -24,6 +24,8 @@ _OWN_NAMES = ("com", "gaze", "torso")
 # Weights of what is measured in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
 DEFAULT_WEIGHTS = (1.0, 0.1)
 DEFAULT_POSTURE = 0.01
+# Rotations that are nearer to one are left as they are.
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +81,9 @@ def rigid_poses(T: ArrayLike, what: str) -> Floats:
         refuse_not_rigid(poses, what)
     except NotARotation as error:
         raise BadArgument(f"{what} is no rigid transform: {error}") from None
-    poses[..., :3, :3] = nearest_rotation(poses[..., :3, :3])
+    R = poses[..., :3, :3]
+    if poses.size and np.abs(R.swapaxes(-1, -2) @ R - np.eye(3)).max() > _ROUNDING:
+        poses[..., :3, :3] = nearest_rotation(R)
     return poses
 
 
