@@ -784,7 +784,7 @@ _WHOLE_BODY = (
     ),
     *_faults(
         "ik/_limit_rows.py",
-        "test_ik_whole_body.py::test_rows_of_limits_hold_for_every_small_step_inside_them_and_for_none_outside",
+        "test_ik_whole_body.py::test_rows_of_limits_hold_for_the_steps_that_end_inside",
         (
             "upper-bounds-of-tables-not-seen",
             "total += max(0.0, low - value, value - high)",

@@ -431,29 +431,37 @@ def test_rows_that_contradict_each_other_are_noticed() -> None:
     assert quadratic_program(np.eye(2), np.zeros(2), np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([1.0, 2.0]), 2, 2, b)
 
 
-def test_rows_of_limits_hold_for_every_small_step_inside_them_and_for_none_outside(nao: nk.NaoModel) -> None:
-    """At the bends and edges of the coupled tables, where the region is not convex, too."""
-    body, rng = prepared(nao).tables[True].body, np.random.default_rng(3)
-    order = prepared(nao).tables[True].order
-    longest = 1e-3
+def test_rows_of_limits_hold_for_the_steps_that_end_inside(nao: nk.NaoModel) -> None:
+    """On the edges of the coupled tables, farther from their bends than a step is long, and at bends that jut out."""
+    tables, rng, longest = prepared(nao).tables[True], np.random.default_rng(3), 1e-3
+    body, count = tables.body, 0
     A, b = np.zeros((200, body.moving + 1)), np.zeros(200)
-    for q in nao.random(rng, 40):
-        x = q[order]
-        for k in range(len(body.bends)):
-            bend = int(rng.integers(0, body.bends[k]))
-            at, bound = body.table[k, 0, bend], body.table[k, int(rng.integers(1, 3)), bend]
-            joint, of = body.bent[k]
-            x[of] = np.clip(at + rng.choice([0.0, 1e-4, -1e-4]), body.lower[of], body.upper[of])
-            low, high = np.interp(x[of], body.table[k, 0, : body.bends[k]], body.table[k, 1, : body.bends[k]]), math.inf
-            x[joint] = np.clip(max(bound, low), body.lower[joint], min(high, body.upper[joint]))
-        if outside(body, body.lower, x) > 0.0:
-            continue
-        count = limit_rows(body, body.lower, x, longest, A, b, 0)
-        step = np.zeros(25)
-        for _ in range(20):
-            step[: body.moving] = longest * rng.uniform(-1.0, 1.0, body.moving)
-            if (A[:count, : body.moving] @ step[: body.moving] >= b[:count]).all():
-                assert outside(body, body.lower, x + step) <= 2.0 * longest
+    middle = 0.5 * (body.lower + body.upper)
+    for k, bends in enumerate(body.bends):
+        (joint, of), (at, *bounds) = body.bent[k], body.table[k, :, :bends]
+        places = [(value, side) for value in at for side in range(2)]
+        places += [(0.5 * (one + other), side) for one, other in itertools.pairwise(at) for side in range(2)]
+        for value, side in places:
+            x = middle.copy()
+            x[of] = np.clip(value, body.lower[of] + longest, body.upper[of] - longest)
+            x[joint] = np.interp(x[of], at, bounds[side])
+            jut = [np.interp(x[of] + d, at, bounds[side]) - x[joint] for d in (-longest, longest)]
+            if (sum(jut) < -1e-12) == (side == 0) and abs(sum(jut)) > 1e-12:
+                continue
+            if not body.lower[joint] + longest < x[joint] < body.upper[joint] - longest:
+                continue
+            rows = limit_rows(body, body.lower, x, longest, A, b, 0)
+            for _ in range(20):
+                step = np.zeros(len(x))
+                step[[joint, of]] = 0.99 * longest * rng.uniform(-1.0, 1.0, 2)
+                holds = (A[:rows, : body.moving] @ step[: body.moving] >= b[:rows] - 1e-12).all()
+                q = np.empty(len(x))
+                q[tables.order] = x + step
+                excess = sum(violation.excess for violation in nao.limit_violations(q))
+                assert outside(body, body.lower, x + step) == pytest.approx(excess, abs=1e-8)
+                assert holds == (outside(body, body.lower, x + step) <= 1e-12)
+                count += 1
+    assert count > 300
 
 
 def test_the_polygon_is_the_hull_of_the_sensors(nao: nk.NaoModel) -> None:
