@@ -852,6 +852,52 @@ _FOLLOWING = (
     ),
 )
 
+_WHOLE_BODY = (
+    *_faults(
+        "ik/_stance.py",
+        "test_ik_whole_body.py::test_the_torso_goes_where_both_hips_agree",
+        ("hips-agree-by-the-wrong-sign", "return _moved(body, -gap, slope, x)", "return _moved(body, gap, slope, x)"),
+    ),
+    *_faults(
+        "ik/_body_errors.py",
+        "test_ik_whole_body.py::test_derivatives_are_those_of_the_errors",
+        (
+            "gaze-without-the-change-of-its-ratio",
+            "        change = -slope * g0\n",
+            "        change = 0.0\n",
+        ),
+    ),
+    *_faults(
+        "ik/_body.py",
+        "test_ik_whole_body.py::test_derivatives_are_those_of_the_errors",
+        (
+            "centre-of-mass-not-turned-with-the-torso",
+            "J[2, k] = torso[2, k] + w0 * com[1] - w1 * com[0]",
+            "J[2, k] = torso[2, k]",
+        ),
+    ),
+    *_faults(
+        "ik/_limit_rows.py",
+        "test_ik_whole_body.py::test_rows_of_limits_hold_for_the_steps_that_end_inside",
+        (
+            "upper-bounds-of-tables-not-seen",
+            "total += max(0.0, low - value, value - high)",
+            "total += max(0.0, low - value)",
+        ),
+        ("row-of-a-table-without-its-slope", "A[count, of] = -sign * slope", "A[count, of] = 0.0"),
+    ),
+    *_faults(
+        "ik/_quadratic_program.py",
+        "test_ik_whole_body.py::test_the_quadratic_program_meets_its_optimality_conditions",
+        ("active-row-that-pulls-the-wrong-way-kept", "share[i] > 0.0 and force[i]", "share[i] > 1e9 and force[i]"),
+    ),
+    *_faults(
+        "ik/support_polygon.py",
+        "test_ik_whole_body.py::test_the_polygon_is_the_hull_of_the_sensors",
+        ("distance-outside-by-the-edge-line", "inside, -away))", "inside, inside))"),
+    ),
+)
+
 MUTATIONS: tuple[Mutation, ...] = (
     *_COMMON,
     *_URDF,
@@ -860,6 +906,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_MATHEMATICS,
     *_MULTIDOF,
     *_BATCH,
+    *_WHOLE_BODY,
     *_CROSSCHECK,
     *_VIEWER,
     *_FOLLOWING,

@@ -75,6 +75,7 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
         "ik kernel, gazes",
         "ik kernel, projections onto limits",
         "ik kernel, damped least squares",
+        "ik kernel, bodies",
     ]
 
 

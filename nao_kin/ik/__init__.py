@@ -12,9 +12,12 @@ from nao_kin.ik.legs_result import LegsResult
 from nao_kin.ik.limbs import limb_of_frame, limbs
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
+from nao_kin.ik.support_polygon import SupportPolygon
 from nao_kin.ik.velocity import velocity
 from nao_kin.ik.velocity_result import TwistMap, VelocityResult
 from nao_kin.ik.warming import warm_up
+from nao_kin.ik.whole_body import whole_body
+from nao_kin.ik.whole_body_result import WholeBodyResult
 
 __all__ = [
     "Family",
@@ -26,8 +29,10 @@ __all__ = [
     "Obstacles",
     "Reason",
     "Stretch",
+    "SupportPolygon",
     "TwistMap",
     "VelocityResult",
+    "WholeBodyResult",
     "arm",
     "follow",
     "head",
@@ -39,4 +44,5 @@ __all__ = [
     "numeric",
     "velocity",
     "warm_up",
+    "whole_body",
 ]

@@ -33,6 +33,7 @@ class Reason(enum.IntEnum):
             that another joint's value leaves it.
         HIPS_DISAGREE: the two feet ask for different values of the one motor that drives both hips.
         NOT_CONVERGED: a numerical solver gave up; there may be solutions.
+        TARGETS_DISAGREE: each of several targets can be met alone, but they cannot all be met.
     """
 
     REACHED = 0
@@ -42,6 +43,7 @@ class Reason(enum.IntEnum):
     COUPLED_LIMIT = 4
     HIPS_DISAGREE = 5
     NOT_CONVERGED = 6
+    TARGETS_DISAGREE = 7
 
 
 class Family(enum.IntEnum):

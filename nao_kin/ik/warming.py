@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nao_kin._common.kernel_cache import KernelState
+from nao_kin.ik._body_search import BODY_KERNELS
 from nao_kin.ik.arm import ARM_KERNELS
 from nao_kin.ik.head import HEAD_KERNELS
 from nao_kin.ik.least_squares import DESCENT_KERNELS
@@ -18,4 +19,4 @@ def warm_up() -> tuple[KernelState, ...]:
         The state of each kernel.
     """
     limbs = (*LEG_KERNELS, *LEGS_KERNELS, *ARM_KERNELS, *HEAD_KERNELS)
-    return tuple(kernel.warm_up() for kernel in (*limbs, *LIMIT_KERNELS, *DESCENT_KERNELS))
+    return tuple(kernel.warm_up() for kernel in (*limbs, *LIMIT_KERNELS, *DESCENT_KERNELS, *BODY_KERNELS))

@@ -1,0 +1,112 @@
+"""Where the centre of mass may be above: the convex hull of the soles that stand, seen from above.
+
+The world's z axis points up. For soles that lie flat on one floor this is the support polygon; of others it is the hull
+of what lies below them, and says nothing about friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin.errors import BadArgument
+from nao_kin.robot import RobotModel
+
+# What a frame on the foot may be above or below the plane of the sole and still be a corner of it [m].
+_FLAT = 1e-6
+# A polygon of less is none [m²].
+_NO_AREA = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class SupportPolygon:
+    """A convex polygon in the world's xy plane.
+
+    Attributes:
+        vertices: counter-clockwise, shape (k, 2) [m].
+    """
+
+    vertices: Floats
+
+    @staticmethod
+    def around(points: ArrayLike) -> SupportPolygon:
+        """The convex hull of points of shape (n, 2), or (n, 3) of which x and y count.
+
+        Raises:
+            BadArgument: they lie on one line.
+            WrongShape, NotFinite: no points.
+
+        Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
+        """
+        array = np.asarray(points, dtype=np.float64)
+        xy = as_floats(array[..., :2] if array.ndim else array, (2,), "points").reshape(-1, 2)
+        ordered = sorted({(x, y) for x, y in xy.tolist()})
+        hull = _half_hull(ordered)[:-1] + _half_hull(ordered[::-1])[:-1]
+        vertices = np.array(hull).reshape(-1, 2)
+        x, y = vertices.T
+        if len(hull) < 3 or float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < _NO_AREA:
+            raise BadArgument("the soles have no area seen from above: do they stand upright?")
+        return SupportPolygon(vertices)
+
+    @property
+    def half_planes(self) -> Floats:
+        """(n_x, n_y, d) of each edge, with n the unit normal inwards: inside is where n·p ≥ d; shape (k, 3)."""
+        along = np.roll(self.vertices, -1, axis=0) - self.vertices
+        normals = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.linalg.norm(along, axis=-1)[:, None]
+        return np.column_stack([normals, np.einsum("ki,ki->k", normals, self.vertices)])
+
+    def signed_distance(self, points: ArrayLike) -> Floats:
+        """Distances of points from the edge, positive inside, shape (...) for (..., 2) or (..., 3) [m]."""
+        p = np.asarray(points, dtype=np.float64)[..., None, :2]
+        planes = self.half_planes
+        inside = np.min(np.einsum("...ki,ki->...k", p, planes[:, :2]) - planes[:, 2], axis=-1)
+        along = np.roll(self.vertices, -1, axis=0) - self.vertices
+        lever = p - self.vertices
+        share = np.clip(np.einsum("...ki,ki->...k", lever, along) / np.square(along).sum(axis=-1), 0.0, 1.0)
+        away = np.min(np.linalg.norm(lever - share[..., None] * along, axis=-1), axis=-1)
+        return np.asarray(np.where(inside >= 0.0, inside, -away))
+
+
+def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The points that a string along them touches on their right, from the first to the last."""
+    hull: list[tuple[float, float]] = []
+    for x, y in points:
+        while len(hull) > 1:
+            (ax, ay), (bx, by) = hull[-2:]
+            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                break
+            hull.pop()
+        hull.append((x, y))
+    return hull
+
+
+def sole_corners(robot: RobotModel, sole: str) -> Floats:
+    """Points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot that lie in the plane of the sole.
+
+    Of a NAO these are its four pressure sensors, through which the floor carries it: a rectangle of 100 × 53 mm, well
+    inside the rubber of 152 × 84 mm.
+
+    Raises:
+        UnknownName: no such frame.
+        BadArgument: there are fewer than three of them.
+    """
+    model, table = robot.model, robot.frame_table
+    own = model.frames[robot.frame_ids([sole])[0]]
+    places = [
+        frame.placement for frame in (model.frames[i] for i in table.values()) if frame.parentJoint == own.parentJoint
+    ]
+    points = np.array([own.placement.actInv(place).translation for place in places])
+    flat = points[np.abs(points[:, 2]) <= _FLAT]
+    corners = np.unique(np.round(flat, 12), axis=0)
+    if len(corners) < 3:
+        raise BadArgument(f"{robot.name} has no outline of {sole}: fewer than three frames lie in its plane")
+    return corners
+
+
+def polygon_below(soles: Iterable[tuple[Floats, Floats]]) -> SupportPolygon:
+    """The support polygon of soles, each as T_world_sole and its corners (k, 3) in the frame of the sole."""
+    return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))

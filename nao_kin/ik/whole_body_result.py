@@ -1,0 +1,133 @@
+"""What `whole_body` answers: the pose, what each target is off by, and which of them gives way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common.arrays import Floats
+from nao_kin.ik.results import Codes, Integers, Reason
+
+FEET = "feet"
+COM = "com"
+# Farther than this from where it should be, a target was likely written in millimetres [m].
+_MILLIMETRES_FROM = 10.0
+_MOST_NAMES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class WholeBodyResult:
+    """Poses of the whole robot for targets of a batch shape (...); () for one.
+
+    Attributes:
+        q: configurations, shape (..., nq), with a floating base the base included; nan where the feet cannot both be
+            stood on. Where targets are not met, the pose inside the limits with the least weighted sum of squares.
+        torso: T_world_torso, shape (..., 4, 4).
+        reasons: a `Reason` for each pose as a number, shape (...).
+        residuals: by the names of the targets, what they are off by, shape (..., 2) [m, rad]; of what was not asked
+            for 0. Of "com" the horizontal distance, or what the margin lacks.
+        worst: which target gives way, its place in `residuals`, shape (...); −1 where none does.
+        com: the centre of mass in the world, shape (..., 3) [m].
+        margin: how far it is inside the support polygon of the feet that stand, negative outside, shape (...) [m].
+        at_limits: which joints are at a limit, in the order of `joints`, shape (..., joints).
+        joints: names of the joints.
+        iterations: steps of all searches together, shape (...).
+        starts: how many searches were begun before the targets were met or all were used up, shape (...).
+        standing: which feet stand.
+        notes: what else is to be said about the call, one line each.
+    """
+
+    q: Floats
+    torso: Floats
+    reasons: Codes
+    residuals: Mapping[str, Floats]
+    worst: Integers
+    com: Floats
+    margin: Floats
+    at_limits: NDArray[np.bool_]
+    joints: tuple[str, ...]
+    iterations: Integers
+    starts: Integers
+    standing: tuple[str, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def success(self) -> bool | NDArray[np.bool_]:
+        """Whether all targets are met: a bool, or of a batch an array of shape (...)."""
+        reached = self.reasons == Reason.REACHED
+        return bool(reached) if self.reasons.ndim == 0 else np.asarray(reached)
+
+    @property
+    def reason(self) -> Reason | Codes:
+        """Why: a `Reason`, or of a batch their numbers, shape (...)."""
+        return Reason(int(self.reasons)) if self.reasons.ndim == 0 else self.reasons
+
+    @property
+    def gives_way(self) -> str | NDArray[np.object_]:
+        """The target that gives way, "feet" where these cannot both be stood on, "" where all are met.
+
+        It is the one with the largest weighted residual; of a batch an array, shape (...).
+        """
+        names = np.array([*self.residuals, FEET, ""], dtype=object)
+        feet = np.isnan(self.q).any(axis=-1)
+        found = names[np.where(feet, len(names) - 2, np.where(self.worst < 0, len(names) - 1, self.worst))]
+        return str(found) if self.reasons.ndim == 0 else np.asarray(found)
+
+    @property
+    def message(self) -> str | NDArray[np.object_]:
+        """The reason in a sentence: a str, or of a batch an array of them, shape (...)."""
+        if self.reasons.ndim == 0:
+            return self.describe()
+        messages = np.empty(self.reasons.shape, dtype=object)
+        for index in np.ndindex(*self.reasons.shape):
+            messages[index] = self.describe(index)
+        return messages
+
+    def describe(self, index: tuple[int, ...] = ()) -> str:
+        """The reason of one pose in a sentence.
+
+        Args:
+            index: which pose of the batch; () where there is one.
+        """
+        reason = Reason(int(self.reasons[index]))
+        if np.isnan(self.q[index]).any():
+            return "the feet cannot both be stood on: too far apart, or their directions do not fit the shared hip"
+        margin = float(self.margin[index])
+        where = f"centre of mass {_length(abs(margin))} {'inside' if margin >= 0.0 else 'outside'} the support polygon"
+        if reason is Reason.REACHED:
+            return f"reached; {where}"
+        name = list(self.residuals)[int(self.worst[index])]
+        away, turned = (float(error) for error in self.residuals[name][index])
+        amount = " and ".join(
+            text for text, size in ((_length(away), away), (f"{turned:.3g} rad", turned)) if size > 1e-9
+        )
+        why = {
+            Reason.OUT_OF_REACH: "out of reach, even without the other targets",
+            Reason.TARGETS_DISAGREE: "the other targets are in its way",
+        }.get(reason, "no pose found that meets it")
+        if len(self.residuals) == 1 and reason is Reason.OUT_OF_REACH:
+            why = "out of reach"
+        names = [joint for joint, is_at in zip(self.joints, self.at_limits[index], strict=True) if is_at]
+        limits = f"; at their limits: {', '.join(names[:_MOST_NAMES])}" if names else ""
+        if len(names) > _MOST_NAMES:
+            limits += f" and {len(names) - _MOST_NAMES} more"
+        hint = "; targets are in metres" if away > _MILLIMETRES_FROM else ""
+        return f"{name} gives way by {amount}: {why}{limits}{hint}"
+
+    def __repr__(self) -> str:
+        feet = " and ".join(self.standing)
+        if self.reasons.ndim == 0:
+            return f"<WholeBodyResult standing on {feet}: {self.describe()}>"
+        reached = int(np.count_nonzero(self.success))
+        return f"<WholeBodyResult standing on {feet}: {reached} of {self.reasons.size} poses reached>"
+
+
+def _length(metres: float) -> str:
+    """A length in the unit in which people say it."""
+    for unit, scale in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6)):
+        if metres >= scale:
+            return f"{metres / scale:.3g} {unit}"
+    return f"{metres / 1e-9:.3g} nm"
