@@ -45,8 +45,8 @@ Joints: TypeAlias = tuple[float, float, float, float, float, float]
 JOINTS, OF_ONE = 11, 6
 # Two values of HipYawPitch, and of each leg two knees and two rolls of the hip.
 MOST_BRANCHES = 32
-# Where the parts of a target begin, and how long it is.
-LEFT, RIGHT, PRIORITY, LENGTH = 0, 16, 32, 33
+# Where the parts of a target begin.
+LEFT, RIGHT, PRIORITY = 0, 16, 32
 # Places in a report after the joints: errors of both feet in position, angle and yaw; which leg is to blame; how far
 # the torso is moved.
 LEFT_FOOT = BEST + JOINTS

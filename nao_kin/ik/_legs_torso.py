@@ -20,7 +20,6 @@ from nao_kin.ik._leg_equations import Leg, foot_of
 from nao_kin.ik._legs_equations import (
     BLAMED,
     LEFT,
-    LENGTH,
     MOVED,
     NEITHER,
     OF_ONE,
@@ -36,11 +35,13 @@ from nao_kin.ik._ranges import NOT_RIGID, REASON
 
 # What of the torso gives way, as a number in a target; nothing where the feet are given in the torso.
 NOTHING, HEIGHT, LEAN, YAW = -1.0, 0.0, 1.0, 2.0
-# Where in a target what gives way stands, where the wished pose of the torso begins, and how long a target is.
-FREE, TORSO, LENGTH_IN_WORLD = LENGTH, LENGTH + 1, LENGTH + 17
+# Where in a target what gives way stands, and where the wished pose of the torso begins; how long a target is in the
+# torso and in the world.
+FREE, TORSO = PRIORITY + 1, PRIORITY + 2
+LENGTH, LENGTH_IN_WORLD = TORSO, TORSO + 16
 # Numbers in q beside the joints: of both legs alone, and a target in the torso.
 IN_TORSO = 2 * OF_ONE
-SCRATCH = IN_TORSO + LENGTH
+SCRATCH = IN_TORSO + PRIORITY + 1
 
 # Steps over the bounds, and halvings of a bracket.
 _STEPS, _HALVINGS = 96, 60
