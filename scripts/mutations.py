@@ -778,9 +778,9 @@ _IK = (
             "        elif False and is_inside(",
         ),
         (
-            "hip-yaw-pitch-at-limits-of-ankle-roll-misplaced",
-            "        part = sine * sine\n",
-            "        part = sine\n",
+            "hip-yaw-pitch-at-limits-of-hip-roll-mirrored",
+            "-y * math.cos(rho), low, high",
+            "y * math.cos(rho), low, high",
         ),
     ),
     *_faults(
