@@ -7,7 +7,6 @@ Example:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -59,11 +58,11 @@ class View:
         """Points on the paper, shape (..., 2)."""
         return np.stack([np.asarray(points) @ self._across, np.asarray(points) @ self._up], axis=-1)
 
-    def line(self, points: Sequence[Any], colour: str, width: float, **more: Any) -> None:
+    def line(self, points: Any, colour: str, width: float, **more: Any) -> None:
         """A chain of straight lines."""
         self.axes.plot(*self.flat(points).T, color=colour, linewidth=width, solid_capstyle="round", **more)
 
-    def area(self, points: Sequence[Any], colour: str, **more: Any) -> None:
+    def area(self, points: Any, colour: str, **more: Any) -> None:
         """A polygon."""
         self.axes.add_patch(Polygon(self.flat(points), closed=True, facecolor=colour, **more))
 
@@ -139,13 +138,15 @@ def _draw_triangle(axes: Any, thigh: float, tibia: float) -> None:
     axes.plot(*np.transpose([knee, beyond]), color=PALE, linewidth=0.9)
     first = np.degrees(np.arctan2(*(beyond - knee)[::-1]))
     last = np.degrees(np.arctan2(*(hip - knee)[::-1]))
-    axes.add_patch(Arc(knee, 0.06, 0.06, theta1=first, theta2=last, color=PITCH, linewidth=1.2))
+    axes.add_patch(Arc((knee[0], knee[1]), 0.06, 0.06, theta1=first, theta2=last, color=PITCH, linewidth=1.2))
     axes.text(*np.add(knee, (-0.012, 0.040)), "$q_4$", color=PITCH, ha="center", fontsize=11)
     for end, name in ((np.array([0.075, 0.0]), "$x$"), (np.array([0.0, 0.075]), "$z$")):
-        axes.add_patch(FancyArrowPatch(ankle, end, arrowstyle="-|>", mutation_scale=8, color=PALE, linewidth=1.0))
+        axes.add_patch(
+            FancyArrowPatch((0.0, 0.0), (end[0], end[1]), arrowstyle="-|>", mutation_scale=8, color=PALE, linewidth=1.0)
+        )
         axes.text(*(1.1 * end), name, color=PALE, ha="center", va="center", fontsize=10)
     along = np.degrees(np.arctan2(*knee[::-1]))
-    axes.add_patch(Arc(ankle, 0.085, 0.085, theta1=along, theta2=90.0, color=PITCH, linewidth=1.2))
+    axes.add_patch(Arc((0.0, 0.0), 0.085, 0.085, theta1=along, theta2=90.0, color=PITCH, linewidth=1.2))
     axes.text(0.0165, 0.052, "$q_5$", color=PITCH, ha="center", fontsize=11)
     axes.plot([-0.035, 0.09], [-0.03, -0.03], color=INK, linewidth=3.0, solid_capstyle="round")
     axes.plot([0.0, 0.0], [0.0, -0.03], color=INK, linewidth=1.0)

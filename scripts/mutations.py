@@ -898,6 +898,53 @@ _WHOLE_BODY = (
     ),
 )
 
+_IK = (
+    *_faults(
+        "ik/_legs_equations.py",
+        "test_ik_legs.py::test_hips_on_the_axis_of_ankle_roll_and_beside_it",
+        (
+            "hip-of-both-legs-halfway-between-them",
+            "hip + gap * (two / (one + two))",
+            "hip + gap * 0.5",
+        ),
+    ),
+    *_faults(
+        "ik/_legs_pieces.py",
+        "test_ik_legs.py::test_a_way_as_narrow_as_a_point_is_found "
+        "test_ik_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
+        (
+            "hip-yaw-pitch-with-a-single-value-inside-the-limits-missed",
+            "        elif not joined and is_inside(",
+            "        elif False and is_inside(",
+        ),
+        (
+            "hip-yaw-pitch-at-limits-of-hip-roll-mirrored",
+            "-y * math.cos(rho), low, high",
+            "y * math.cos(rho), low, high",
+        ),
+    ),
+    *_faults(
+        "ik/_legs_turns.py",
+        "test_ik_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
+        ("turns-of-the-feet-not-balanced-between-ends", "if growth < 0.0 <= grows:", "if False:"),
+    ),
+    *_faults(
+        "ik/_legs_torso.py",
+        "test_ik_legs.py::test_the_torso_gives_way_until_both_feet_are_met "
+        "test_ik_legs.py::test_no_smaller_change_of_the_torso_meets_both_feet",
+        (
+            "torso-moved-as-far-as-it-may",
+            "while place > 0 and abs(values[place - 1]) > abs(value):",
+            "while place > 0 and abs(values[place - 1]) < abs(value):",
+        ),
+    ),
+    *_faults(
+        "ik/legs.py",
+        "test_ik_legs.py::test_feet_that_cross_are_said_to",
+        ("feet-that-cross-mistaken", "crossed = sides[0] < sides[1]", "crossed = sides[0] > sides[1]"),
+    ),
+)
+
 MUTATIONS: tuple[Mutation, ...] = (
     *_COMMON,
     *_URDF,
@@ -907,6 +954,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_MULTIDOF,
     *_BATCH,
     *_WHOLE_BODY,
+    *_IK,
     *_CROSSCHECK,
     *_VIEWER,
     *_FOLLOWING,

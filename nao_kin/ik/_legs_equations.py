@@ -24,16 +24,13 @@ from nao_kin.ik._leg_equations import Foot, Leg, foot_of, knee_of, leg_errors
 from nao_kin.ik._ranges import (
     ANGLE_ERROR,
     BEST,
-    JOINT,
-    LIMIT,
-    NEEDED,
     NOT_RIGID,
     POSITION_ERROR,
-    REACHED,
     REASON,
     VERIFIED,
     Ranges,
     begun,
+    concluded,
     entered,
     is_inside,
     is_outside,
@@ -48,8 +45,8 @@ Joints: TypeAlias = tuple[float, float, float, float, float, float]
 JOINTS, OF_ONE = 11, 6
 # Two values of HipYawPitch, and of each leg two knees and two rolls of the hip.
 MOST_BRANCHES = 32
-# Where the parts of a target begin, and how long it is.
-LEFT, RIGHT, PRIORITY, LENGTH = 0, 16, 32, 33
+# Where the parts of a target begin.
+LEFT, RIGHT, PRIORITY = 0, 16, 32
 # Places in a report after the joints: errors of both feet in position, angle and yaw; which leg is to blame; how far
 # the torso is moved.
 LEFT_FOOT = BEST + JOINTS
@@ -111,19 +108,21 @@ def solve_legs(
     if slope(left_yaw) < LEVEL and slope(right_yaw) < LEVEL:
         return 0  # a family, over which is searched
     hip = common_hip(left_yaw, right_yaw)
-    if off_root(left_yaw, hip) > _NEARLY or off_root(right_yaw, hip) > _NEARLY:
+    c, s = math.cos(hip), math.sin(hip)
+    if off_root(left_yaw, c, s) > _NEARLY or off_root(right_yaw, c, s) > _NEARLY:
         return 0
     count = 0
     for _ in range(2):
         count = _with_hip(
-            legs, ranges, (left, right), (left_knee, right_knee), hip, reference, enforce, q, found, count
+            legs, ranges, (left, right), (left_knee, right_knee), hip, reference, enforce, q, found, report, count
         )
         hip = wrapped(hip + math.pi)
     if count > 0:
-        for j in range(JOINTS):
-            q[j] = found[j]
-        report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = REACHED, -1.0, 0.0, 0.0
-        feet_reported(legs, (left, right), (left_yaw, right_yaw), q, report)
+        concluded(found, JOINTS, count, report)
+        for foot in range(2):
+            yaw, place = (left_yaw, LEFT_FOOT) if foot == 0 else (right_yaw, RIGHT_FOOT)
+            x, y = yaw.x_cos * c + yaw.x_sin * s, yaw.y_cos * c + yaw.y_sin * s
+            report[place + 2] = math.copysign(report[place + 1], x * y)
     return count
 
 
@@ -138,9 +137,10 @@ def _with_hip(
     enforce: bool,
     q: Row,
     found: Row,
+    report: Row,
     count: int,
 ) -> int:
-    """Enter all solutions with a value of HipYawPitch."""
+    """Enter all solutions with a value of HipYawPitch, and report the errors of both feet in the best."""
     if enforce and (is_outside(ranges.left, 0, hip) or is_outside(ranges.right, 0, hip)):
         return count
     for branch in range(2 * knees[0][1]):
@@ -157,7 +157,19 @@ def _with_hip(
                 write_joints(left, right, q)
                 errors = max(away, far), max(turned, off)
                 count = entered(reference, q, errors, _ALONE, found, count)
+                if _is_best(q, found):
+                    report[LEFT_FOOT], report[LEFT_FOOT + 1] = away, turned
+                    report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = far, off
     return count
+
+
+@both_ways
+def _is_best(q: Row, found: Row) -> bool:
+    """Whether joint values are the first of those that were found."""
+    differing = 0
+    for j in range(JOINTS):
+        differing += q[j] != found[j]
+    return differing == 0
 
 
 @both_ways
@@ -168,7 +180,11 @@ def _exact(
     bent = knee if branch < 2 else -knee
     if enforce and is_outside(ranges, 3, bent):
         return False, 0.0, 0.0, (hip, 0.0, 0.0, bent, 0.0, 0.0)
-    q = exact_joints(leg, foot, hip, bent, 1.0 if branch % 2 == 0 else -1.0, roll)
+    cosine, sine = _roll(foot, hip, 1.0 if branch % 2 == 0 else -1.0, roll - leg.kappa)
+    hip_roll = wrapped(leg.kappa + math.atan2(sine, cosine))
+    if enforce and is_outside(ranges, 1, hip_roll):
+        return False, 0.0, 0.0, (hip, hip_roll, 0.0, bent, 0.0, 0.0)
+    q = _exact_joints(leg, foot, hip, hip_roll, bent, cosine, sine)
     if enforce and not is_inside(ranges, q):
         return False, 0.0, 0.0, q
     away, turned = errors_of(leg, foot, q)
@@ -244,26 +260,24 @@ def hip_of(yaw: FootYaw) -> float:
 @both_ways
 def slope(yaw: FootYaw) -> float:
     """The size of ψ' where ψ = 0; infinite where ψ has no value there."""
-    hip = hip_of(yaw)
-    x = abs(yaw.x_cos * math.cos(hip) + yaw.x_sin * math.sin(hip))
-    size = math.sqrt(yaw.y_cos * yaw.y_cos + yaw.y_sin * yaw.y_sin)
-    return size / x if x > 0.0 else math.inf
+    # With Y = ‖Y‖ sin (q₁ − root), X at the root is the constant X Y' − Y X' over ‖Y‖.
+    square = yaw.y_cos * yaw.y_cos + yaw.y_sin * yaw.y_sin
+    constant = abs(yaw.x_cos * yaw.y_sin - yaw.x_sin * yaw.y_cos)
+    return square / constant if constant > 0.0 else math.inf if square > 0.0 else 0.0
 
 
 @both_ways
 def common_hip(left: FootYaw, right: FootYaw) -> float:
     """The value of HipYawPitch beside the roots of both, up to half a turn, with the least ψ² of both feet together.
 
-    Beside a singularity a root is lost in rounding, but there ψ hardly changes with it: slopes ψ' = ‖Y‖ / X weigh it.
+    Beside a singularity a root is lost in rounding, but there ψ hardly changes with it: the slopes weigh both.
     """
     hip = hip_of(left)
     gap = hips_apart(left, right)
-    one, two = left.y_cos * left.y_cos + left.y_sin * left.y_sin, right.y_cos * right.y_cos + right.y_sin * right.y_sin
-    c, s = math.cos(hip), math.sin(hip)
-    x_left = left.x_cos * c + left.x_sin * s
-    c, s = math.cos(hip + gap), math.sin(hip + gap)
-    x_right = right.x_cos * c + right.x_sin * s
-    one, two = one * x_right * x_right, two * x_left * x_left
+    # As `slope`, without what may be zero below.
+    one = (left.y_cos * left.y_cos + left.y_sin * left.y_sin) * (right.x_cos * right.y_sin - right.x_sin * right.y_cos)
+    two = (right.y_cos * right.y_cos + right.y_sin * right.y_sin) * (left.x_cos * left.y_sin - left.x_sin * left.y_cos)
+    one, two = one * one, two * two
     return wrapped(hip + gap * (two / (one + two))) if one + two > 0.0 else hip
 
 
@@ -277,9 +291,8 @@ def hips_apart(left: FootYaw, right: FootYaw) -> float:
 
 
 @both_ways
-def off_root(yaw: FootYaw, hip: float) -> float:
-    """|sin ψ|: how far a foot is turned, up to half a turn and to rounding."""
-    c, s = math.cos(hip), math.sin(hip)
+def off_root(yaw: FootYaw, c: float, s: float) -> float:
+    """|sin ψ|: how far a foot is turned, up to half a turn and to rounding, from cosine and sine of HipYawPitch."""
     x, y = yaw.x_cos * c + yaw.x_sin * s, yaw.y_cos * c + yaw.y_sin * s
     size = math.sqrt(x * x + y * y)
     return max(0.0, abs(y) - _ROUNDING) / size if size > 0.0 else 0.0
@@ -289,33 +302,37 @@ def off_root(yaw: FootYaw, hip: float) -> float:
 
 
 @both_ways
-def exact_joints(leg: Leg, foot: Foot, hip: float, knee: float, way: float, roll: float) -> Joints:
-    """The joints of a leg whose pose a value of HipYawPitch meets, given its knee and one of two ways of HipRoll.
+def _roll(foot: Foot, hip: float, way: float, otherwise: float) -> tuple[float, float]:
+    """Cosine and sine of ρ, the turn of the plane of a leg about the axis of HipRoll, where the foot is met.
 
     Args:
-        leg: its geometry.
         foot: the target.
         hip: HipYawPitch.
-        knee: KneePitch.
         way: 1 for the leg below the axis of HipRoll, −1 for above.
-        roll: HipRoll where it does not matter: with hip, ankle and foot on its axis.
+        otherwise: ρ where it does not matter: with hip, ankle and foot on the axis.
     """
     c, s = math.cos(hip), math.sin(hip)
-    # The ankle and the foot's x-axis, in axes turned with HipYawPitch.
-    px, py, pz = c * foot.x - s * foot.z, foot.y, s * foot.x + c * foot.z
-    fx, fy, fz = c * foot.f00 - s * foot.f20, foot.f10, s * foot.f00 + c * foot.f20
+    # The ankle and the foot's x-axis, beside the axis.
+    py, pz = foot.y, s * foot.x + c * foot.z
+    fy, fz = foot.f10, s * foot.f00 + c * foot.f20
     aside, turned = math.sqrt(py * py + pz * pz), math.sqrt(fy * fy + fz * fz)
     if aside > _ALONG or (aside >= turned and aside > 0.0):
-        cosine, sine = -way * pz / aside, way * py / aside
-    elif turned > 0.0:
-        cosine, sine = -way * fz / turned, way * fy / turned
-    else:
-        cosine, sine = math.cos(roll - leg.kappa), math.sin(roll - leg.kappa)
+        return -way * pz / aside, way * py / aside
+    if turned > 0.0:
+        return -way * fz / turned, way * fy / turned
+    return math.cos(otherwise), math.sin(otherwise)
+
+
+@both_ways
+def _exact_joints(leg: Leg, foot: Foot, hip: float, hip_roll: float, knee: float, cosine: float, sine: float) -> Joints:
+    """The joints of a leg whose pose a value of HipYawPitch meets, with cosine and sine of ρ."""
+    c, s = math.cos(hip), math.sin(hip)
+    px, pz = c * foot.x - s * foot.z, s * foot.x + c * foot.z
+    fx, fz = c * foot.f00 - s * foot.f20, s * foot.f00 + c * foot.f20
     nz, yz = s * foot.f02 + c * foot.f22, s * foot.f01 + c * foot.f21
-    turn = math.atan2(fy * sine - fz * cosine, fx)
+    turn = math.atan2(foot.f10 * sine - fz * cosine, fx)
     ankle_roll = math.atan2(-foot.f12 * cosine - nz * sine, foot.f11 * cosine + yz * sine)
-    pitch = hip_pitch(leg, px, pz * cosine - py * sine, knee)
-    hip_roll = wrapped(leg.kappa + math.atan2(sine, cosine))
+    pitch = hip_pitch(leg, px, pz * cosine - foot.y * sine, knee)
     return hip, hip_roll, pitch, knee, wrapped(turn - pitch - knee), ankle_roll
 
 
@@ -328,7 +345,7 @@ def level_joints(leg: Leg, foot: Foot, hip: float, knee: float, way: float, ankl
         foot: the target.
         hip: HipYawPitch.
         knee: KneePitch.
-        way: as `exact_joints`.
+        way: as `_roll`.
         ankle: the sign of the cosine of AnkleRoll.
     """
     c, s = math.cos(hip), math.sin(hip)

@@ -38,7 +38,6 @@ from nao_kin.ik._legs_equations import (
     foot_yaw,
     level_joints,
     slope,
-    solve_legs,
     write_joints,
 )
 from nao_kin.ik._legs_pieces import ANKLE, FROM, KNEE, MOST_PIECES, PIECE, SIGN, TO, WAY, admitted_pieces
@@ -51,7 +50,6 @@ from nao_kin.ik._ranges import (
     LIMIT,
     NEEDED,
     NOT_CONVERGED,
-    NOT_RIGID,
     OUT_OF_REACH,
     POSITION_ERROR,
     REACHED,
@@ -103,13 +101,14 @@ class Task(NamedTuple):
 
 
 @both_ways
-def solve_or_split(
+def split_turns(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> int:
-    """All joint values that meet both feet, or the best of what meets ankles and normals; see `_ranges`."""
-    count = solve_legs(legs, ranges, target, reference, enforce, q, found, report)
-    if count > 0 or report[REASON] == NOT_RIGID:
-        return count
+    """The best of what meets ankles and normals, where `solve_legs` has found nothing; see `_ranges`.
+
+    Returns:
+        How many solutions there are after all: members of a family, or feet that are met inside the limits only.
+    """
     gap = alone(legs, ranges, target, reference, enforce, q, found, report)
     if report[REASON] == OUT_OF_REACH:
         return 0
@@ -134,20 +133,26 @@ def alone(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> float:
     """Report the leg that does not reach its own target; returns how far the hips are apart where both do."""
-    q[OF_ONE] = reference[0]
-    for j in range(1, OF_ONE):
-        q[OF_ONE + j] = reference[OF_ONE - 1 + j]
     row = OF_ONE + BESIDE
-    left = solve_leg(legs.left, ranges.left, target[LEFT:RIGHT], reference[:OF_ONE], enforce, q[:OF_ONE], found, report)
-    # A foot is exact at two values of HipYawPitch, or in a family at more.
-    one, other = found[0], found[0]
-    for k in range(1, left):
-        other = found[k * row] if abs(found[k * row] - one) > abs(other - one) else other
-    reason = report[REASON], report[JOINT], report[NEEDED], report[LIMIT]
-    right = solve_leg(
-        legs.right, ranges.right, target[RIGHT:PRIORITY], q[OF_ONE : 2 * OF_ONE], enforce, q[:OF_ONE], found, report
-    )
-    gap = math.inf
+    left, right, gap = 0, 0, math.inf
+    one, other = 0.0, 0.0
+    reason = NOT_CONVERGED, -1.0, 0.0, 0.0
+    q[OF_ONE] = reference[0]
+    for side in range(2):
+        for j in range(1, OF_ONE):
+            q[OF_ONE + j] = reference[j if side == 0 else OF_ONE - 1 + j]
+        leg, limits, first = (legs.left, ranges.left, LEFT) if side == 0 else (legs.right, ranges.right, RIGHT)
+        count = solve_leg(
+            leg, limits, target[first : first + 16], q[OF_ONE : 2 * OF_ONE], enforce, q[:OF_ONE], found, report
+        )
+        if side == 0:
+            # A foot is exact at two values of HipYawPitch, or in a family at more.
+            left, one, other = count, found[0], found[0]
+            for k in range(1, left):
+                other = found[k * row] if abs(found[k * row] - one) > abs(other - one) else other
+            reason = report[REASON], report[JOINT], report[NEEDED], report[LIMIT]
+        else:
+            right = count
     for k in range(right):
         for hip in (one, other):
             apart = abs(hip - found[k * row])

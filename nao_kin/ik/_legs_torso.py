@@ -20,7 +20,6 @@ from nao_kin.ik._leg_equations import Leg, foot_of
 from nao_kin.ik._legs_equations import (
     BLAMED,
     LEFT,
-    LENGTH,
     MOVED,
     NEITHER,
     OF_ONE,
@@ -31,16 +30,18 @@ from nao_kin.ik._legs_equations import (
     foot_yaw,
     solve_legs,
 )
-from nao_kin.ik._legs_search import alone, solve_or_split
+from nao_kin.ik._legs_search import alone, split_turns
 from nao_kin.ik._ranges import NOT_RIGID, REASON
 
 # What of the torso gives way, as a number in a target; nothing where the feet are given in the torso.
 NOTHING, HEIGHT, LEAN, YAW = -1.0, 0.0, 1.0, 2.0
-# Where in a target what gives way stands, where the wished pose of the torso begins, and how long a target is.
-FREE, TORSO, LENGTH_IN_WORLD = LENGTH, LENGTH + 1, LENGTH + 17
+# Where in a target what gives way stands, and where the wished pose of the torso begins; how long a target is in the
+# torso and in the world.
+FREE, TORSO = PRIORITY + 1, PRIORITY + 2
+LENGTH, LENGTH_IN_WORLD = TORSO, TORSO + 16
 # Numbers in q beside the joints: of both legs alone, and a target in the torso.
 IN_TORSO = 2 * OF_ONE
-SCRATCH = IN_TORSO + LENGTH
+SCRATCH = IN_TORSO + PRIORITY + 1
 
 # Steps over the bounds, and halvings of a bracket.
 _STEPS, _HALVINGS = 96, 60
@@ -55,8 +56,6 @@ def solve_at_wish(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> int:
     """All joint values that meet both feet, with the torso where it is wished; see `_ranges` for the arguments."""
-    if target[FREE] == NOTHING:
-        return solve_legs(legs, ranges, target, reference, enforce, q, found, report)
     move_torso(legs, target, 0.0, q)
     return solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
 
@@ -66,35 +65,44 @@ def solve_pair(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> int:
     """The same, or the best where the hips disagree; in the world with the torso moved as little as it takes."""
-    if target[FREE] == NOTHING:
-        return solve_or_split(legs, ranges, target, reference, enforce, q, found, report)
     count = solve_at_wish(legs, ranges, target, reference, enforce, q, found, report)
     if count > 0 or report[REASON] == NOT_RIGID:
         return count
-    low, high = _bounds(legs, target)
-    values = np.empty(4 * _STEPS + 4)
-    number = _meetings(legs, target, low, high, q, values)
-    for k in range(number):
-        move_torso(legs, target, values[k], q)
-        count = solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
-        if count > 0:
-            report[MOVED] = values[k]
-            return count
     moved = 0.0
-    if number < 0:
-        moved = _nearest_reached(legs, ranges, target, low, high, reference, enforce, q, found, report)
-    else:
-        moved = _least_apart(legs, ranges, target, low, high, reference, enforce, q, found, report)
-    move_torso(legs, target, moved, q)
-    count = solve_or_split(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
+    if target[FREE] != NOTHING:
+        moved = _moved(legs, ranges, target, reference, enforce, q, found, report)
+        move_torso(legs, target, moved, q)
+        count = solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
+    if count == 0:
+        count = split_turns(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
     report[MOVED] = moved
     return count
 
 
 @both_ways
+def _moved(
+    legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
+) -> float:
+    """The s with which the feet are met, nearest to the wish; or with which the hips are least apart."""
+    low, high = _bounds(legs, target)
+    values = np.empty(4 * _STEPS + 4)
+    number = _meetings(legs, target, low, high, q, values)
+    for k in range(number):
+        move_torso(legs, target, values[k], q)
+        if solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report) > 0:
+            return float(values[k])
+    if number < 0:
+        return _nearest_reached(legs, ranges, target, low, high, reference, enforce, q, found, report)
+    return _least_apart(legs, ranges, target, low, high, reference, enforce, q, found, report)
+
+
+@both_ways
 def move_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
-    """Write the target in the torso, from that in the world, with the torso moved by s; into q from `IN_TORSO` on."""
+    """Write the target in the torso, with the torso moved by s, into q from `IN_TORSO` on."""
     mode = target[FREE]
+    if mode == NOTHING:
+        q[IN_TORSO:SCRATCH] = target[LEFT : PRIORITY + 1]
+        return
     cx = 0.5 * (legs.left.hip_x + legs.right.hip_x)
     cy = 0.5 * (legs.left.hip_y + legs.right.hip_y)
     cz = 0.5 * (legs.left.hip_z + legs.right.hip_z)
@@ -306,20 +314,19 @@ def _least_apart(
     report: Row,
 ) -> float:
     """The s with the hips least apart where each leg reaches its foot; 0 where none does among even steps."""
-    best, least = 0.0, math.inf
-    if low < high:
-        for k in range(_STEPS + 1):
-            moved = low + (high - low) * k / _STEPS
-            apart = _apart(legs, ranges, target, moved, reference, enforce, q, found, report)
-            if apart < least:
-                best, least = moved, apart
-    step = (high - low) / _STEPS
-    for _ in range(_HALVINGS if least < math.inf else 0):
-        for moved in (max(low, best - step), min(high, best + step)):
-            apart = _apart(legs, ranges, target, moved, reference, enforce, q, found, report)
-            if apart < least:
-                best, least = moved, apart
-        step *= 0.5
+    best, least, step = 0.0, math.inf, (high - low) / _STEPS
+    for k in range(_STEPS + 1 + 2 * _HALVINGS if low < high else 0):
+        if k <= _STEPS:
+            moved = low + step * k
+        elif least == math.inf:
+            break
+        else:
+            # To both sides of the best, nearer and nearer.
+            nearer = step * 0.5 ** ((k - _STEPS - 1) // 2)
+            moved = max(low, best - nearer) if k % 2 == 0 else min(high, best + nearer)
+        apart = _apart(legs, ranges, target, moved, reference, enforce, q, found, report)
+        if apart < least:
+            best, least = moved, apart
     return best
 
 

@@ -30,6 +30,7 @@ from nao_kin.ik._legs_torso import (
     FREE,
     HEIGHT,
     LEAN,
+    LENGTH,
     LENGTH_IN_WORLD,
     NOTHING,
     SCRATCH,
@@ -128,7 +129,7 @@ def legs(
         _refuse((wished,), ("torso",))
         batch = _broadcast(batch, wished.shape[:-2], "torso")
     references = as_reference(robot, limb.rest, reference, batch, enforce)
-    rows = np.zeros((*batch, LENGTH_IN_WORLD))
+    rows = np.empty((*batch, LENGTH_IN_WORLD if base == "floating" else LENGTH))
     for first, T in zip((LEFT, RIGHT), poses, strict=True):
         rows[..., first : first + 16] = T.reshape(*T.shape[:-2], 16)
     rows[..., PRIORITY] = _PRIORITIES[priority]
@@ -247,11 +248,16 @@ def _as_result(
 
 def _notes(legs: Legs, rows: Floats, torso: Floats | None) -> tuple[str, ...]:
     """Whether ankles are on swapped sides of the torso."""
-    axis, sides = np.array([0.0, 1.0, 0.0]) if torso is None else torso[..., :3, 1], []
+    # Along the torso's y-axis; without a torso that is the y of the target.
+    axes = [(1, np.ones(()))] if torso is None else [(i, torso[..., i, 1]) for i in range(3)]
+    sides = []
     for leg, first in ((legs.left, LEFT), (legs.right, RIGHT)):
-        T = rows[..., first : first + 12].reshape(*rows.shape[:-1], 3, 4)
-        ankle = T[..., 3] - T[..., :3] @ _frame_from_ankle(leg)
-        sides.append((ankle * axis).sum(axis=-1))
+        frame = _frame_from_ankle(leg)
+        side = np.zeros(rows.shape[:-1])
+        for i, share in axes:
+            at = first + 4 * i
+            side += share * (rows[..., at + 3] - rows[..., at : at + 3] @ frame)
+        sides.append(side)
     crossed = sides[0] < sides[1]
     if not crossed.any():
         return ()
