@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import math
 import os
 import subprocess
 import sys
+import weakref
 
 import numpy as np
 import pytest
@@ -505,3 +507,12 @@ def test_a_changed_model_is_seen(nao: nk.NaoModel) -> None:
     own.model.inertias[int(own.model.getJointId("HeadPitch"))].mass += 1.0
     after = whole_body(own, {}).com
     assert after[2] > before[2] + 0.01
+
+
+def test_a_robot_that_nobody_has_is_let_go() -> None:
+    own = nk.load_nao("v6")
+    assert whole_body(own, {}).success
+    gone = weakref.ref(own)
+    del own
+    gc.collect()
+    assert gone() is None

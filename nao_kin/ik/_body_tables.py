@@ -29,7 +29,8 @@ class BodyTables:
     def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
         model = robot.model
         trunk = 1 if robot.base == "floating" else 0
-        self.robot, self.torso_in_root = robot, self._placement(robot, torso_frame(robot))[1]
+        # Weakly, for what is kept for a robot must not keep the robot.
+        self._robot, self.torso_in_root = weakref.ref(robot), self._placement(robot, torso_frame(robot))[1]
         moves = [unit == "rad" for unit in robot.joint_units]
         columns = np.argsort(np.logical_not(moves), kind="stable")
         self.order = robot.nq - len(moves) + columns
@@ -81,6 +82,14 @@ class BodyTables:
             np.array([len(table.at) if enforce else 0 for table in tables], np.int64),
             table_rows,
         )
+
+    @property
+    def robot(self) -> RobotModel:
+        """Whose tables these are."""
+        robot = self._robot()
+        if robot is None:
+            raise ReferenceError("the robot of these tables is gone")
+        return robot
 
     def frame(self, name: str) -> tuple[int, Floats]:
         """The row that carries a frame, and T of the frame in it.
