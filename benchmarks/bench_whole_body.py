@@ -147,8 +147,8 @@ def measure(both: bool, count: int, rounds: int) -> list[Timing]:
     rows = []
     for start, starts in starts_of(robot, poses).items():
         contenders = {
-            "nao_kin": ours(robot, poses, both, None, 30),
-            "nao_kin, com above the feet": ours(robot, poses, both, "support", 30),
+            "nao_kin": ours(robot, poses, both, None, 50),
+            "nao_kin, com above the feet": ours(robot, poses, both, "support", 50),
             "nao_kin, com, no restarts": ours(robot, poses, both, "support", 0),
         }
         with contextlib.suppress(ImportError):

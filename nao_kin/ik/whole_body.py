@@ -57,7 +57,7 @@ def whole_body(
     weights: Mapping[str, float | tuple[float, float]] | None = None,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
-    restarts: SupportsIndex = 30,
+    restarts: SupportsIndex = 50,
     tolerance: float = 1e-8,
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
