@@ -812,7 +812,7 @@ _VIEWER = (
 
 _FOLLOWING = (
     *_faults(
-        "ik/_branch_choice.py",
+        "ik/paths/branch_choice.py",
         "test_ik_follow.py",
         (
             "branch-nearest-to-the-sample-before",
@@ -823,13 +823,13 @@ _FOLLOWING = (
         ("motion-to-the-end-not-counted", "last = last + _squares(", "last = last + 0.0 * _squares("),
     ),
     *_faults(
-        "ik/_jumps.py",
+        "ik/paths/jumps.py",
         "test_ik_follow.py",
         ("jump-that-only-has-to-shrink", "_STILL = 0.5", "_STILL = 2.0"),
         ("coarse-step-taken-for-a-jump", "_BESIDE = 0.25", "_BESIDE = 0.0"),
     ),
     *_faults(
-        "ik/_time_scaling.py",
+        "ik/paths/time_scaling.py",
         "test_ik_follow.py",
         (
             "share-of-the-speed-limit-upside-down",
@@ -839,12 +839,12 @@ _FOLLOWING = (
         ("segments-taken-at-the-speed-limit", "taken = np.where(short, needed, given)", "taken = needed"),
     ),
     *_faults(
-        "ik/_path_targets.py",
+        "ik/paths/path_targets.py",
         "test_ik_follow.py",
         ("direction-shifted-with-the-torso", "seen = array if free else array - ", "seen = array - "),
     ),
     *_faults(
-        "ik/follow.py",
+        "ik/paths/follow.py",
         "test_ik_follow.py",
         ("way-from-the-reference-not-counted", "start = None if reference is None else references[0]", "start = None"),
         ("quaternion-of-the-base-changes-its-sign", "np.where(turned, -1.0, 1.0)", "np.where(turned, 1.0, 1.0)"),
@@ -854,12 +854,12 @@ _FOLLOWING = (
 
 _WHOLE_BODY = (
     *_faults(
-        "ik/_stance.py",
+        "ik/body/stance.py",
         "test_ik_whole_body.py::test_the_torso_goes_where_both_hips_agree",
         ("hips-agree-by-the-wrong-sign", "return _moved(body, -gap, slope, x)", "return _moved(body, gap, slope, x)"),
     ),
     *_faults(
-        "ik/_body_errors.py",
+        "ik/body/body_errors.py",
         "test_ik_whole_body.py::test_derivatives_are_those_of_the_errors",
         (
             "gaze-without-the-change-of-its-ratio",
@@ -868,7 +868,7 @@ _WHOLE_BODY = (
         ),
     ),
     *_faults(
-        "ik/_body.py",
+        "ik/body/body.py",
         "test_ik_whole_body.py::test_derivatives_are_those_of_the_errors",
         (
             "centre-of-mass-not-turned-with-the-torso",
@@ -877,7 +877,7 @@ _WHOLE_BODY = (
         ),
     ),
     *_faults(
-        "ik/_limit_rows.py",
+        "ik/body/limit_rows.py",
         "test_ik_whole_body.py::test_rows_of_limits_hold_for_the_steps_that_end_inside",
         (
             "upper-bounds-of-tables-not-seen",
@@ -887,12 +887,12 @@ _WHOLE_BODY = (
         ("row-of-a-table-without-its-slope", "A[count, of] = -sign * slope", "A[count, of] = 0.0"),
     ),
     *_faults(
-        "ik/_quadratic_program.py",
+        "ik/body/quadratic_program.py",
         "test_ik_whole_body.py::test_the_quadratic_program_meets_its_optimality_conditions",
         ("active-row-that-pulls-the-wrong-way-kept", "share[i] > 0.0 and force[i]", "share[i] > 1e9 and force[i]"),
     ),
     *_faults(
-        "ik/support_polygon.py",
+        "ik/body/support_polygon.py",
         "test_ik_whole_body.py::test_the_polygon_is_the_hull_of_the_sensors",
         ("distance-outside-by-the-edge-line", "inside, -away))", "inside, inside))"),
     ),
@@ -900,7 +900,7 @@ _WHOLE_BODY = (
 
 _IK = (
     *_faults(
-        "ik/_legs_equations.py",
+        "ik/closed_forms/legs_equations.py",
         "test_ik_legs.py::test_hips_on_the_axis_of_ankle_roll_and_beside_it",
         (
             "hip-of-both-legs-halfway-between-them",
@@ -909,7 +909,7 @@ _IK = (
         ),
     ),
     *_faults(
-        "ik/_legs_pieces.py",
+        "ik/closed_forms/legs_pieces.py",
         "test_ik_legs.py::test_a_way_as_narrow_as_a_point_is_found "
         "test_ik_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
         (
@@ -924,12 +924,12 @@ _IK = (
         ),
     ),
     *_faults(
-        "ik/_legs_turns.py",
+        "ik/closed_forms/legs_turns.py",
         "test_ik_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
         ("turns-of-the-feet-not-balanced-between-ends", "if growth < 0.0 <= grows:", "if False:"),
     ),
     *_faults(
-        "ik/_legs_torso.py",
+        "ik/closed_forms/legs_torso.py",
         "test_ik_legs.py::test_the_torso_gives_way_until_both_feet_are_met "
         "test_ik_legs.py::test_no_smaller_change_of_the_torso_meets_both_feet",
         (
@@ -939,7 +939,7 @@ _IK = (
         ),
     ),
     *_faults(
-        "ik/legs.py",
+        "ik/closed_forms/legs.py",
         "test_ik_legs.py::test_feet_that_cross_are_said_to",
         ("feet-that-cross-mistaken", "crossed = sides[0] < sides[1]", "crossed = sides[0] > sides[1]"),
     ),

@@ -14,9 +14,9 @@ from scipy.optimize import least_squares
 import nao_kin as nk
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
-from nao_kin.ik._descent_equations import Bench, Goal, errors_at, room_for
-from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.ik.pose_errors import FrameMotion, PoseErrors
+from nao_kin.ik.search.descent_equations import Bench, Goal, errors_at, room_for
+from nao_kin.ik.search.limit_regions import LimitRegion
+from nao_kin.ik.search.pose_errors import FrameMotion, PoseErrors
 from nao_kin.semantics import CoupledLimit, Semantics
 
 FRAMES = ("Head", "LArm", "RArm", "LLeg", "RLeg", "CameraTop", "LFoot")

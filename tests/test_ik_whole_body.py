@@ -19,12 +19,12 @@ from whole_body_samples import Standing, is_above, sensors, standing_poses
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Reason, SupportPolygon, WholeBodyResult, whole_body
-from nao_kin.ik._body import place_all
-from nao_kin.ik._body_errors import COM, GAZE, MOST_ROWS, PLACE, POSE, Plan, errors_at
-from nao_kin.ik._body_tables import prepared
-from nao_kin.ik._limit_rows import limit_rows, outside
-from nao_kin.ik._quadratic_program import quadratic_program
-from nao_kin.ik._stance import stand_on_both
+from nao_kin.ik.body.body import place_all
+from nao_kin.ik.body.body_errors import COM, GAZE, MOST_ROWS, PLACE, POSE, Plan, errors_at
+from nao_kin.ik.body.body_tables import prepared
+from nao_kin.ik.body.limit_rows import limit_rows, outside
+from nao_kin.ik.body.quadratic_program import quadratic_program
+from nao_kin.ik.body.stance import stand_on_both
 
 Floats = NDArray[np.float64]
 FEET = ("LLeg", "RLeg")

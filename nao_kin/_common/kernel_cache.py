@@ -186,5 +186,5 @@ def _fingerprint(sources: Path) -> str:
     import numba
 
     parts = [str(sys.implementation.cache_tag), numba.__version__, llvmlite.binding.get_host_cpu_name(), str(sources)]
-    parts += [path.read_text(encoding="utf-8") for path in sorted(sources.glob("*.py"))]
+    parts += [path.read_text(encoding="utf-8") for path in sorted(sources.rglob("*.py"))]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]

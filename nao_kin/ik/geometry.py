@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik._ranges import MOST_BENDS, Ranges
+from nao_kin.ik.closed_forms.ranges import MOST_BENDS, Ranges
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 
 # Axes and places that are off by no more than this [rad, m] are as they should be: a URDF has so many digits.

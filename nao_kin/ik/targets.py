@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, OutsideLimits, UnknownName, WrongShape, at_index
-from nao_kin.ik._ranges import RIGID, ROUNDING
-from nao_kin.ik.limit_regions import LimitRegion
+from nao_kin.ik.closed_forms.ranges import RIGID, ROUNDING
+from nao_kin.ik.search.limit_regions import LimitRegion
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import RotationDefects, check_rotation, nearest_rotation
 

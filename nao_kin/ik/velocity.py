@@ -11,8 +11,8 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.ik.pose_errors import FrameMotion
+from nao_kin.ik.search.limit_regions import LimitRegion
+from nao_kin.ik.search.pose_errors import FrameMotion
 from nao_kin.ik.velocity_result import TwistMap, VelocityResult
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 

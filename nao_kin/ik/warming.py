@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from nao_kin._common.kernel_cache import KernelState
-from nao_kin.ik._body_search import BODY_KERNELS
-from nao_kin.ik.arm import ARM_KERNELS
-from nao_kin.ik.head import HEAD_KERNELS
-from nao_kin.ik.least_squares import DESCENT_KERNELS
-from nao_kin.ik.leg import LEG_KERNELS
-from nao_kin.ik.legs import LEGS_KERNELS
-from nao_kin.ik.limit_regions import LIMIT_KERNELS
+from nao_kin.ik.body.body_search import BODY_KERNELS
+from nao_kin.ik.closed_forms.arm import ARM_KERNELS
+from nao_kin.ik.closed_forms.head import HEAD_KERNELS
+from nao_kin.ik.closed_forms.leg import LEG_KERNELS
+from nao_kin.ik.closed_forms.legs import LEGS_KERNELS
+from nao_kin.ik.search.least_squares import DESCENT_KERNELS
+from nao_kin.ik.search.limit_regions import LIMIT_KERNELS
 
 
 def warm_up() -> tuple[KernelState, ...]:

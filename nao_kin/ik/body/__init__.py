@@ -1,0 +1,1 @@
+"""Poses of the whole NAO on one or both feet."""

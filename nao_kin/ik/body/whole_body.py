@@ -1,0 +1,396 @@
+"""`whole_body`: a pose of the whole NAO, its feet standing, for hands, gaze and centre of mass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import SupportsIndex
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.processors import usable_cores
+from nao_kin._common.scalars import check_tolerance, whole_number
+from nao_kin._common.vectors import common_batch
+from nao_kin.errors import BadArgument
+from nao_kin.ik.body.body import SIDES, Ints
+from nao_kin.ik.body.body_errors import POSE
+from nao_kin.ik.body.body_search import LACKING, NOT_STANDING, REACHED, START, STATUS, STEPS, STOPPED, whole_bodies
+from nao_kin.ik.body.body_step import BOTH
+from nao_kin.ik.body.body_tables import BodyTables, PreparedRobot, prepared
+from nao_kin.ik.body.support_polygon import SupportPolygon, polygon_below
+from nao_kin.ik.body.whole_body_result import COM, WholeBodyResult
+from nao_kin.ik.body.whole_body_targets import (
+    DEFAULT_POSTURE,
+    DEFAULT_WEIGHTS,
+    Target,
+    all_targets,
+    checked_weights,
+    factor,
+    plan_of,
+    standing_feet,
+)
+from nao_kin.ik.compiling import in_threads
+from nao_kin.ik.results import Codes, Reason
+from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
+
+# The second foot as a target of the search that brings the robot to stand.
+_FOOT_WEIGHTS = (1.0, 0.1)
+# A joint is at its limit from here on [rad].
+_AT_LIMIT = 1e-6
+
+
+def whole_body(
+    robot: RobotModel,
+    targets: Mapping[str, ArrayLike],
+    *,
+    feet: Mapping[str, ArrayLike] | None = None,
+    com: ArrayLike | str | None = None,
+    margin: float = 0.0,
+    gaze: ArrayLike | tuple[ArrayLike, str] | None = None,
+    torso: ArrayLike | None = None,
+    posture: ArrayLike | None = None,
+    weights: Mapping[str, float | tuple[float, float]] | None = None,
+    reference: ArrayLike | None = None,
+    limits: Limits = "enforce",
+    restarts: SupportsIndex = 50,
+    tolerance: float = 1e-8,
+    iterations: SupportsIndex = 100,
+    seed: SupportsIndex = 0,
+    threads: SupportsIndex | None = None,
+) -> WholeBodyResult:
+    """A pose of the whole NAO that stands on one or both feet and meets targets in the world.
+
+    The feet that stand are met exactly, by the closed form of the legs. All else is met by Levenberg–Marquardt steps
+    with exact derivatives inside all limits: ½ Σ ‖w · e‖² is made small over the torso's pose, arms, head and a leg
+    that does not stand. What the targets leave open is decided by a pull to `posture`, which costs them nothing: it
+    ends before the last steps. The same arguments give the same answer.
+
+    Every argument may be a batch of leading axes (...); they broadcast. What is not met raises nothing: the result
+    then has the pose with the least sum, and names the target that gives way.
+
+    Args:
+        robot: a NAO of any version, or another robot with legs of its geometry.
+        targets: by the name of a frame, its pose T_world_frame, shape (..., 4, 4), or its place, shape (..., 3) [m].
+            May be empty: the robot stands.
+        feet: the feet that stand, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4).
+            None for both where the reference has them.
+        com: a place (x, y) that the centre of mass is to be above, shape (..., 2) [m]; or "support", for anywhere above
+            the support polygon of the standing feet; None where it does not matter. The world's z axis points up.
+        margin: how far inside the support polygon, with com="support" [m].
+        gaze: a point that CameraTop is to see on its optical axis, shape (..., 3) [m]; or (point, camera).
+        torso: a wished pose or place of the torso, as in `targets`.
+        posture: configurations to stay near to, shape (..., nq); None for the reference.
+        weights: by the names of targets, "com", "gaze", "torso" and "posture", a factor on the weight that a target has
+            otherwise, or two weights of its own for metres and radians; a weight of 0 frees what it belongs to. Without
+            it errors weigh 1 per metre and 0.1 per radian, differences to the posture 0.01 per radian.
+        reference: where the search begins, shape (..., nq), and what the hands are at. None for all joints at zero, or
+            at the limit nearest to it. With a fixed base its torso is at the origin of the world; a floating base
+            stands where the reference has it. Outside the limits it is projected onto them, and `notes` says so.
+        limits: "enforce" or "ignore" for boxes and coupled limits.
+        restarts: other starts to try where the first does not meet the targets, at most.
+        tolerance: a target is met when it is off by at most so many metres and radians.
+        iterations: steps of one search, at most.
+        seed: of the other starts.
+        threads: how many threads may work on a batch; None for all cores.
+
+    Raises:
+        UnknownName: no such frame, camera, foot, weight or choice.
+        BadArgument: targets that contradict each other by form: a frame on a foot that stands, the torso twice, no
+            foot. A target that is not rigid, options that make no sense, a robot without the legs of a NAO.
+        WrongShape, NotFinite: other shapes, or shapes that do not broadcast; NaN or infinity.
+
+    Source: the derivation is in docs/whole_body.md.
+    """
+    ready = prepared(robot)
+    enforce = is_enforced(limits)
+    tables = ready.tables[enforce]
+    factors = checked_weights(weights)
+    check_tolerance(tolerance)
+    check_tolerance(margin, "margin")
+    if not margin < math.inf:
+        raise BadArgument(f"margin must be a finite number of metres, got {margin}")
+    counts = whole_number(restarts, "restarts", 0), whole_number(iterations, "iterations", 1)
+    workers = check_threads(threads)
+    given, notes = _reference(robot, ready.rest, reference, enforce)
+    at_reference = np.asarray(robot.fk(given, ["LLeg", "RLeg"]))
+    standing = standing_feet(feet, at_reference)
+    asked = all_targets(tables, standing, targets, com, gaze, torso, factors)
+    wanted = (
+        given if posture is None else robot.clamp(posture) if enforce else as_floats(posture, (robot.nq,), "posture")
+    )
+    batch = common_batch(
+        "targets, feet, posture and reference",
+        *(target.values.shape[:-2] for target in asked),
+        *(T.shape[:-2] for T in standing.values()),
+        given.shape[:-1],
+        wanted.shape[:-1],
+    )
+    support = isinstance(com, str)
+    problem = _Problem.laid_out(ready, tables, standing, asked, batch, margin if support else None)
+    weight = factor(COM, factors) * DEFAULT_WEIGHTS[0] if support else 0.0
+    pull = factor("posture", factors) * DEFAULT_POSTURE
+    starts = _Starts(tables, _rows(given[..., tables.order], batch, 1), counts[0], whole_number(seed, "seed", 0))
+    near = _rows(wanted[..., tables.order], batch, 1)
+    search = _Search(ready, tables, problem, starts, near, pull, float(tolerance), counts[1], workers)
+    found = search.run(asked, weight, as_is=posture is None, restarts=False)
+    again = np.flatnonzero(found.report[:, STATUS] != REACHED)
+    if again.size and counts[0]:
+        found.put(again, search.run(asked, weight, as_is=False, rows=again))
+    return _result(search, asked, weight, found, _rows(given, batch, 1), batch, tuple(standing), notes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """n poses to find, seen from the first foot that stands, so that a far origin costs no digits.
+
+    Attributes:
+        stance: 0 for the left foot, 1 for the right one, 2 for both.
+        origin: where the first foot is in the world, shape (n, 3) [m].
+        feet: T_origin_foot, shape (n, 2, 4, 4).
+        targets: shape (n, t, 4, 4).
+        polygons: below the feet, in the world; one of each pose, or one for all.
+        planes: their half planes moved inwards by the margin, from the origin, shape (n, k, 3).
+        edges: how many of each count, shape (n,).
+    """
+
+    stance: int
+    origin: Floats
+    feet: Floats
+    targets: Floats
+    polygons: tuple[SupportPolygon, ...]
+    planes: Floats
+    edges: Ints
+
+    @staticmethod
+    def laid_out(
+        ready: PreparedRobot,
+        tables: BodyTables,
+        standing: Mapping[str, Floats],
+        asked: list[Target],
+        batch: tuple[int, ...],
+        margin: float | None,
+    ) -> _Problem:
+        """All arguments as rows, one for each pose; without a margin, the polygon asks for nothing."""
+        n = math.prod(batch)
+        feet = np.broadcast_to(np.eye(4), (n, 2, 4, 4)).copy()
+        for side, T in standing.items():
+            feet[:, SIDES.index(side)] = _rows(T, batch, 2)
+        first = SIDES.index(next(iter(standing)))
+        origin = feet[:, first, :3, 3].copy()
+        targets = np.empty((n, len(asked), 4, 4))
+        for k, target in enumerate(asked):
+            targets[:, k] = _rows(target.values, batch, 2)
+        feet[:, :, :3, 3] -= origin[:, None]
+        targets[:, :, :3, 3] -= origin[:, None]
+        alike = all(T.ndim == 2 for T in standing.values())
+        polygons = tuple(
+            polygon_below((_moved(feet[i, SIDES.index(side)], origin[i]), ready.corners[side]) for side in standing)
+            for i in range(min(n, 1) if alike else n)
+        )
+        edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)
+        planes = np.zeros((len(polygons), int(edges.max(initial=0)), 3))
+        for i, polygon in enumerate(polygons):
+            planes[i, : edges[i]] = polygon.half_planes
+            planes[i, :, 2] += (margin or 0.0) - planes[i, :, :2] @ origin[i, :2]
+        if alike:
+            planes, edges = np.repeat(planes, n, axis=0), np.repeat(edges, n)
+        stance = BOTH if len(standing) == BOTH else first
+        return _Problem(stance, origin, feet, targets, polygons, planes, edges)
+
+    def margins(self, com: Floats) -> Floats:
+        """How far centres of mass in the world are inside the polygons, shape (n,) for (n, 3)."""
+        if len(self.polygons) == 1:
+            return self.polygons[0].signed_distance(com)
+        return np.array([polygon.signed_distance(c) for polygon, c in zip(self.polygons, com, strict=True)])
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """What the kernel writes, n rows each: variables, T_origin_torso, residuals, centres of mass and reports."""
+
+    x: Floats
+    torso: Floats
+    residuals: Floats
+    com: Floats
+    report: Floats
+
+    def put(self, rows: Ints, other: _Found) -> None:
+        """Write the rows of another search over some of these."""
+        self.x[rows], self.torso[rows], self.residuals[rows] = other.x, other.torso, other.residuals
+        self.com[rows], self.report[rows] = other.com, other.report
+
+
+class _Starts:
+    """Where searches begin: at the references, and at random configurations, which are drawn when they are needed."""
+
+    def __init__(self, tables: BodyTables, first: Floats, count: int, seed: int) -> None:
+        self.first, self.count = first, count
+        self._tables, self._seed = tables, seed
+
+    def rows(self, rows: Ints, *, restarts: bool) -> Floats:
+        """Variables of all starts for some poses, the hands as in the reference, shape (n, starts, variables)."""
+        starts = np.repeat(self.first[rows, None], 1 + (self.count if restarts else 0), axis=1)
+        if restarts:
+            moving = self._tables.body.moving
+            random = self._tables.robot.random(np.random.default_rng(self._seed), self.count)
+            starts[:, 1:, :moving] = random[:, self._tables.order[:moving]]
+        return starts
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The compiled search with all that does not change from call to call."""
+
+    ready: PreparedRobot
+    tables: BodyTables
+    problem: _Problem
+    starts: _Starts
+    posture: Floats
+    pull: float
+    tolerance: float
+    iterations: int
+    threads: int | None
+
+    def run(
+        self,
+        asked: list[Target],
+        support: float,
+        *,
+        as_is: bool,
+        restarts: bool = True,
+        rows: Ints | None = None,
+        places: list[int] | None = None,
+    ) -> _Found:
+        """Search for some of the poses, with some of the targets; for all with all where nothing is said."""
+        problem, body = self.problem, self.tables.body
+        some = np.arange(len(self.posture)) if rows is None else rows
+        which = list(range(len(asked))) if places is None else places
+        plan = plan_of([asked[k] for k in which], support, self.pull)
+        sole = Target("", POSE, int(body.legs[1, -1]), body.ankle_to_sole[1], np.eye(4), _FOOT_WEIGHTS)
+        feet_plan = plan_of([sole], 0.0, DEFAULT_POSTURE)
+        n, width = len(some), len(self.tables.order)
+        found = _Found(
+            np.zeros((n, width)), np.zeros((n, 4, 4)), np.zeros((n, len(which), 2)), np.zeros((n, 3)), np.zeros((n, 4))
+        )
+        feet, targets, planes, near = (
+            np.ascontiguousarray(array[some])
+            for array in (problem.feet, problem.targets[:, which], problem.planes, self.posture)
+        )
+        edges, begin = problem.edges[some], self.starts.rows(some, restarts=restarts)
+
+        def run(part: slice) -> None:
+            whole_bodies(
+                body, self.ready.legs, plan, feet_plan, problem.stance, feet[part], targets[part], planes[part],
+                edges[part], near[part], begin[part], as_is, self.tolerance, self.iterations,
+                found.x[part], found.torso[part], found.residuals[part], found.com[part], found.report[part],
+            )  # fmt: skip
+
+        if n:
+            whole_bodies.ready()
+            in_threads(run, n, min(n, self.threads or usable_cores()))
+        return found
+
+
+def _result(
+    search: _Search,
+    asked: list[Target],
+    support: float,
+    found: _Found,
+    reference: Floats,
+    batch: tuple[int, ...],
+    standing: tuple[str, ...],
+    notes: tuple[str, ...],
+) -> WholeBodyResult:
+    robot, tables, problem = search.tables.robot, search.tables, search.problem
+    status = found.report[:, STATUS]
+    residuals = {target.name: found.residuals[:, k].copy() for k, target in enumerate(asked)}
+    weights = [target.weights for target in asked]
+    if support > 0.0:
+        residuals[COM] = np.column_stack([found.report[:, LACKING], np.zeros(len(status))])
+        weights.append((support, 0.0))
+    away = np.array(
+        [np.hypot(*(residual * pair).T) for residual, pair in zip(residuals.values(), weights, strict=True)]
+    )
+    stands = status != NOT_STANDING
+    failed = np.flatnonzero((status != REACHED) & stands)
+    worst = np.full(len(status), -1)
+    reasons = np.full(len(status), Reason.REACHED, np.int8)
+    reasons[~stands] = Reason.OUT_OF_REACH
+    if failed.size:
+        worst[failed] = np.argmax(away[:, failed], axis=0)
+        reasons[failed] = _why(search, asked, support, failed, worst, found)
+    q = reference.copy()
+    q[:, tables.order] = found.x
+    torso = found.torso.copy()
+    torso[:, :3, 3] += problem.origin
+    if robot.base == "floating":
+        T_world_root = torso @ np.linalg.inv(tables.torso_in_root)
+        q[:, :3], q[:, 3:7] = T_world_root[:, :3, 3], quat_to_xyzw(quat_from_matrix(T_world_root[:, :3, :3]))
+    com = found.com + problem.origin
+    values = found.x[:, : tables.body.moving]
+    names = tuple(robot.joint_names[int(k) - (robot.nq - len(robot.joint_names))] for k in tables.order)
+    near = np.minimum(values - tables.body.lower[: values.shape[1]], tables.body.upper[: values.shape[1]] - values)
+    for array in (q, torso, com, *residuals.values()):
+        array[~stands] = np.nan
+    return WholeBodyResult(
+        q=q.reshape(*batch, robot.nq),
+        torso=torso.reshape(*batch, 4, 4),
+        reasons=reasons.reshape(batch),
+        residuals={name: residual.reshape(*batch, 2) for name, residual in residuals.items()},
+        worst=worst.reshape(batch),
+        com=com.reshape(*batch, 3),
+        margin=problem.margins(com).reshape(batch),
+        at_limits=(near <= _AT_LIMIT).reshape(*batch, values.shape[1]),
+        joints=names[: values.shape[1]],
+        iterations=found.report[:, STEPS].astype(np.int64).reshape(batch),
+        starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, 1 + search.starts.count).reshape(batch),
+        standing=standing,
+        notes=notes,
+    )
+
+
+def _why(search: _Search, asked: list[Target], support: float, failed: Ints, worst: Ints, found: _Found) -> Codes:
+    """Whether the targets that give way could be met if there were no others."""
+    status = found.report[failed, STATUS]
+    reasons = np.where(status == STOPPED, Reason.NOT_CONVERGED, Reason.TARGETS_DISAGREE).astype(np.int8)
+    count = len(asked) + (support > 0.0)
+    for place in np.unique(worst[failed]).tolist():
+        mine = np.flatnonzero(worst[failed] == place)
+        rows = failed[mine]
+        is_com = place == len(asked)
+        alone = _Found(found.x, found.torso, found.residuals, found.com, found.report[rows])
+        if count > 1:
+            weight = support if is_com else 0.0
+            alone = search.run(asked, weight, as_is=False, rows=rows, places=[] if is_com else [place])
+        reasons[mine[alone.report[:, STATUS] != REACHED]] = Reason.OUT_OF_REACH
+    return reasons
+
+
+def _reference(
+    robot: RobotModel, rest: Floats, reference: ArrayLike | None, enforce: bool
+) -> tuple[Floats, tuple[str, ...]]:
+    """References inside the limits, with unit quaternions, and notes."""
+    if reference is None:
+        return rest, ()
+    batch = as_floats(reference, (robot.nq,), "reference").shape[:-1]
+    given, notes = as_reference(robot, rest, reference, batch, enforce)
+    given = np.array(given)
+    given[..., : robot.nq - len(robot.joint_names)] = robot.clamp(given)[..., : robot.nq - len(robot.joint_names)]
+    return given, notes
+
+
+def _rows(array: Floats, batch: tuple[int, ...], tail: int) -> Floats:
+    """An array of shape (..., *tail) as rows, one for each pose; a copy."""
+    own = array.shape[array.ndim - tail :]
+    return np.array(np.broadcast_to(array, (*batch, *own)).reshape(-1, *own))
+
+
+def _moved(T: Floats, by: Floats) -> Floats:
+    moved: Floats = T.copy()
+    moved[:3, 3] += by
+    return moved

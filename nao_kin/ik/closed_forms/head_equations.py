@@ -1,0 +1,341 @@
+"""The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
+
+An orientation is made where its second column has no z; then there is one solution. A camera in the head's plane of
+symmetry, at o in the head with the optical axis n, sees the point P in the middle where
+
+    P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
+
+|o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. What the two joints do not make, or their limits do
+not allow, is answered with the nearest: for every yaw the best pitch is known, and the yaw is searched for.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from nao_kin.ik.closed_forms.ranges import (
+    ANGLE_ERROR,
+    BEST,
+    LIMIT_TOLERANCE,
+    NEEDED,
+    NOT_ENOUGH_JOINTS,
+    NOT_RIGID,
+    OUT_OF_REACH,
+    POSITION_ERROR,
+    REASON,
+    VERIFIED,
+    Ranges,
+    admitted,
+    angle_of_chord,
+    begun,
+    concluded,
+    entered,
+    rigid,
+    table_range,
+    wrapped,
+)
+from nao_kin.ik.compiling import Row, both_ways
+from nao_kin.ik.results import Family
+
+JOINTS = 2
+MOST_BRANCHES = 4
+
+_ALONE, _YAW_AXIS = float(Family.NONE), float(Family.YAW_AXIS)
+# Below this distance from the yaw's axis [m], every yaw looks at a point as well as another.
+_ON_AXIS = 1e-12
+# Steps of the search for the nearest yaw, and divisions of the best two after it.
+_STEPS, _DIVISIONS = 120, 60
+# Steps of the search around it [rad].
+_FIRST_STEP, _LAST_STEP = 0.02, 1e-10
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+class Head(NamedTuple):
+    """What the closed form needs to know of a head.
+
+    Attributes:
+        x: the neck in the torso, three numbers [m].
+        y: see there.
+        z: see there.
+        a00: rotation of the frame in the head, nine numbers by rows.
+        a01: see there.
+        a02: see there.
+        a10: see there.
+        a11: see there.
+        a12: see there.
+        a20: see there.
+        a21: see there.
+        a22: see there.
+        forward: its origin in the head, along x [m].
+        up: along z [m].
+    """
+
+    x: float
+    y: float
+    z: float
+    a00: float
+    a01: float
+    a02: float
+    a10: float
+    a11: float
+    a12: float
+    a20: float
+    a21: float
+    a22: float
+    forward: float
+    up: float
+
+
+@both_ways
+def solve_head(
+    head: Head,
+    ranges: Ranges,
+    target: Row,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+) -> int:
+    """The joint values for an orientation of the frame, or the nearest to it; see `ranges` for the arguments."""
+    begun(report)
+    fine, a, b, c, d, e, f, g, h, i = rigid(target)
+    if not fine:
+        report[REASON] = NOT_RIGID
+        return 0
+    wanted = (
+        a * head.a00 + b * head.a01 + c * head.a02,
+        a * head.a10 + b * head.a11 + c * head.a12,
+        a * head.a20 + b * head.a21 + c * head.a22,
+        d * head.a00 + e * head.a01 + f * head.a02,
+        d * head.a10 + e * head.a11 + f * head.a12,
+        d * head.a20 + e * head.a21 + f * head.a22,
+        g * head.a00 + h * head.a01 + i * head.a02,
+        g * head.a10 + h * head.a11 + i * head.a12,
+        g * head.a20 + h * head.a21 + i * head.a22,
+    )
+    q[0], q[1] = math.atan2(-wanted[1], wanted[4]), math.atan2(-wanted[6], wanted[8])
+    error = orientation_error(wanted, q[0], q[1])
+    count = 0
+    if error > VERIFIED:
+        report[REASON] = NOT_ENOUGH_JOINTS
+    elif admitted(ranges, enforce, q, report):
+        count = entered(reference, q, (0.0, error), _ALONE, found, 0)
+    if count == 0:
+        _nearest(head, ranges, wanted, True, enforce, report)
+    concluded(found, JOINTS, count, report)
+    return count
+
+
+@both_ways
+def solve_gaze(
+    head: Head,
+    ranges: Ranges,
+    target: Row,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+) -> int:
+    """The joint values with which the frame's x axis passes through a point, or nearest to it."""
+    begun(report)
+    x, y, z = target[0] - head.x, target[1] - head.y, target[2] - head.z
+    point = x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    far, aside = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
+    # The optical axis (n_x, n_z), and the camera along it and across.
+    nx, nz = head.a00, head.a20
+    along, across = head.forward * nx + head.up * nz, head.forward * nz - head.up * nx
+    beyond = (far - abs(across)) * (far + abs(across))
+    radius = math.sqrt(head.forward * head.forward + head.up * head.up)
+    count = 0
+    if beyond < 0.0 or (along >= 0.0 and far <= radius):
+        report[REASON] = OUT_OF_REACH
+        report[NEEDED] = (radius if along >= 0.0 else abs(across)) - far
+    else:
+        for root in range(2):
+            ahead = math.sqrt(beyond) if root == 0 else -math.sqrt(beyond)
+            if ahead <= along or (root == 1 and beyond == 0.0):
+                continue  # λ = ahead − along
+            u, w = head.forward + (ahead - along) * nx, head.up + (ahead - along) * nz
+            if aside <= _ON_AXIS:
+                q[1] = math.atan2(-u * z, w * z)
+                q[0] = _free_yaw(ranges, q[1], reference[0], enforce)
+                count = _look(head, ranges, point, _YAW_AXIS, reference, enforce, q, found, report, count)
+                continue
+            for back in range(2):
+                r = aside if back == 0 else -aside
+                q[0] = math.atan2(y, x) if back == 0 else math.atan2(-y, -x)
+                q[1] = math.atan2(w * r - u * z, u * r + w * z)
+                count = _look(head, ranges, point, _ALONE, reference, enforce, q, found, report, count)
+    if count == 0 and far > 0.0:
+        _nearest(head, ranges, point, False, enforce, report)
+    concluded(found, JOINTS, count, report)
+    return count
+
+
+@both_ways
+def _look(
+    head: Head,
+    ranges: Ranges,
+    point: tuple[float, ...],
+    family: float,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+    count: int,
+) -> int:
+    """Enter a branch that looks at a point, if it does and is inside the limits."""
+    if not admitted(ranges, enforce, q, report):
+        return count
+    error = gaze_error(head, point, q[0], q[1])
+    return entered(reference, q, (0.0, error), family, found, count) if error <= VERIFIED else count
+
+
+@both_ways
+def _free_yaw(ranges: Ranges, pitch: float, wanted: float, enforce: bool) -> float:
+    """The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere."""
+    if not enforce:
+        return wrapped(wanted) if abs(wanted) > math.pi else wanted
+    best = min(max(wanted, ranges.lower[0]), ranges.upper[0])
+    if ranges.bends == 0:
+        return best
+    low, high = table_range(ranges, best)
+    if low <= pitch <= high:
+        return best
+    # The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
+    nearest, found = math.inf, best
+    for i in range(ranges.bends):
+        for edge in range(3):
+            yaw = ranges.at[i]
+            if edge > 0 and i > 0:
+                one = ranges.low[i - 1] if edge == 1 else ranges.high[i - 1]
+                two = ranges.low[i] if edge == 1 else ranges.high[i]
+                if one != two:
+                    share = (pitch - one) / (two - one)
+                    yaw = ranges.at[i - 1] + share * (ranges.at[i] - ranges.at[i - 1])
+            low, high = table_range(ranges, yaw)
+            inside = ranges.lower[0] <= yaw <= ranges.upper[0]
+            inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
+            if inside and abs(yaw - wanted) < nearest:
+                nearest, found = abs(yaw - wanted), yaw
+    return found
+
+
+@both_ways
+def _nearest(
+    head: Head, ranges: Ranges, wanted: tuple[float, ...], orientation: bool, enforce: bool, report: Row
+) -> None:
+    """Report the joint values that come nearest, by angle: the yaw by search, for each the best pitch."""
+    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
+    step = (high - low) / _STEPS
+    best, at = math.inf, low
+    for i in range(_STEPS + 1):
+        error = _error_at_yaw(head, ranges, wanted, orientation, enforce, low + i * step)[0]
+        if error < best:
+            best, at = error, low + i * step
+    left, right = max(low, at - step), min(high, at + step)
+    for _ in range(_DIVISIONS):
+        width = _GOLDEN * (right - left)
+        one, two = right - width, left + width
+        error_one = _error_at_yaw(head, ranges, wanted, orientation, enforce, one)[0]
+        error_two = _error_at_yaw(head, ranges, wanted, orientation, enforce, two)[0]
+        if error_one < error_two:
+            right = two
+        else:
+            left = one
+        if min(error_one, error_two) < best:
+            best, at = min(error_one, error_two), one if error_one < error_two else two
+    error, pitch = _error_at_yaw(head, ranges, wanted, orientation, enforce, at)
+    step = _FIRST_STEP
+    while not orientation and step > _LAST_STEP:
+        # With the point aside, the best pitch is not quite the one above: look around, along the edge of the range too.
+        best = error
+        for i in range(4):
+            yaw = min(max(at + (step if i == 0 else -step if i == 1 else 0.0), low), high)
+            other = _allowed_pitch(ranges, yaw, pitch + (step if i == 2 else -step if i == 3 else 0.0), enforce)
+            found = gaze_error(head, wanted, yaw, other)
+            if found < error:
+                error, at, pitch = found, yaw, other
+        if error == best:
+            step *= 0.5
+    report[BEST], report[BEST + 1] = at, pitch
+    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, error
+
+
+@both_ways
+def _error_at_yaw(
+    head: Head, ranges: Ranges, wanted: tuple[float, ...], orientation: bool, enforce: bool, yaw: float
+) -> tuple[float, float]:
+    """The error of the best pitch at a yaw, and that pitch."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    if orientation:
+        # The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
+        pitch = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
+    else:
+        pitch = _pitch_towards(head, wanted[0] * c + wanted[1] * s, wanted[2])
+    if enforce:
+        low = _allowed_pitch(ranges, yaw, -math.inf, True)
+        high = _allowed_pitch(ranges, yaw, math.inf, True)
+        if pitch < low or pitch > high:
+            below, above = _error(head, wanted, orientation, yaw, low), _error(head, wanted, orientation, yaw, high)
+            return (below, low) if below < above else (above, high)
+    return _error(head, wanted, orientation, yaw, pitch), pitch
+
+
+@both_ways
+def _allowed_pitch(ranges: Ranges, yaw: float, pitch: float, enforce: bool) -> float:
+    """The pitch nearest to one that is allowed at a yaw."""
+    if not enforce:
+        return pitch
+    low, high = ranges.lower[1], ranges.upper[1]
+    if ranges.bends > 0:
+        bounds = table_range(ranges, yaw)
+        low, high = min(max(low, bounds[0]), high), max(min(high, bounds[1]), low)
+    return min(max(pitch, low), high)
+
+
+@both_ways
+def _pitch_towards(head: Head, x: float, z: float) -> float:
+    """The pitch at which the camera, its axis in a vertical plane, looks as near as it can to a point near it.
+
+    Looking along (x, z) as seen from the camera is best; the camera moves with the pitch, and a few rounds settle it.
+    """
+    nx, nz = head.a00, head.a20
+    pitch = math.atan2(-z, x) - math.atan2(-nz, nx)
+    for _ in range(30):
+        c, s = math.cos(pitch), math.sin(pitch)
+        dx, dz = x - (c * head.forward + s * head.up), z - (c * head.up - s * head.forward)
+        pitch = wrapped(math.atan2(-dz, dx) - math.atan2(-nz, nx))
+    return pitch
+
+
+@both_ways
+def _error(head: Head, wanted: tuple[float, ...], orientation: bool, yaw: float, pitch: float) -> float:
+    return orientation_error(wanted, yaw, pitch) if orientation else gaze_error(head, wanted, yaw, pitch)
+
+
+@both_ways
+def orientation_error(wanted: tuple[float, ...], yaw: float, pitch: float) -> float:
+    """The angle between Rz(yaw) Ry(pitch) and the orientation wanted [rad]."""
+    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    d0, d1, d2 = c * cp - wanted[0], -s - wanted[1], c * sp - wanted[2]
+    d3, d4, d5 = s * cp - wanted[3], c - wanted[4], s * sp - wanted[5]
+    d6, d7, d8 = -sp - wanted[6], -wanted[7], cp - wanted[8]
+    squares = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3 + d4 * d4 + d5 * d5
+    return angle_of_chord(squares + d6 * d6 + d7 * d7 + d8 * d8)
+
+
+@both_ways
+def gaze_error(head: Head, point: tuple[float, ...], yaw: float, pitch: float) -> float:
+    """The angle between the optical axis and the direction from the camera to a point seen from the neck [rad]."""
+    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    # The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
+    x, y = c * point[0] + s * point[1], c * point[1] - s * point[0]
+    u, w = cp * x - sp * point[2] - head.forward, sp * x + cp * point[2] - head.up
+    nx, nz = head.a00, head.a20
+    across = w * nx - u * nz
+    return math.atan2(math.sqrt(across * across + y * y), u * nx + w * nz)

@@ -1,0 +1,123 @@
+"""`leg`: all branches of one leg for the pose of its foot, by the closed form of `leg_equations`."""
+
+from __future__ import annotations
+
+from typing import Any, SupportsIndex
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats
+from nao_kin.ik.closed_forms.leg_equations import JOINTS, MOST_BRANCHES, Leg, solve_leg
+from nao_kin.ik.closed_forms.ranges import BESIDE, Ranges, laid_down
+from nao_kin.ik.closed_forms.solving import ClosedForm, solved
+from nao_kin.ik.compiling import kept, limb_arguments
+from nao_kin.ik.geometry import Limb, X, Y, chain_at_zero, check_side, kappa_of, kept_limb, limb_of
+from nao_kin.ik.results import IKResult, Integers
+from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
+from nao_kin.robot import RobotModel
+
+_JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+
+
+def leg(
+    robot: RobotModel,
+    side: str,
+    T_torso_foot: ArrayLike,
+    *,
+    frame: str | None = None,
+    reference: ArrayLike | None = None,
+    limits: Limits = "enforce",
+    threads: SupportsIndex | None = None,
+) -> IKResult:
+    """All joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
+
+    Both legs share the motor of their HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, and
+    with it moves the left leg.
+
+    Args:
+        robot: a NAO of any version, or another robot with legs of its geometry.
+        side: "L" or "R".
+        T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
+        frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
+        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+            distance to it, and take from it the joints that are not of this leg. None for all joints at zero, or at
+            the limit nearest to it.
+        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" gives all.
+        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
+
+    Returns:
+        Solutions to within 1e-10 m and rad, the errors in `residual`. A family of solutions is there once, by its
+        member that is inside the limits and nearest to the reference: the hip at lock (`HIP_LOCK`), or the hip on the
+        axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight is straight: its two branches are one.
+
+    Raises:
+        UnknownName: no such side, frame or policy.
+        BadArgument: the robot has no such leg; the message says what is missing. Or a target is no rigid transform.
+        NotARotation: nor has a rotation; carries the index.
+        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+
+    Source: the derivation is in docs/inverse_kinematics.md.
+    """
+    limb = leg_limb(robot, check_side(side), frame)
+    T = as_poses(T_torso_foot, "T_torso_foot")
+    enforce, batch = is_enforced(limits), T.shape[:-2]
+    references = as_reference(robot, limb.rest, reference, batch, enforce)
+    targets = T.reshape(*batch, 16)
+    return solved(
+        _LEG, limb, targets, references, enforce, check_threads(threads), lambda: refuse_not_rigid(T, "T_torso_foot")
+    )
+
+
+def leg_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
+    """A leg of a robot as the closed form takes it.
+
+    Raises:
+        BadArgument: the robot has none of this geometry.
+        UnknownName: no such frame.
+    """
+    return kept_limb(robot, _leg_of, side, f"{side}Leg" if frame is None else frame)
+
+
+def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
+    chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), frame)
+    for index, axis in ((1, X), (2, Y), (3, Y), (4, Y), (5, X)):
+        chain.require_axis(index, axis)
+    kappa = kappa_of(chain.axes[0])
+    chain.require_axis(0, (0.0, float(np.cos(kappa)), float(np.sin(kappa))))
+    chain.require_meeting(0, 1)
+    chain.require_meeting(0, 2)
+    chain.require_meeting(4, 5)
+    hip, knee, ankle = chain.points[0], chain.points[3], chain.points[4]
+    thigh, tibia = hip - knee, knee - ankle
+    chain.require_zero("knee and ankle are not below the hip", np.concatenate([thigh[:2], tibia[:2]]))
+    if min(thigh[2], tibia[2]) <= 0.0:
+        raise chain.missing("knee and ankle are not below the hip")
+    turned = 0.0 if np.array_equal(chain.rotation, np.eye(3)) else 1.0
+    numbers = (*hip, kappa, *chain.axes[0][1:], thigh[2], tibia[2], turned)
+    rest = (*chain.rotation.ravel(), *(chain.point - ankle))
+    return limb_of(chain, frame, Leg(*(float(value) for value in (*numbers, *rest))))
+
+
+@kept("legs", lambda: limb_arguments(Leg, len(Leg._fields), JOINTS))
+def _legs(
+    limb: Leg,
+    ranges: Ranges,
+    targets: Floats,
+    references: Floats,
+    enforce: bool,
+    most: int,
+    values: Any,
+    beside: Any,
+    count: Integers,
+    report: Floats,
+) -> None:
+    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
+    for i in range(targets.shape[0]):
+        count[i] = solve_leg(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
+        laid_down(found, count[i], values[i], beside[i])
+
+
+_LEG = ClosedForm(solve_leg, _legs, MOST_BRANCHES)
+
+LEG_KERNELS = (_legs,)

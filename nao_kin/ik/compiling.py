@@ -1,0 +1,125 @@
+"""Scalar mathematics that is written once, and runs as Python for one target and compiled by Numba for many.
+
+The functions marked with `both_ways` use floats, and flat sequences of floats that they index: lists in Python, rows of
+arrays when compiled. Numba is imported when the first batch comes.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+
+from nao_kin._common.kernel_cache import KeptKernel
+from nao_kin._common.processors import usable_cores
+
+# A flat sequence of floats that may be written to: a list, or compiled a row of an array.
+Row: TypeAlias = Any
+
+_Numbers = TypeVar("_Numbers", bound=tuple[Any, ...])
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+_FUNCTIONS: list[Callable[..., Any]] = []
+
+# Below this many targets another thread is not worth its start.
+_PER_THREAD = 2000
+
+
+def both_ways(function: _Function) -> _Function:
+    """The function itself, which compiled code may call too."""
+    _FUNCTIONS.append(function)
+    return function
+
+
+def kept(name: str, signature: Callable[[], Any]) -> Callable[[Callable[..., Any]], KeptKernel]:
+    """A kernel of this room, kept on disk; the signature is made when Numba has been imported."""
+
+    def made(function: Callable[..., Any]) -> KeptKernel:
+        def registered() -> Any:
+            _register()
+            return signature()
+
+        what = "the kernels of inverse kinematics (some seconds)"
+        return KeptKernel(function, what, f"ik kernel, {name}", Path(__file__).parent, registered)
+
+    return made
+
+
+def in_lists(numbers: _Numbers) -> _Numbers:
+    """A named tuple with its arrays as lists, which Python reads faster."""
+    return type(numbers)(*(part.tolist() if isinstance(part, np.ndarray) else part for part in numbers))
+
+
+def copied(numbers: _Numbers) -> _Numbers:
+    """A named tuple with arrays of its own: threads wait for each other to count who uses one."""
+    return type(numbers)(*(part.copy() if isinstance(part, np.ndarray) else part for part in numbers))
+
+
+def limb_arguments(numbers: type[Any], count: int, joints: int) -> tuple[Any, ...]:
+    """Types of the arguments of a limb's kernel: those of `solving._many`.
+
+    Args:
+        numbers: the named tuple of a limb's geometry.
+        count: how many floats it has.
+        joints: how many joints the limb has.
+    """
+    return kernel_arguments(*limb_types(numbers, count, joints))
+
+
+def limb_types(numbers: type[Any], count: int, joints: int) -> tuple[Any, Any]:
+    """Types of a limb's geometry and of its limits; see `limb_arguments`."""
+    from numba import types
+
+    from nao_kin.ik.closed_forms.ranges import MOST_BENDS, Ranges
+
+    limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
+    parts = limits, limits, types.int64, table, table, table, types.int64, types.int64
+    return types.NamedUniTuple(types.float64, count, numbers), types.NamedTuple(parts, Ranges)
+
+
+def kernel_arguments(numbers: Any, ranges: Any) -> tuple[Any, ...]:
+    """Types of the arguments of a kernel, from those of what it solves and of its limits."""
+    from numba import types
+
+    rows = types.float64[:, ::1]
+    return (
+        numbers,
+        ranges,
+        rows,
+        rows,
+        types.boolean,
+        types.int64,
+        types.float64[:, :, ::1],
+        types.float64[:, :, ::1],
+        types.int64[::1],
+        rows,
+    )
+
+
+@cache
+def _register() -> None:
+    from numba.extending import register_jitable
+
+    for function in _FUNCTIONS:
+        register_jitable(error_model="numpy")(function)
+
+
+def in_threads(run: Callable[[slice], None], count: int, threads: int | None, per_thread: int = _PER_THREAD) -> None:
+    """Call `run` with slices that together make `count` targets, in this many threads.
+
+    None is for all cores, as far as each of them gets `per_thread` targets.
+    """
+    most = usable_cores() if threads is None else threads
+    parts = max(1, min(most, count // per_thread if threads is None else count))
+    if parts == 1:
+        run(slice(0, count))
+        return
+    # More parts than threads, for some targets take longer than others.
+    pieces = 4 * parts
+    edges = [count * i // pieces for i in range(pieces + 1)]
+    with ThreadPoolExecutor(parts) as pool:
+        list(pool.map(run, (slice(a, b) for a, b in itertools.pairwise(edges))))

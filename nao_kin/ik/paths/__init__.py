@@ -1,0 +1,1 @@
+"""Joint trajectories along paths of targets."""

@@ -1,0 +1,211 @@
+"""A path as callers give it: looked at once at the door, and brought into the torso."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, all_finite, as_numbers, refuse_non_finite
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, NotARotation, UnknownName, WrongShape, ZeroNorm
+from nao_kin.ik.paths.limb_paths import ArmPath, GazePath, HeadPath, LegPath, LegsPath, LimbPath
+from nao_kin.ik.targets import refuse_not_rigid
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import check_rotation
+
+_LEGS, _ARMS = ("LLeg", "RLeg"), ("LArm", "RArm")
+_POSE, _ROTATION, _PLACE = (4, 4), (3, 3), (3,)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Targets along a path, each array with n of them, in the world where the torso's poses are given, else in it.
+
+    Attributes:
+        n: how many samples.
+        targets: effector or camera → poses, rotations or places.
+        directions: arm → where its forearm is to point.
+        torso: T_world_torso, shape (n, 4, 4); None where targets are in the torso.
+        times: shape (n,) [s], or None.
+        reference: shape (n, nq); None where none is given.
+    """
+
+    n: int
+    targets: dict[str, Floats]
+    directions: dict[str, Floats]
+    torso: Floats | None
+    times: Floats | None
+    reference: Floats | None
+
+    def in_torso(self, array: Floats, *, free: bool = False) -> Floats:
+        """Poses, rotations, places, or with `free` directions, as the torso sees them."""
+        if self.torso is None:
+            return array
+        R = np.swapaxes(self.torso[:, :3, :3], -1, -2)
+        if array.shape[1:] == _ROTATION:
+            return np.asarray(R @ array)
+        if array.shape[1:] == _PLACE:
+            seen = array if free else array - self.torso[:, :3, 3]
+            return np.asarray(np.einsum("nij,nj->ni", R, seen))
+        T = np.array(array)
+        T[:, :3, :3] = R @ array[:, :3, :3]
+        T[:, :3, 3] = np.einsum("nij,nj->ni", R, array[:, :3, 3] - self.torso[:, :3, 3])
+        return T
+
+
+def checked_path(
+    robot: RobotModel,
+    path: Mapping[str, ArrayLike],
+    directions: Mapping[str, ArrayLike] | None,
+    torso: ArrayLike | None,
+    times: ArrayLike | None,
+    reference: ArrayLike | None,
+) -> Path:
+    """A path from what a caller gives; what is there once stands for all samples.
+
+    Raises:
+        UnknownName, BadArgument, WrongShape, NotFinite, NotARotation, ZeroNorm: see `follow`.
+    """
+    names = (*_LEGS, *_ARMS, "Head", *robot.semantics.cameras)
+    given: dict[str, tuple[Floats, int]] = {}
+    for name, value in _mapping(path, "path").items():
+        if name not in names:
+            raise UnknownName("effector", name, names)
+        what = f"path[{quoted(name)}]"
+        if name in _ARMS:
+            array = as_numbers(value, what)
+            tail = _POSE if array.shape[-2:] == _POSE else _PLACE
+        else:
+            tail = _POSE if name in _LEGS else _ROTATION if name == "Head" else _PLACE
+        given[what] = _samples(value, tail, what)
+    if not given:
+        raise BadArgument(f"path names no effector; it takes {', '.join(names)}")
+    heads = [name for name in path if name not in (*_LEGS, *_ARMS)]
+    if len(heads) > 1:
+        raise BadArgument(f"path[{quoted(heads[0])}] and path[{quoted(heads[1])}] both move the head: one of them")
+    for name, value in _mapping({} if directions is None else directions, "directions").items():
+        what = f"directions[{quoted(name)}]"
+        if name not in path or name not in _ARMS:
+            arms = [arm for arm in _ARMS if arm in path]
+            raise UnknownName("arm", name, arms, "a direction goes with the places of an arm in the path")
+        if given[f"path[{quoted(name)}]"][0].shape[1:] == _POSE:
+            raise BadArgument(f"{what} goes with places (n, 3), a pose has a direction")
+        array, count = _samples(value, _PLACE, what)
+        length = np.linalg.norm(array, axis=-1)
+        if not length.all():
+            raise ZeroNorm(what, (int(np.argmin(length)),))
+        given[what] = array / length[:, None], count
+    if torso is not None:
+        given["torso"] = _samples(torso, _POSE, "torso")
+    if reference is not None:
+        given["reference"] = _samples(reference, (robot.nq,), "reference")
+    if times is not None:
+        given["times"] = _times(times)
+    n = _common_length({what: count for what, (_, count) in given.items()})
+    full = {what: np.array(np.broadcast_to(array, (n, *array.shape[1:]))) for what, (array, _) in given.items()}
+    return Path(
+        n,
+        {name: full[f"path[{quoted(name)}]"] for name in path},
+        {name: full[f"directions[{quoted(name)}]"] for name in directions or {}},
+        full.get("torso"),
+        full.get("times"),
+        full.get("reference"),
+    )
+
+
+def limb_paths(
+    robot: RobotModel, path: Path, frames: Mapping[str, str] | None, options: dict[str, Any], priority: str
+) -> tuple[LimbPath, ...]:
+    """The limbs that follow a path, each with its targets in the torso.
+
+    Args:
+        robot: whose.
+        path: as `checked_path` returns it.
+        frames: effector → the frame on it that the targets are of; for those not named, the effector itself.
+        options: what all solvers are called with.
+        priority: which foot's yaw counts where both legs disagree.
+
+    Raises:
+        UnknownName: a frame is given for what is not in the path.
+    """
+    frame = {name: name for name in path.targets}
+    for name, value in _mapping({} if frames is None else frames, "frames").items():
+        if name not in frame:
+            raise UnknownName("effector of the path", name, tuple(frame))
+        frame[name] = value
+    seen = {name: path.in_torso(array) for name, array in path.targets.items()}
+    limbs: list[LimbPath] = []
+    legs = [name for name in _LEGS if name in seen]
+    if len(legs) == 2:
+        pair = seen["LLeg"], seen["RLeg"]
+        limbs.append(LegsPath(robot, "legs", (frame["LLeg"], frame["RLeg"]), pair, {**options, "priority": priority}))
+    else:
+        limbs.extend(LegPath(robot, name, (frame[name],), (seen[name],), options) for name in legs)
+    for name in (name for name in seen if name not in _LEGS):
+        if name in _ARMS:
+            towards = path.directions.get(name)
+            aside = () if towards is None else (path.in_torso(towards, free=True),)
+            limbs.append(ArmPath(robot, name, (frame[name],), (seen[name], *aside), options))
+        elif name == "Head":
+            limbs.append(HeadPath(robot, "Head", (frame[name],), (seen[name],), options))
+        else:
+            limbs.append(GazePath(robot, "Head", (frame[name],), (seen[name],), options))
+    return tuple(limbs)
+
+
+def _mapping(value: object, what: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise BadArgument(f"{what} must be a mapping from effectors, got {type(value).__name__}")
+    return value
+
+
+def _samples(value: ArrayLike, tail: tuple[int, ...], what: str) -> tuple[Floats, int]:
+    """Samples, shape (n, *tail), and how many; one without an axis for them counts as 0, for it fits all."""
+    array = as_numbers(value, what)
+    shape = ", ".join(map(str, tail))
+    if array.shape != tail and array.shape[1:] != tail:
+        raise WrongShape(
+            what, f"(n, {shape}), or ({shape}{',' if len(tail) == 1 else ''}) for all samples", array.shape
+        )
+    constant = array.shape == tail
+    samples = array[None] if constant else array
+    if not len(samples):
+        raise BadArgument(f"{what} has no samples")
+    if not all_finite(array):
+        refuse_non_finite(array, what)
+    try:
+        if tail == _POSE:
+            refuse_not_rigid(array, what)
+        elif tail == _ROTATION:
+            check_rotation(array)
+    except NotARotation as error:
+        error.args = (f"{what}: {error}",)
+        raise
+    return samples, 0 if constant else len(samples)
+
+
+def _times(value: ArrayLike) -> tuple[Floats, int]:
+    array = as_numbers(value, "times")
+    if array.ndim != 1 or not len(array):
+        raise WrongShape("times", "(n,)", array.shape)
+    refuse_non_finite(array, "times")
+    late = np.flatnonzero(np.diff(array) <= 0.0)
+    if len(late):
+        i = int(late[0])
+        raise BadArgument(f"times must increase, got {array[i]:.6g} and then {array[i + 1]:.6g} at index [{i + 1}]")
+    return array, len(array)
+
+
+def _common_length(counts: dict[str, int]) -> int:
+    sampled = {what: count for what, count in counts.items() if count}
+    if not sampled:
+        return 1
+    first, n = next(iter(sampled.items()))
+    for what, count in sampled.items():
+        if count != n:
+            raise BadArgument(f"all of a path has one length: {first} has {n} samples and {what} has {count}")
+    return n

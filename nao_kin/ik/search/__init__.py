@@ -1,0 +1,1 @@
+"""Joint values of any robot by damped least squares inside the limits."""

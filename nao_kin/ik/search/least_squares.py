@@ -1,0 +1,129 @@
+"""Damped least squares from many starts: `descent_equations` run as Python on one, compiled on many."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common.arrays import Floats
+from nao_kin.ik.compiling import copied, in_lists, in_threads, kept
+from nao_kin.ik.search.descent_equations import COST, MET, SETTLED, Bench, Chain, Goal, descend, room_for
+from nao_kin.ik.search.descent_limits import TABLE, Region
+from nao_kin.ik.search.limit_regions import LimitRegion, region_type
+from nao_kin.ik.search.pose_errors import PoseErrors
+
+Rows = NDArray[np.intp]
+
+# What is reported of a start.
+_REPORT = 5
+# Below this many starts another thread is not worth its own start.
+_PER_THREAD = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """Where searches have ended, n of them.
+
+    Attributes:
+        q: configurations, shape (n, nq).
+        cost: half the squared weighted error, shape (n,).
+        reached: the error was as small as asked, shape (n,).
+        settled: no direction inside the limits lessens the error any more, shape (n,).
+    """
+
+    q: Floats
+    cost: Floats
+    reached: NDArray[np.bool_]
+    settled: NDArray[np.bool_]
+
+    def take(self, rows: Rows, other: Minimum, part: slice) -> None:
+        """Take over what another search found for these rows, where it is the first to succeed or nearer."""
+        better = ~self.reached[rows] & (other.reached[part] | (other.cost[part] < self.cost[rows]))
+        good = rows[better]
+        self.q[good], self.cost[good] = other.q[part][better], other.cost[part][better]
+        self.reached[good], self.settled[good] = other.reached[part][better], other.settled[part][better]
+
+
+def minimise(
+    errors: PoseErrors,
+    region: LimitRegion,
+    q: Floats,
+    rows: Rows,
+    tolerance: float,
+    steps: int,
+    threads: int | None = None,
+) -> Minimum:
+    """Lessen ½‖e(q)‖² from every start, inside the limits.
+
+    Args:
+        errors: the targets and the weights.
+        region: the limits; the starts are inside.
+        q: starts, shape (n, nq).
+        rows: the target of each start, shape (n,).
+        tolerance: errors in position and angle that are small enough, in what has a weight [m, rad].
+        steps: stop a search after so many.
+        threads: how many; None for all cores where that is worthwhile.
+
+    Returns:
+        Where the searches ended.
+    """
+    motion = errors.motion
+    ends: Floats = np.array(q)
+    chain, limits, goal = motion.chain, region.numbers, Goal(errors.weights, tolerance, steps)
+    targets = np.ascontiguousarray(motion.in_base(errors.targets[rows], q)).reshape(len(q), 16)
+    still = region.still_values(motion.joint_values(q))
+    if len(q) == 1 and not _descents.in_memory:
+        values, report = q[0, motion.columns].tolist(), [0.0] * _REPORT
+        sizes = room_for(len(chain.place), len(values), len(limits.tables) // TABLE)
+        bench = Bench(*([0.0] * size for size in sizes))
+        lists = in_lists(chain), in_lists(limits), in_lists(goal)
+        descend(*lists, targets[0].tolist(), still[0].tolist(), values, bench, report)
+        found, reports = np.array([values]), np.array([report])
+    else:
+        found, reports = np.ascontiguousarray(ends[:, motion.columns]), np.empty((len(q), _REPORT))
+        _descents.ready()
+
+        def run(part: slice) -> None:
+            numbers = copied(chain), copied(limits), copied(goal)
+            _descents(*numbers, targets[part], still[part], found[part], reports[part])
+
+        in_threads(run, len(q), threads, _PER_THREAD)
+    ends[:, motion.columns] = found
+    return Minimum(ends, reports[:, COST].copy(), reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
+
+
+def _arguments() -> tuple[Any, ...]:
+    from numba import types
+
+    row, whole, rows = types.float64[::1], types.int64[::1], types.float64[:, ::1]
+    return (
+        types.NamedTuple((row, row, whole, row, row), Chain),
+        region_type(),
+        types.NamedTuple((row, types.float64, types.int64), Goal),
+        rows,
+        rows,
+        rows,
+        rows,
+    )
+
+
+@kept("damped least squares", _arguments)
+def _descents(
+    chain: Chain, region: Region, goal: Goal, targets: Floats, still: Floats, values: Floats, reports: Floats
+) -> None:
+    n, m, t = len(chain.place), len(region.lower), len(region.tables) // TABLE
+    sizes = room_for(n, m, t)
+    bench = Bench(
+        np.empty(sizes[0]), np.empty(sizes[1]), np.empty(sizes[2]), np.empty(sizes[3]), np.empty(sizes[4]),
+        np.empty(sizes[5]), np.empty(sizes[6]), np.empty(sizes[7]), np.empty(sizes[8]), np.empty(sizes[9]),
+        np.empty(sizes[10]), np.empty(sizes[11]), np.empty(sizes[12]), np.empty(sizes[13]), np.empty(sizes[14]),
+        np.empty(sizes[15]), np.empty(sizes[16]),
+    )  # fmt: skip
+    for i in range(values.shape[0]):
+        descend(chain, region, goal, targets[i], still[i], values[i], bench, reports[i])
+
+
+DESCENT_KERNELS = (_descents,)
