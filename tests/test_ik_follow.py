@@ -17,7 +17,8 @@ import pytest
 import nao_kin as nk
 from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
-from nao_kin.ik import Reason, _branch_choice, _limb_paths
+from nao_kin.ik import Reason
+from nao_kin.ik.paths import branch_choice, limb_paths
 from nao_kin.rotations import matrix_from_rpy, rot_z
 
 
@@ -247,10 +248,10 @@ def test_no_combination_of_branches_moves_less(nao: nk.NaoModel, effector: str) 
 
 def test_between_two_configurations_the_motion_to_both_counts(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(22, 3), "LLeg")
-    limb = _limb_paths.LegPath(nao, "LLeg", ("LLeg",), (T,), {"limits": "ignore"})
+    limb = limb_paths.LegPath(nao, "LLeg", ("LLeg",), (T,), {"limits": "ignore"})
     every = nk.ik.leg(nao, "L", T, limits="ignore")
     start, end = nao.random(23, 2)
-    choice = _branch_choice.choose(limb, np.tile(start, (3, 1)), 1.0 / nao.velocity_limits, start=start, end=end)
+    choice = branch_choice.choose(limb, np.tile(start, (3, 1)), 1.0 / nao.velocity_limits, start=start, end=end)
     least = math.inf
     for combination in itertools.product(*(range(count) for count in every.count)):
         q = np.tile(start, (5, 1))
@@ -402,14 +403,14 @@ def test_a_limb_without_any_value_cannot_be_played(nao: nk.NaoModel) -> None:
 
 
 def test_a_path_begins_where_its_solver_first_has_values(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    solve = _limb_paths.arm
+    solve = limb_paths.arm
 
     def arm(robot: nk.RobotModel, side: str, target: Floats, **options: Any) -> nk.ik.IKResult:
         found = solve(robot, side, target, **options)
         far = target[:, 0] > 1.0
         return dataclasses.replace(found, best=np.where(far[:, None], np.nan, found.best))
 
-    monkeypatch.setattr(_limb_paths, "arm", arm)
+    monkeypatch.setattr(limb_paths, "arm", arm)
     q = nao.posture("StandInit")
     places = np.tile(nao.position(q, "LArm"), (4, 1))
     places[:2, 0] = 5.0
