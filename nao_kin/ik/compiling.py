@@ -35,15 +35,23 @@ def both_ways(function: _Function) -> _Function:
     return function
 
 
-def kept(name: str, signature: Callable[[], Any]) -> Callable[[Callable[..., Any]], KeptKernel]:
-    """A kernel of this room, kept on disk; the signature is made when Numba has been imported."""
+def kept(
+    name: str, signature: Callable[[], Any], takes: str = "some seconds"
+) -> Callable[[Callable[..., Any]], KeptKernel]:
+    """A kernel of this room, kept on disk; the signature is made when Numba has been imported.
+
+    Args:
+        name: what it solves.
+        signature: makes the types of its arguments.
+        takes: how long it is compiled, for the message.
+    """
 
     def made(function: Callable[..., Any]) -> KeptKernel:
         def registered() -> Any:
             _register()
             return signature()
 
-        what = "the kernels of inverse kinematics (some seconds)"
+        what = f"a kernel of inverse kinematics, {name} ({takes})"
         return KeptKernel(function, what, f"ik kernel, {name}", Path(__file__).parent, registered)
 
     return made
@@ -105,7 +113,7 @@ def _register() -> None:
     from numba.extending import register_jitable
 
     for function in _FUNCTIONS:
-        register_jitable(error_model="numpy")(function)
+        register_jitable(error_model="numpy", no_cfunc_wrapper=True)(function)
 
 
 def in_threads(run: Callable[[slice], None], count: int, threads: int | None, per_thread: int = _PER_THREAD) -> None:

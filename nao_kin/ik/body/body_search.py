@@ -281,7 +281,7 @@ def _types() -> Any:
     )  # fmt: skip
 
 
-@kept("bodies", _types)
+@kept("bodies", _types, "about a minute")
 def whole_bodies(
     body: Body,
     legs: Legs,

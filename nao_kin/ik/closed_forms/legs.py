@@ -304,7 +304,7 @@ def _arguments() -> tuple[Any, ...]:
     return kernel_arguments(types.NamedUniTuple(leg, 2, Legs), types.NamedUniTuple(ranges, 2, LegsRanges))
 
 
-@kept("both legs", _arguments)
+@kept("both legs", _arguments, "about a minute")
 def _pairs(
     limb: Legs,
     ranges: LegsRanges,
