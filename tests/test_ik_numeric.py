@@ -322,6 +322,14 @@ def test_a_search_that_was_stopped_says_so(nao: nk.NaoModel) -> None:
     assert any("stopped" in note for note in found.notes)
 
 
+def test_a_search_that_was_stopped_tells_nothing_of_the_joints(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.posture("Crouch"), "LArm")
+    found = numeric(nao, "LArm", T, restarts=0, iterations=1)
+    assert found.reason is Reason.NOT_CONVERGED
+    T[:3, 3] += 0.05
+    assert numeric(nao, "LArm", T).reason is Reason.NOT_ENOUGH_JOINTS
+
+
 # --- references -----------------------------------------------------------------------------------------------------
 
 

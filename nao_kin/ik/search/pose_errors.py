@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +26,6 @@ class FrameMotion:
     """What moves a frame: some joints of a robot. All other joints and a floating base stay where they are.
 
     Attributes:
-        robot: the robot.
         frame: the frame.
         joints: places of the joints that move it in `RobotModel.joint_names`, from the base outwards, shape (m,).
         names: their names.
@@ -37,7 +38,8 @@ class FrameMotion:
     """
 
     def __init__(self, robot: RobotModel, frame: str) -> None:
-        self.robot, self.frame = robot, frame
+        # What is kept of a robot must not keep the robot.
+        self._robot, self.frame = weakref.ref(robot), frame
         self.joints = _joints_that_move(robot, frame)
         if not self.joints.size:
             raise BadArgument(f"no joint moves {quoted(frame)}")
@@ -45,6 +47,11 @@ class FrameMotion:
         self._offset = robot.nq - len(robot.joint_names)
         self.columns = self._offset + self.joints
         self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints
+
+    @property
+    def robot(self) -> RobotModel:
+        """Whose frame it is."""
+        return cast(RobotModel, self._robot())  # whoever asks has it
 
     @cached_property
     def chain(self) -> Chain:

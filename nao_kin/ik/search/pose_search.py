@@ -193,7 +193,8 @@ class PoseSearch:
         """Say why targets in reach are not met, after a last search from where one without limits ends."""
         motion, limited = self._motion, self._limited
         enough = len(motion.joints) >= np.count_nonzero(self._asked)
-        reasons[lost] = Reason.NOT_CONVERGED if enough else Reason.NOT_ENOUGH_JOINTS
+        # A search that was stopped tells nothing of the joints.
+        reasons[lost] = np.where(found.settled[lost] & (not enough), Reason.NOT_ENOUGH_JOINTS, Reason.NOT_CONVERGED)
         if not self._enforced:
             return
         there = PoseErrors(motion, errors.targets[lost], self._weights)
