@@ -88,6 +88,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_reach.py
 	$(BIN)/python benchmarks/bench_ik.py
 	$(BIN)/python benchmarks/bench_ik_numeric.py
+	$(BIN)/python benchmarks/bench_whole_body.py
 
 clean:
 	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
