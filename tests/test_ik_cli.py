@@ -216,7 +216,9 @@ def test_a_list_prints_a_line_for_each_and_names_what_is_missed(
     assert err.splitlines()[-1] == "nao-kin: and 2 more of 9 targets"
     # Only what is a configuration is written as one.
     assert run(["ik", "LLeg", str(tmp_path / "feet.npy"), "--csv"]) == 1
-    assert len(capsys.readouterr().out.splitlines()) == 3
+    out, err = capsys.readouterr()
+    assert len(out.splitlines()) == 3
+    assert err.splitlines()[-1] == "nao-kin: targets 2–8 have no row"
 
 
 def test_solutions_are_near_the_reference(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
@@ -248,6 +250,47 @@ def test_a_page_shows_the_robot_and_its_other_solutions_as_ghosts(
     kinds, types = ({m.get(key) for m in messages} for key in ("kind", "type"))
     assert "ghosts" not in kinds
     assert "set_animation" in types
+
+
+def test_a_page_beside_json_or_csv_leaves_them_what_they_are(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    page = str(tmp_path / "leg.html")
+    arguments = ("LLeg", "--target", words(nao.fk(nao.posture("StandInit"), "LLeg")), "--html", page)
+    assert json.loads(said(capsys, *arguments, "--json"))["html"] == page
+    assert run(["ik", *arguments, "--csv"]) == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines()[0].split(",") == list(nao.joint_names)
+    assert err == f"{page}\n"
+
+
+def test_poses_in_another_frame_are_refused(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    path = tmp_path / "hand.json"
+    assert run(["fk", "--posture", "StandInit", "--frame", "LArm", "--reference", "CameraTop", "--json"]) == 0
+    path.write_text(capsys.readouterr().out)
+    assert 'poses in "CameraTop"; expected them in the torso' in refused(capsys, "LArm", str(path))
+    assert run(["fk", "--posture", "StandInit", "--frame", "LArm", "--reference", "torso", "--json"]) == 0
+    path.write_text(capsys.readouterr().out)
+    assert json.loads(said(capsys, "LArm", str(path), "--json"))["success"]
+
+
+def test_a_flat_list_is_one_target_and_full_turns_are_asked_about(
+    capsys: pytest.CaptureFixture, tmp_path: Path
+) -> None:
+    (tmp_path / "one.json").write_text("[0, 0.05, -0.3, 0, 0, 0]")
+    assert said(capsys, "LLeg", str(tmp_path / "one.json")).startswith("reached, 1 solution")
+    assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 45"]) == 1
+    assert "45 rad is more than a full turn; --deg takes degrees" in capsys.readouterr().err
+    assert run(["ik", "LLeg", "--target", "0 0.05 -0.3 0 0 20", "--deg"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_every_solution_of_a_list_has_its_line(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
+    np.save(tmp_path / "feet.npy", nao.fk(nao.random(5, 2), "LLeg"))
+    lines = said(capsys, "LLeg", str(tmp_path / "feet.npy"), "--all", "--ignore-limits").splitlines()
+    assert len(lines) == 1 + 2 * 8
+    assert lines[8].endswith("solution 8 of 8")
+    assert lines[9].split()[0] == "1"
 
 
 def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:

@@ -31,6 +31,10 @@ LEGS = "Legs"
 _FEET = ("LLeg", "RLeg")
 # Targets not reached that are named one by one.
 _MOST_NAMED = 5
+# Groups of neighbouring targets that are listed.
+_MOST_RANGES = 30
+# So many targets may take seconds: a line says that they are worked on.
+_MANY = 2000
 # Solutions of a list of targets are played at so many a second.
 _FPS = 25.0
 
@@ -106,13 +110,17 @@ def ik(
     ] = None,
     reference: Annotated[
         str | None,
-        typer.Option(metavar="POSTURE", help="A posture or a file of configurations that solutions are to be near."),
+        typer.Option(
+            metavar="POSTURE", help="A posture or a file of configurations to be near. Default: all joints at zero."
+        ),
     ] = None,
     all_: Annotated[bool, typer.Option("--all", help="Print every solution.")] = False,
     ignore_limits: Annotated[bool, typer.Option("--ignore-limits", help="Take joints wherever they are.")] = False,
     numeric: Annotated[bool, typer.Option("--numeric", help="Search, also where there is a closed form.")] = False,
     deg: DegOption = False,
-    csv: Annotated[bool, typer.Option("--csv", help="Print configurations as CSV, which fk and view read.")] = False,
+    csv: Annotated[
+        bool, typer.Option("--csv", help="Print configurations as CSV for fk and view: no row where there is none.")
+    ] = False,
     html: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write a page: the robot, and its other solutions as ghosts.")
     ] = None,
@@ -145,7 +153,8 @@ def ik(
     if target is not None:
         targets = target_of(target, feet=frame == LEGS, degrees=deg)
     else:
-        targets = read_targets(str(file), frames, degrees=deg)
+        roots = (model.semantics.root, model.tree.root, *(("world",) if "world" not in model.frame_names else ()))
+        targets = read_targets(str(file), frames, degrees=deg, roots=roots)
     near = None if reference is None else _reference(model, reference, len(targets.values), deg)
     towards = None if direction is None else numbers_of(direction, "--direction")
     if towards is not None and len(towards) != 3:
@@ -154,21 +163,26 @@ def ik(
     found = _solved(model, asked, targets, near)
     for note in found.notes:
         print_note(note)
-    if html is not None:
-        _write_page(model, found, html)
+    written = None if html is None else _write_page(model, found, html)
+    if written is not None and not atomic.leads_to_standard_output(written) and not json:
+        # What follows on standard output under --csv is a file, which this is no line of.
+        print(written, file=sys.stderr if csv else sys.stdout)
     if json:
-        print_json(_document(model, asked, targets, found, deg=deg, every=all_))
+        files = {} if written is None else {"html": written}
+        print_json({**_document(model, asked, targets, found, deg=deg, every=all_), **files})
     elif csv:
         sys.stdout.write(_configurations(model, found, deg=deg, every=all_))
     elif html is None or not atomic.leads_to_standard_output(html):
         if targets.many:
-            _print_lines(model, found, deg)
+            _print_lines(model, found, deg, every=all_)
         else:
             _print_one(model, found, deg, every=all_)
     missed = np.flatnonzero(~np.atleast_1d(found.success))
     if missed.size:
         if csv or targets.many:
             _print_missed(found, missed)
+        if csv and targets.many:
+            _print_left_out(found, missed)
         raise typer.Exit(1)
 
 
@@ -191,11 +205,17 @@ def _reference(model: RobotModel, reference: str, targets: int, deg: bool) -> Fl
 
 def _solved(model: RobotModel, asked: Asked, targets: Targets, near: Floats | None) -> IKResult:
     """The answer for a list of targets, or for one."""
+    from rich.console import Console
+
     solve = _solver(model, asked, targets)
     values = targets.values if targets.many else targets.values[0]
     if near is not None and not targets.many and near.ndim == 2:
         near = near[0]
-    return solve(values, near)
+    console = Console(file=sys.stderr)
+    if len(targets.values) < _MANY or not console.is_terminal:
+        return solve(values, near)
+    with console.status(f"{len(targets.values)} targets"):
+        return solve(values, near)
 
 
 def _solver(model: RobotModel, asked: Asked, targets: Targets) -> Callable[[Floats, Floats | None], IKResult]:
@@ -295,18 +315,21 @@ def _print_one(model: RobotModel, found: IKResult, deg: bool, *, every: bool) ->
     )
 
 
-def _print_lines(model: RobotModel, found: IKResult, deg: bool) -> None:
-    """A line for each target, the best joint values in it."""
+def _print_lines(model: RobotModel, found: IKResult, deg: bool, *, every: bool) -> None:
+    """A line for each target, or for each of its solutions: joint values, and the reason."""
+    from nao_kin.ik import Reason
+
     names = _coordinates(model, found)
     scales = np.array([_scale(model, name, deg) for name in names])
     width = max(10, *(len(name) + 1 for name in names))
     print(f"{'row':>7}" + "".join(f"{name:>{width}}" for name in names) + "  reason")
-    reasons = found.reasons.tolist()
-    from nao_kin.ik import Reason
-
-    for row, values in enumerate((found.best * scales).tolist()):
-        cells = "".join(f"{'–' if math.isnan(v) else f'{without_sign_of_zero(v, 5):.5f}':>{width}}" for v in values)
-        print(f"{row:>7}{cells}  {Reason(reasons[row]).name}")
+    for row, reason in enumerate(found.reasons.tolist()):
+        many = every and int(found.count[row]) > 1
+        shown = found.branches[row][: int(found.count[row])] if many else found.best[row][None]
+        for number, values in enumerate((shown * scales).tolist(), start=1):
+            cells = "".join(f"{'–' if math.isnan(v) else f'{without_sign_of_zero(v, 5):.5f}':>{width}}" for v in values)
+            said = f"solution {number} of {len(shown)}" if many else Reason(reason).name
+            print(f"{row:>7}{cells}  {said}")
 
 
 def _configurations(model: RobotModel, found: IKResult, *, deg: bool, every: bool) -> str:
@@ -324,6 +347,26 @@ def _print_missed(found: IKResult, missed: Any) -> None:
         print_note(f"target {row}: {found.describe((row,))}" if many else found.describe())
     if missed.size > _MOST_NAMED:
         print_note(f"and {missed.size - _MOST_NAMED} more of {found.reasons.size} targets")
+
+
+def _print_left_out(found: IKResult, missed: Any) -> None:
+    """What CSV, which holds configurations only, does not say: rows that are missing, or only near."""
+    nothing = np.isnan(found.best[missed]).any(axis=-1)
+    for rows, what in ((missed[nothing], "have no row"), (missed[~nothing], "have the nearest pose in their row")):
+        if rows.size:
+            print_note(f"targets {_ranges(rows.tolist())} {what}")
+
+
+def _ranges(rows: list[int]) -> str:
+    """Ascending numbers, neighbours taken together."""
+    parts: list[list[int]] = []
+    for row in rows:
+        if parts and row == parts[-1][1] + 1:
+            parts[-1][1] = row
+        else:
+            parts.append([row, row])
+    shown = ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in parts[:_MOST_RANGES])
+    return shown if len(parts) <= _MOST_RANGES else f"{shown} and more, which --json names"
 
 
 def _document(
@@ -372,15 +415,19 @@ def _answer(found: IKResult, index: tuple[int, ...], names: list[str], scales: F
     return answer
 
 
-def _write_page(model: RobotModel, found: IKResult, html: str) -> None:
-    """The best configuration with the other solutions as ghosts; of a list of targets, one after the other."""
+def _write_page(model: RobotModel, found: IKResult, html: str) -> str | None:
+    """The best configuration with the other solutions as ghosts; of a list of targets, one after the other.
+
+    Returns:
+        The file; None where there is nothing to show.
+    """
     from nao_kin.viewer import Viewer
 
     q = found.q.reshape(-1, model.nq)
     shown = q[~np.isnan(q).any(axis=-1)]
     if not len(shown):
         print_note("there is no solution to show; no page is written")
-        return
+        return None
     with closing(Viewer(model)) as viewer:
         if found.reasons.ndim:
             viewer.animate(shown, _FPS)
@@ -388,6 +435,4 @@ def _write_page(model: RobotModel, found: IKResult, html: str) -> None:
             viewer.display(shown[0])
             if int(found.count) > 1:
                 viewer.show_ghosts(found.solutions[1 : int(found.count)])
-        viewer.save_html(html)
-    if not atomic.leads_to_standard_output(html):
-        print(html)
+        return str(viewer.save_html(html))

@@ -23,13 +23,17 @@ from nao_kin._common.csv_numbers import Records, delimiter_of
 from nao_kin._common.input_text import read_text
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
+from nao_kin.cli.output import print_note
 from nao_kin.configuration_files import finite_numbers
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 
 Kind = Literal["place", "rotation", "pose"]
 
+_TURN = 2.0 * math.pi
 _KINDS: dict[int, Kind] = {3: "place", 4: "rotation", 9: "rotation", 6: "pose", 7: "pose", 16: "pose"}
+# Where the mistake is in a list of one.
+_ONLY = " at index [0]"
 _EXPECTED = "3 numbers for a place, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
 
 _PLACE = ("x", "y", "z")
@@ -77,7 +81,7 @@ def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
     try:
         kind, values = _values(np.array([numbers]), feet, degrees)
     except NaoKinError as error:
-        raise BadArgument(f"--target {quoted(text)}: {error}") from None
+        raise BadArgument(f"--target {quoted(text)}: {str(error).replace(_ONLY, '')}") from None
     return Targets(kind, values, False)
 
 
@@ -100,13 +104,14 @@ def numbers_of(text: str, option: str) -> list[float]:
     return numbers
 
 
-def read_targets(path: str, frames: Sequence[str], *, degrees: bool) -> Targets:
+def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
     """The targets in a file.
 
     Args:
         path: a CSV, JSON or .npy file, or "-" for CSV or JSON on standard input.
         frames: the frames they are for, one or both feet: where a file names frames, rows of others are passed over.
         degrees: roll, pitch and yaw are degrees; names that end in _deg say it themselves.
+        roots: names of the frame that targets are given in; JSON that names another one is refused.
 
     Raises:
         BadInputFile: with line and column where there is one to blame.
@@ -119,7 +124,7 @@ def read_targets(path: str, frames: Sequence[str], *, degrees: bool) -> Targets:
     if not text or text.isspace():
         raise BadInputFile(path, "empty; expected targets")
     if Path(path).suffix.lower() == ".json" or (path == "-" and text.lstrip()[0] in "[{"):
-        return _from_json(path, text, frames, degrees)
+        return _from_json(path, text, frames, degrees, roots)
     return _from_csv(path, text, frames, degrees)
 
 
@@ -142,8 +147,13 @@ def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
         return kind, rows.reshape(n, 4, 4)
     T = np.zeros((n, 4, 4))
     T[:, :3, 3], T[:, 3, 3] = rows[:, :3], 1.0
-    angles = np.radians(rows[:, 3:]) if degrees else rows[:, 3:]
-    T[:, :3, :3] = matrix_from_quat(rows[:, 3:]) if count == 7 else matrix_from_rpy(angles)
+    if count == 7:
+        T[:, :3, :3] = matrix_from_quat(rows[:, 3:])
+        return kind, T
+    if not degrees and np.abs(rows[:, 3:]).max(initial=0.0) > _TURN:
+        worst = float(np.abs(rows[:, 3:]).max())
+        print_note(f"an angle of {worst:.6g} rad is more than a full turn; --deg takes degrees")
+    T[:, :3, :3] = matrix_from_rpy(np.radians(rows[:, 3:]) if degrees else rows[:, 3:])
     return kind, T
 
 
@@ -209,7 +219,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
     return _named(name, together, len(frames) == 2, degrees or wanted[-1].endswith("_deg"), lines)
 
 
-def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
+def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool, roots: Sequence[str]) -> Targets:
     try:
         document = json.loads(text)
     except json.JSONDecodeError as error:
@@ -220,6 +230,9 @@ def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool) -> Ta
     if isinstance(document, dict):  # as `nao-kin fk --json` writes it
         units = document.get("units")
         degrees = degrees or (isinstance(units, dict) and units.get("angle") == "deg")
+        if document.get("reference", "root") not in ("root", *roots):
+            asked = abbreviated(json.dumps(document["reference"], ensure_ascii=False))
+            raise BadInputFile(name, f"poses in {asked}; expected them in the torso, as without --reference")
         many = "configurations" in document
         entries = document.get("configurations", [document.get("poses")])
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
@@ -231,6 +244,8 @@ def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool) -> Ta
         document = [[_flat(name, index, entry[frame]) for frame in frames] for index, entry in enumerate(entries)]
     if not isinstance(document, list) or not document:
         raise BadInputFile(name, "expected a list of targets, each a list of numbers")
+    if not any(isinstance(entry, (list, dict)) for entry in document):
+        document, many = [document], False
     rows = [_flat(name, index, entry) for index, entry in enumerate(document)]
     if len({len(row) for row in rows}) > 1:
         odd = next(index for index, row in enumerate(rows) if len(row) != len(rows[0]))
