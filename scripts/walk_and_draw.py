@@ -3,7 +3,8 @@
 The torso is upright, and so placed that the centre of mass is where the plan wants it: above the sole that stands.
 
 Example:
-    python scripts/walk_and_draw.py    # writes docs/_static/walk_and_draw.html and docs/images/walk_and_draw.jpg
+    python scripts/walk_and_draw.py    # replaces docs/_static/walk_and_draw.html and docs/images/walk_and_draw.jpg here
+    python scripts/walk_and_draw.py --folder /tmp
 """
 
 from __future__ import annotations
@@ -234,7 +235,12 @@ def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, path: dict[s
 def main() -> int:
     """The motion, the checks, the clip and the picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folder", type=Path, default=DOCS, help="with _static and images (default: docs)")
+    parser.add_argument(
+        "--folder",
+        type=Path,
+        default=DOCS,
+        help="with _static and images (default: docs of this repository, whose files are replaced)",
+    )
     parser.add_argument("--no-picture", action="store_true", help="the clip only: needs no browser")
     options = parser.parse_args()
     nao = nk.load_nao(base="floating")
