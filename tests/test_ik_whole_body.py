@@ -233,6 +233,19 @@ def test_of_two_targets_that_disagree_the_lighter_gives_way(nao: nk.NaoModel) ->
         assert_stands(nao, found, feet)
 
 
+def test_a_target_that_is_met_does_not_give_way_however_heavy(nao: nk.NaoModel) -> None:
+    q, feet = crouching(nao)
+    places = {"LArm": [0.13, 0.3, 0.1], "RArm": [0.13, -0.3, 0.1]}
+    found = whole_body(nao, places, feet=feet, reference=q, weights={"LArm": 1e12}, restarts=2)
+    assert not found.success
+    for name, residual in found.residuals.items():
+        if (residual <= 1e-8).all():
+            assert found.gives_way != name
+    assert found.residuals[str(found.gives_way)].max() > 1e-8
+    exact = whole_body(nao, {"LArm": nao.fk(q, "LArm")[:3, 3] + 0.01}, feet=feet, reference=q, tolerance=1e-30)
+    assert "gives way by :" not in str(exact.message)
+
+
 def test_a_centre_of_mass_beyond_the_feet_gives_way(nao: nk.NaoModel) -> None:
     q, feet = crouching(nao)
     found = whole_body(nao, {}, feet=feet, reference=q, com=(0.5, 0.0), restarts=1)

@@ -330,7 +330,9 @@ def _result(
         beyond[~stands] = feet_beyond(tables.body, problem.feet[~stands])
         reasons[~stands] = np.where(beyond[~stands] > 0.0, Reason.OUT_OF_REACH, Reason.NOT_CONVERGED)
     if failed.size:
-        worst[failed] = np.argmax(away[:, failed], axis=0)
+        # What is met does not give way, however much its rounding weighs.
+        unmet = np.array([(residual > search.tolerance).any(axis=-1) for residual in residuals.values()])
+        worst[failed] = np.argmax(np.where(unmet | ~unmet.any(axis=0), away, -1.0)[:, failed], axis=0)
         beyond[failed] = _beyond(search, asked, standing, failed, worst)
         reasons[failed] = _why(search, asked, support, failed, worst, beyond, found)
     q = reference.copy()

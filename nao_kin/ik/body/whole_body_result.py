@@ -111,6 +111,7 @@ class WholeBodyResult:
         amount = " and ".join(
             text for text, size in ((length_in_words(away), away), (f"{turned:.3g} rad", turned)) if size > 1e-9
         )
+        amount = amount or length_in_words(away)
         why = {
             Reason.OUT_OF_REACH: "out of reach",
             Reason.TARGETS_DISAGREE: "met without the other targets, not with them",
