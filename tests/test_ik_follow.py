@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import itertools
 import math
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +21,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.ik import Reason
 from nao_kin.ik.paths import branch_choice, limb_paths
+from nao_kin.ik.targets import inside_limits
 from nao_kin.rotations import matrix_from_rpy, rot_z
 
 
@@ -53,6 +56,16 @@ def squared_motion(nao: nk.NaoModel, q: Floats) -> float:
 def arm_branches(nao: nk.NaoModel, T: Floats, reference: Floats) -> nk.ik.IKResult:
     """All branches of the left arm for places and directions."""
     return nk.ik.arm(nao, "L", T[..., :3, 3], direction=T[..., :3, 0], reference=reference)
+
+
+def one_branch(nao: nk.NaoModel, T: Floats) -> Floats:
+    """The branch of the left arm that a first pose has alone, continued by the nearest solution of each pose."""
+    q = arm_branches(nao, T[0], nao.clamp(nao.neutral())).q
+    rows = [q]
+    for pose in T[1:]:
+        q = arm_branches(nao, pose, q).q
+        rows.append(q)
+    return np.array(rows)
 
 
 def along(nao: nk.NaoModel, q: Floats, direction: Floats, most: int = 400) -> Floats:
@@ -332,7 +345,14 @@ def test_a_path_that_must_jump_is_reported_where_both_branches_are(nao: nk.NaoMo
     assert not found.success
     assert jump.describe() in found.message
     # No other place for one jump is cheaper: every switch from the branch before to the branch behind.
-    assert abs(jump.size) < 3.0
+    left, right = one_branch(nao, T[: both[-1] + 1]), one_branch(nao, T[both[0] :][::-1])[::-1]
+    costs = {
+        i: squared_motion(nao, np.concatenate([left[: i + 1], right[i + 1 - both[0] :]]))
+        for i in range(both[0] - 1, both[-1] + 1)
+    }
+    assert len(costs) > 10
+    assert found.motion == pytest.approx(min(costs.values()), rel=1e-9)
+    assert jump.index == min(costs, key=lambda i: costs[i])
 
 
 def test_ways_of_the_joints_have_no_jumps_however_coarse(nao: nk.NaoModel) -> None:
@@ -544,6 +564,71 @@ def test_a_reference_outside_the_limits_is_projected_and_that_is_said(nao: nk.Na
     assert nk.ik.follow(nao, {"LLeg": swinging(nao, "LLeg", 3)}, reference=reference, limits="ignore").q[0, 0] == 3.0
 
 
+def test_a_reference_beyond_a_coupled_limit_goes_to_the_nearest_point(nao: nk.NaoModel) -> None:
+    """As everywhere in inverse kinematics; `clamp` would keep the yaw of the head, on which its pitch depends."""
+    reference = nao.configuration({"HeadYaw": 1.0, "HeadPitch": 0.5}, limits="ignore")
+    nearest, notes = inside_limits(nao, reference)
+    assert np.abs(nearest - nao.clamp(reference)).max() > 0.01
+    T = swinging(nao, "LLeg", 3)
+    found = nk.ik.follow(nao, {"LLeg": T}, reference=reference)
+    np.testing.assert_allclose(found.q[:, :2], np.tile(nearest[:2], (3, 1)), atol=1e-12)
+    assert found.notes == notes
+    several = np.stack([nearest, reference, reference])
+    found = nk.ik.follow(nao, {"LLeg": T}, reference=several)
+    np.testing.assert_allclose(found.q[:, :2], np.tile(nearest[:2], (3, 1)), atol=1e-12)
+    assert found.notes[0].endswith("(configuration 1)")
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_directions_may_have_any_length(nao: nk.NaoModel, scale: float) -> None:
+    T = nao.fk(way(nao, 8, 5), "RArm")
+    expected = nk.ik.follow(nao, {"RArm": T[:, :3, 3]}, directions={"RArm": T[:, :3, 0]})
+    found = nk.ik.follow(nao, {"RArm": T[:, :3, 3]}, directions={"RArm": scale * T[:, :3, 0]})
+    assert found.success
+    np.testing.assert_allclose(found.q, expected.q, atol=1e-9)
+
+
+def test_coordinates_whose_squares_overflow_are_refused_by_name(nao: nk.NaoModel) -> None:
+    far = np.array([1e155, 0.0, 0.0])
+    for name in ("LArm", "CameraTop"):
+        with pytest.raises(BadArgument, match=rf"path\['{name}'\] must not exceed 1e\+150"):
+            nk.ik.follow(nao, {name: far})
+    T = np.eye(4)
+    T[0, 3] = 1e308
+    with pytest.raises(BadArgument, match=r"path\['LLeg'\] must not exceed 1e\+150"):
+        nk.ik.follow(nao, {"LLeg": T})
+    with pytest.raises(BadArgument, match="torso must not exceed"):
+        nk.ik.follow(nao, {"LArm": [0.2, 0.1, 0.0]}, torso=T)
+    with pytest.raises(BadArgument, match="reference must not exceed"):
+        nk.ik.follow(nao, {"LArm": [0.2, 0.1, 0.0]}, reference=np.full(nao.nq, 1e200))
+    with pytest.raises(BadArgument, match="times must not exceed"):
+        nk.ik.follow(nao, {"LArm": np.full((2, 3), 0.1)}, times=[-1e308, 1e308])
+
+
+def test_ragged_lists_are_refused_by_name(nao: nk.NaoModel) -> None:
+    ragged: Any = [[1.0, 2.0], [3.0]]
+    place = {"LArm": [0.2, 0.1, 0.0]}
+    calls: list[tuple[str, dict[str, Any]]] = [
+        (r"path\['LLeg'\]", {"path": {"LLeg": ragged}}),
+        (r"path\['LArm'\]", {"path": {"LArm": ragged}}),
+        (r"directions\['LArm'\]", {"path": place, "directions": {"LArm": ragged}}),
+        *((option, {"path": place, option: ragged}) for option in ("torso", "times", "reference", "speed")),
+    ]
+    for name, options in calls:
+        with pytest.raises(BadArgument, match=f"{name} must be real numbers"):
+            nk.ik.follow(nao, **options)
+
+
+def test_a_followed_path_is_stored_and_copied(nao: nk.NaoModel) -> None:
+    T = np.tile(np.eye(4), (3, 1, 1))
+    T[:, 2, 3] = -2.0
+    found = nk.ik.follow(nao, {"LLeg": T, "CameraTop": [1.0, 0.0, 0.0]})
+    for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        np.testing.assert_array_equal(other.q, found.q)
+        assert other.message == found.message
+        assert other.limbs[0].messages == found.limbs[0].messages
+
+
 def test_wrong_paths_are_refused_with_effector_and_sample(nao: nk.NaoModel) -> None:
     T = swinging(nao, "LLeg", 5)
     with pytest.raises(UnknownName, match=r"effector 'LLag' \(nearest: LLeg"):
@@ -587,7 +672,7 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(NotFinite, match="times"):
         nk.ik.follow(nao, {"LLeg": T}, times=[0.0, 0.2, math.nan, 0.3])
     for speed in (0.0, -1.0):
-        with pytest.raises(BadArgument, match="speed must be a share"):
+        with pytest.raises(BadArgument, match="speed must be a number above zero"):
             nk.ik.follow(nao, {"LLeg": T}, speed=speed)
     with pytest.raises(UnknownName, match="enforce"):
         nk.ik.follow(nao, {"LLeg": T}, limits="enforced")  # type: ignore[arg-type]
@@ -597,8 +682,9 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.follow(nao, {"LLeg": T}, free="lean")
     with pytest.raises(BadArgument, match="fps"):
         nk.ik.follow(nao, {"LLeg": T}).sampled(0.0)
-    with pytest.raises(UnknownName, match="priority 'both'"):
-        nk.ik.follow(nao, {"LLeg": T}, priority="both")  # type: ignore[arg-type]
+    for priority in ("both", ["left"], np.array(["left", "right"])):
+        with pytest.raises(UnknownName, match="unknown priority"):
+            nk.ik.follow(nao, {"LLeg": T}, priority=priority)  # type: ignore[arg-type]
     for option in ("directions", "frames"):
         with pytest.raises(BadArgument, match=f"{option} must be a mapping from effectors, got ndarray"):
             nk.ik.follow(nao, {"LLeg": T}, **{option: T})

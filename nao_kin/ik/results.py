@@ -18,7 +18,7 @@ Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]
 
 # Farther than this beyond the reach of a limb, a target was likely written in millimetres.
-_MILLIMETRES_FROM = 10.0
+MILLIMETRES_FROM = 10.0
 
 
 class Reason(enum.IntEnum):
@@ -33,7 +33,7 @@ class Reason(enum.IntEnum):
             that another joint's value leaves it.
         HIPS_DISAGREE: the two feet ask for different values of the one motor that drives both hips.
         NOT_CONVERGED: a numerical solver gave up; there may be solutions.
-        TARGETS_DISAGREE: each of several targets can be met alone, but they cannot all be met.
+        TARGETS_DISAGREE: a target that is met without the others was not met together with them.
     """
 
     REACHED = 0
@@ -185,8 +185,8 @@ class IKResult:
             named = f", of the family {', '.join(sorted(f.name for f in families))}" if families else ""
             return f"reached, {count} {'solution' if count == 1 else 'solutions'}{named}"
         if reason is Reason.OUT_OF_REACH:
-            hint = "; targets are in metres" if needed > _MILLIMETRES_FROM else ""
-            return f"out of reach by {_length(needed)}{nearest}{hint}"
+            hint = "; targets are in metres" if needed > MILLIMETRES_FROM else ""
+            return f"out of reach by {length_in_words(needed)}{nearest}{hint}"
         if reason is Reason.NOT_ENOUGH_JOINTS:
             return f"{len(self.joints)} joints do not make this pose{nearest}"
         if reason is Reason.HIPS_DISAGREE:
@@ -208,12 +208,12 @@ class IKResult:
 
 def _errors(away: float, turned: float) -> str:
     """Errors in position and angle; what is exact, or was not asked for, is left out where the other is there."""
-    parts = [text for error, text in ((away, _length(away)), (turned, f"{turned:.3g} rad")) if error > 0.0]
-    return " and ".join(parts) or _length(0.0)
+    parts = [text for error, text in ((away, length_in_words(away)), (turned, f"{turned:.3g} rad")) if error > 0.0]
+    return " and ".join(parts) or length_in_words(0.0)
 
 
-def _length(metres: float) -> str:
-    """A length in the unit in which people say it."""
+def length_in_words(metres: float) -> str:
+    """A length in the unit in which people say it, to four digits."""
     size = abs(metres)
     for unit, scale in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6)):
         if size >= scale:

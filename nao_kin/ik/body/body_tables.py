@@ -23,6 +23,7 @@ class BodyTables:
     Attributes:
         body: the arrays.
         order: place in q of each variable, shape (n,).
+        turns: which variables may go round by whole turns, and everything is where it was, shape (n,).
         torso_in_root: T_root_torso, the torso's frame in the link that carries all, shape (4, 4).
     """
 
@@ -62,7 +63,9 @@ class BodyTables:
         table_rows = np.zeros((len(tables), 3, max([2, *(len(table.at) for table in tables)])))
         for k, table in enumerate(tables):
             table_rows[k, :, : len(table.at)] = table.at, table.lower, table.upper
-        turn = np.full(len(columns), math.pi)
+        self.turns = np.arange(len(columns)) < moving
+        self.turns[which[multiplier % 1.0 != 0.0]] = False
+        unbounded = np.full(len(columns), math.inf)
         self.body = Body(
             parent,
             placements[:, :3, :3].copy(),
@@ -75,8 +78,8 @@ class BodyTables:
             levers,
             np.array([[self._row[int(model.getJointId(joint))] for joint in leg] for leg in legs]),
             np.array([self.frame(f"{side}Leg")[1] for side in SIDES]),
-            robot.lower[columns] if enforce else -turn,
-            robot.upper[columns] if enforce else turn,
+            robot.lower[columns] if enforce else -unbounded,
+            robot.upper[columns] if enforce else unbounded,
             moving,
             np.array([[variable[table.joint], variable[table.of]] for table in tables], np.int64).reshape(-1, 2),
             np.array([len(table.at) if enforce else 0 for table in tables], np.int64),
@@ -100,6 +103,11 @@ class BodyTables:
         joint, T = self._placement(self.robot, name)
         row = self._row.get(joint, 0)
         return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
+
+    def unwound(self, x: Floats, near: Floats | float) -> Floats:
+        """Variables without whole turns: those that may go round within π of `near`, shape (..., n)."""
+        turns = np.round((x - near) / (2.0 * math.pi))
+        return np.asarray(np.where(self.turns & (turns != 0.0), x - 2.0 * math.pi * turns, x))
 
     @staticmethod
     def _placement(robot: RobotModel, name: str) -> tuple[int, Floats]:

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin.errors import BadArgument
+from nao_kin._common.arrays import Floats, as_numbers
+from nao_kin._common.vectors import as_vectors
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel
 
 # What a frame on the foot may be above or below the plane of the sole and still be a corner of it [m].
@@ -37,17 +38,17 @@ class SupportPolygon:
         """The convex hull of points of shape (n, 2), or (n, 3) of which x and y count.
 
         Raises:
-            BadArgument: they lie on one line.
+            BadArgument: they lie on one line, or are no numbers.
             WrongShape, NotFinite: no points.
 
         Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
         """
-        array = np.asarray(points, dtype=np.float64)
-        xy = as_floats(array[..., :2] if array.ndim else array, (2,), "points").reshape(-1, 2)
+        xy = _places(points).reshape(-1, 2)
         ordered = sorted({(x, y) for x, y in xy.tolist()})
         hull = _half_hull(ordered)[:-1] + _half_hull(ordered[::-1])[:-1]
         vertices = np.array(hull).reshape(-1, 2)
-        x, y = vertices.T
+        # From the first of them, for a far origin costs digits.
+        x, y = (vertices - vertices[:1]).T
         if len(hull) < 3 or float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < _NO_AREA:
             raise BadArgument("the soles have no area seen from above: do they stand upright?")
         return SupportPolygon(vertices)
@@ -60,15 +61,25 @@ class SupportPolygon:
         return np.column_stack([normals, np.einsum("ki,ki->k", normals, self.vertices)])
 
     def signed_distance(self, points: ArrayLike) -> Floats:
-        """Distances of points from the edge, positive inside, shape (...) for (..., 2) or (..., 3) [m]."""
-        p = np.asarray(points, dtype=np.float64)[..., None, :2]
-        planes = self.half_planes
-        inside = np.min(np.einsum("...ki,ki->...k", p, planes[:, :2]) - planes[:, 2], axis=-1)
+        """Distances of points from the edge, positive inside, shape (...) for (..., 2) or (..., 3) [m].
+
+        Raises:
+            BadArgument, WrongShape, NotFinite: no points.
+        """
+        lever = _places(points)[..., None, :] - self.vertices
+        inside = np.min(np.einsum("...ki,ki->...k", lever, self.half_planes[:, :2]), axis=-1)
         along = np.roll(self.vertices, -1, axis=0) - self.vertices
-        lever = p - self.vertices
         share = np.clip(np.einsum("...ki,ki->...k", lever, along) / np.square(along).sum(axis=-1), 0.0, 1.0)
         away = np.min(np.linalg.norm(lever - share[..., None] * along, axis=-1), axis=-1)
         return np.asarray(np.where(inside >= 0.0, inside, -away))
+
+
+def _places(points: ArrayLike) -> Floats:
+    """The x and y of points, shape (..., 2)."""
+    array = as_numbers(points, "points")
+    if array.shape[-1:] not in ((2,), (3,)):
+        raise WrongShape("points", "(..., 2) or (..., 3)", array.shape)
+    return as_vectors(array[..., :2], "points", 2)
 
 
 def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:

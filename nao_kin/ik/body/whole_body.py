@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from typing import SupportsIndex
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.arrays import Floats
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import check_tolerance, whole_number
-from nao_kin._common.vectors import common_batch
-from nao_kin.errors import BadArgument
+from nao_kin._common.vectors import as_vectors, common_batch, first_index
 from nao_kin.ik.body.body import SIDES, Ints
 from nao_kin.ik.body.body_errors import POSE
 from nao_kin.ik.body.body_search import LACKING, NOT_STANDING, REACHED, START, STATUS, STEPS, STOPPED, whole_bodies
 from nao_kin.ik.body.body_step import BOTH
 from nao_kin.ik.body.body_tables import BodyTables, PreparedRobot, prepared
+from nao_kin.ik.body.out_of_reach import feet_beyond, margin_beyond, target_beyond
 from nao_kin.ik.body.support_polygon import SupportPolygon, polygon_below
 from nao_kin.ik.body.whole_body_result import COM, WholeBodyResult
 from nao_kin.ik.body.whole_body_targets import (
@@ -34,7 +34,7 @@ from nao_kin.ik.body.whole_body_targets import (
 )
 from nao_kin.ik.compiling import in_threads
 from nao_kin.ik.results import Codes, Reason
-from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced
+from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
@@ -84,14 +84,16 @@ def whole_body(
         margin: how far inside the support polygon, with com="support" [m].
         gaze: a point that CameraTop is to see on its optical axis, shape (..., 3) [m]; or (point, camera).
         torso: a wished pose or place of the torso, as in `targets`.
-        posture: configurations to stay near to, shape (..., nq); None for the reference.
+        posture: configurations to stay near to, shape (..., nq); None for the reference. Outside the limits they are
+            projected onto them, and `notes` says so.
         weights: by the names of targets, "com", "gaze", "torso" and "posture", a factor on the weight that a target has
             otherwise, or two weights of its own for metres and radians; a weight of 0 frees what it belongs to. Without
             it errors weigh 1 per metre and 0.1 per radian, differences to the posture 0.01 per radian.
         reference: where the search begins, shape (..., nq), and what the hands are at. None for all joints at zero, or
             at the limit nearest to it. With a fixed base its torso is at the origin of the world; a floating base
             stands where the reference has it. Outside the limits it is projected onto them, and `notes` says so.
-        limits: "enforce" or "ignore" for boxes and coupled limits.
+        limits: "enforce" or "ignore" for boxes and coupled limits. Where they are ignored, joints may go round; their
+            values are within half a turn of those of the posture.
         restarts: other starts to try where the first does not meet the targets, at most.
         tolerance: a target is met when it is off by at most so many metres and radians.
         iterations: steps of one search, at most.
@@ -101,7 +103,9 @@ def whole_body(
     Raises:
         UnknownName: no such frame, camera, foot, weight or choice.
         BadArgument: targets that contradict each other by form: a frame on a foot that stands, the torso twice, no
-            foot. A target that is not rigid, options that make no sense, a robot without the legs of a NAO.
+            foot. Options that make no sense, numbers above 1e150, weights above 1e12; a robot without the legs of a
+            NAO.
+        NotARotation, BadArgument: a pose that is not rigid; names it, its index and its defect.
         WrongShape, NotFinite: other shapes, or shapes that do not broadcast; NaN or infinity.
 
     Source: the derivation is in docs/whole_body.md.
@@ -112,17 +116,13 @@ def whole_body(
     factors = checked_weights(weights)
     check_tolerance(tolerance)
     check_tolerance(margin, "margin")
-    if not margin < math.inf:
-        raise BadArgument(f"margin must be a finite number of metres, got {margin}")
     counts = whole_number(restarts, "restarts", 0), whole_number(iterations, "iterations", 1)
     workers = check_threads(threads)
-    given, notes = _reference(robot, ready.rest, reference, enforce)
+    given, notes = (ready.rest, ()) if reference is None else _configurations(robot, reference, "reference", enforce)
     at_reference = np.asarray(robot.fk(given, ["LLeg", "RLeg"]))
     standing = standing_feet(feet, at_reference)
     asked = all_targets(tables, standing, targets, com, gaze, torso, factors)
-    wanted = (
-        given if posture is None else robot.clamp(posture) if enforce else as_floats(posture, (robot.nq,), "posture")
-    )
+    wanted, more = (given, ()) if posture is None else _configurations(robot, posture, "posture", enforce)
     batch = common_batch(
         "targets, feet, posture and reference",
         *(target.values.shape[:-2] for target in asked),
@@ -131,17 +131,21 @@ def whole_body(
         wanted.shape[:-1],
     )
     support = isinstance(com, str)
-    problem = _Problem.laid_out(ready, tables, standing, asked, batch, margin if support else None)
     weight = factor(COM, factors) * DEFAULT_WEIGHTS[0] if support else 0.0
+    as_vectors([margin, margin * weight], "margin", 2)
+    problem = _Problem.laid_out(ready, tables, standing, asked, batch, float(margin) if support else None)
     pull = factor("posture", factors) * DEFAULT_POSTURE
-    starts = _Starts(tables, _rows(given[..., tables.order], batch, 1), counts[0], whole_number(seed, "seed", 0))
-    near = _rows(wanted[..., tables.order], batch, 1)
-    search = _Search(ready, tables, problem, starts, near, pull, float(tolerance), counts[1], workers)
+    begin, near = (_rows(q[..., tables.order], batch, 1) for q in (given, wanted))
+    unwound = (begin, near) if enforce else (tables.unwound(begin, 0.0), tables.unwound(near, 0.0))
+    starts = _Starts(tables, unwound[0], counts[0], whole_number(seed, "seed", 0))
+    search = _Search(ready, tables, problem, starts, unwound[1], pull, float(tolerance), counts[1], workers)
     found = search.run(asked, weight, as_is=posture is None, restarts=False)
     again = np.flatnonzero(found.report[:, STATUS] != REACHED)
     if again.size and counts[0]:
         found.put(again, search.run(asked, weight, as_is=False, rows=again))
-    return _result(search, asked, weight, found, _rows(given, batch, 1), batch, tuple(standing), notes)
+    if not enforce:
+        found.x[:] = tables.unwound(found.x, near)
+    return _result(search, asked, weight, found, _rows(given, batch, 1), batch, tuple(standing), notes + more)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +157,9 @@ class _Problem:
         origin: where the first foot is in the world, shape (n, 3) [m].
         feet: T_origin_foot, shape (n, 2, 4, 4).
         targets: shape (n, t, 4, 4).
-        polygons: below the feet, in the world; one of each pose, or one for all.
-        planes: their half planes moved inwards by the margin, from the origin, shape (n, k, 3).
+        polygons: below the feet, from the origin; one of each pose, or one for all.
+        margin: how far inside them the centre of mass is to be [m].
+        planes: their half planes moved inwards by the margin, shape (n, k, 3).
         edges: how many of each count, shape (n,).
     """
 
@@ -163,6 +168,7 @@ class _Problem:
     feet: Floats
     targets: Floats
     polygons: tuple[SupportPolygon, ...]
+    margin: float
     planes: Floats
     edges: Ints
 
@@ -189,21 +195,21 @@ class _Problem:
         targets[:, :, :3, 3] -= origin[:, None]
         alike = all(T.ndim == 2 for T in standing.values())
         polygons = tuple(
-            polygon_below((_moved(feet[i, SIDES.index(side)], origin[i]), ready.corners[side]) for side in standing)
+            polygon_below((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
             for i in range(min(n, 1) if alike else n)
         )
         edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)
         planes = np.zeros((len(polygons), int(edges.max(initial=0)), 3))
         for i, polygon in enumerate(polygons):
             planes[i, : edges[i]] = polygon.half_planes
-            planes[i, :, 2] += (margin or 0.0) - planes[i, :, :2] @ origin[i, :2]
+            planes[i, : edges[i], 2] += margin or 0.0
         if alike:
             planes, edges = np.repeat(planes, n, axis=0), np.repeat(edges, n)
         stance = BOTH if len(standing) == BOTH else first
-        return _Problem(stance, origin, feet, targets, polygons, planes, edges)
+        return _Problem(stance, origin, feet, targets, polygons, margin or 0.0, planes, edges)
 
     def margins(self, com: Floats) -> Floats:
-        """How far centres of mass in the world are inside the polygons, shape (n,) for (n, 3)."""
+        """How far centres of mass, from the origin, are inside the polygons, shape (n,) for (n, 3)."""
         if len(self.polygons) == 1:
             return self.polygons[0].signed_distance(com)
         return np.array([polygon.signed_distance(c) for polygon, c in zip(self.polygons, com, strict=True)])
@@ -318,12 +324,17 @@ def _result(
     )
     stands = status != NOT_STANDING
     failed = np.flatnonzero((status != REACHED) & stands)
-    worst = np.full(len(status), -1)
+    worst, beyond = np.full(len(status), -1), np.zeros(len(status))
     reasons = np.full(len(status), Reason.REACHED, np.int8)
-    reasons[~stands] = Reason.OUT_OF_REACH
+    if not stands.all():
+        beyond[~stands] = feet_beyond(tables.body, problem.feet[~stands])
+        reasons[~stands] = np.where(beyond[~stands] > 0.0, Reason.OUT_OF_REACH, Reason.NOT_CONVERGED)
     if failed.size:
-        worst[failed] = np.argmax(away[:, failed], axis=0)
-        reasons[failed] = _why(search, asked, support, failed, worst, found)
+        # What is met does not give way, however much its rounding weighs.
+        unmet = np.array([(residual > search.tolerance).any(axis=-1) for residual in residuals.values()])
+        worst[failed] = np.argmax(np.where(unmet | ~unmet.any(axis=0), away, -1.0)[:, failed], axis=0)
+        beyond[failed] = _beyond(search, asked, standing, failed, worst)
+        reasons[failed] = _why(search, asked, support, failed, worst, beyond, found)
     q = reference.copy()
     q[:, tables.order] = found.x
     torso = found.torso.copy()
@@ -335,62 +346,86 @@ def _result(
     values = found.x[:, : tables.body.moving]
     names = tuple(robot.joint_names[int(k) - (robot.nq - len(robot.joint_names))] for k in tables.order)
     near = np.minimum(values - tables.body.lower[: values.shape[1]], tables.body.upper[: values.shape[1]] - values)
-    for array in (q, torso, com, *residuals.values()):
+    margins = problem.margins(found.com)
+    for array in (q, torso, com, margins, *residuals.values()):
         array[~stands] = np.nan
     return WholeBodyResult(
         q=q.reshape(*batch, robot.nq),
         torso=torso.reshape(*batch, 4, 4),
         reasons=reasons.reshape(batch),
         residuals={name: residual.reshape(*batch, 2) for name, residual in residuals.items()},
+        beyond=beyond.reshape(batch),
         worst=worst.reshape(batch),
         com=com.reshape(*batch, 3),
-        margin=problem.margins(com).reshape(batch),
+        margin=margins.reshape(batch),
         at_limits=(near <= _AT_LIMIT).reshape(*batch, values.shape[1]),
         joints=names[: values.shape[1]],
         iterations=found.report[:, STEPS].astype(np.int64).reshape(batch),
         starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, 1 + search.starts.count).reshape(batch),
         standing=standing,
-        notes=notes,
+        notes=notes + _crossing(search, found, stands.reshape(batch)),
     )
 
 
-def _why(search: _Search, asked: list[Target], support: float, failed: Ints, worst: Ints, found: _Found) -> Codes:
-    """Whether the targets that give way could be met if there were no others."""
-    status = found.report[failed, STATUS]
-    reasons = np.where(status == STOPPED, Reason.NOT_CONVERGED, Reason.TARGETS_DISAGREE).astype(np.int8)
-    count = len(asked) + (support > 0.0)
+def _beyond(search: _Search, asked: list[Target], standing: tuple[str, ...], failed: Ints, worst: Ints) -> Floats:
+    """How far the targets that give way are certainly out of reach; 0 where that is not more than the tolerance."""
+    problem, beyond = search.problem, np.zeros(len(failed))
     for place in np.unique(worst[failed]).tolist():
         mine = np.flatnonzero(worst[failed] == place)
+        rows = failed[mine]
+        if place < len(asked):
+            places = problem.targets[rows, place, :3, 3]
+            beyond[mine] = target_beyond(search.tables.body, asked[place], standing, problem.feet[rows], places)
+        else:
+            polygons = problem.polygons if len(problem.polygons) > 1 else problem.polygons * len(worst)
+            beyond[mine] = [margin_beyond(polygons[row], problem.margin) for row in rows]
+    return np.where(beyond > search.tolerance, beyond, 0.0)
+
+
+def _why(
+    search: _Search, asked: list[Target], support: float, failed: Ints, worst: Ints, beyond: Floats, found: _Found
+) -> Codes:
+    """Whether the targets that give way are out of reach, or are met if there are no others."""
+    status = found.report[failed, STATUS]
+    reasons = np.where(status == STOPPED, Reason.NOT_CONVERGED, Reason.TARGETS_DISAGREE).astype(np.int8)
+    reasons[beyond[failed] > 0.0] = Reason.OUT_OF_REACH
+    count = len(asked) + (support > 0.0)
+    for place in np.unique(worst[failed]).tolist():
+        mine = np.flatnonzero((worst[failed] == place) & (reasons == Reason.TARGETS_DISAGREE))
         rows = failed[mine]
         is_com = place == len(asked)
         alone = _Found(found.x, found.torso, found.residuals, found.com, found.report[rows])
         if count > 1:
             weight = support if is_com else 0.0
             alone = search.run(asked, weight, as_is=False, rows=rows, places=[] if is_com else [place])
-        reasons[mine[alone.report[:, STATUS] != REACHED]] = Reason.OUT_OF_REACH
+        reasons[mine[alone.report[:, STATUS] != REACHED]] = Reason.NOT_CONVERGED
     return reasons
 
 
-def _reference(
-    robot: RobotModel, rest: Floats, reference: ArrayLike | None, enforce: bool
-) -> tuple[Floats, tuple[str, ...]]:
-    """References inside the limits, with unit quaternions, and notes."""
-    if reference is None:
-        return rest, ()
-    batch = as_floats(reference, (robot.nq,), "reference").shape[:-1]
-    given, notes = as_reference(robot, rest, reference, batch, enforce)
-    given = np.array(given)
-    given[..., : robot.nq - len(robot.joint_names)] = robot.clamp(given)[..., : robot.nq - len(robot.joint_names)]
-    return given, notes
+def _crossing(search: _Search, found: _Found, stands: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Whether ankles are on swapped sides of the torso, as `legs` notes it."""
+    if search.problem.stance != BOTH:
+        return ()
+    sole_to_ankle = np.linalg.inv(search.tables.body.ankle_to_sole)
+    ankles = (search.problem.feet @ sole_to_ankle)[:, :, :3, 3]
+    left = np.einsum("ni,ni->n", found.torso[:, :3, 1], ankles[:, 0] - ankles[:, 1])
+    crossed = stands & (left < 0.0).reshape(stands.shape)
+    if not crossed.any():
+        return ()
+    which = f" in {np.count_nonzero(crossed)} of {crossed.size} poses, first at index {list(first_index(crossed))}"
+    return (f"the feet cross: the left ankle is to the right of the right one{which if crossed.ndim else ''}",)
+
+
+def _configurations(robot: RobotModel, given: ArrayLike, what: str, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
+    """Configurations with unit quaternions, inside the limits if these are enforced, and notes."""
+    array = with_unit_quaternion(robot, as_vectors(given, what, robot.nq))
+    if not enforce:
+        return array, ()
+    inside, notes = inside_limits(robot, array)
+    return inside, tuple(what + note.removeprefix("reference") for note in notes)
 
 
 def _rows(array: Floats, batch: tuple[int, ...], tail: int) -> Floats:
     """An array of shape (..., *tail) as rows, one for each pose; a copy."""
     own = array.shape[array.ndim - tail :]
     return np.array(np.broadcast_to(array, (*batch, *own)).reshape(-1, *own))
-
-
-def _moved(T: Floats, by: Floats) -> Floats:
-    moved: Floats = T.copy()
-    moved[:3, 3] += by
-    return moved

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.results import Codes, Integers, Reason
+from nao_kin.ik.results import MILLIMETRES_FROM, Codes, Integers, Reason, length_in_words
 
 FEET = "feet"
 COM = "com"
-# Farther than this from where it should be, a target was likely written in millimetres [m].
-_MILLIMETRES_FROM = 10.0
 _MOST_NAMES = 4
+_METRES = "; targets are in metres"
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +28,8 @@ class WholeBodyResult:
         reasons: a `Reason` for each pose as a number, shape (...).
         residuals: by the names of the targets, what they are off by, shape (..., 2) [m, rad]; of what was not asked
             for 0. Of "com" the horizontal distance, or what the margin lacks.
+        beyond: how much farther than the stretched robot the target that gives way is, or the feet are apart, at
+            least, shape (...) [m]; 0 where that is not what is in the way.
         worst: which target gives way, its place in `residuals`, shape (...); −1 where none does.
         com: the centre of mass in the world, shape (..., 3) [m].
         margin: how far it is inside the support polygon of the feet that stand, negative outside, shape (...) [m].
@@ -44,6 +45,7 @@ class WholeBodyResult:
     torso: Floats
     reasons: Codes
     residuals: Mapping[str, Floats]
+    beyond: Floats
     worst: Integers
     com: Floats
     margin: Floats
@@ -93,28 +95,32 @@ class WholeBodyResult:
             index: which pose of the batch; () where there is one.
         """
         reason = Reason(int(self.reasons[index]))
+        beyond = float(self.beyond[index])
         if np.isnan(self.q[index]).any():
-            return "the feet cannot both be stood on: too far apart, or their directions do not fit the shared hip"
+            if reason is not Reason.OUT_OF_REACH:
+                return "no pose found that stands on both feet: do their directions fit the one motor of the hips?"
+            hint = _METRES if beyond > MILLIMETRES_FROM else ""
+            return f"the feet cannot both be stood on: too far apart by {length_in_words(beyond)}{hint}"
         margin = float(self.margin[index])
-        where = f"centre of mass {_length(abs(margin))} {'inside' if margin >= 0.0 else 'outside'} the support polygon"
+        side = "inside" if margin >= 0.0 else "outside"
+        where = f"centre of mass {length_in_words(abs(margin))} {side} the support polygon"
         if reason is Reason.REACHED:
             return f"reached; {where}"
         name = list(self.residuals)[int(self.worst[index])]
         away, turned = (float(error) for error in self.residuals[name][index])
         amount = " and ".join(
-            text for text, size in ((_length(away), away), (f"{turned:.3g} rad", turned)) if size > 1e-9
+            text for text, size in ((length_in_words(away), away), (f"{turned:.3g} rad", turned)) if size > 1e-9
         )
+        amount = amount or length_in_words(away)
         why = {
-            Reason.OUT_OF_REACH: "out of reach, even without the other targets",
-            Reason.TARGETS_DISAGREE: "the other targets are in its way",
+            Reason.OUT_OF_REACH: "out of reach",
+            Reason.TARGETS_DISAGREE: "met without the other targets, not with them",
         }.get(reason, "no pose found that meets it")
-        if len(self.residuals) == 1 and reason is Reason.OUT_OF_REACH:
-            why = "out of reach"
         names = [joint for joint, is_at in zip(self.joints, self.at_limits[index], strict=True) if is_at]
         limits = f"; at their limits: {', '.join(names[:_MOST_NAMES])}" if names else ""
         if len(names) > _MOST_NAMES:
             limits += f" and {len(names) - _MOST_NAMES} more"
-        hint = "; targets are in metres" if away > _MILLIMETRES_FROM else ""
+        hint = _METRES if away > MILLIMETRES_FROM else ""
         return f"{name} gives way by {amount}: {why}{limits}{hint}"
 
     def __repr__(self) -> str:
@@ -123,11 +129,3 @@ class WholeBodyResult:
             return f"<WholeBodyResult standing on {feet}: {self.describe()}>"
         reached = int(np.count_nonzero(self.success))
         return f"<WholeBodyResult standing on {feet}: {reached} of {self.reasons.size} poses reached>"
-
-
-def _length(metres: float) -> str:
-    """A length in the unit in which people say it."""
-    for unit, scale in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6)):
-        if metres >= scale:
-            return f"{metres / scale:.3g} {unit}"
-    return f"{metres / 1e-9:.3g} nm"

@@ -9,23 +9,23 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.arrays import Floats, as_floats, as_numbers
+from nao_kin._common.vectors import as_vectors
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, NotARotation, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.body.body import SIDES
 from nao_kin.ik.body.body_errors import COM, GAZE, PLACE, POSE, Plan
 from nao_kin.ik.body.body_tables import BodyTables
 from nao_kin.ik.geometry import torso_frame
-from nao_kin.ik.targets import refuse_not_rigid
-from nao_kin.rotations import nearest_rotation
+from nao_kin.ik.targets import rigid_poses
 
 SUPPORT = "support"
 _OWN_NAMES = ("com", "gaze", "torso")
 # Weights of what is measured in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
 DEFAULT_WEIGHTS = (1.0, 0.1)
 DEFAULT_POSTURE = 0.01
-# Rotations that are nearer to one are left as they are.
-_ROUNDING = 1e-14
+# Beside a target that weighs more, rounding leaves nothing of the others.
+_LARGEST_WEIGHT = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,8 @@ def standing_feet(feet: Mapping[str, ArrayLike] | None, at_reference: Floats) ->
     """The feet that stand with T_world_foot, shape (..., 4, 4); None for both where the reference has them.
 
     Raises:
-        BadArgument: no mapping, no foot, or a pose that is not rigid.
+        BadArgument: no mapping, or no foot.
+        NotARotation, BadArgument: a pose that is not rigid.
         UnknownName: a foot that is neither "L" nor "R".
         WrongShape, NotFinite: no poses.
     """
@@ -69,24 +70,6 @@ def standing_feet(feet: Mapping[str, ArrayLike] | None, at_reference: Floats) ->
     return {side: rigid_poses(feet[side], f"feet[{quoted(side)}]") for side in SIDES if side in feet}
 
 
-def rigid_poses(T: ArrayLike, what: str) -> Floats:
-    """Rigid transforms of shape (..., 4, 4), what is left of rounding taken out of their rotations.
-
-    Raises:
-        BadArgument: one is not rigid; says which.
-        WrongShape, NotFinite: no poses.
-    """
-    poses: Floats = as_floats(T, (4, 4), what).copy()
-    try:
-        refuse_not_rigid(poses, what)
-    except NotARotation as error:
-        raise BadArgument(f"{what} is no rigid transform: {error}") from None
-    R = poses[..., :3, :3]
-    if poses.size and np.abs(R.swapaxes(-1, -2) @ R - np.eye(3)).max() > _ROUNDING:
-        poses[..., :3, :3] = nearest_rotation(R)
-    return poses
-
-
 def all_targets(
     tables: BodyTables,
     standing: Mapping[str, Floats],
@@ -100,6 +83,7 @@ def all_targets(
 
     Raises:
         BadArgument: targets that contradict what stands or each other, or are no poses or places.
+        NotARotation: a pose that is none.
         UnknownName: a frame, camera or weight that is not there.
         WrongShape, NotFinite: other shapes, NaN or infinity.
     """
@@ -113,8 +97,10 @@ def all_targets(
         asked.append((name, name, value, POSE))
     trunk = torso_frame(robot)
     if torso is not None:
-        if trunk in targets:
-            raise BadArgument(f"the torso is asked for twice: as torso and as the target {quoted(trunk)}")
+        # The torso's body carries other frames as well, and who places these places it.
+        for name in targets:
+            if tables.frame(name)[0] == 0:
+                raise BadArgument(f"the torso is asked for twice: as torso and as the target {quoted(name)}")
         asked.append(("torso", trunk, torso, POSE))
     if gaze is not None:
         with_camera = isinstance(gaze, tuple) and len(gaze) == 2 and isinstance(gaze[1], str)
@@ -135,8 +121,10 @@ def all_targets(
                 f"{quoted(name)} is on the {'left' if ankles[row] == 'L' else 'right'} foot, which stands: "
                 f"leave it out of targets, or feet without {ankles[row]}"
             )
-        kind, values = _values(name, value, kind)
-        found.append(Target(name, kind, row, T_row_frame, values, _weights(name, weights)))
+        what, weight = (f"targets[{quoted(name)}]" if name not in _OWN_NAMES else name), _weights(name, weights)
+        kind, values = _values(what, value, kind)
+        as_vectors(weight[0] * values[..., :3, 3], f"{what} times its weight")
+        found.append(Target(name, kind, row, T_row_frame, values, weight))
     names = [target.name for target in found] + ["com", "posture"]
     for name in weights:
         if name not in names:
@@ -160,7 +148,7 @@ def checked_weights(weights: Mapping[str, object] | None) -> Mapping[str, float 
     """Weights by name, each a factor or a pair.
 
     Raises:
-        BadArgument: not so, or negative.
+        BadArgument: not so, negative, or above 1e12.
     """
     found: dict[str, float | tuple[float, float]] = {}
     if weights is not None and not isinstance(weights, Mapping):
@@ -171,6 +159,10 @@ def checked_weights(weights: Mapping[str, object] | None) -> Mapping[str, float 
             raise BadArgument(
                 f"weights[{quoted(str(name))}] must be a factor, or two weights for metres and radians, none below 0, "
                 f"got {values.tolist()}"
+            )
+        if (values > _LARGEST_WEIGHT).any():
+            raise BadArgument(
+                f"weights[{quoted(str(name))}] must not exceed {_LARGEST_WEIGHT:.0e}, got {values.max():.3g}"
             )
         found[str(name)] = float(values) if values.ndim == 0 else (float(values[0]), float(values[1]))
     return found
@@ -193,18 +185,17 @@ def _weights(name: str, weights: Mapping[str, float | tuple[float, float]]) -> t
     return given if isinstance(given, tuple) else (given * DEFAULT_WEIGHTS[0], given * DEFAULT_WEIGHTS[1])
 
 
-def _values(name: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
+def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
     """The kind of a target, a pose or a place, and its numbers, shape (..., 4, 4)."""
-    what = f"targets[{quoted(name)}]" if name not in _OWN_NAMES else name
     if kind == POSE:
-        shape = np.shape(value)
+        shape = as_numbers(value, what).shape
         if shape[-2:] == (4, 4):
             return POSE, rigid_poses(value, what)
         if shape[-1:] != (3,):
             raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for places", shape)
         kind = PLACE
     size = 2 if kind == COM else 3
-    places = as_floats(value, (size,), what)
+    places = as_vectors(value, what, size)
     values = np.zeros((*places.shape[:-1], 4, 4))
     values[...] = np.eye(4)
     values[..., :size, 3] = places

@@ -9,16 +9,16 @@ from typing import SupportsIndex, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin.errors import BadArgument, OutsideLimits, UnknownName
+from nao_kin._common.arrays import Floats
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.closed_forms.legs import Free, Priority, legs
 from nao_kin.ik.geometry import torso_frame
 from nao_kin.ik.paths.branch_choice import choose
-from nao_kin.ik.paths.followed_path import FollowedLimb, FollowedPath, followed_limb
+from nao_kin.ik.paths.followed_path import FollowedLimb, FollowedPath, followed_limb, positive
 from nao_kin.ik.paths.jumps import Jump, jumps_of
 from nao_kin.ik.paths.path_targets import Path, checked_path, limb_paths
 from nao_kin.ik.paths.time_scaling import between_samples, scaled
-from nao_kin.ik.targets import Limits, check_threads, is_enforced
+from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
@@ -59,8 +59,8 @@ def follow(
         directions: arm → where its forearm is to point, shape (n, 3), with places of that arm.
         frames: effector → the frame on it that the targets are of, for other frames than the effector's own.
         reference: configurations that all joints not in the path are taken from, shape (n, nq) or (nq,). The way from
-            the first to the path counts as motion. None for all joints at zero, or at the limit nearest to it: that
-            way does then not count.
+            the first to the path counts as motion. Outside the limits they are projected onto them, and `notes` says
+            so. None for all joints at zero, or at the limit nearest to it: that way does then not count.
         limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" takes all.
         speed: the share of the speed limits that may be used, above 0.
         priority: which foot keeps its yaw where both feet ask for different values of the one hip motor: "left",
@@ -76,14 +76,14 @@ def follow(
     Raises:
         UnknownName: no such effector, frame, policy or priority.
         BadArgument: no effector or sample at all, lengths that differ, times that do not increase, a pose that is no
-            rigid transform, a speed that is not above zero; or the robot has no such limb.
+            rigid transform, coordinates above 1e150, a speed that is not above zero; or the robot has no such limb.
         NotARotation, ZeroNorm, NotFinite, WrongShape: targets that are none; the message says of which effector and
             sample.
     """
     check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)
-    share = _share(speed)
-    if priority not in _PRIORITIES:
+    share = positive(speed, "speed")
+    if not isinstance(priority, str) or priority not in _PRIORITIES:
         raise UnknownName("priority", priority, _PRIORITIES)
     given = checked_path(robot, path, directions, torso, times, reference)
     references, notes = _references(robot, given, enforce)
@@ -120,31 +120,14 @@ def follow(
     )
 
 
-def _share(speed: float) -> float:
-    """The share of the speed limits.
-
-    Raises:
-        BadArgument, NotFinite: no number above zero.
-    """
-    array = as_floats(speed, (), "speed")
-    if array.shape != () or not array > 0.0:
-        raise BadArgument(f"speed must be a share of the speed limits above zero, got {speed}")
-    return float(array)
-
-
 def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
     """Configurations for all samples, inside the limits where these are enforced, and notes."""
     if path.reference is None:
         return np.tile(robot.clamp(robot.neutral()), (path.n, 1)), ()
-    robot.angles(path.reference)  # refuses a base whose quaternion is none
-    if not enforce:
-        return path.reference, ()
-    try:
-        return robot.check_limits(path.reference), ()
-    except OutsideLimits as error:
-        same = bool((path.reference == path.reference[0]).all())
-        note = f"reference projected into the limits: {error.violations[0].describe(index=not same)}"
-        return robot.clamp(path.reference), (note,)
+    same = bool((path.reference == path.reference[0]).all())
+    given = path.reference[0] if same else path.reference
+    found, notes = inside_limits(robot, given) if enforce else (with_unit_quaternion(robot, given), ())
+    return np.array(np.broadcast_to(found, path.reference.shape)), notes
 
 
 def _given_way(

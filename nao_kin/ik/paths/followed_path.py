@@ -131,7 +131,7 @@ class FollowedPath:
         Raises:
             BadArgument: no positive number, or a limb has no values at any sample.
         """
-        rate = _positive(fps, "fps")
+        rate = positive(fps, "fps")
         q = between_samples(self.q)
         if np.isnan(q).any():
             empty = next(limb.name for limb in self.limbs if np.isnan(q[0, list(limb.columns)]).any())
@@ -157,10 +157,10 @@ class FollowedPath:
 
 def followed_limb(name: str, choice: Choice) -> FollowedLimb:
     """What a limb does, as its choice of branches has it."""
-    return FollowedLimb(name, choice.columns, choice.reasons, choice.residual, MappingProxyType(choice.messages))
+    return FollowedLimb(name, choice.columns, choice.reasons, choice.residual, dict(choice.messages))
 
 
-def _positive(value: float, what: str) -> float:
+def positive(value: float, what: str) -> float:
     """One number above zero.
 
     Raises:

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, all_finite, as_numbers, refuse_non_finite
+from nao_kin._common.vectors import as_vectors, unit
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, NotARotation, UnknownName, WrongShape, ZeroNorm
+from nao_kin.errors import BadArgument, NotARotation, UnknownName, WrongShape
 from nao_kin.ik.paths.limb_paths import ArmPath, GazePath, HeadPath, LegPath, LegsPath, LimbPath
-from nao_kin.ik.targets import refuse_not_rigid
+from nao_kin.ik.targets import as_poses, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 
@@ -94,11 +95,8 @@ def checked_path(
             raise UnknownName("arm", name, arms, "a direction goes with the places of an arm in the path")
         if given[f"path[{quoted(name)}]"][0].shape[1:] == _POSE:
             raise BadArgument(f"{what} goes with places (n, 3), a pose has a direction")
-        array, count = _samples(value, _PLACE, what)
-        length = np.linalg.norm(array, axis=-1)
-        if not length.all():
-            raise ZeroNorm(what, (int(np.argmin(length)),))
-        given[what] = array / length[:, None], count
+        array, count = _samples(value, _PLACE, what, free=True)
+        given[what] = unit(array, what)[0], count
     if torso is not None:
         given["torso"] = _samples(torso, _POSE, "torso")
     if reference is not None:
@@ -163,8 +161,11 @@ def _mapping(value: object, what: str) -> Mapping[str, Any]:
     return value
 
 
-def _samples(value: ArrayLike, tail: tuple[int, ...], what: str) -> tuple[Floats, int]:
-    """Samples, shape (n, *tail), and how many; one without an axis for them counts as 0, for it fits all."""
+def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool = False) -> tuple[Floats, int]:
+    """Samples, shape (n, *tail), and how many; one without an axis for them counts as 0, for it fits all.
+
+    Vectors that are `free`, directions, may have any length.
+    """
     array = as_numbers(value, what)
     shape = ", ".join(map(str, tail))
     if array.shape != tail and array.shape[1:] != tail:
@@ -177,14 +178,16 @@ def _samples(value: ArrayLike, tail: tuple[int, ...], what: str) -> tuple[Floats
         raise BadArgument(f"{what} has no samples")
     if not all_finite(array):
         refuse_non_finite(array, what)
-    try:
-        if tail == _POSE:
-            refuse_not_rigid(array, what)
-        elif tail == _ROTATION:
+    if tail == _POSE:
+        refuse_not_rigid(as_poses(array, what), what)
+    elif tail == _ROTATION:
+        try:
             check_rotation(array)
-    except NotARotation as error:
-        error.args = (f"{what}: {error}",)
-        raise
+        except NotARotation as error:
+            error.args = (f"{what}: {error}",)
+            raise
+    elif not free:
+        as_vectors(array, what, *tail)
     return samples, 0 if constant else len(samples)
 
 
@@ -192,7 +195,7 @@ def _times(value: ArrayLike) -> tuple[Floats, int]:
     array = as_numbers(value, "times")
     if array.ndim != 1 or not len(array):
         raise WrongShape("times", "(n,)", array.shape)
-    refuse_non_finite(array, "times")
+    as_vectors(array, "times", len(array))
     late = np.flatnonzero(np.diff(array) <= 0.0)
     if len(late):
         i = int(late[0])
