@@ -165,6 +165,14 @@ def test_what_is_not_reached_says_why_and_exits_with_one(capsys: pytest.CaptureF
     assert set(table(out)) == {"HeadYaw", "HeadPitch"}
 
 
+def test_messages_are_in_degrees_too(capsys: pytest.CaptureFixture) -> None:
+    turned = ("LLeg", "--target", "0 0.05 -0.3 0 0 70", "--deg")
+    assert said(capsys, *turned, code=1).startswith("LHipYawPitch needs -75.6°, limit -65.6")
+    assert json.loads(said(capsys, *turned, "--json", code=1))["message"].startswith("LHipYawPitch needs -75.6°")
+    feet = ("Legs", "--target", "0 0.05 -0.3 0 0 10 0 -0.05 -0.3 0 0 10", "--deg")
+    assert "the feet are turned by -10° (left) and -10° (right)" in said(capsys, *feet, code=1)
+
+
 def test_the_output_of_fk_is_a_file_of_targets(tmp_path: Path, nao: nk.NaoModel) -> None:
     q = nao.random(0, 20)
     walk = tmp_path / "walk.csv"

@@ -180,7 +180,7 @@ def ik(
     missed = np.flatnonzero(~np.atleast_1d(found.success))
     if missed.size:
         if csv or targets.many:
-            _print_missed(found, missed)
+            _print_missed(found, missed, deg)
         if csv and targets.many:
             _print_left_out(found, missed)
         raise typer.Exit(1)
@@ -294,7 +294,7 @@ def _coordinates(model: RobotModel, found: IKResult) -> list[str]:
 
 def _print_one(model: RobotModel, found: IKResult, deg: bool, *, every: bool) -> None:
     """One target: the reason, and a table of joints and solutions."""
-    print(found.describe())
+    print(found.describe(degrees=deg))
     names = _coordinates(model, found)
     scales = [_scale(model, name, deg) for name in names]
     shown = [found.best] if not every or int(found.count) < 2 else list(found.branches[: int(found.count)])
@@ -340,11 +340,12 @@ def _configurations(model: RobotModel, found: IKResult, *, deg: bool, every: boo
     return targets_as_csv(model.joint_names, rows * [_scale(model, name, deg) for name in model.joint_names])
 
 
-def _print_missed(found: IKResult, missed: Any) -> None:
+def _print_missed(found: IKResult, missed: Any, deg: bool) -> None:
     """Which of a list of targets are not reached, and why."""
     many = found.reasons.ndim > 0
     for row in missed[:_MOST_NAMED].tolist():
-        print_note(f"target {row}: {found.describe((row,))}" if many else found.describe())
+        said = found.describe((row,) if many else (), degrees=deg)
+        print_note(f"target {row}: {said}" if many else said)
     if missed.size > _MOST_NAMED:
         print_note(f"and {missed.size - _MOST_NAMED} more of {found.reasons.size} targets")
 
@@ -383,11 +384,13 @@ def _document(
         "notes": list(found.notes),
     }
     indices: list[tuple[int, ...]] = [(row,) for row in range(len(targets.values))] if targets.many else [()]
-    answers = [_answer(found, index, names, scales, every) for index in indices]
+    answers = [_answer(found, index, names, scales, every=every, deg=deg) for index in indices]
     return {**head, "targets": answers} if targets.many else {**head, **answers[0]}
 
 
-def _answer(found: IKResult, index: tuple[int, ...], names: list[str], scales: Floats, every: bool) -> dict[str, Any]:
+def _answer(
+    found: IKResult, index: tuple[int, ...], names: list[str], scales: Floats, *, every: bool, deg: bool
+) -> dict[str, Any]:
     from nao_kin.ik import Family, LegsResult, Reason
 
     reason, count = Reason(int(found.reasons[index])), int(found.count[index])
@@ -396,7 +399,7 @@ def _answer(found: IKResult, index: tuple[int, ...], names: list[str], scales: F
     answer: dict[str, Any] = {
         "success": reason is Reason.REACHED,
         "reason": reason.name,
-        "message": found.describe(index),
+        "message": found.describe(index, degrees=deg),
         "joints": dict(zip(names, (best * scales).tolist(), strict=True)) if known else None,
         "residual": {"position": away, "angle_rad": turned} if known else None,
         "count": count,

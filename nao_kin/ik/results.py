@@ -7,6 +7,7 @@ were solved for; `q` and `solutions` put them into whole configurations when the
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -109,6 +110,7 @@ class IKResult:
             asked for 0; nan where `best` is.
         obstacles: what stood in the way.
         notes: what else is to be said about the call, one line each.
+        units: the unit of each joint; none where all are rad.
     """
 
     joints: tuple[str, ...]
@@ -122,6 +124,7 @@ class IKResult:
     residual: Floats
     obstacles: Obstacles
     notes: tuple[str, ...] = field(default=())
+    units: tuple[str, ...] = field(default=())
 
     @property
     def success(self) -> bool | NDArray[np.bool_]:
@@ -169,16 +172,17 @@ class IKResult:
             messages[index] = self.describe(index)
         return messages
 
-    def describe(self, index: tuple[int, ...] = ()) -> str:
+    def describe(self, index: tuple[int, ...] = (), *, degrees: bool = False) -> str:
         """The reason of one target in a sentence.
 
         Args:
             index: which target of the batch; () where there is one.
+            degrees: angles in degrees.
         """
         reason = Reason(int(self.reasons[index]))
         needed, limit = float(self.obstacles.needed[index]), float(self.obstacles.limit[index])
         away, turned = (float(error) for error in self.residual[index])
-        nearest = "" if np.isnan(away) else f"; the nearest pose is off by {_errors(away, turned)}"
+        nearest = "" if np.isnan(away) else f"; the nearest pose is off by {_errors(away, turned, degrees)}"
         if reason is Reason.REACHED:
             count = int(self.count[index])
             families = {Family(int(code)) for code in self.families[index][:count]} - {Family.NONE}
@@ -190,14 +194,18 @@ class IKResult:
         if reason is Reason.NOT_ENOUGH_JOINTS:
             return f"{len(self.joints)} joints do not make this pose{nearest}"
         if reason is Reason.HIPS_DISAGREE:
-            return f"the hips disagree by {needed:.3g} rad{nearest}"
+            return f"the hips disagree by {angle_in_words(needed, degrees)}{nearest}"
         if reason is Reason.NOT_CONVERGED:
             return f"no solution found{nearest}"
-        joint = self.joints[int(self.obstacles.joint[index])]
+        place = int(self.obstacles.joint[index])
+        joint, unit = self.joints[place], self.units[place] if self.units else "rad"
         which = "limit" if reason is Reason.JOINT_LIMIT else "coupled limit there"
+        if unit == "rad" and degrees:
+            needed, limit, unit = math.degrees(needed), math.degrees(limit), "°"
+        unit = unit if unit == "°" else f" {unit}"
         # As many digits as it takes to tell the two apart.
         digits = next((n for n in range(3, 16) if f"{needed:.{n}g}" != f"{limit:.{n}g}"), 16)
-        return f"{joint} needs {needed:.{digits}g} rad, {which} {limit:.{digits}g}{nearest}"
+        return f"{joint} needs {needed:.{digits}g}{unit}, {which} {limit:.{digits}g}{nearest}"
 
     def __repr__(self) -> str:
         if self.reasons.ndim == 0:
@@ -206,10 +214,15 @@ class IKResult:
         return f"<IKResult of {', '.join(self.joints)}: {reached} of {self.reasons.size} targets reached>"
 
 
-def _errors(away: float, turned: float) -> str:
+def _errors(away: float, turned: float, degrees: bool) -> str:
     """Errors in position and angle; what is exact, or was not asked for, is left out where the other is there."""
-    parts = [text for error, text in ((away, length_in_words(away)), (turned, f"{turned:.3g} rad")) if error > 0.0]
-    return " and ".join(parts) or length_in_words(0.0)
+    words = (away, length_in_words(away)), (turned, angle_in_words(turned, degrees))
+    return " and ".join(text for error, text in words if error > 0.0) or length_in_words(0.0)
+
+
+def angle_in_words(radians: float, degrees: bool) -> str:
+    """An angle to three digits."""
+    return f"{math.degrees(radians):.3g}°" if degrees else f"{radians:.3g} rad"
 
 
 def length_in_words(metres: float) -> str:

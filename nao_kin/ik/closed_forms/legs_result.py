@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.results import Codes, IKResult, Reason
+from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words
 
 _SIDES = "left", "right"
 
@@ -53,19 +53,21 @@ class LegsResult(IKResult):
             solutions[..., :7] = np.where(there[..., None], self.base_coordinates[..., None, :], np.nan)
         return solutions
 
-    def describe(self, index: tuple[int, ...] = ()) -> str:
+    def describe(self, index: tuple[int, ...] = (), *, degrees: bool = False) -> str:
         """The reason of one pair of feet in a sentence.
 
         Args:
             index: which pair of the batch; () where there is one.
+            degrees: angles in degrees.
         """
         reason = Reason(int(self.reasons[index]))
         if reason is Reason.REACHED:
-            return super().describe(index)
-        left, right = (float(error) for error in self.yaw_errors[index])
-        feet = "" if np.isnan(left) else f"; the feet are turned by {left:.3g} rad (left) and {right:.3g} rad (right)"
+            return super().describe(index, degrees=degrees)
+        turns = [float(error) for error in self.yaw_errors[index]]
+        left, right = (angle_in_words(turn, degrees) for turn in turns)
+        feet = "" if np.isnan(turns[0]) else f"; the feet are turned by {left} (left) and {right} (right)"
         if reason is Reason.HIPS_DISAGREE:
-            return f"the hips disagree by {float(self.obstacles.needed[index]):.3g} rad{feet}"
-        why, *hint = super().describe(index).split("; ")
+            return f"the hips disagree by {angle_in_words(float(self.obstacles.needed[index]), degrees)}{feet}"
+        why, *hint = super().describe(index, degrees=degrees).split("; ")
         unit = "".join(f"; {part}" for part in hint if not part.startswith("the nearest pose"))
         return f"{_SIDES[int(self.leg[index])]} leg: {why}{unit}{feet}"
