@@ -96,10 +96,11 @@ def arm(
     enforce, workers = is_enforced(limits), check_threads(threads)
     wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
     check_tolerance(angle_weight, "angle_weight")
-    if not 0.0 < angle_weight <= LARGEST:
+    weight = float(angle_weight)
+    if not 0.0 < weight <= LARGEST:
         raise BadArgument(f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}")
-    if angle_weight != _WEIGHT:
-        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=float(angle_weight)))
+    if weight != _WEIGHT:
+        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
     numbers = as_numbers(target, "target")
     if numbers.shape[-2:] == (4, 4):
         if direction is not None:
