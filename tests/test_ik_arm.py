@@ -9,6 +9,8 @@ from ik_checks import BESIDE, Floats, assert_solved, distance_to_solutions, pose
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.ik import Family, Reason
+from nao_kin.ik.paths.jumps import _cause
+from nao_kin.ik.paths.limb_paths import ArmPath
 from nao_kin.rotations import log, matrix_from_quat
 
 SIDES = ("L", "R")
@@ -275,8 +277,14 @@ def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.arm(nao, "L", T[0, :3, 3], direction=[1.0, math.nan, 0.0])
     with pytest.raises(UnknownName, match="manipulability"):
         nk.ik.arm(nao, "L", T[0, :3, 3], criterion="manipulabilty")  # type: ignore[arg-type]
-    with pytest.raises(BadArgument, match="angle_weight"):
-        nk.ik.arm(nao, "L", T, angle_weight=0.0)
+    with pytest.raises(UnknownName, match="criterion"):
+        nk.ik.arm(nao, "L", T[0, :3, 3], criterion=["limits"])  # type: ignore[arg-type]
+    for place in ([1e155, 0.0, 0.0], [[0.1, 0.1, 0.1], [0.1, -1e308, 0.1]]):
+        with pytest.raises(BadArgument, match=r"target must not exceed 1e\+150"):
+            nk.ik.arm(nao, "L", place)
+    for weight in (0.0, math.inf, math.nan, "0.1", [0.1], None):
+        with pytest.raises(BadArgument, match="angle_weight"):
+            nk.ik.arm(nao, "L", T, angle_weight=weight)  # type: ignore[arg-type]
     T[2, :3, :3] *= 1.1
     with pytest.raises(NotARotation, match=r"at index \[2\]"):
         nk.ik.arm(nao, "L", T)
@@ -287,3 +295,50 @@ def test_the_elbow_must_be_that_of_a_nao() -> None:
     nao.model.jointPlacements[nao.model.getJointId("LElbowYaw")].translation = np.array([0.105, 0.015, 0.002])
     with pytest.raises(BadArgument, match=r"no arm that the closed form fits: the elbow is out of the plane"):
         nk.ik.arm(nao, "L", np.eye(4))
+
+
+def test_the_weight_of_an_angle_may_be_any_number(nao: nk.NaoModel) -> None:
+    T = nao.fk(nao.posture("StandInit"), "LArm")
+    T[:3, 3] += 0.01
+    for weight in (np.float32(0.25), np.float64(0.25), np.int64(1), 1):
+        found = nk.ik.arm(nao, "L", T, angle_weight=weight)  # type: ignore[arg-type]
+        np.testing.assert_array_equal(found.q, nk.ik.arm(nao, "L", T, angle_weight=float(weight)).q)
+
+
+def test_a_direction_may_have_any_length_and_any_number_of_axes(nao: nk.NaoModel) -> None:
+    q = nao.random(31, 4).reshape((4,) + (1,) * 40 + (25,))
+    place, direction = nao.position(q, "LArm"), nao.rotation(q, "LArm")[..., 0]
+    lengths = np.array([1e-200, 1e-3, 1.0, 1e200]).reshape((4,) + (1,) * 41)
+    found = nk.ik.arm(nao, "L", place, direction=lengths * direction, reference=q)
+    assert found.success.shape == q.shape[:-1]  # type: ignore[union-attr]
+    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)
+
+
+def test_by_the_middle_of_the_limits_a_joint_stays_in_its_range_without_limits(nao: nk.NaoModel) -> None:
+    reference = nao.configuration({"LShoulderPitch": 3.0, "LElbowYaw": 3.0}, limits="ignore")
+    place = nao.position(nao.posture("StandInit"), "LArm")
+    free = nk.ik.arm(nao, "L", place, criterion="limits", limits="ignore", reference=reference)
+    found = nk.ik.arm(nao, "L", place, criterion="limits", reference=reference)
+    np.testing.assert_allclose(free.best, found.best, rtol=0, atol=1e-6)
+
+
+def test_without_limits_they_end_no_branch_of_a_path(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.posture("StandInit"), (3, 1))
+    q[:, nao.joint_names.index("LShoulderPitch")] = [2.0, 2.05, 2.2]
+    targets = (nao.fk(q, "LArm"),)
+    q[1:, nao.joint_names.index("LElbowYaw")] += 1.0  # another branch is taken up
+    columns = list(nk.ik.arm(nao, "L", targets[0][0]).columns)
+    causes = {
+        limits: _cause(ArmPath(nao, "LArm", ("LArm",), targets, {"limits": limits}), q, 0, columns)
+        for limits in ("enforce", "ignore")
+    }
+    assert "LShoulderPitch = 2.2 not in" in causes["enforce"]
+    assert causes["ignore"].startswith("its branch goes on")
+
+
+def test_without_limits_a_path_across_half_a_turn_is_no_jump(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.posture("StandInit"), (21, 1))
+    q[:, nao.joint_names.index("LShoulderPitch")] = np.linspace(3.0, 3.3, 21)
+    found = nk.ik.follow(nao, {"LArm": nao.fk(q, "LArm")}, limits="ignore", reference=q[0])
+    assert found.jumps == ()
+    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)

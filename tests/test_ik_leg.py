@@ -455,6 +455,20 @@ def test_wrong_names_are_refused_with_the_nearest(nao: nk.NaoModel) -> None:
         nk.ik.leg(nao, "L", np.eye(4), limits="enforced")  # type: ignore[arg-type]
     with pytest.raises(BadArgument, match="threads"):
         nk.ik.leg(nao, "L", np.eye(4), threads=0)
+    for side in (np.array(["L", "R"]), ["L"], None):
+        with pytest.raises(UnknownName, match="side"):
+            nk.ik.leg(nao, side, np.eye(4))  # type: ignore[arg-type]
+    for frame in (["LLeg"], np.array("LLeg"), 3):
+        with pytest.raises(UnknownName, match="frame"):
+            nk.ik.leg(nao, "L", np.eye(4), frame=frame)  # type: ignore[arg-type]
+
+
+def test_references_may_have_as_many_axes_as_arrays(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit").reshape((1,) * 40 + (25,))
+    T = nao.fk(q, "LLeg")
+    np.testing.assert_allclose(nk.ik.leg(nao, "L", T, reference=q[0]).q, q, rtol=0, atol=1e-9)
+    with pytest.raises(WrongShape, match="reference"):
+        nk.ik.leg(nao, "L", T, reference=q[None])
 
 
 def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:

@@ -9,7 +9,7 @@ from ik_checks import BESIDE, Floats, distance_to_solutions, pose_errors
 from legs_scan import least_turns, scanned
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, LegsResult, Reason
 from nao_kin.rotations import rot_x, rot_y, rot_z
 
@@ -611,11 +611,11 @@ def test_bad_targets_are_named_with_their_index(nao: nk.NaoModel) -> None:
     T_left, T_right = feet_of(nao, nao.random(23, 3))
     stretched = T_right.copy()
     stretched[1, :3, :3] *= 1.01
-    with pytest.raises(BadArgument, match=r"T_right is no rigid transform: not a rotation matrix at index \[1\]"):
+    with pytest.raises(NotARotation, match=r"T_right: not a rotation matrix at index \[1\]"):
         nk.ik.legs(nao, T_left, stretched)
-    with pytest.raises(BadArgument, match=r"T_right .* index \[1\]"):
+    with pytest.raises(NotARotation, match=r"T_right: .* index \[1\]"):
         nk.ik.legs(nao, T_left, stretched, base="floating")
-    with pytest.raises(BadArgument, match="torso is no rigid transform"):
+    with pytest.raises(NotARotation, match="torso: not a rotation matrix"):
         nk.ik.legs(nao, T_left, T_right, base="floating", torso=1.1 * np.eye(4))
     with pytest.raises(BadArgument, match="T_left at index .* no rigid transform: its last row"):
         nk.ik.legs(nao, T_left.swapaxes(-1, -2), T_right)
@@ -638,6 +638,23 @@ def test_wrong_names_are_refused_with_the_valid_ones(nao: nk.NaoModel) -> None:
         nk.ik.legs(nao, *T, limits="keep")  # type: ignore[arg-type]
     with pytest.raises(BadArgument, match="floating"):
         nk.ik.legs(nao, *T, torso=np.eye(4))
+    with pytest.raises(UnknownName, match="priority.*left"):
+        nk.ik.legs(nao, *T, priority=["left"])  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="free.*height"):
+        nk.ik.legs(nao, *T, free={})  # type: ignore[arg-type]
+    for frames in (3, {"LLeg", "RLeg"}, {"LLeg": "RLeg", "L": "R"}):
+        with pytest.raises(BadArgument, match="frames must be two names"):
+            nk.ik.legs(nao, *T, frames=frames)  # type: ignore[arg-type]
+    with pytest.raises(UnknownName, match="frame"):
+        nk.ik.legs(nao, *T, frames=(["LLeg"], "RLeg"))  # type: ignore[arg-type]
+
+
+def test_batches_may_have_as_many_axes_as_arrays(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit").reshape((1,) * 40 + (25,))
+    T_left, T_right = feet_of(nao, q)
+    found = nk.ik.legs(nao, T_left, T_right, reference=q)
+    assert np.shape(found.success) == (1,) * 40
+    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)
 
 
 def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:

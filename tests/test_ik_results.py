@@ -1,11 +1,53 @@
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
+from ik_checks import Floats
 
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NotARotation, UnknownName
 from nao_kin.ik import Family, IKResult, Obstacles, Reason
 
 JOINTS = ("LKneePitch", "LAnklePitch")
+
+
+def _legs(nao: nk.NaoModel, T: Floats, **options: Any) -> IKResult:
+    return nk.ik.legs(nao, nao.fk(nao.posture("StandInit"), "LLeg"), T, **options)
+
+
+def _torso(nao: nk.NaoModel, T: Floats, **options: Any) -> IKResult:
+    T_left, T_right = (nao.fk(nao.posture("StandInit"), foot) for foot in ("LLeg", "RLeg"))
+    return nk.ik.legs(nao, T_left, T_right, torso=T, base="floating", **options)
+
+
+# What takes poses: the argument, a frame, and the solver.
+POSES: list[tuple[str, str, Callable[..., IKResult]]] = [
+    ("T_torso_foot", "LLeg", lambda nao, T, **options: nk.ik.leg(nao, "L", T, **options)),
+    ("T_right", "RLeg", _legs),
+    ("torso", "torso", _torso),
+    ("target", "LArm", lambda nao, T, **options: nk.ik.arm(nao, "L", T, **options)),
+    ("R_torso_head", "Head", lambda nao, T, **options: nk.ik.head(nao, T[..., :3, :3], **options)),
+    ("T", "LLeg", lambda nao, T, **options: nk.ik.numeric(nao, "LLeg", T, restarts=0, **options)),
+]
+# The same without limits, from configurations to targets that they meet.
+CLOSED_FORMS: list[Callable[..., IKResult]] = [
+    lambda nao, q, **options: nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), **options),
+    lambda nao, q, **options: nk.ik.leg(nao, "R", nao.fk(q, "RLeg"), **options),
+    lambda nao, q, **options: nk.ik.legs(nao, nao.fk(q, "LLeg"), nao.fk(q, "RLeg"), **options),
+    lambda nao, q, **options: nk.ik.arm(nao, "L", nao.fk(q, "LArm"), **options),
+    lambda nao, q, **options: nk.ik.arm(
+        nao, "R", nao.position(q, "RArm"), direction=nao.rotation(q, "RArm")[..., 0], **options
+    ),
+    lambda nao, q, **options: nk.ik.arm(nao, "L", nao.position(q, "LArm"), **options),
+    lambda nao, q, **options: nk.ik.head(nao, nao.rotation(q, "Head"), **options),
+    lambda nao, q, **options: nk.ik.look_at(
+        nao, nao.position(q, "CameraTop") + nao.rotation(q, "CameraTop")[..., 0], **options
+    ),
+]
 
 
 def result(reasons: list[int] | int, **others: object) -> IKResult:
@@ -102,3 +144,114 @@ def test_a_batch_has_a_message_for_each_target() -> None:
     assert found.message[0][0] == "reached, 1 solution"  # type: ignore[index]
     assert found.message[1][1] == "no solution found"  # type: ignore[index]
     assert repr(found) == "<IKResult of LKneePitch, LAnklePitch: 1 of 4 targets reached>"
+
+
+# --- what all solvers have in common ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
+def test_writing_into_one_result_changes_no_later_answer(
+    nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult]
+) -> None:
+    T = nao.fk(nao.posture("StandInit"), frame)
+    found = solve(nao, T)
+    expected = found.q
+    found.reference[...] = 1.5
+    np.testing.assert_array_equal(solve(nao, T).q, expected)
+
+
+@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
+def test_a_target_without_a_rotation_is_named_with_its_index_and_its_defect(
+    nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult]
+) -> None:
+    T = np.tile(nao.fk(nao.posture("StandInit"), frame), (2, 3, 1, 1))
+    T[1, 2, :3, :3] *= 1.1
+    with pytest.raises(NotARotation, match=rf"^{argument}: not a rotation matrix at index \[1, 2\]: det R") as error:
+        solve(nao, T)
+    assert error.value.index == (1, 2)
+    assert error.value.determinant_defect == pytest.approx(1.1**3 - 1.0)
+    if argument == "R_torso_head":
+        return
+    T = np.tile(nao.fk(nao.posture("StandInit"), frame), (2, 1, 1))
+    T[1, 3, 0] = 1.0
+    with pytest.raises(
+        BadArgument, match=rf"^{argument} at index \[1\] is no rigid transform: its last row is 1, 0, 0, 1"
+    ):
+        solve(nao, T)
+
+
+@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
+@pytest.mark.parametrize("size", [2e150, 1e200, 1e308])
+def test_numbers_whose_squares_overflow_are_refused(
+    nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult], size: float
+) -> None:
+    T = nao.fk(nao.posture("StandInit"), frame)
+    T[0, 2 if argument == "R_torso_head" else 3] = size
+    for targets in (T, np.stack([T, T])):
+        with pytest.raises(BadArgument, match=f"^{argument} must not exceed 1e\\+150 in magnitude"):
+            solve(nao, targets)
+
+
+@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
+@pytest.mark.parametrize("policy", [np.array(["enforce"]), ["enforce"], {}, None, 1])
+def test_a_limits_policy_that_is_no_name_is_refused(
+    nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult], policy: object
+) -> None:
+    with pytest.raises(UnknownName, match="limits policy"):
+        solve(nao, np.eye(4), limits=policy)
+
+
+@pytest.mark.parametrize("solve", CLOSED_FORMS)
+def test_without_limits_a_reference_that_is_a_solution_is_the_best_whatever_its_turns(
+    nao: nk.NaoModel, solve: Callable[..., IKResult]
+) -> None:
+    q = np.random.default_rng(5).uniform(-6.0, 6.0, (40, nao.nq))
+    many = solve(nao, q, reference=q, limits="ignore")
+    one = solve(nao, q[0], reference=q[0], limits="ignore")
+    assert np.all(many.success)
+    np.testing.assert_allclose(many.q, q, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(one.q, q[0], rtol=0, atol=1e-6)
+    away = many.branches - q[:, None, many.columns]
+    assert np.nanmax(np.abs(away)) < math.pi + 1e-9
+    distances = np.linalg.norm(away, axis=-1)
+    assert np.all(np.diff(np.where(np.isnan(distances), np.inf, distances)[..., :2], axis=-1) >= 0.0)
+
+
+@pytest.mark.parametrize("solve", CLOSED_FORMS[:2])
+def test_without_limits_a_member_of_a_family_may_be_whole_turns_away(
+    nao: nk.NaoModel, solve: Callable[..., IKResult]
+) -> None:
+    q = np.zeros((2, 3, nao.nq))
+    q[..., nao.joint_names.index("LHipRoll")] = -math.pi / 4
+    q[..., nao.joint_names.index("RHipRoll")] = math.pi / 4
+    q[..., [nao.joint_names.index("LKneePitch"), nao.joint_names.index("RKneePitch")]] = 0.5
+    q[..., nao.joint_names.index("LHipYawPitch")] = [3.1, 3.3, -5.0]
+    found = solve(nao, q, reference=q, limits="ignore")
+    np.testing.assert_array_equal(found.families[..., 0], Family.HIP_LOCK)
+    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)
+
+
+def test_without_limits_the_nearest_pose_is_within_half_a_turn_of_the_reference(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit")
+    for joint, value in (("LShoulderPitch", 3.4), ("HeadYaw", -3.4), ("LAnkleRoll", 3.3), ("RAnkleRoll", 3.3)):
+        q[nao.joint_names.index(joint)] = value
+    hand, head = nao.fk(q, "LArm"), nao.rotation(q, "Head")
+    hand[:3, 3] += 0.005
+    left, right = nao.fk(q, "LLeg"), nao.fk(q, "RLeg")
+    left[:3, :3] = left[:3, :3] @ nk.rotations.rot_z(0.05)
+    missed = [
+        nk.ik.arm(nao, "L", hand, reference=q, limits="ignore"),
+        nk.ik.head(nao, head @ nk.rotations.rot_x(0.05), reference=q, limits="ignore"),
+        nk.ik.legs(nao, left, right, reference=q, limits="ignore"),
+    ]
+    for found in missed:
+        assert not found.success
+        assert np.abs(found.q - q).max() < math.pi + 1e-9
+
+
+def test_a_reference_of_very_many_turns_takes_no_digits(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit")
+    reference = q.copy()
+    reference[nao.joint_names.index("LKneePitch")] = 1e9
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=reference, limits="ignore")
+    assert np.abs(nao.fk(found.solutions, "LLeg") - nao.fk(q, "LLeg")).max() < 1e-10

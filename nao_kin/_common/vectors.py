@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, WrongShape, ZeroNorm
 
-_LARGEST = 1e150
+LARGEST = 1e150
 MOST_BATCH_AXES = 62
 
 
@@ -39,8 +39,8 @@ def as_vectors(value: ArrayLike, what: str, size: int = 3, *, rows: bool = False
     batch_axes = vectors.ndim - (2 if rows else 1)
     if batch_axes > MOST_BATCH_AXES:
         raise _too_many_axes(batch_axes, (size,), what)
-    if vectors.size and np.abs(vectors).max() > _LARGEST:
-        raise BadArgument(f"{what} must not exceed {_LARGEST:.0e} in magnitude, got {np.abs(vectors).max():.3g}")
+    if vectors.size and np.abs(vectors).max() > LARGEST:
+        raise BadArgument(f"{what} must not exceed {LARGEST:.0e} in magnitude, got {np.abs(vectors).max():.3g}")
     return vectors
 
 

@@ -20,6 +20,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.closed_forms.ranges import MOST_BENDS, Ranges
+from nao_kin.ik.targets import choice
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 
 # Axes and places that are off by no more than this [rad, m] are as they should be: a URDF has so many digits.
@@ -132,10 +133,7 @@ def check_side(side: object) -> str:
     Raises:
         UnknownName: neither.
     """
-    if side not in _SIDES:
-        hint = "the sides are the robot's own, L for left and R for right"
-        raise UnknownName("side", side, _SIDES, hint)
-    return str(side)
+    return choice(side, _SIDES, "side", "the sides are the robot's own, L for left and R for right")
 
 
 # --- limbs are kept until the numbers of their model change ----------------------------------------------------------
@@ -158,8 +156,12 @@ def kept_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) ->
 
     Raises:
         BadArgument: no robot model; or as `make`.
+        UnknownName: an argument is no name.
     """
     check_robot(robot)
+    for name in arguments:
+        if not isinstance(name, str):
+            raise UnknownName("frame", name, robot.frame_names)
     key = (make, *arguments)
     with _LOCK:
         kept = _KEPT.get(robot)

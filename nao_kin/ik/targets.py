@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable
 from typing import Literal, SupportsIndex
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
-from nao_kin.errors import BadArgument, OutsideLimits, UnknownName, WrongShape, at_index
+from nao_kin._common.vectors import LARGEST, as_vectors, common_batch, first_index
+from nao_kin.errors import BadArgument, NotARotation, OutsideLimits, UnknownName, WrongShape, at_index
 from nao_kin.ik.closed_forms.ranges import RIGID, ROUNDING
 from nao_kin.ik.search.limit_regions import LimitRegion
 from nao_kin.robot import RobotModel
@@ -20,15 +21,30 @@ Limits = Literal["enforce", "ignore"]
 _LIMITS = ("enforce", "ignore")
 
 
+def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> str:
+    """One of the valid names.
+
+    Raises:
+        UnknownName: none of them, or no name at all.
+    """
+    names = tuple(valid)
+    if not isinstance(value, str) or value not in names:
+        raise UnknownName(what, value, names, hint)
+    return value
+
+
 def as_poses(T: ArrayLike, what: str) -> Floats:
     """Poses of shape (..., 4, 4), finite; whether they are rigid is found out where they are solved.
 
     Raises:
-        BadArgument, WrongShape, NotFinite: they are not.
+        BadArgument: no numbers, or one beyond ±1e150, whose square would overflow.
+        WrongShape, NotFinite: not of this shape, NaN or infinity.
     """
-    if isinstance(T, np.ndarray) and T.shape == (4, 4) and T.dtype == np.float64 and math.isfinite(T.sum()):
+    if isinstance(T, np.ndarray) and T.shape == (4, 4) and T.dtype == np.float64 and np.abs(T).max() <= LARGEST:
         return T
-    return as_floats(T, (4, 4), what)
+    with np.errstate(over="ignore"):
+        poses = as_floats(T, (4, 4), what)
+    return as_vectors(poses, what, 4, rows=True)
 
 
 def rigid_poses(T: ArrayLike, what: str) -> Floats:
@@ -51,16 +67,29 @@ def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
     """Raise for the first of these poses that is no rigid transform; the defects of their rotations.
 
     Raises:
-        NotARotation: its rotation is none.
-        BadArgument: its last row is not 0, 0, 0, 1.
+        NotARotation: its rotation is none; names the argument, the index and the defect.
+        BadArgument: its last row is not 0, 0, 0, 1; names the argument and the index.
     """
-    defects = check_rotation(T[..., :3, :3])
+    defects = refuse_not_rotation(T[..., :3, :3], what)
     wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > RIGID
     if wrong.any():
-        index = tuple(int(i) for i in np.argwhere(wrong)[0])
+        index = first_index(wrong)
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
         raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
     return defects
+
+
+def refuse_not_rotation(R: Floats, what: str) -> RotationDefects:
+    """Raise for the first of these matrices that is no rotation; the defects of all.
+
+    Raises:
+        NotARotation: names the argument, the index and the defect.
+    """
+    try:
+        return check_rotation(R)
+    except NotARotation as error:
+        error.args = (f"{what}: {error}",)
+        raise
 
 
 def is_enforced(limits: object) -> bool:
@@ -69,9 +98,7 @@ def is_enforced(limits: object) -> bool:
     Raises:
         UnknownName: neither "enforce" nor "ignore".
     """
-    if limits not in _LIMITS:
-        raise UnknownName("limits policy", limits, _LIMITS)
-    return limits == "enforce"
+    return choice(limits, _LIMITS, "limits policy") == "enforce"
 
 
 def as_reference(
@@ -85,11 +112,11 @@ def as_reference(
         WrongShape, NotFinite, BadArgument: no configurations, or more of them than targets.
     """
     if reference is None:
-        return rest, ()
+        return rest.copy(), ()
     array = as_floats(reference, (robot.nq,), "reference")
     try:
-        fits = array.ndim == 1 or np.broadcast_shapes(array.shape[:-1], batch) == batch
-    except ValueError:
+        fits = common_batch("reference", array.shape[:-1], batch) == batch
+    except WrongShape:
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any, Literal, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats, as_numbers
-from nao_kin.errors import BadArgument, UnknownName, WrongShape, ZeroNorm
+from nao_kin._common.scalars import check_tolerance
+from nao_kin._common.vectors import LARGEST, as_vectors, common_batch, unit
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_forms.arm_equations import JOINTS, MOST_BRANCHES, Arm, solve_arm, solve_direction
 from nao_kin.ik.closed_forms.arm_search import (
     LIMITS,
@@ -25,7 +26,7 @@ from nao_kin.ik.closed_forms.solving import ClosedForm, solved
 from nao_kin.ik.compiling import kept, limb_arguments
 from nao_kin.ik.geometry import Limb, X, Y, Z, chain_at_zero, check_side, kept_limb, limb_of
 from nao_kin.ik.results import IKResult, Integers
-from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced, refuse_not_rigid
+from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, choice, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 
 Criterion = Literal["nearest", "limits", "manipulability"]
@@ -72,58 +73,58 @@ def arm(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take from it the joints that are not of this arm. None for all joints at zero, or at
             the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its limits; "ignore" gives all.
+        limits: "enforce" leaves out branches with a joint outside its limits; "ignore" gives all, each joint with the
+            whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
         threads: how many threads may work on a batch; None for all cores where that is worthwhile.
 
     Returns:
-        Solutions to within 1e-10 m and rad. A family of solutions is there once: the elbow on the axis of ShoulderPitch
-        (`SHOULDER_AXIS`), the stretched arm (`ELBOW_LOCK`), a place alone (`REDUNDANT`).
+        Solutions to within 1e-10 m and rad. Five joints make no pose that is rounded, to float32 for instance: its
+        reason is `NOT_ENOUGH_JOINTS`, `q` the nearest, and `residual` what is left, some 1e-8 m and rad. A family of
+        solutions is there once: the elbow on the axis of ShoulderPitch (`SHOULDER_AXIS`), the stretched arm
+        (`ELBOW_LOCK`), a place alone (`REDUNDANT`).
 
     Raises:
         UnknownName: no such side, frame, criterion or policy.
-        BadArgument: the robot has no such arm; the message says what is missing. Or a target is no rigid transform, or
-            a direction comes with poses.
-        NotARotation: a target has no rotation; carries the index.
+        BadArgument: the robot has no such arm; the message says what is missing. Or the last row of a target is not
+            0, 0, 0, 1, a number is beyond ±1e150, `angle_weight` no length above zero, or a direction comes with poses.
+        NotARotation: a target has no rotation; names the argument, its index and its defect.
         ZeroNorm: a direction is zero.
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
     """
     check_side(side)
     limb = arm_limb(robot, side, frame)
     enforce, workers = is_enforced(limits), check_threads(threads)
-    if criterion not in _CRITERIA:
-        raise UnknownName("criterion", criterion, tuple(_CRITERIA))
-    if not (isinstance(angle_weight, (int, float)) and 0.0 < angle_weight < math.inf):
-        raise BadArgument(f"angle_weight must be a length above zero, got {angle_weight}")
-    if angle_weight != _WEIGHT:
-        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=float(angle_weight)))
+    wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
+    check_tolerance(angle_weight, "angle_weight")
+    weight = float(angle_weight)
+    if not 0.0 < weight <= LARGEST:
+        raise BadArgument(f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}")
+    if weight != _WEIGHT:
+        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
     numbers = as_numbers(target, "target")
     if numbers.shape[-2:] == (4, 4):
         if direction is not None:
             raise BadArgument("a direction goes with places (..., 3), a pose (..., 4, 4) has one")
-        T = as_floats(numbers, (4, 4), "target")
+        T = as_poses(numbers, "target")
         batch = T.shape[:-2]
         rows = T.reshape(*batch, 16)
         references = as_reference(robot, limb.rest, reference, batch, enforce)
         return solved(_POSE, limb, rows, references, enforce, workers, lambda: refuse_not_rigid(T, "target"))
     if numbers.shape[-1:] != (3,):
         raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for places", numbers.shape)
-    places = as_floats(numbers, (3,), "target")
+    places = as_vectors(numbers, "target")
     if direction is None:
         references = as_reference(robot, limb.rest, reference, places.shape[:-1], enforce)
-        criteria = np.full((*places.shape[:-1], 1), _CRITERIA[criterion])
+        criteria = np.full((*places.shape[:-1], 1), wanted)
         rows = np.concatenate([places, criteria], axis=-1)
         return solved(_POSITION, limb, rows, references, enforce, workers, lambda: None)
     towards = as_floats(direction, (3,), "direction")
     try:
-        batch = np.broadcast_shapes(places.shape, towards.shape)[:-1]
-    except ValueError:
+        batch = common_batch("direction", places.shape[:-1], towards.shape[:-1])
+    except WrongShape:
         raise WrongShape("direction", f"{places.shape} as the places, or (3,)", towards.shape) from None
-    lengths = np.abs(towards).max(axis=-1)
-    if not lengths.all():
-        raise ZeroNorm("direction", tuple(int(i) for i in np.argwhere(lengths == 0.0)[0]))
-    scaled = towards / lengths[..., None]
-    parts = np.broadcast_to(places, (*batch, 3)), np.broadcast_to(scaled, (*batch, 3))
-    rows = np.concatenate(parts, axis=-1)
+    rows = np.empty((*batch, 6))
+    rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     return solved(_DIRECTION, limb, rows, references, enforce, workers, lambda: None)
 

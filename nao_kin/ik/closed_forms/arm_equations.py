@@ -333,7 +333,7 @@ def _branches(
             if prune or admitted(ranges, enforce, q, report):
                 errors = arm_errors(arm, hand, q)
                 if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
-                    count = entered(reference, q, errors, family, found, count)
+                    count = entered(reference, q, enforce, errors, family, found, count)
     return count
 
 
@@ -385,7 +385,9 @@ def _about_shoulder_axis(
     count: int,
 ) -> int:
     """Enter the member of a family with the elbow on the axis of ShoulderPitch, about which the arm may turn."""
-    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
+    low, high = reference[0] - math.pi, reference[0] + math.pi
+    if enforce:
+        low, high = ranges.lower[0], ranges.upper[0]
     step = (high - low) / _STEPS
     best, at = math.inf, low
     for i in range(-1, _STEPS + 1):
@@ -405,7 +407,7 @@ def _about_shoulder_axis(
     if admitted(ranges, enforce, q, report):
         errors = arm_errors(arm, hand, q)
         if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
-            return entered(reference, q, errors, _SHOULDER_AXIS, found, count)
+            return entered(reference, q, enforce, errors, _SHOULDER_AXIS, found, count)
     return count
 
 
@@ -421,7 +423,7 @@ def _cost_of_pitch(
             return math.inf  # the two triples belong to one family
         other_triple(q)
     outside = excess(ranges, q) if enforce else 0.0
-    return distance(reference, q, JOINTS) if outside <= LIMIT_TOLERANCE else 1e3 * (1.0 + outside)
+    return distance(reference, q, JOINTS, enforce) if outside <= LIMIT_TOLERANCE else 1e3 * (1.0 + outside)
 
 
 @both_ways

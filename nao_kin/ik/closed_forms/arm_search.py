@@ -285,7 +285,8 @@ def solve_position(
             dx, dy, dz = made.x - x, made.y - y, made.z - z
             error = math.sqrt(dx * dx + dy * dy + dz * dz)
             if error <= 1e-10:
-                count = entered(reference, q, (error, 0.0), _REDUNDANT, found, 0)
+                # Whole turns would take a joint out of the range in the middle of which it was wanted.
+                count = entered(reference, q, enforce or criterion == LIMITS, (error, 0.0), _REDUNDANT, found, 0)
                 concluded(found, JOINTS, count, report)
                 return count
         report[REASON] = NOT_ENOUGH_JOINTS
@@ -307,6 +308,9 @@ def solve_position(
 def _searched(arm: Arm, ranges: Ranges, hand: Hand, criterion: float, reference: Row, enforce: bool, q: Row) -> float:
     """The best choice of ElbowYaw and WristYaw, on a grid and then around the best of it; q and its cost."""
     low3, high3, low5, high5 = -math.pi, math.pi, -math.pi, math.pi
+    if not enforce and criterion == NEAREST:
+        low3, high3 = reference[2] - math.pi, reference[2] + math.pi
+        low5, high5 = reference[4] - math.pi, reference[4] + math.pi
     if enforce:
         low3, high3, low5, high5 = ranges.lower[2], ranges.upper[2], ranges.lower[4], ranges.upper[4]
     starts = np.empty((_BEST + 1, 3))
@@ -392,7 +396,7 @@ def _cost(
             if outside > LIMIT_TOLERANCE:
                 cost = _OUTSIDE * (1.0 + outside)
             else:
-                cost = _criterion(arm, ranges, criterion, reference, q)
+                cost = _criterion(arm, ranges, criterion, reference, enforce, q)
             if cost < best:
                 best, best0, best1, best3 = cost, q[0], q[1], q[3]
     q[0], q[1], q[2], q[3], q[4] = best0, best1, yaw, best3, wrist
@@ -400,10 +404,10 @@ def _cost(
 
 
 @both_ways
-def _criterion(arm: Arm, ranges: Ranges, criterion: float, reference: Row, q: Row) -> float:
+def _criterion(arm: Arm, ranges: Ranges, criterion: float, reference: Row, enforce: bool, q: Row) -> float:
     """What is to be small of configurations that meet a position."""
     if criterion == NEAREST:
-        return distance(reference, q, JOINTS)
+        return distance(reference, q, JOINTS, enforce)
     if criterion == LIMITS:
         least = math.inf
         for j in range(JOINTS):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.vectors import as_vectors
 from nao_kin.errors import UnknownName
 from nao_kin.ik.closed_forms.head_equations import JOINTS, MOST_BRANCHES, Head, solve_gaze, solve_head
 from nao_kin.ik.closed_forms.ranges import BESIDE, Ranges, laid_down
@@ -15,9 +16,8 @@ from nao_kin.ik.closed_forms.solving import ClosedForm, solved
 from nao_kin.ik.compiling import kept, limb_arguments
 from nao_kin.ik.geometry import Limb, Y, Z, chain_at_zero, kept_limb, limb_of
 from nao_kin.ik.results import IKResult, Integers
-from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced
+from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced, refuse_not_rotation
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import check_rotation
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
@@ -47,21 +47,24 @@ def head(
         threads: how many threads may work on a batch; None for all cores where that is worthwhile.
 
     Returns:
-        One solution at most, to within 1e-10 rad.
+        One solution at most, to within 1e-10 rad. Two joints make no orientation that is rounded, to float32 for
+        instance: its reason is `NOT_ENOUGH_JOINTS`, `q` the nearest and `residual` what is left, some 1e-8 rad.
 
     Raises:
         UnknownName: no such frame or policy.
         BadArgument: the robot has no such neck; the message says what is missing.
-        NotARotation, WrongShape, NotFinite: targets that are no rotations, NaN or infinity.
+        NotARotation: a target is no rotation; names the argument, its index and its defect.
+        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
     """
     limb = head_limb(robot, frame)
-    R = as_floats(R_torso_head, (3, 3), "R_torso_head")
+    R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
     enforce, batch = is_enforced(limits), R.shape[:-2]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
     targets = T.reshape(*batch, 16)
-    return solved(_HEAD, limb, targets, references, enforce, check_threads(threads), lambda: check_rotation(R))
+    workers = check_threads(threads)
+    return solved(_HEAD, limb, targets, references, enforce, workers, lambda: refuse_not_rotation(R, "R_torso_head"))
 
 
 def look_at(
@@ -91,13 +94,14 @@ def look_at(
 
     Raises:
         UnknownName: no such camera or policy.
-        BadArgument: the robot has no such neck, or the camera is not in the head's plane of symmetry.
+        BadArgument: the robot has no such neck, or the camera is not in the head's plane of symmetry. Or a number is
+            beyond ±1e150.
         WrongShape, NotFinite: no points, NaN or infinity.
     """
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, camera)
-    points = as_floats(point, (3,), "point")
+    points = as_vectors(point, "point")
     enforce, batch = is_enforced(limits), points.shape[:-1]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     return solved(_GAZE, limb, points, references, enforce, check_threads(threads), lambda: None)

@@ -121,7 +121,7 @@ def solve_head(
     if error > VERIFIED:
         report[REASON] = NOT_ENOUGH_JOINTS
     elif admitted(ranges, enforce, q, report):
-        count = entered(reference, q, (0.0, error), _ALONE, found, 0)
+        count = entered(reference, q, enforce, (0.0, error), _ALONE, found, 0)
     if count == 0:
         _nearest(head, ranges, wanted, True, enforce, report)
     concluded(found, JOINTS, count, report)
@@ -192,14 +192,14 @@ def _look(
     if not admitted(ranges, enforce, q, report):
         return count
     error = gaze_error(head, point, q[0], q[1])
-    return entered(reference, q, (0.0, error), family, found, count) if error <= VERIFIED else count
+    return entered(reference, q, enforce, (0.0, error), family, found, count) if error <= VERIFIED else count
 
 
 @both_ways
 def _free_yaw(ranges: Ranges, pitch: float, wanted: float, enforce: bool) -> float:
     """The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere."""
     if not enforce:
-        return wrapped(wanted) if abs(wanted) > math.pi else wanted
+        return wanted
     best = min(max(wanted, ranges.lower[0]), ranges.upper[0])
     if ranges.bends == 0:
         return best

@@ -43,18 +43,21 @@ def leg(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it, and take from it the joints that are not of this leg. None for all joints at zero, or at
             the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" gives all.
+        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" gives all, each
+            joint with the whole turns that bring it within half a turn of the reference.
         threads: how many threads may work on a batch; None for all cores where that is worthwhile.
 
     Returns:
-        Solutions to within 1e-10 m and rad, the errors in `residual`. A family of solutions is there once, by its
+        Solutions to within 1e-10 m and rad, the errors in `residual`: of the rotation nearest to the one of the target,
+        so that rounded poses, to float32 for instance, are met too. A family of solutions is there once, by its
         member that is inside the limits and nearest to the reference: the hip at lock (`HIP_LOCK`), or the hip on the
         axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight is straight: its two branches are one.
 
     Raises:
         UnknownName: no such side, frame or policy.
-        BadArgument: the robot has no such leg; the message says what is missing. Or a target is no rigid transform.
-        NotARotation: nor has a rotation; carries the index.
+        BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not
+            0, 0, 0, 1, or a number is beyond ±1e150.
+        NotARotation: a target has no rotation; names the argument, its index and its defect.
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
 
     Source: the derivation is in docs/inverse_kinematics.md.

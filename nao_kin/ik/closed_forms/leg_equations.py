@@ -257,7 +257,7 @@ def _branches(
                 if prune or admitted(ranges, enforce, q, report):
                     errors = leg_errors(leg, foot, (s4, c4), ankle, q)
                     if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
-                        count = entered(reference, q, errors, family, found, count)
+                        count = entered(reference, q, enforce, errors, family, found, count)
     return count
 
 
@@ -338,7 +338,7 @@ def _about_ankle_axis(
     count: int,
 ) -> int:
     """Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip."""
-    low, high = -math.pi, math.pi
+    low, high = reference[5] - math.pi, reference[5] + math.pi
     if enforce:
         low, high = ranges.lower[5], ranges.upper[5]
         if ranges.bends > 0:
@@ -364,7 +364,7 @@ def _about_ankle_axis(
     if admitted(ranges, enforce, q, report):
         errors = leg_errors(leg, foot, (math.sin(q[3]), math.cos(q[3])), _ankle(q), q)
         if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
-            return entered(reference, q, errors, _ANKLE_AXIS, found, count)
+            return entered(reference, q, enforce, errors, _ANKLE_AXIS, found, count)
     return count
 
 
@@ -387,7 +387,7 @@ def _cost_of_roll(
             return math.inf  # the two triples belong to one family
         other_triple(leg, q)
     outside = excess(ranges, q) if enforce else 0.0
-    return distance(reference, q, JOINTS) if outside <= LIMIT_TOLERANCE else 1e3 * (1.0 + outside)
+    return distance(reference, q, JOINTS, enforce) if outside <= LIMIT_TOLERANCE else 1e3 * (1.0 + outside)
 
 
 @both_ways

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument, NotARotation, UnknownName, WrongShape
+from nao_kin._common.vectors import common_batch, first_index
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_forms.leg import leg_limb
 from nao_kin.ik.closed_forms.leg_equations import Leg
 from nao_kin.ik.closed_forms.legs_equations import (
@@ -46,7 +47,7 @@ from nao_kin.ik.closed_forms.solving import ClosedForm, Found, found_for, parts_
 from nao_kin.ik.compiling import kept, kernel_arguments, limb_types
 from nao_kin.ik.geometry import Limb, kept_limb, missing_geometry, torso_in_trunk
 from nao_kin.ik.results import Integers
-from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
+from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, choice, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, quat_from_matrix, quat_to_xyzw, rot_y, rot_z
 
@@ -79,6 +80,9 @@ def legs(
     solution is verified to; it is asked of the feet and not of the motor, whose value rounding leaves open beside a
     singularity, where it hardly moves the feet.
 
+    Feet that are rounded, to float32 for instance, are not met to that: their hips disagree by some 1e-8 rad, and `q`
+    is the nearest, as follows.
+
     Otherwise ankles and normals of both soles stay exact, and of all values of HipYawPitch inside the limits that one
     is taken which turns the feet least about the normals through their ankles: `q` is this best, `yaw_errors` are the
     turns, and the reason is that the hips disagree, or what is in the way of one leg alone. A frame that is not on the
@@ -96,7 +100,8 @@ def legs(
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it over the eleven joints, and take from it the other joints. None for all joints at zero, or
             at the limit nearest to it.
-        limits: "enforce" leaves out what has a joint outside its own or a coupled limit; "ignore" takes all.
+        limits: "enforce" leaves out what has a joint outside its own or a coupled limit; "ignore" takes all, each joint
+            with the whole turns that bring it within half a turn of the reference.
         priority: whose foot is turned less where both cannot be met: "left" or "right", the other only as little as
             that leaves; "balanced" for the least sum of squares.
         base: "fixed" where the feet are given in the torso, "floating" where in the world.
@@ -108,8 +113,9 @@ def legs(
 
     Raises:
         UnknownName: no such frame, policy, priority, base or free number.
-        BadArgument: the robot has no such legs; the message says what is missing. Or a target is no rigid
-            transform; names it, its index and its defect.
+        BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
+            0, 0, 0, 1, or a number is beyond ±1e150.
+        NotARotation: a target has no rotation; names the argument, its index and its defect.
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
 
     Source: the derivation is in docs/inverse_kinematics.md.
@@ -117,8 +123,7 @@ def legs(
     left, right = _as_frames(frames)
     limb = kept_limb(robot, _legs_of, left, right)
     for option, value, valid in (("priority", priority, _PRIORITIES), ("base", base, _BASES), ("free", free, _FREE)):
-        if value not in valid:
-            raise UnknownName(option, value, tuple(valid))
+        choice(value, valid, option)
     if base == "fixed" and torso is not None:
         raise BadArgument('a pose of the torso goes with feet in the world: base="floating"')
     workers, enforce = check_threads(threads), is_enforced(limits)
@@ -146,29 +151,22 @@ def legs(
 def _as_frames(frames: Sequence[str] | None) -> tuple[str, str]:
     if frames is None:
         return "LLeg", "RLeg"
-    if isinstance(frames, str) or len(frames) != 2:
+    if isinstance(frames, str) or not isinstance(frames, Sequence) or len(frames) != 2:
         raise BadArgument(f"frames must be two names, of a frame on the left and one on the right foot, got {frames!r}")
     return frames[0], frames[1]
 
 
 def _broadcast(one: tuple[int, ...], other: tuple[int, ...], what: str) -> tuple[int, ...]:
     try:
-        return np.broadcast_shapes(one, other)
-    except ValueError:
+        return common_batch(what, one, other)
+    except WrongShape:
         raise WrongShape(what, f"(4, 4) or {(*one, 4, 4)} as T_left", (*other, 4, 4)) from None
 
 
 def _refuse(poses: tuple[Floats, ...], names: tuple[str, ...] = ("T_left", "T_right")) -> None:
-    """Raise for the first pose that is no rigid transform.
-
-    Raises:
-        BadArgument: names the target and its index, and what is wrong.
-    """
+    """Raise for the first pose that is no rigid transform, as `refuse_not_rigid` does."""
     for T, name in zip(poses, names, strict=True):
-        try:
-            refuse_not_rigid(T, name)
-        except NotARotation as error:
-            raise BadArgument(f"{name} is no rigid transform: {error}") from None
+        refuse_not_rigid(T, name)
 
 
 # --- the torso in the world -------------------------------------------------------------------------------------------
@@ -263,8 +261,7 @@ def _notes(legs: Legs, rows: Floats, torso: Floats | None) -> tuple[str, ...]:
         return ()
     if rows.ndim == 1:
         return ("the feet cross: the left ankle is to the right of the right one",)
-    first_one = [int(i) for i in np.argwhere(crossed)[0]]
-    which = f"in {np.count_nonzero(crossed)} of {crossed.size} targets, first at index {first_one}"
+    which = f"in {np.count_nonzero(crossed)} of {crossed.size} targets, first at index {list(first_index(crossed))}"
     return (f"the feet cross: the left ankle is to the right of the right one {which}",)
 
 

@@ -156,20 +156,12 @@ def _with_hip(
             if fits:
                 write_joints(left, right, q)
                 errors = max(away, far), max(turned, off)
-                count = entered(reference, q, errors, _ALONE, found, count)
-                if _is_best(q, found):
+                nearest = found[JOINTS] if count > 0 else math.inf
+                count = entered(reference, q, enforce, errors, _ALONE, found, count)
+                if found[JOINTS] < nearest:
                     report[LEFT_FOOT], report[LEFT_FOOT + 1] = away, turned
                     report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = far, off
     return count
-
-
-@both_ways
-def _is_best(q: Row, found: Row) -> bool:
-    """Whether joint values are the first of those that were found."""
-    differing = 0
-    for j in range(JOINTS):
-        differing += q[j] != found[j]
-    return differing == 0
 
 
 @both_ways

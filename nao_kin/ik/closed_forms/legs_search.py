@@ -55,9 +55,10 @@ from nao_kin.ik.closed_forms.ranges import (
     REASON,
     VERIFIED,
     Ranges,
+    apart,
     entered,
     is_inside,
-    wrapped,
+    turned_towards,
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family, Reason
@@ -155,8 +156,8 @@ def alone(
             right = count
     for k in range(right):
         for hip in (one, other):
-            apart = abs(hip - found[k * row])
-            gap = min(gap, apart if enforce else abs(wrapped(apart)))
+            off = hip - found[k * row]
+            gap = min(gap, abs(off if enforce else turned_towards(off, 0.0)))
     report[POSITION_ERROR], report[ANGLE_ERROR] = math.nan, math.nan
     for j in range(BEST, BEST + JOINTS + MORE):
         report[j] = math.nan
@@ -218,17 +219,17 @@ def _entered_if_met(task: Task, reference: Row, q: Row, family: float, found: Ro
     """Enter joint values that meet both feet, unless they are there."""
     width = JOINTS + BESIDE
     for k in range(count):
-        apart = 0.0
+        off = 0.0
         for j in range(JOINTS):
-            apart = max(apart, abs(wrapped(found[k * width + j] - q[j])))
-        if apart < _SAME:
+            off = max(off, abs(turned_towards(found[k * width + j] - q[j], 0.0)))
+        if off < _SAME:
             return count
     one = errors_of(task.legs.left, task.left, (q[0], q[1], q[2], q[3], q[4], q[5]))
     two = errors_of(task.legs.right, task.right, (q[0], q[6], q[7], q[8], q[9], q[10]))
     errors = max(one[0], two[0]), max(one[1], two[1])
     if count == MOST_BRANCHES or errors[0] > VERIFIED or errors[1] > VERIFIED:
         return count
-    return entered(reference, q, errors, family, found, count)
+    return entered(reference, q, task.enforce, errors, family, found, count)
 
 
 @both_ways
@@ -242,6 +243,8 @@ def _family_of(foot: Foot) -> float:
 @both_ways
 def _nearest_hip(task: Task, pieces: tuple[Floats, Floats], low: float, high: float, reference: Row, q: Row) -> float:
     """Where HipYawPitch matters to neither foot: its value within [low, high] that is nearest to the reference."""
+    if not task.enforce:
+        low, high = reference[0] - math.pi, reference[0] + math.pi
     step = (high - low) / _STEPS
     nearest, best = math.inf, low
     # The reference's own value is tried too.
@@ -274,8 +277,8 @@ def _nearest_branches(task: Task, pieces: tuple[Floats, Floats], hip: float, ref
         legs.right, ranges.right, task.right, task.right_knee, pieces[1], hip, reference, OF_ONE, task.enforce
     )
     write_joints(left, right, q)
-    apart: float = away + far + (hip - reference[0]) * (hip - reference[0])
-    return apart
+    off = apart(hip, reference[0], task.enforce)
+    return away + far + off * off
 
 
 @both_ways
@@ -293,21 +296,22 @@ def _nearest_branch(
     """The joints of one leg, and the squared distance of five of them to the reference's, from `first` on."""
     if piece[WAY] != 0.0:
         q = level_joints(leg, foot, hip, piece[KNEE], piece[WAY], piece[ANKLE])
-        return math.inf if enforce and not is_inside(ranges, q) else _apart(q, reference, first), q
+        return math.inf if enforce and not is_inside(ranges, q) else _apart(q, reference, first, enforce), q
     best = level_joints(leg, foot, hip, knee[0], 1.0, -piece[SIGN])
-    nearest = _apart(best, reference, first)
+    nearest = _apart(best, reference, first, enforce)
     for branch in range(1, 2 * knee[1]):
         way = 1.0 if branch % 2 == 0 else -1.0
         q = level_joints(leg, foot, hip, knee[0] if branch < 2 else -knee[0], way, -way * piece[SIGN])
-        away = _apart(q, reference, first)
+        away = _apart(q, reference, first, enforce)
         if away < nearest:
             nearest, best = away, q
     return nearest, best
 
 
 @both_ways
-def _apart(q: Joints, reference: Row, first: int) -> float:
+def _apart(q: Joints, reference: Row, first: int, enforce: bool) -> float:
     total: float = 0.0
     for j in range(1, OF_ONE):
-        total += (q[j] - reference[first + j - 1]) * (q[j] - reference[first + j - 1])
+        off = apart(q[j], reference[first + j - 1], enforce)
+        total += off * off
     return total

@@ -37,6 +37,9 @@ RIGID = 1e-6
 ROUNDING = 1e-14
 
 
+# Whole turns are added up to a reference of this size [rad]: beyond, they would cost digits of the solution.
+MOST_TURNED = 1e4
+
 # The most values at which the range of a joint that depends on another may bend.
 MOST_BENDS = 24
 
@@ -75,6 +78,14 @@ def wrapped(angle: float) -> float:
     if angle <= -math.pi:
         return angle + 2.0 * math.pi
     return angle
+
+
+@both_ways
+def turned_towards(value: float, near: float) -> float:
+    """The same angle with the whole turns that bring it within half a turn of another."""
+    if abs(near) > MOST_TURNED:
+        return value
+    return value + 2.0 * math.pi * math.floor((near - value) / (2.0 * math.pi) + 0.5)
 
 
 @both_ways
@@ -178,9 +189,12 @@ def locked_pair(
     The pair that is nearest to the reference, inside the ranges if there is one, is written into q.
     """
     i, j = pair
-    low1, high1, low3, high3 = -math.pi, math.pi, -math.pi, math.pi
-    if enforce:
-        low1, high1, low3, high3 = ranges.lower[i], ranges.upper[i], ranges.lower[j], ranges.upper[j]
+    if not enforce:
+        # What the reference has too much, up to whole turns, is shared by both.
+        half = 0.5 * turned_towards(reference[i] + sign * reference[j] - total, 0.0)
+        q[i], q[j] = reference[i] - half, reference[j] - sign * half
+        return
+    low1, high1, low3, high3 = ranges.lower[i], ranges.upper[i], ranges.lower[j], ranges.upper[j]
     best_outside, best = math.inf, math.inf
     for turns in range(-2, 3):
         # third = sign (total − first) + shift
@@ -198,11 +212,18 @@ def locked_pair(
 
 
 @both_ways
-def distance(reference: Row, q: Row, count: int) -> float:
-    """Squared distance of joint values to those of the reference."""
+def apart(value: float, near: float, enforce: bool) -> float:
+    """How far a value is from that of the reference; without limits, to the nearest of its whole turns."""
+    return (value if enforce else turned_towards(value, near)) - near
+
+
+@both_ways
+def distance(reference: Row, q: Row, count: int, enforce: bool) -> float:
+    """Squared distance of joint values to those of the reference, as `apart` has it."""
     total = 0.0
     for j in range(count):
-        total += (q[j] - reference[j]) * (q[j] - reference[j])
+        off = apart(q[j], reference[j], enforce)
+        total += off * off
     return total
 
 
@@ -210,15 +231,19 @@ def distance(reference: Row, q: Row, count: int) -> float:
 def entered(
     reference: Row,
     q: Row,
+    enforce: bool,
     errors: tuple[float, float],
     family: float,
     found: Row,
     count: int,
 ) -> int:
-    """Put a verified branch among those that were found, the nearest to the reference first; their new number."""
+    """Put a verified branch among those that were found, the nearest to the reference first; their new number.
+
+    Without limits, each joint is turned by whole turns to within half a turn of the reference.
+    """
     joints = len(reference)
     width = joints + BESIDE
-    away = distance(reference, q, joints)
+    away = distance(reference, q, joints, enforce)
     place = count
     while place > 0 and found[(place - 1) * width + joints] > away:
         for j in range(width):
@@ -226,7 +251,7 @@ def entered(
         place -= 1
     first = place * width
     for j in range(joints):
-        found[first + j] = q[j]
+        found[first + j] = q[j] if enforce else turned_towards(q[j], reference[j])
     found[first + joints] = away
     found[first + joints + 1] = errors[0]
     found[first + joints + 2] = errors[1]

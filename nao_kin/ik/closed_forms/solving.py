@@ -17,6 +17,7 @@ from nao_kin.ik.closed_forms.ranges import (
     BEST,
     JOINT,
     LIMIT,
+    MOST_TURNED,
     NEEDED,
     NOT_RIGID,
     POSITION_ERROR,
@@ -117,10 +118,22 @@ def found_for(
         rows = np.broadcast_to(joints, (*batch, len(limb.joints))).reshape(count, len(limb.joints))
         flat = targets.reshape(count, targets.shape[-1])
         found = _many(form, limb, flat, rows, enforce, threads)
+        joints = rows
         rigid = found.report[:, REASON].min(initial=0.0) != NOT_RIGID
     if not rigid:
         refuse()
+    if not enforce:
+        _turn_missed(found, joints.reshape(-1, joints.shape[-1]))
     return found
+
+
+def _turn_missed(found: Found, reference: Floats) -> None:
+    """Turn the nearest poses of targets that are missed by whole turns to within half a turn of the reference."""
+    missed, c = found.count == 0, found.values.shape[-1]
+    if missed.any():
+        near, best = reference[missed], found.report[missed, BEST : BEST + c]
+        turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
+        found.report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
 
 
 def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:

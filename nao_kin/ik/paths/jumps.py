@@ -127,7 +127,7 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
             return "the limb cannot go straight from the one pose to the other"
         moved = {_joint_of(limb.robot, column) for column in columns}
         outside = [row for row in limb.robot.limit_violations(now) if row.joint in moved]
-        if outside:
+        if outside and limb.options.get("limits") != "ignore":
             return f"its branch ends at sample {sample}, where {outside[0].describe()}"
     return "its branch goes on, and there is less motion in all this way"
 

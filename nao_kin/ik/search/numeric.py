@@ -9,15 +9,23 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import check_tolerance, whole_number
-from nao_kin._common.vectors import common_batch
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._common.vectors import LARGEST, common_batch
+from nao_kin.errors import BadArgument
 from nao_kin.ik.geometry import kept_limb
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.search.least_squares import minimise
 from nao_kin.ik.search.pink_search import check_pink, minimise_with_pink
 from nao_kin.ik.search.pose_errors import FrameMotion
 from nao_kin.ik.search.pose_search import Effort, Found, PoseSearch, search_space
-from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
+from nao_kin.ik.targets import (
+    Limits,
+    check_threads,
+    choice,
+    inside_limits,
+    is_enforced,
+    rigid_poses,
+    with_unit_quaternion,
+)
 from nao_kin.robot import RobotModel, check_robot
 
 Solver = Literal["least squares", "pink"]
@@ -79,16 +87,14 @@ def numeric(
     Raises:
         UnknownName: no such frame, or no such choice of limits or solver.
         MissingExtra: pink is asked for and not installed.
-        NotARotation: a target is not rigid; carries its index and its defects.
-        BadArgument: no robot, a frame that nothing moves, a last row other than (0, 0, 0, 1), or options that make no
-            sense.
+        NotARotation: a target has no rotation; names the argument, its index and its defect.
+        BadArgument: no robot, a frame that nothing moves, a last row other than (0, 0, 0, 1), numbers of T, or
+            of T times weights, beyond ±1e150, or options that make no sense.
         WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
     """
     check_robot(robot)
     enforced = is_enforced(limits)
-    if not isinstance(solver, str) or solver not in _SOLVERS:
-        raise UnknownName("solver", solver, _SOLVERS)
-    if solver == "pink":
+    if choice(solver, _SOLVERS, "solver") == "pink":
         check_pink()
     space, six = kept_limb(robot, search_space, frame), _six_weights(weights)
     check_tolerance(tolerance)
@@ -101,6 +107,8 @@ def numeric(
         check_threads(threads),
     )
     targets = rigid_poses(T, "T")
+    if max(1.0, np.abs(targets).max(initial=0.0)) * six.max() > LARGEST:
+        raise BadArgument(f"T times weights must not exceed {LARGEST:.0e} in magnitude")
     start, notes = _start(robot, reference, enforced=enforced)
     batch = common_batch("T and reference", targets.shape[:-2], start.shape[:-1])
     T_rows = np.broadcast_to(targets, (*batch, 4, 4)).reshape(-1, 4, 4)
@@ -159,7 +167,8 @@ def _start(robot: RobotModel, reference: ArrayLike | None, *, enforced: bool) ->
 
 
 def _six_weights(weights: ArrayLike) -> Floats:
-    values = as_floats(weights, (), "weights")
+    with np.errstate(over="ignore"):
+        values = as_floats(weights, (), "weights")
     if values.shape == (2,):
         values = np.repeat(values, 3)
     if values.shape != (6,) or (values < 0.0).any() or not values.any():

@@ -136,7 +136,8 @@ NaoKin.Arm = class extends NaoKin.Limb {
 
   // Enter the member of a family with the elbow on the axis of ShoulderPitch, about which the arm may turn.
   aboutShoulderAxis(hand, q, other, answer) {
-    const [low, high] = answer.enforce ? [this.lower[0], this.upper[0]] : [-Math.PI, Math.PI];
+    const own = answer.reference[0];
+    const [low, high] = answer.enforce ? [this.lower[0], this.upper[0]] : [own - Math.PI, own + Math.PI];
     const cost = (pitch) => {
       q[0] = pitch;
       const family = this.turnElbow(hand.R, q, answer);
@@ -144,7 +145,7 @@ NaoKin.Arm = class extends NaoKin.Limb {
       if (other) NaoKin.Arm.otherTriple(q);
       return this.familyCost(q, answer);
     };
-    if (this.leastCost(low, high, answer.reference[0], cost) === null) return;
+    if (this.leastCost(low, high, own, cost) === null) return;
     if (answer.admits(q)) answer.enter(q, this.errors(hand, q), "SHOULDER_AXIS");
   }
 

@@ -68,7 +68,7 @@ NaoKin.Head = class extends NaoKin.Limb {
 
   // The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere.
   freeYaw(pitch, wanted, enforce) {
-    if (!enforce) return Math.abs(wanted) > Math.PI ? NaoKin.wrapped(wanted) : wanted;
+    if (!enforce) return wanted;
     const best = NaoKin.clamp(wanted, this.lower[0], this.upper[0]);
     if (!this.table) return best;
     const allowed = (yaw, slack) => {

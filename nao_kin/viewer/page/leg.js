@@ -116,7 +116,8 @@ NaoKin.Leg = class extends NaoKin.Limb {
 
   // Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip.
   aboutAnkleAxis(foot, q, other, answer) {
-    const [low, high] = answer.enforce ? this.rollRange(q[4]) : [-Math.PI, Math.PI];
+    const own = answer.reference[5];
+    const [low, high] = answer.enforce ? this.rollRange(q[4]) : [own - Math.PI, own + Math.PI];
     const cost = (roll) => {
       q[5] = roll;
       const family = this.turnHip(foot.F, q, answer);
@@ -124,7 +125,7 @@ NaoKin.Leg = class extends NaoKin.Limb {
       if (other) this.otherTriple(q);
       return this.familyCost(q, answer);
     };
-    if (this.leastCost(low, high, answer.reference[5], cost) === null) return;
+    if (this.leastCost(low, high, own, cost) === null) return;
     if (answer.admits(q)) answer.enter(q, this.errors(foot, q), "ANKLE_AXIS");
   }
 

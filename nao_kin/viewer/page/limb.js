@@ -67,8 +67,13 @@ NaoKin.Limb = class {
   // Two joints about one line, of which only first + sign · third = total is determined: the pair nearest to the
   // reference, inside the ranges if there is one, is written into the values.
   lockPair([i, j], total, sign, { reference, enforce }, values) {
-    const [low1, high1] = enforce ? [this.lower[i], this.upper[i]] : [-Math.PI, Math.PI];
-    const [low3, high3] = enforce ? [this.lower[j], this.upper[j]] : [-Math.PI, Math.PI];
+    if (!enforce) {
+      // What the reference has too much, up to whole turns, is shared by both.
+      const half = 0.5 * NaoKin.turnedTowards(reference[i] + sign * reference[j] - total, 0);
+      [values[i], values[j]] = [reference[i] - half, reference[j] - sign * half];
+      return;
+    }
+    const [low1, high1, low3, high3] = [this.lower[i], this.upper[i], this.lower[j], this.upper[j]];
     const { LIMIT } = NaoKin.TOLERANCES;
     let [bestOutside, best] = [Infinity, Infinity];
     for (let turns = -2; turns < 3; turns++) {
@@ -112,7 +117,8 @@ NaoKin.Limb = class {
   // What a member of a family is away from the reference; far more where it is outside the limits.
   familyCost(values, { reference, enforce }) {
     const outside = enforce ? this.excess(values) : 0;
-    return outside <= NaoKin.TOLERANCES.LIMIT ? NaoKin.squaredDistance(reference, values) : 1e3 * (1 + outside);
+    const near = enforce ? values : NaoKin.allTurnedTowards(values, reference);
+    return outside <= NaoKin.TOLERANCES.LIMIT ? NaoKin.squaredDistance(reference, near) : 1e3 * (1 + outside);
   }
 };
 
@@ -150,10 +156,12 @@ NaoKin.Answer = class {
     this.blame(reason, joint, value, low - value > value - high ? low : high);
   }
 
-  // Take a branch in, if forward kinematics, which gave these errors [m, rad], verifies it.
+  // Take a branch in, if forward kinematics, which gave these errors [m, rad], verifies it; without limits with the
+  // whole turns that bring each joint within half a turn of the reference.
   enter(values, errors, family = "NONE") {
     if (!errors.every((error) => error <= NaoKin.TOLERANCES.VERIFIED)) return;
-    const branch = { values: [...values], errors, family, distance: NaoKin.squaredDistance(this.reference, values) };
+    const near = this.enforce ? [...values] : NaoKin.allTurnedTowards(values, this.reference);
+    const branch = { values: near, errors, family, distance: NaoKin.squaredDistance(this.reference, near) };
     let place = this.branches.length;
     while (place > 0 && this.branches[place - 1].distance > branch.distance) place--;
     this.branches.splice(place, 0, branch);
@@ -187,6 +195,11 @@ NaoKin.wrapped = (angle) => {
   if (angle > Math.PI) return angle - 2 * Math.PI;
   return angle <= -Math.PI ? angle + 2 * Math.PI : angle;
 };
+
+// The same angle with the whole turns that bring it within half a turn of another.
+NaoKin.turnedTowards = (value, near) => value + 2 * Math.PI * Math.floor((near - value) / (2 * Math.PI) + 0.5);
+
+NaoKin.allTurnedTowards = (values, near) => values.map((value, i) => NaoKin.turnedTowards(value, near[i]));
 
 // A product of two rotations.
 NaoKin.product = (A, B) =>
