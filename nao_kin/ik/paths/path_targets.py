@@ -12,11 +12,10 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, all_finite, as_numbers, refuse_non_finite
 from nao_kin._common.vectors import as_vectors, unit
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, NotARotation, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.paths.limb_paths import ArmPath, GazePath, HeadPath, LegPath, LegsPath, LimbPath
-from nao_kin.ik.targets import as_poses, refuse_not_rigid
+from nao_kin.ik.targets import as_poses, refuse_not_rigid, refuse_not_rotation
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import check_rotation
 
 _LEGS, _ARMS = ("LLeg", "RLeg"), ("LArm", "RArm")
 _POSE, _ROTATION, _PLACE = (4, 4), (3, 3), (3,)
@@ -181,11 +180,7 @@ def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool =
     if tail == _POSE:
         refuse_not_rigid(as_poses(array, what), what)
     elif tail == _ROTATION:
-        try:
-            check_rotation(array)
-        except NotARotation as error:
-            error.args = (f"{what}: {error}",)
-            raise
+        refuse_not_rotation(array, what)
     elif not free:
         as_vectors(array, what, *tail)
     return samples, 0 if constant else len(samples)
