@@ -149,6 +149,17 @@ def test_a_robot_without_a_closed_form_is_searched(
     assert answer["joints"] == pytest.approx({"turn": 0.5}, abs=1e-6)
 
 
+def test_a_sliding_joint_is_told_in_metres(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    urdf = tmp_path / "lift.urdf"
+    urdf.write_text(
+        '<robot name="lift"><link name="base"/><link name="tip"/><joint name="slide" type="prismatic">'
+        '<parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>'
+        '<limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    out = said(capsys, "tip", "--target", "0 0 -0.5", "--urdf", str(urdf), "--deg", code=1)
+    assert out.startswith("slide needs -0.5 m, limit 0")
+
+
 def test_what_is_not_reached_says_why_and_exits_with_one(capsys: pytest.CaptureFixture) -> None:
     out = said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", code=1)
     assert out.startswith("out of reach by ")

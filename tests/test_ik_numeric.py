@@ -492,7 +492,7 @@ def _poses(changes: dict[tuple[int, ...], float]) -> np.ndarray:
         ({"solver": ["pink"]}, UnknownName, "pink"),
         ({"T": np.eye(3)}, WrongShape, "4, 4"),
         ({"T": "pose"}, BadArgument, "T must be"),
-        ({"reference": np.zeros(24)}, WrongShape, "25"),
+        ({"reference": np.zeros(24)}, WrongShape, r"reference must have shape \(\.\.\., 25\)"),
         ({"reference": np.full(25, np.nan)}, NotFinite, "HeadYaw"),
         ({"reference": np.zeros((4, 25)), "T": _poses({})}, WrongShape, "broadcast"),
         ({"limits": "clamp"}, UnknownName, "enforce"),

@@ -25,6 +25,8 @@ MILLIMETRES_FROM = 10.0
 class Reason(enum.IntEnum):
     """Why a target is or is not reached; in batches as its number.
 
+    What a closed form says of limits and joints is proven; from a search it is what none of its starts disproved.
+
     Attributes:
         REACHED: the pose is met, inside the limits if they are enforced.
         OUT_OF_REACH: the target is farther from the limb's base, or nearer to it, than any joint values take the limb.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin._common.vectors import LARGEST, as_vectors, common_batch, first_index
-from nao_kin.errors import BadArgument, NotARotation, OutsideLimits, UnknownName, WrongShape, at_index
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, OutsideLimits, UnknownName, WrongShape, at_index
 from nao_kin.ik.closed_forms.ranges import RIGID, ROUNDING
 from nao_kin.ik.search.limit_regions import LimitRegion
 from nao_kin.robot import RobotModel
@@ -123,36 +123,55 @@ def as_reference(
     return inside_limits(robot, array) if enforce else (with_unit_quaternion(robot, array), ())
 
 
-def inside_limits(robot: RobotModel, reference: ArrayLike) -> tuple[Floats, tuple[str, ...]]:
+def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
     """The nearest configurations inside the limits, shape (..., nq), and a note where they are others.
 
     Two joints with a coupled limit go to the nearest point of their plane region.
+
+    Args:
+        robot: whose limits.
+        reference: configurations.
+        what: their name in messages.
 
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations.
     """
     try:
-        return robot.check_limits(reference), ()
+        return robot.check_limits(_finite(robot, reference, what)), ()
     except OutsideLimits as error:
-        q = with_unit_quaternion(robot, reference)
+        q = with_unit_quaternion(robot, reference, what)
         joints = len(robot.joint_names)
         everything = LimitRegion(robot, np.arange(joints))
         values = q[..., -joints:]
         values[...] = everything.project(values.reshape(-1, joints)).reshape(values.shape)
-        return q, (f"reference projected into the limits: {error.violations[0].describe()}",)
+        return q, (f"{what} projected into the limits: {error.violations[0].describe()}",)
 
 
-def with_unit_quaternion(robot: RobotModel, reference: ArrayLike) -> Floats:
+def with_unit_quaternion(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> Floats:
     """Configurations wherever their joints are, shape (..., nq), a copy; a floating base with quaternions of norm 1.
+
+    Args:
+        robot: whose.
+        reference: configurations.
+        what: their name in messages.
 
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations.
     """
-    checked = robot.clamp(reference)
+    q: Floats = np.array(_finite(robot, reference, what))
     base = robot.nq - len(robot.joint_names)
-    q: Floats = np.array(reference, dtype=np.float64)
-    q[..., :base] = checked[..., :base]
+    q[..., :base] = robot.clamp(q)[..., :base]
     return q
+
+
+def _finite(robot: RobotModel, reference: ArrayLike, what: str) -> Floats:
+    """Configurations, shape (..., nq), refused by the name of their argument and of the joint."""
+    try:
+        return as_floats(reference, (robot.nq,), what)
+    except NotFinite as error:
+        joint = error.index[-1] - (robot.nq - len(robot.joint_names))
+        name = robot.joint_names[joint] if joint >= 0 else "base"
+        raise NotFinite(what, error.index, error.value, name) from None
 
 
 def check_threads(threads: SupportsIndex | None) -> int | None:

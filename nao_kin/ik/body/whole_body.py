@@ -418,11 +418,8 @@ def _crossing(search: _Search, found: _Found, stands: NDArray[np.bool_]) -> tupl
 
 def _configurations(robot: RobotModel, given: ArrayLike, what: str, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
     """Configurations with unit quaternions, inside the limits if these are enforced, and notes."""
-    array = with_unit_quaternion(robot, as_vectors(given, what, robot.nq))
-    if not enforce:
-        return array, ()
-    inside, notes = inside_limits(robot, array)
-    return inside, tuple(what + note.removeprefix("reference") for note in notes)
+    array = as_vectors(given, what, robot.nq)
+    return inside_limits(robot, array, what) if enforce else (with_unit_quaternion(robot, array, what), ())
 
 
 def _rows(array: Floats, batch: tuple[int, ...], tail: int) -> Floats:

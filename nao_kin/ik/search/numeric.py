@@ -138,7 +138,7 @@ def _result(
     )
     reached = reasons == Reason.REACHED
     later = np.count_nonzero(reached & ~np.concatenate([part.first for part in found]))
-    if later:
+    if later and reached.size > 1:
         notes = (*notes, f"{later} of {reached.size} targets were reached only after restarts")
     stopped = np.count_nonzero(~np.concatenate([part.settled for part in found]))
     if stopped:
@@ -156,6 +156,7 @@ def _result(
         residual=np.concatenate([part.residual for part in found]).reshape(*batch, 2),
         obstacles=Obstacles(joint, needed, limit),
         notes=notes,
+        units=tuple(motion.robot.joint_units[index] for index in motion.joints),
     )
 
 
