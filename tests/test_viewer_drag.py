@@ -147,6 +147,35 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
+@pytest.mark.parametrize(
+    ("camera", "frame", "by"),
+    [
+        ("three-quarter", "LArm", (250, 0)),
+        ("three-quarter", "LArm", (0, 200)),
+        ("side", "LArm", (-250, 0)),
+        ("three-quarter", "RArm", (-250, 0)),
+    ],
+)
+def test_an_arm_dragged_past_its_reach_goes_on_from_where_it_is(
+    page: Page, camera: str, frame: str, by: tuple[int, int]
+) -> None:
+    page.tab.get_by_role("button", name=camera, exact=True).click()
+    start, before, lines = on_screen(page, frame), page.q, set()
+    page.tab.mouse.move(*start)
+    page.tab.mouse.down()
+    for share in np.linspace(0, 1, 25)[1:]:
+        page.tab.mouse.move(*(start + share * np.array(by)))
+        q = page.q
+        assert np.abs(q - before).max() < 0.62
+        before = q
+        lines.add(said(page))
+    assert any("out of reach by" in line for line in lines)
+    # And back to where it was, which no step may have lost.
+    page.tab.mouse.move(*start, steps=24)
+    assert np.abs(on_screen(page, frame) - start).max() < 0.2
+    page.tab.mouse.up()
+
+
 @pytest.mark.parametrize("frame", ["LLeg", "RLeg", "LArm", "CameraTop"])
 def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
     rng = np.random.default_rng(4)

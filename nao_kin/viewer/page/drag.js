@@ -101,12 +101,13 @@ NaoKin.Drag = class {
   follow(target) {
     const { follower, handle } = this.held;
     const { app } = this;
-    let followed = follower.follow(target, app.q);
+    const near = this.approach(target);
+    let followed = follower.follow(target, near.q);
     const { says } = followed;
     let place = target;
     if (!followed.q) {
-      place = this.nearest(target);
-      followed = follower.follow(place, app.q);
+      place = this.nearest(target, near);
+      followed = follower.follow(place, near.q);
     }
     if (followed.q) {
       this.held.place = place;
@@ -118,20 +119,34 @@ NaoKin.Drag = class {
     this.say(says && `${handle.limb.frame}: ${says}`);
   }
 
-  // The reachable place nearest to a target: from the last one in steps in the plane of the drag, each way,
+  // The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
+  approach(target) {
+    const { follower, place } = this.held;
+    const strides = Math.ceil(NaoKin.Drag.between(place, target) / (follower.stride ?? Infinity));
+    let near = { place, q: this.app.q };
+    for (let i = 1; i < strides; i++) {
+      const next = place.map((value, k) => value + (i / strides) * (target[k] - value));
+      const { q } = follower.follow(next, near.q);
+      if (!q) break;
+      near = { place: next, q };
+    }
+    return near;
+  }
+
+  // The reachable place nearest to a target: from one that is reached in steps in the plane of the drag, each way,
   // until they are a tenth of a millimetre or too many were tried for one move of the pointer.
-  nearest(target) {
+  nearest(target, { place, q }) {
     const { follower } = this.held;
-    const away = (place) => Math.hypot(...place.map((value, k) => value - target[k]));
+    const away = (tried) => NaoKin.Drag.between(tried, target);
     const directions = this.directions();
-    let best = this.held.place;
+    let best = place;
     let step = away(best);
     let left = NaoKin.Drag.TRIES;
-    const isReached = (place) => left-- > 0 && follower.follow(place, this.app.q).q;
+    const isReached = (tried) => left-- > 0 && follower.follow(tried, q).q;
     while (step > NaoKin.Drag.LAST_STEP && left > 0) {
       const tried = directions
         .map((direction) => best.map((value, k) => value + step * direction[k]))
-        .filter((place) => away(place) < away(best))
+        .filter((tried) => away(tried) < away(best))
         .sort((a, b) => away(a) - away(b))
         .find(isReached);
       if (tried) best = tried;
@@ -232,6 +247,8 @@ NaoKin.Drag = class {
     return pose.transpose().toArray();
   }
 };
+
+NaoKin.Drag.between = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
 // The search for the nearest place that is reached goes so many WAYS, and ends with steps of LAST_STEP [m], or after so
 // many TRIES. A handle is held within POINT pixels of the mouse, or FINGER of a touch; that of the gaze is at a share of
