@@ -237,10 +237,10 @@ def test_the_camera_looks_at_what_is_dragged(page: Page, nao: nk.NaoModel) -> No
     assert moved == {"HeadYaw", "HeadPitch"}
     # The pointer is on the picture of the optical axis.
     axis = page.run("""() => {
-        const { knob } = naoKin.drag.handles.find(({ limb }) => limb.frame === "CameraTop");
+        const { mark, ahead } = naoKin.drag.handles.find(({ limb }) => limb.frame === "CameraTop");
         const { left, top, width, height } = document.getElementById("pane").getBoundingClientRect();
         return [0.5, 1.5].map((share) => {
-            const at = knob.position.clone().multiplyScalar(share).applyMatrix4(knob.parent.matrixWorld);
+            const at = new MeshCat.THREE.Vector3(share * ahead, 0, 0).applyMatrix4(mark.matrixWorld);
             const { x, y } = at.project(naoKin.drag.camera);
             return [left + (1 + x) / 2 * width, top + (1 - y) / 2 * height];
         });
@@ -249,6 +249,15 @@ def test_the_camera_looks_at_what_is_dragged(page: Page, nao: nk.NaoModel) -> No
     normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
     assert abs(normal @ (pointer - axis[0])) < 0.1
     page.tab.mouse.up()
+
+
+@pytest.mark.parametrize("by", [(-300, 60), (120, -40)])
+def test_the_handle_of_the_gaze_stays_under_the_pointer_while_it_is_held(page: Page, by: tuple[int, int]) -> None:
+    pointer = drag(page, "CameraTop", by)
+    assert np.abs(on_screen(page, "CameraTop") - pointer).max() < 0.1
+    page.tab.mouse.up()
+    handle = "() => naoKin.drag.handles.find(({ limb }) => limb.frame === 'CameraTop')"
+    assert page.run(f"() => {{ const {{ knob, ahead }} = ({handle})(); return knob.position.x === ahead; }}")
 
 
 def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk.NaoModel) -> None:
@@ -389,7 +398,7 @@ def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoM
         drawn = assert_drawn_where_they_differ(page, nao, found.solutions)
         assert {k for k, _ in drawn} == set(range(1, 8))  # the first is the robot itself
         assert not {link for _, link in drawn} & {"torso", "Head", "LBicep"}
-        assert page.tab.locator("#legend").inner_text().split() == [str(k) for k in range(8)]
+        assert page.tab.locator("#legend").inner_text().split() == ["ghosts", *map(str, range(1, 9))]
         colours = page.run(
             "() => [...new Set(naoKin.ghosts.group.children.map((c) => c.material.color.getHex()))].length"
         )
@@ -404,10 +413,41 @@ def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> 
         viewer.show_ghosts(nao.random(3, 2))
         page.tab.wait_for_function("() => naoKin.ghosts.group.children.length > 0")
         viewer.show_ghosts(nao.random(3, 1))
-        page.tab.wait_for_function("() => document.getElementById('legend').innerText.trim() === '0'")
+        page.tab.wait_for_function("() => document.getElementById('legend').innerText.split(/\\s+/).join(' ').trim() === 'ghosts 1'")
         viewer.clear_ghosts()
         page.tab.wait_for_function("() => naoKin.ghosts.group.children.length === 0")
         assert not page.tab.locator("#legend").is_visible()
+
+
+def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    q = nao.posture("StandInit")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    viewer = Viewer(nao)
+    viewer.display(q)
+    viewer.show_ghosts(found.solutions[1:], first=2)
+    with opened(browser, viewer.save_html(tmp_path / "ghosts.html"), SIZE) as page:
+        page.draw(False)
+        switch = page.tab.get_by_role("button", name="Ghosts", exact=True)
+        legend = page.tab.locator("#legend")
+        drag_looks = page.run("() => [NaoKin.Drag.INSIDE.colour, NaoKin.Drag.OUTSIDE.colour]")
+        assert not set(drag_looks) & set(page.run("() => NaoKin.GHOST_COLOURS"))
+        assert legend.inner_text().split() == ["ghosts", *map(str, range(2, 9))]
+        assert switch.get_attribute("aria-pressed") == "true"
+        switch.click()
+        assert not legend.is_visible()
+        assert not page.run("() => naoKin.ghosts.group.visible")
+        switch.click()
+        assert legend.is_visible()
+        assert page.run("() => naoKin.ghosts.group.visible")
+        page.slide("HeadYaw", 0.3)  # a slider leaves them
+        assert ghosts_of(page)
+        drag(page, "RArm", (-10, -20))
+        assert ghosts_of(page) == []
+        assert not legend.is_visible()
+        assert not switch.is_visible()
+        page.tab.mouse.up()
 
 
 def test_a_picture_has_ghosts_and_no_handles(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
@@ -436,4 +476,7 @@ def test_ghosts_that_are_no_configurations_are_refused(nao: nk.NaoModel) -> None
     for opacity in (0.0, 1.1, -1.0):
         with pytest.raises(BadArgument, match="opacity must be above 0"):
             viewer.show_ghosts(nao.random(1, 2), opacity=opacity)
+    for first in (-1, 1.5):
+        with pytest.raises(BadArgument, match="first"):
+            viewer.show_ghosts(nao.random(1, 2), first=first)  # type: ignore[arg-type]
     assert viewer._messages.get("ghosts") is None

@@ -26,13 +26,11 @@ NaoKin.Drag = class {
     const mark = NaoKin.mark(new MeshCat.THREE.Group());
     const knob = NaoKin.knob();
     mark.add(knob);
-    if (limb.kind === "gaze") {
-      const ahead = NaoKin.Drag.SIGHT * Math.min(studio.size, 1.5);
-      knob.position.x = ahead;
-      mark.add(NaoKin.sight(ahead));
-    }
+    const ahead = limb.kind === "gaze" ? NaoKin.Drag.SIGHT * Math.min(studio.size, 1.5) : 0;
+    knob.position.x = ahead;
+    if (ahead) mark.add(NaoKin.sight(ahead));
     robot.nodes[robot.frames.get(limb.frame)].add(mark);
-    return { limb, mark, knob };
+    return { limb, mark, knob, ahead };
   }
 
   // Whether there is anything to drag.
@@ -87,6 +85,8 @@ NaoKin.Drag = class {
 
   release(event) {
     if (!this.held || event.pointerId !== this.held.pointer) return;
+    const { knob, ahead } = this.held.handle;
+    knob.position.set(ahead, 0, 0);
     this.held = null;
     this.app.viewer.controls.enabled = true;
     this.say("");
@@ -111,10 +111,13 @@ NaoKin.Drag = class {
     }
     if (followed.q) {
       this.held.place = place;
+      app.clearGhosts();
       const others = this.others(place, followed.q);
       app.set(followed.q);
       app.settle();
       this.ghosts.show(others, this.app.robot.frames.get(handle.limb.joints[0]));
+      // What a camera looks at, or past, stays where it is dragged.
+      if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target, handle.limb)));
     }
     this.say(says && `${handle.limb.frame}: ${says}`);
   }
@@ -238,6 +241,10 @@ NaoKin.Drag = class {
 
   inTorso(point, limb) {
     return this.torso(limb).worldToLocal(point.clone()).toArray();
+  }
+
+  inWorld(place, limb) {
+    return this.torso(limb).localToWorld(new MeshCat.THREE.Vector3(...place));
   }
 
   // Pose of a frame in the frame of the torso, row by row.
