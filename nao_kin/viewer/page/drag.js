@@ -91,6 +91,8 @@ NaoKin.Drag = class {
     this.app.viewer.controls.enabled = true;
     this.say("");
     this.ghosts.clear();
+    // The legend goes only now: on a narrow page the picture grows by it.
+    if (this.app.ghosts.group.children.length === 0) this.app.clearGhosts();
     this.app.restand();
     this.hover(event.type === "pointerup" && event.pointerType !== "touch" ? this.handleAt(event) : null);
   }
@@ -111,7 +113,7 @@ NaoKin.Drag = class {
     }
     if (followed.q) {
       this.held.place = place;
-      app.clearGhosts();
+      app.ghosts.clear();
       const others = this.others(place, followed.q);
       app.set(followed.q);
       app.settle();

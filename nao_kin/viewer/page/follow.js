@@ -113,15 +113,16 @@ NaoKin.FOLLOWERS = { arm: NaoKin.HandFollower, leg: NaoKin.FootFollower, gaze: N
 
 NaoKin.degrees = (angle, digits) => `${((angle * 180) / Math.PI).toFixed(digits)}°`;
 
-// Why there is no branch, in the words of Python's `IKResult.message`, in degrees.
+// Why there is no branch, in degrees.
 NaoKin.sentence = ({ reason, joint, needed, limit, limb }) => {
   if (reason === "OUT_OF_REACH") return `out of reach by ${NaoKin.millimetres(needed)}`;
   if (reason === "NOT_ENOUGH_JOINTS") return `${limb.joints.length} joints do not make this pose`;
   if (joint < 0) return "no solution found";
-  const which = reason === "JOINT_LIMIT" ? "limit" : "coupled limit there";
+  const bound = needed < limit ? "at least" : "at most";
+  const where = reason === "JOINT_LIMIT" ? "" : " there (coupled limit)";
   // As many digits as it takes to tell the two apart.
   const digits = [1, 2, 3, 4, 5].find((n) => NaoKin.degrees(needed, n) !== NaoKin.degrees(limit, n)) ?? 6;
-  return `${limb.joints[joint]} needs ${NaoKin.degrees(needed, digits)}, ${which} ${NaoKin.degrees(limit, digits)}`;
+  return `${limb.joints[joint]} needs ${NaoKin.degrees(needed, digits)}, ${bound} ${NaoKin.degrees(limit, digits)}${where}`;
 };
 
 NaoKin.millimetres = (metres) => {

@@ -9,6 +9,8 @@ NaoKin.App = class {
     document.body.dataset.role = this.role;
     this.received = this.drawn = 0;
     const viewer = (this.viewer = new MeshCat.Viewer(this.byId("pane")));
+    // The pane is smaller where the legend stands under it.
+    new ResizeObserver(() => viewer.set_3d_pane_size()).observe(this.byId("pane"));
     viewer.set_3d_pane_size = () => NaoKin.resize(viewer, this.byId("pane").clientWidth, this.byId("pane").clientHeight);
     const handle = viewer.handle_command.bind(viewer);
     viewer.handle_command = (message) => (message.type === "nao_kin" ? this.receive(message) : this.pass(message, handle));
@@ -81,11 +83,14 @@ NaoKin.App = class {
     this.show({});
     this.settle();
     this.camera("three-quarter");
+    this.view = null;
   }
 
   // The scene is all here.
   complete() {
     this.settle();
+    this.viewer.set_3d_pane_size();
+    if (this.view === null) this.camera("three-quarter");
     this.viewer.set_dirty();
     document.body.dataset.ready = "true";
     this.send({ kind: "ready" });
@@ -191,6 +196,7 @@ NaoKin.App = class {
   }
 
   camera(name) {
+    this.view = name;
     const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
     this.settle();
     const bar = this.byId("top");
