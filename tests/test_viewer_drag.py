@@ -128,7 +128,7 @@ def test_with_shift_a_handle_moves_up_and_down_only(page: Page) -> None:
     page.tab.mouse.up()
 
 
-@pytest.mark.parametrize(("frame", "by"), [("LArm", (250, 0)), ("RLeg", (-60, 160))])
+@pytest.mark.parametrize(("frame", "by"), [("LArm", (250, 0)), ("RLeg", (-250, -30))])
 def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it_is(
     page: Page, nao: nk.NaoModel, frame: str, by: tuple[int, int]
 ) -> None:
@@ -211,6 +211,28 @@ def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: n
     assert page.run(ROOT) == root
     page.tab.mouse.up()
     assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_foot_stops_at_the_floor(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.get_by_role("button", name="side", exact=True).click()
+    root = page.run(ROOT)
+    drag(page, "LLeg", (10, 60))
+    assert_consistent(page, nao)
+    assert page.run(ROOT) == root
+    assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") == pytest.approx(0.0, abs=2e-4)
+    assert said(page).startswith("LLeg: the sole is on the floor")
+    page.tab.mouse.up()
+
+
+def test_feet_that_cross_are_told(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.get_by_role("button", name="front", exact=True).click()
+    towards = on_screen(page, "RLeg") - on_screen(page, "LLeg")
+    drag(page, "LLeg", 0.05 * towards)
+    assert "feet cross" not in said(page)
+    page.tab.mouse.up()
+    drag(page, "LLeg", 0.6 * towards, steps=16)
+    assert "the feet cross" in said(page)
+    page.tab.mouse.up()
 
 
 def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: nk.NaoModel) -> None:

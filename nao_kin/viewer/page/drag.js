@@ -62,7 +62,11 @@ NaoKin.Drag = class {
     this.pane.style.cursor = "grabbing";
     const { limb } = handle;
     const follower = new NaoKin.FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame, limb), this.limbs);
-    this.held = { handle, follower, pointer: event.pointerId, at, plane, hit, place: this.inTorso(at, limb) };
+    // The sole is not to go below the floor, nor lower where it is below it.
+    const isOnFloor = limb.kind === "leg" && !this.app.robot.about.floating;
+    const floor = isOnFloor ? at.y - Math.max(0, this.footOf(limb).low) : -Infinity;
+    const place = this.inTorso(at, limb);
+    this.held = { handle, follower, pointer: event.pointerId, at, plane, hit, floor, place };
   }
 
   move(event) {
@@ -80,7 +84,10 @@ NaoKin.Drag = class {
       const up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
       by.copy(up.multiplyScalar(by.dot(up)));
     }
-    this.follow(this.inTorso(at.clone().add(by), handle.limb));
+    const to = at.clone().add(by);
+    const isBelow = to.y < this.held.floor;
+    if (isBelow) to.y = this.held.floor;
+    this.follow(this.inTorso(to, handle.limb), isBelow ? "the sole is on the floor" : "");
   }
 
   release(event) {
@@ -100,7 +107,7 @@ NaoKin.Drag = class {
   // --- what follows --------------------------------------------------------------------------------------------
 
   // Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
-  follow(target) {
+  follow(target, notice = "") {
     const { follower, handle } = this.held;
     const { app } = this;
     const near = this.approach(target);
@@ -121,7 +128,8 @@ NaoKin.Drag = class {
       // What a camera looks at, or past, stays where it is dragged.
       if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target, handle.limb)));
     }
-    this.say(says && `${handle.limb.frame}: ${says}`);
+    const said = [notice, says, this.feetCross() ? "the feet cross" : ""].filter(Boolean).join("; ");
+    this.say(said && `${handle.limb.frame}: ${said}`);
   }
 
   // The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
@@ -141,13 +149,14 @@ NaoKin.Drag = class {
   // The reachable place nearest to a target: from one that is reached in steps in the plane of the drag, each way,
   // until they are a tenth of a millimetre or too many were tried for one move of the pointer.
   nearest(target, { place, q }) {
-    const { follower } = this.held;
+    const { follower, floor, handle: { limb } } = this.held;
     const away = (tried) => NaoKin.Drag.between(tried, target);
     const directions = this.directions();
     let best = place;
     let step = away(best);
     let left = NaoKin.Drag.TRIES;
-    const isReached = (tried) => left-- > 0 && follower.follow(tried, q).q;
+    const isAbove = (tried) => this.inWorld(tried, limb).y > floor - NaoKin.Drag.LAST_STEP;
+    const isReached = (tried) => left-- > 0 && isAbove(tried) && follower.follow(tried, q).q;
     while (step > NaoKin.Drag.LAST_STEP && left > 0) {
       const tried = directions
         .map((direction) => best.map((value, k) => value + step * direction[k]))
@@ -186,6 +195,35 @@ NaoKin.Drag = class {
         const { INSIDE, OUTSIDE } = NaoKin.Drag;
         return { q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) };
       });
+  }
+
+  // Whether the foot that is dragged is where another one is: their outlines from above, and their heights.
+  feetCross() {
+    const { limb } = this.held.handle;
+    if (limb.kind !== "leg") return false;
+    const own = this.footOf(limb);
+    return this.limbs
+      .filter((other) => other.kind === "leg" && other !== limb)
+      .map((other) => this.footOf(other))
+      .some((other) => own.low < other.high && other.low < own.high && NaoKin.overlap(own.outline, other.outline));
+  }
+
+  // The outline of a leg's last link from above, and its lowest and highest vertex.
+  footOf(limb) {
+    const { robot } = this.app;
+    const foot = robot.frames.get(limb.joints[limb.joints.length - 1]);
+    const vertex = new MeshCat.THREE.Vector3();
+    const points = [];
+    let [low, high] = [Infinity, -Infinity];
+    for (const { mesh } of robot.meshes.filter(({ link }) => link === foot)) {
+      const { position } = mesh.geometry.attributes;
+      for (let i = 0; i < position.count; i++) {
+        const { x, y, z } = vertex.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
+        points.push({ x, y: -z });
+        [low, high] = [Math.min(low, y), Math.max(high, y)];
+      }
+    }
+    return { low: Number.isFinite(low) ? low : 0, high, outline: NaoKin.convexHull(points) };
   }
 
   say(text) {
@@ -255,6 +293,13 @@ NaoKin.Drag = class {
     const pose = robot.pose(robot.frames.get(limb.torso)).invert().multiply(robot.pose(robot.frames.get(frame)));
     return pose.transpose().toArray();
   }
+};
+
+// Whether two convex outlines have a point in common: no edge of one has all of the other outside.
+NaoKin.overlap = (a, b) => {
+  const parts = (one, other) =>
+    one.some((corner, i) => other.every((p) => NaoKin.turn(corner, one[(i + 1) % one.length], p) <= 0));
+  return a.length > 0 && b.length > 0 && !parts(a, b) && !parts(b, a);
 };
 
 NaoKin.Drag.between = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
