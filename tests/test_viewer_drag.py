@@ -128,7 +128,7 @@ def test_with_shift_a_handle_moves_up_and_down_only(page: Page) -> None:
     page.tab.mouse.up()
 
 
-@pytest.mark.parametrize(("frame", "by"), [("LArm", (250, 0)), ("RLeg", (-60, 160))])
+@pytest.mark.parametrize(("frame", "by"), [("LArm", (250, 0)), ("RLeg", (-250, -30))])
 def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it_is(
     page: Page, nao: nk.NaoModel, frame: str, by: tuple[int, int]
 ) -> None:
@@ -147,6 +147,35 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
+@pytest.mark.parametrize(
+    ("camera", "frame", "by"),
+    [
+        ("three-quarter", "LArm", (250, 0)),
+        ("three-quarter", "LArm", (0, 200)),
+        ("side", "LArm", (-250, 0)),
+        ("three-quarter", "RArm", (-250, 0)),
+    ],
+)
+def test_an_arm_dragged_past_its_reach_goes_on_from_where_it_is(
+    page: Page, camera: str, frame: str, by: tuple[int, int]
+) -> None:
+    page.tab.get_by_role("button", name=camera, exact=True).click()
+    start, before, lines = on_screen(page, frame), page.q, set()
+    page.tab.mouse.move(*start)
+    page.tab.mouse.down()
+    for share in np.linspace(0, 1, 25)[1:]:
+        page.tab.mouse.move(*(start + share * np.array(by)))
+        q = page.q
+        assert np.abs(q - before).max() < 0.62
+        before = q
+        lines.add(said(page))
+    assert any("out of reach by" in line for line in lines)
+    # And back to where it was, which no step may have lost.
+    page.tab.mouse.move(*start, steps=24)
+    assert np.abs(on_screen(page, frame) - start).max() < 0.2
+    page.tab.mouse.up()
+
+
 @pytest.mark.parametrize("frame", ["LLeg", "RLeg", "LArm", "CameraTop"])
 def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
     rng = np.random.default_rng(4)
@@ -159,7 +188,7 @@ def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> No
         assert_consistent(page, nao)
         lines.add(said(page))
     page.tab.mouse.up()
-    assert any("limit" in line for line in lines), lines
+    assert any(re.search(r"needs \S+°, at (least|most) ", line) for line in lines), lines
 
 
 def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: nk.NaoModel) -> None:
@@ -182,6 +211,28 @@ def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: n
     assert page.run(ROOT) == root
     page.tab.mouse.up()
     assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_foot_stops_at_the_floor(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.get_by_role("button", name="side", exact=True).click()
+    root = page.run(ROOT)
+    drag(page, "LLeg", (10, 60))
+    assert_consistent(page, nao)
+    assert page.run(ROOT) == root
+    assert page.run("() => (naoKin.settle(), naoKin.robot.lowest())") == pytest.approx(0.0, abs=2e-4)
+    assert said(page).startswith("LLeg: the sole is on the floor")
+    page.tab.mouse.up()
+
+
+def test_feet_that_cross_are_told(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.get_by_role("button", name="front", exact=True).click()
+    towards = on_screen(page, "RLeg") - on_screen(page, "LLeg")
+    drag(page, "LLeg", 0.05 * towards)
+    assert "feet cross" not in said(page)
+    page.tab.mouse.up()
+    drag(page, "LLeg", 0.6 * towards, steps=16)
+    assert "the feet cross" in said(page)
+    page.tab.mouse.up()
 
 
 def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: nk.NaoModel) -> None:
@@ -208,10 +259,10 @@ def test_the_camera_looks_at_what_is_dragged(page: Page, nao: nk.NaoModel) -> No
     assert moved == {"HeadYaw", "HeadPitch"}
     # The pointer is on the picture of the optical axis.
     axis = page.run("""() => {
-        const { knob } = naoKin.drag.handles.find(({ limb }) => limb.frame === "CameraTop");
+        const { mark, ahead } = naoKin.drag.handles.find(({ limb }) => limb.frame === "CameraTop");
         const { left, top, width, height } = document.getElementById("pane").getBoundingClientRect();
         return [0.5, 1.5].map((share) => {
-            const at = knob.position.clone().multiplyScalar(share).applyMatrix4(knob.parent.matrixWorld);
+            const at = new MeshCat.THREE.Vector3(share * ahead, 0, 0).applyMatrix4(mark.matrixWorld);
             const { x, y } = at.project(naoKin.drag.camera);
             return [left + (1 + x) / 2 * width, top + (1 - y) / 2 * height];
         });
@@ -220,6 +271,15 @@ def test_the_camera_looks_at_what_is_dragged(page: Page, nao: nk.NaoModel) -> No
     normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
     assert abs(normal @ (pointer - axis[0])) < 0.1
     page.tab.mouse.up()
+
+
+@pytest.mark.parametrize("by", [(-300, 60), (120, -40)])
+def test_the_handle_of_the_gaze_stays_under_the_pointer_while_it_is_held(page: Page, by: tuple[int, int]) -> None:
+    pointer = drag(page, "CameraTop", by)
+    assert np.abs(on_screen(page, "CameraTop") - pointer).max() < 0.1
+    page.tab.mouse.up()
+    handle = "() => naoKin.drag.handles.find(({ limb }) => limb.frame === 'CameraTop')"
+    assert page.run(f"() => {{ const {{ knob, ahead }} = ({handle})(); return knob.position.x === ahead; }}")
 
 
 def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk.NaoModel) -> None:
@@ -360,7 +420,7 @@ def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoM
         drawn = assert_drawn_where_they_differ(page, nao, found.solutions)
         assert {k for k, _ in drawn} == set(range(1, 8))  # the first is the robot itself
         assert not {link for _, link in drawn} & {"torso", "Head", "LBicep"}
-        assert page.tab.locator("#legend").inner_text().split() == [str(k) for k in range(8)]
+        assert page.tab.locator("#legend").inner_text().split() == ["ghosts", *map(str, range(1, 9))]
         colours = page.run(
             "() => [...new Set(naoKin.ghosts.group.children.map((c) => c.material.color.getHex()))].length"
         )
@@ -369,16 +429,73 @@ def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoM
         assert (0, "LThigh") in assert_drawn_where_they_differ(page, nao, found.solutions)
 
 
+@pytest.mark.parametrize("size", [(400, 800), (400, 640)])
+def test_on_a_narrow_page_neither_legend_nor_line_covers_the_robot(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path, size: tuple[int, int]
+) -> None:
+    q = nao.posture("StandInit")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    viewer = Viewer(nao)
+    viewer.display(q)
+    viewer.show_ghosts(found.solutions[1:], first=2)
+    with opened(browser, viewer.save_html(tmp_path / "narrow.html"), size) as page:
+        page.draw(False)
+        pane = page.tab.locator("#pane").bounding_box()
+        legend = page.tab.locator("#legend").bounding_box()
+        assert legend["y"] >= pane["y"] + pane["height"]
+        assert page.run("() => naoKin.viewer.renderer.domElement.clientHeight") == round(pane["height"])
+        for frame in ("LArm", "RArm", "LLeg", "RLeg"):
+            x, y = on_screen(page, frame)
+            assert 0 < x < pane["width"]
+            assert 0 < y < pane["height"]
+        drag(page, "LArm", (120, 0))
+        assert said(page)
+        line = page.tab.locator("#drag").bounding_box()
+        assert line["y"] >= legend["y"] + legend["height"]
+        page.tab.mouse.up()
+
+
 def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
         page.draw(False)
         viewer.show_ghosts(nao.random(3, 2))
         page.tab.wait_for_function("() => naoKin.ghosts.group.children.length > 0")
         viewer.show_ghosts(nao.random(3, 1))
-        page.tab.wait_for_function("() => document.getElementById('legend').innerText.trim() === '0'")
+        page.tab.wait_for_function("() => naoKin.byId('legend').innerText.split(/\\s+/).join() === 'ghosts,1'")
         viewer.clear_ghosts()
         page.tab.wait_for_function("() => naoKin.ghosts.group.children.length === 0")
         assert not page.tab.locator("#legend").is_visible()
+
+
+def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    q = nao.posture("StandInit")
+    found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
+    viewer = Viewer(nao)
+    viewer.display(q)
+    viewer.show_ghosts(found.solutions[1:], first=2)
+    with opened(browser, viewer.save_html(tmp_path / "ghosts.html"), SIZE) as page:
+        page.draw(False)
+        switch = page.tab.get_by_role("button", name="Ghosts", exact=True)
+        legend = page.tab.locator("#legend")
+        drag_looks = page.run("() => [NaoKin.Drag.INSIDE.colour, NaoKin.Drag.OUTSIDE.colour]")
+        assert not set(drag_looks) & set(page.run("() => NaoKin.GHOST_COLOURS"))
+        assert legend.inner_text().split() == ["ghosts", *map(str, range(2, 9))]
+        assert switch.get_attribute("aria-pressed") == "true"
+        switch.click()
+        assert not legend.is_visible()
+        assert not page.run("() => naoKin.ghosts.group.visible")
+        switch.click()
+        assert legend.is_visible()
+        assert page.run("() => naoKin.ghosts.group.visible")
+        page.slide("HeadYaw", 0.3)  # a slider leaves them
+        assert ghosts_of(page)
+        drag(page, "RArm", (-10, -20))
+        assert ghosts_of(page) == []
+        page.tab.mouse.up()
+        assert not legend.is_visible()
+        assert not switch.is_visible()
 
 
 def test_a_picture_has_ghosts_and_no_handles(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
@@ -407,4 +524,7 @@ def test_ghosts_that_are_no_configurations_are_refused(nao: nk.NaoModel) -> None
     for opacity in (0.0, 1.1, -1.0):
         with pytest.raises(BadArgument, match="opacity must be above 0"):
             viewer.show_ghosts(nao.random(1, 2), opacity=opacity)
+    for first in (-1, 1.5):
+        with pytest.raises(BadArgument, match="first"):
+            viewer.show_ghosts(nao.random(1, 2), first=first)  # type: ignore[arg-type]
     assert viewer._messages.get("ghosts") is None

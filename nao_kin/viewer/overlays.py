@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.colour_scale import COLD_TO_WARM
 from nao_kin._common.colour_scale import colours as scale_colours
+from nao_kin._common.scalars import whole_number
 from nao_kin._common.vectors import as_vectors, unit
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
@@ -89,7 +90,7 @@ def ghost(robot: RobotModel, q: ArrayLike | None) -> bytes:
     return panel_message("ghost", {"q": None if q is None else typed_array(one_configuration(robot, q))})
 
 
-def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float) -> bytes:
+def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
     """Links in other configurations."""
     array = as_floats(configurations, (robot.nq,), "configurations")
     if array.ndim != 2:
@@ -101,7 +102,8 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float) -> byte
     share = number(opacity, "opacity")
     if not 0.0 < share <= 1.0:
         raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
-    return panel_message("ghosts", {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share})
+    content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share}
+    return panel_message("ghosts", {**content, "first": whole_number(first, "first", 0)})
 
 
 def targets(poses: Mapping[str, ArrayLike]) -> bytes:

@@ -184,22 +184,25 @@ class Viewer:
         """
         self._messages.put("ghost", overlays.ghost(self.robot, q))
 
-    def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3) -> None:
+    def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3, first: int = 1) -> None:
         """Draw the links that other configurations put elsewhere, in one pale colour for each, instead of those before.
 
             found = nk.ik.leg(nao, "L", T_torso_foot, reference=q, limits="ignore")
-            viewer.show_ghosts(found.solutions)
+            viewer.display(found.q)
+            viewer.show_ghosts(found.solutions[1:], first=2)
 
-        Links that are where the robot has them are not drawn twice. Rows are numbered in the legend of the page.
+        Links that are where the robot has them are not drawn twice. The legend of the page numbers the rows. They
+        belong to the configuration shown: a limb that is dragged in a page removes them from that page.
 
         Args:
             configurations: shape (k, nq), k up to 64; none for none.
             opacity: of the links, above 0 and at most 1.
+            first: number of the first row in the legend, at least 0; 2 where the robot itself is solution 1.
 
         Raises:
-            WrongShape, NotFinite, BadArgument: no configurations, too many of them, or no opacity.
+            WrongShape, NotFinite, BadArgument: no configurations, too many of them, no opacity or no such number.
         """
-        self._messages.put("ghosts", overlays.ghosts(self.robot, configurations, opacity))
+        self._messages.put("ghosts", overlays.ghosts(self.robot, configurations, opacity, first))
 
     def clear_ghosts(self) -> None:
         """Remove what `show_ghosts` has drawn."""

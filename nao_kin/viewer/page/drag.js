@@ -26,13 +26,11 @@ NaoKin.Drag = class {
     const mark = NaoKin.mark(new MeshCat.THREE.Group());
     const knob = NaoKin.knob();
     mark.add(knob);
-    if (limb.kind === "gaze") {
-      const ahead = NaoKin.Drag.SIGHT * Math.min(studio.size, 1.5);
-      knob.position.x = ahead;
-      mark.add(NaoKin.sight(ahead));
-    }
+    const ahead = limb.kind === "gaze" ? NaoKin.Drag.SIGHT * Math.min(studio.size, 1.5) : 0;
+    knob.position.x = ahead;
+    if (ahead) mark.add(NaoKin.sight(ahead));
     robot.nodes[robot.frames.get(limb.frame)].add(mark);
-    return { limb, mark, knob };
+    return { limb, mark, knob, ahead };
   }
 
   // Whether there is anything to drag.
@@ -64,7 +62,11 @@ NaoKin.Drag = class {
     this.pane.style.cursor = "grabbing";
     const { limb } = handle;
     const follower = new NaoKin.FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame, limb), this.limbs);
-    this.held = { handle, follower, pointer: event.pointerId, at, plane, hit, place: this.inTorso(at, limb) };
+    // The sole is not to go below the floor, nor lower where it is below it.
+    const isOnFloor = limb.kind === "leg" && !this.app.robot.about.floating;
+    const floor = isOnFloor ? at.y - Math.max(0, this.footOf(limb).low) : -Infinity;
+    const place = this.inTorso(at, limb);
+    this.held = { handle, follower, pointer: event.pointerId, at, plane, hit, floor, place };
   }
 
   move(event) {
@@ -82,15 +84,22 @@ NaoKin.Drag = class {
       const up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
       by.copy(up.multiplyScalar(by.dot(up)));
     }
-    this.follow(this.inTorso(at.clone().add(by), handle.limb));
+    const to = at.clone().add(by);
+    const isBelow = to.y < this.held.floor;
+    if (isBelow) to.y = this.held.floor;
+    this.follow(this.inTorso(to, handle.limb), isBelow ? "the sole is on the floor" : "");
   }
 
   release(event) {
     if (!this.held || event.pointerId !== this.held.pointer) return;
+    const { knob, ahead } = this.held.handle;
+    knob.position.set(ahead, 0, 0);
     this.held = null;
     this.app.viewer.controls.enabled = true;
     this.say("");
     this.ghosts.clear();
+    // The legend goes only now: on a narrow page the picture grows by it.
+    if (this.app.ghosts.group.children.length === 0) this.app.clearGhosts();
     this.app.restand();
     this.hover(event.type === "pointerup" && event.pointerType !== "touch" ? this.handleAt(event) : null);
   }
@@ -98,40 +107,60 @@ NaoKin.Drag = class {
   // --- what follows --------------------------------------------------------------------------------------------
 
   // Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
-  follow(target) {
+  follow(target, notice = "") {
     const { follower, handle } = this.held;
     const { app } = this;
-    let followed = follower.follow(target, app.q);
+    const near = this.approach(target);
+    let followed = follower.follow(target, near.q);
     const { says } = followed;
     let place = target;
     if (!followed.q) {
-      place = this.nearest(target);
-      followed = follower.follow(place, app.q);
+      place = this.nearest(target, near);
+      followed = follower.follow(place, near.q);
     }
     if (followed.q) {
       this.held.place = place;
+      app.ghosts.clear();
       const others = this.others(place, followed.q);
       app.set(followed.q);
       app.settle();
       this.ghosts.show(others, this.app.robot.frames.get(handle.limb.joints[0]));
+      // What a camera looks at, or past, stays where it is dragged.
+      if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target, handle.limb)));
     }
-    this.say(says && `${handle.limb.frame}: ${says}`);
+    const said = [notice, says, this.feetCross() ? "the feet cross" : ""].filter(Boolean).join("; ");
+    this.say(said && `${handle.limb.frame}: ${said}`);
   }
 
-  // The reachable place nearest to a target: from the last one in steps in the plane of the drag, each way,
+  // The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
+  approach(target) {
+    const { follower, place } = this.held;
+    const strides = Math.ceil(NaoKin.Drag.between(place, target) / (follower.stride ?? Infinity));
+    let near = { place, q: this.app.q };
+    for (let i = 1; i < strides; i++) {
+      const next = place.map((value, k) => value + (i / strides) * (target[k] - value));
+      const { q } = follower.follow(next, near.q);
+      if (!q) break;
+      near = { place: next, q };
+    }
+    return near;
+  }
+
+  // The reachable place nearest to a target: from one that is reached in steps in the plane of the drag, each way,
   // until they are a tenth of a millimetre or too many were tried for one move of the pointer.
-  nearest(target) {
-    const { follower } = this.held;
-    const away = (place) => Math.hypot(...place.map((value, k) => value - target[k]));
+  nearest(target, { place, q }) {
+    const { follower, floor, handle: { limb } } = this.held;
+    const away = (tried) => NaoKin.Drag.between(tried, target);
     const directions = this.directions();
-    let best = this.held.place;
+    let best = place;
     let step = away(best);
     let left = NaoKin.Drag.TRIES;
-    const isReached = (place) => left-- > 0 && follower.follow(place, this.app.q).q;
+    const isAbove = (tried) => this.inWorld(tried, limb).y > floor - NaoKin.Drag.LAST_STEP;
+    const isReached = (tried) => left-- > 0 && isAbove(tried) && follower.follow(tried, q).q;
     while (step > NaoKin.Drag.LAST_STEP && left > 0) {
       const tried = directions
         .map((direction) => best.map((value, k) => value + step * direction[k]))
-        .filter((place) => away(place) < away(best))
+        .filter((tried) => away(tried) < away(best))
         .sort((a, b) => away(a) - away(b))
         .find(isReached);
       if (tried) best = tried;
@@ -166,6 +195,35 @@ NaoKin.Drag = class {
         const { INSIDE, OUTSIDE } = NaoKin.Drag;
         return { q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) };
       });
+  }
+
+  // Whether the foot that is dragged is where another one is: their outlines from above, and their heights.
+  feetCross() {
+    const { limb } = this.held.handle;
+    if (limb.kind !== "leg") return false;
+    const own = this.footOf(limb);
+    return this.limbs
+      .filter((other) => other.kind === "leg" && other !== limb)
+      .map((other) => this.footOf(other))
+      .some((other) => own.low < other.high && other.low < own.high && NaoKin.overlap(own.outline, other.outline));
+  }
+
+  // The outline of a leg's last link from above, and its lowest and highest vertex.
+  footOf(limb) {
+    const { robot } = this.app;
+    const foot = robot.frames.get(limb.joints[limb.joints.length - 1]);
+    const vertex = new MeshCat.THREE.Vector3();
+    const points = [];
+    let [low, high] = [Infinity, -Infinity];
+    for (const { mesh } of robot.meshes.filter(({ link }) => link === foot)) {
+      const { position } = mesh.geometry.attributes;
+      for (let i = 0; i < position.count; i++) {
+        const { x, y, z } = vertex.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
+        points.push({ x, y: -z });
+        [low, high] = [Math.min(low, y), Math.max(high, y)];
+      }
+    }
+    return { low: Number.isFinite(low) ? low : 0, high, outline: NaoKin.convexHull(points) };
   }
 
   say(text) {
@@ -225,6 +283,10 @@ NaoKin.Drag = class {
     return this.torso(limb).worldToLocal(point.clone()).toArray();
   }
 
+  inWorld(place, limb) {
+    return this.torso(limb).localToWorld(new MeshCat.THREE.Vector3(...place));
+  }
+
   // Pose of a frame in the frame of the torso, row by row.
   poseOf(frame, limb) {
     const { robot } = this.app;
@@ -232,6 +294,15 @@ NaoKin.Drag = class {
     return pose.transpose().toArray();
   }
 };
+
+// Whether two convex outlines have a point in common: no edge of one has all of the other outside.
+NaoKin.overlap = (a, b) => {
+  const parts = (one, other) =>
+    one.some((corner, i) => other.every((p) => NaoKin.turn(corner, one[(i + 1) % one.length], p) <= 0));
+  return a.length > 0 && b.length > 0 && !parts(a, b) && !parts(b, a);
+};
+
+NaoKin.Drag.between = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
 // The search for the nearest place that is reached goes so many WAYS, and ends with steps of LAST_STEP [m], or after so
 // many TRIES. A handle is held within POINT pixels of the mouse, or FINGER of a touch; that of the gaze is at a share of

@@ -2,13 +2,15 @@
 
 // How a limb follows what is dragged, by its closed form: from a target in the torso's frame to a configuration inside
 // the limits, the other branches, and what there is to say. Each has `follow(target, q)`, whose `answer` tells whether
-// the target is reached; it changes nothing.
+// the target is reached; it changes nothing. One with a `stride` [m] is to be taken to a target in steps of that length.
 
-// A hand keeps the direction of its forearm where that is possible, and else only its place counts; then the arm goes on
-// from where it is, and does not jump to a posture far away that meets the place too.
+// A hand keeps the direction of its forearm where that is possible, and else only its place counts. Either way the arm goes
+// on from where it is: what would take a joint farther than JUMP at once, to another posture that meets the place too, is
+// refused, and so the way to a place is gone in steps of STRIDE.
 NaoKin.HandFollower = class {
   constructor(limb, poseOf) {
     this.limb = limb;
+    this.stride = NaoKin.HandFollower.STRIDE;
     const pose = poseOf(limb.frame);
     this.direction = [pose[0], pose[4], pose[8]];
   }
@@ -16,15 +18,19 @@ NaoKin.HandFollower = class {
   follow(target, q) {
     const { limb, direction } = this;
     const reference = limb.values(q);
+    // An arm outside its limits may come back inside.
+    const most = NaoKin.HandFollower.JUMP + Math.max(0, limb.excess(reference));
+    const isNear = ({ values }) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
     const kept = limb.solveDirection(target, direction, reference);
-    if (kept.reason === "REACHED") return { answer: kept, q: limb.merged(q, kept.branches[0].values), says: "" };
+    const next = kept.branches.find(isNear);
+    if (next) return { answer: kept, q: limb.merged(q, next.values), says: "" };
     const answer = new NaoKin.ArmPlace(limb, target, reference).solve({ near: true });
-    if (answer.reason !== "REACHED") {
-      const stuck = answer.reason === "NOT_ENOUGH_JOINTS";
-      return { answer, says: stuck ? "cannot be reached from here" : NaoKin.sentence(answer) };
+    if (!answer.branches.some(isNear)) {
+      const isKnown = answer.reason !== "REACHED" && answer.reason !== "NOT_ENOUGH_JOINTS";
+      return { answer, says: isKnown ? NaoKin.sentence(answer) : "cannot be reached from here" };
     }
-    const why = kept.reason === "NOT_ENOUGH_JOINTS" ? "its direction cannot be kept here" : NaoKin.sentence(kept);
-    const says = `the forearm turns: ${why}`;
+    const isKnown = kept.reason !== "REACHED" && kept.reason !== "NOT_ENOUGH_JOINTS";
+    const says = `the forearm turns: ${isKnown ? NaoKin.sentence(kept) : "its direction cannot be kept here"}`;
     return { answer, q: limb.merged(q, answer.branches[0].values), says };
   }
 
@@ -33,6 +39,9 @@ NaoKin.HandFollower = class {
     return this.limb.solveDirection(target, this.direction, this.limb.values(q), false).branches;
   }
 };
+
+// The most [rad] that a joint of the arm moves in a step, and the length of a step [m].
+Object.assign(NaoKin.HandFollower, { JUMP: 0.3, STRIDE: 0.005 });
 
 // A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: that foot stays on its place and its
 // sole as it is, and only turns about the sole's normal.
@@ -104,15 +113,16 @@ NaoKin.FOLLOWERS = { arm: NaoKin.HandFollower, leg: NaoKin.FootFollower, gaze: N
 
 NaoKin.degrees = (angle, digits) => `${((angle * 180) / Math.PI).toFixed(digits)}°`;
 
-// Why there is no branch, in the words of Python's `IKResult.message`, in degrees.
+// Why there is no branch, in degrees.
 NaoKin.sentence = ({ reason, joint, needed, limit, limb }) => {
   if (reason === "OUT_OF_REACH") return `out of reach by ${NaoKin.millimetres(needed)}`;
   if (reason === "NOT_ENOUGH_JOINTS") return `${limb.joints.length} joints do not make this pose`;
   if (joint < 0) return "no solution found";
-  const which = reason === "JOINT_LIMIT" ? "limit" : "coupled limit there";
+  const bound = needed < limit ? "at least" : "at most";
+  const where = reason === "JOINT_LIMIT" ? "" : " there (coupled limit)";
   // As many digits as it takes to tell the two apart.
   const digits = [1, 2, 3, 4, 5].find((n) => NaoKin.degrees(needed, n) !== NaoKin.degrees(limit, n)) ?? 6;
-  return `${limb.joints[joint]} needs ${NaoKin.degrees(needed, digits)}, ${which} ${NaoKin.degrees(limit, digits)}`;
+  return `${limb.joints[joint]} needs ${NaoKin.degrees(needed, digits)}, ${bound} ${NaoKin.degrees(limit, digits)}${where}`;
 };
 
 NaoKin.millimetres = (metres) => {

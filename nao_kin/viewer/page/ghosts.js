@@ -4,6 +4,7 @@
 NaoKin.Ghosts = class {
   constructor(robot) {
     this.robot = robot;
+    this.entries = []; // of the legend
     this.group = NaoKin.mark(new MeshCat.THREE.Group());
     // The robot's tree once more, bare, for the poses of its links in any configuration.
     const bare = robot.root.clone(true);
@@ -82,4 +83,5 @@ NaoKin.Ghosts = class {
 // Poses whose entries [1, m] differ by no more are one.
 NaoKin.Ghosts.SAME = 1e-6;
 
-NaoKin.GHOST_COLOURS = ["#2f6fe0", "#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#5c6678"];
+// Neither the blue nor the grey of the branches while a limb is dragged.
+NaoKin.GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];

@@ -9,6 +9,8 @@ NaoKin.App = class {
     document.body.dataset.role = this.role;
     this.received = this.drawn = 0;
     const viewer = (this.viewer = new MeshCat.Viewer(this.byId("pane")));
+    // The pane is smaller where the legend stands under it.
+    new ResizeObserver(() => viewer.set_3d_pane_size()).observe(this.byId("pane"));
     viewer.set_3d_pane_size = () => NaoKin.resize(viewer, this.byId("pane").clientWidth, this.byId("pane").clientHeight);
     const handle = viewer.handle_command.bind(viewer);
     viewer.handle_command = (message) => (message.type === "nao_kin" ? this.receive(message) : this.pass(message, handle));
@@ -21,11 +23,11 @@ NaoKin.App = class {
     this.studio = new NaoKin.Studio(viewer);
     this.player = new NaoKin.Player(viewer, this.byId("player"), () => (this.up = null));
     this.source = String(Math.random());
-    this.shown = { frames: false, axes: false, com: false, support: false, handles: this.role === "" };
-    const texts = { frames: "Frames", axes: "Joint axes", com: "Centre of mass", support: "Support", handles: "Handles" };
-    for (const [name, text] of Object.entries(texts)) {
+    this.shown = { frames: false, axes: false, com: false, support: false, ghosts: true, handles: this.role === "" };
+    for (const [name, text] of Object.entries(NaoKin.SHOWN)) {
       const button = element("button", { type: "button", onclick: () => this.show({ [name]: !this.shown[name] }) }, text);
       button.dataset.shown = name;
+      button.hidden = name === "ghosts";
       this.byId("shown").append(button);
     }
     this.legends = { colours: [], pairs: [], reach: [], ghosts: [] };
@@ -81,11 +83,14 @@ NaoKin.App = class {
     this.show({});
     this.settle();
     this.camera("three-quarter");
+    this.view = null;
   }
 
   // The scene is all here.
   complete() {
     this.settle();
+    this.viewer.set_3d_pane_size();
+    if (this.view === null) this.camera("three-quarter");
     this.viewer.set_dirty();
     document.body.dataset.ready = "true";
     this.send({ kind: "ready" });
@@ -169,9 +174,13 @@ NaoKin.App = class {
 
   show(changes) {
     Object.assign(this.shown, changes);
-    const { frames, axes, com, support, handles } = this.shown;
+    const { frames, axes, com, support, ghosts, handles } = this.shown;
     if ("frames" in changes) this.marks.showFrames(frames ? this.frames.names : [], this.frames.size);
     if ("axes" in changes) this.legendOfPairs(this.marks.showAxes(axes));
+    if ("ghosts" in changes) {
+      this.ghosts.group.visible = ghosts;
+      this.legendOfGhosts();
+    }
     this.drag.show(handles);
     this.marks.balanceShown = { com, support };
     this.marks.drawBalance();
@@ -187,6 +196,7 @@ NaoKin.App = class {
   }
 
   camera(name) {
+    this.view = name;
     const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
     this.settle();
     const bar = this.byId("top");
@@ -198,8 +208,8 @@ NaoKin.App = class {
     this.legend("colours", stops ? [`${label} ${low}`.trim(), NaoKin.scaleBar(stops), `${high}`] : []);
   }
 
-  // Configurations one after another, each in a colour of its own; the legend numbers them as Python does.
-  showGhosts({ qs, count, opacity }) {
+  // Configurations one after another, each in a colour of its own; the legend numbers them from the first on.
+  showGhosts({ qs, count, opacity, first }) {
     const width = qs.length / count;
     const ghosts = Array.from({ length: count }, (_, i) => {
       const colour = NaoKin.GHOST_COLOURS[i % NaoKin.GHOST_COLOURS.length];
@@ -207,7 +217,19 @@ NaoKin.App = class {
     });
     this.settle();
     this.ghosts.show(ghosts);
-    this.legend("ghosts", ghosts.map(({ colour }, i) => this.legendEntry(`${i}`, colour)));
+    this.ghosts.entries = ghosts.map(({ colour }, i) => this.legendEntry(`${first + i}`, colour));
+    this.byId("shown").querySelector("[data-shown=ghosts]").hidden = count === 0;
+    this.show({ ghosts: true });
+  }
+
+  // They were other answers to what is asked no more.
+  clearGhosts() {
+    if (this.ghosts.entries.length > 0) this.showGhosts({ qs: new Float64Array(0), count: 0 });
+  }
+
+  legendOfGhosts() {
+    const { entries, group } = this.ghosts;
+    this.legend("ghosts", entries.length > 0 && group.visible ? ["ghosts", ...entries] : []);
   }
 
   legendOfPairs(kinds) {
@@ -265,6 +287,16 @@ NaoKin.App = class {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
     this.send({ kind: "picture", id, data: this.studio.picture(width, height, preset, this.robot) });
   }
+};
+
+// What may be drawn over the robot, and the buttons for it.
+NaoKin.SHOWN = {
+  frames: "Frames",
+  axes: "Joint axes",
+  com: "Centre of mass",
+  support: "Support",
+  ghosts: "Ghosts",
+  handles: "Handles",
 };
 
 try {
