@@ -437,5 +437,5 @@ def _write_page(model: RobotModel, found: IKResult, html: str) -> str | None:
         else:
             viewer.display(shown[0])
             if int(found.count) > 1:
-                viewer.show_ghosts(found.solutions[1 : int(found.count)])
+                viewer.show_ghosts(found.solutions[1 : int(found.count)], first=2)
         return str(viewer.save_html(html))
