@@ -30,7 +30,9 @@ demo: $(STAMP)
 	$(BIN)/python scripts/forward_kinematics.py --frame LArm --frame LLeg --frame CameraTop
 	$(BIN)/nao-kin view --posture StandInit --html nao.html
 
-test: lint types check-generated docs unit
+test: $(STAMP)
+	$(MAKE) -j2 lint types check-generated docs
+	$(MAKE) unit
 
 quick: lint
 	$(BIN)/pytest -n auto $(QUICK)
