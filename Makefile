@@ -16,7 +16,7 @@ LOWEST ?= .venv-lowest
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check
 QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test quick lint types unit test-lowest coverage mutate docs generate check-generated bench clean
+.PHONY: demo test quick kernels lint types unit test-lowest coverage mutate docs generate check-generated bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -31,11 +31,14 @@ demo: $(STAMP)
 	$(BIN)/nao-kin view --posture StandInit --html nao.html
 
 test: $(STAMP)
-	$(MAKE) -j2 lint types check-generated docs
+	$(MAKE) -j3 lint types check-generated docs kernels
 	$(MAKE) unit
 
 quick: lint
 	$(BIN)/pytest -n auto $(QUICK)
+
+kernels: $(STAMP)
+	$(BIN)/nao-kin warmup >/dev/null
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

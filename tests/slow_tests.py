@@ -4,20 +4,16 @@ from __future__ import annotations
 
 # Everything in these modules: browsers, cross-checks, wheels, documents, generated files.
 MODULES = """
-    test_against_yourdfpy test_crosscheck test_crosscheck_faults test_documents test_ik_arm test_ik_compiling
-    test_ik_follow test_ik_head test_ik_kept test_ik_leg test_ik_legs test_ik_reference_cases test_ik_whole_body
-    test_installation test_joints_documents test_meshes test_notebooks test_reach_cli test_reach_page
-    test_reproduce_paper test_signals test_stream_resumed test_typed_model test_typed_random_robots
+    test_against_yourdfpy test_crosscheck test_crosscheck_faults test_documents test_ik_arm test_ik_cli
+    test_ik_compiling test_ik_follow test_ik_head test_ik_kept test_ik_leg test_ik_legs test_ik_reference_cases
+    test_ik_whole_body test_installation test_joints_documents test_meshes test_notebooks test_reach_cli
+    test_reach_page test_reproduce_paper test_signals test_stream_resumed test_typed_model test_typed_random_robots
     test_typed_whole_turns test_typed_without_intermediate_links test_viewer_browser test_viewer_cli
     test_viewer_closed_forms test_viewer_drag test_viewer_server test_wheel
 """.split()
 
 # Single tests of the other modules.
 TESTS = """
-    test_both_feet_are_placed_on_their_one_motor
-    test_messages_are_in_degrees_too
-    test_a_page_shows_the_robot_and_its_other_solutions_as_ghosts
-    test_the_output_of_fk_is_a_file_of_targets
     test_two_processes_may_compile_at_once_and_the_third_need_not
     test_warmup_says_what_is_ready_and_where
     test_a_narrow_terminal_cuts_nothing

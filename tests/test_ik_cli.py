@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import subprocess
 import sys
@@ -184,22 +183,28 @@ def test_messages_are_in_degrees_too(capsys: pytest.CaptureFixture) -> None:
     assert "the feet are turned by -10° (left) and -10° (right)" in said(capsys, *feet, code=1)
 
 
-def test_the_output_of_fk_is_a_file_of_targets(tmp_path: Path, nao: nk.NaoModel) -> None:
+def test_the_output_of_fk_is_a_file_of_targets(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
     q = nao.random(0, 20)
-    walk = tmp_path / "walk.csv"
+    walk, feet = tmp_path / "walk.csv", tmp_path / "feet.csv"
     np.savetxt(walk, q, delimiter=",", header=",".join(nao.joint_names), comments="", fmt="%.17g")
-    program = [sys.executable, "-m", "nao_kin"]
     for style in ("rpy", "quaternion", "matrix", "position6d"):
-        feet = subprocess.run(
-            [*program, "fk", walk, "--frame", "LLeg", "--frame", "RLeg", "--csv", "--as", style],
-            capture_output=True,
-            check=True,
-        ).stdout
-        back = subprocess.run([*program, "ik", "RLeg", "-", "--csv"], input=feet, capture_output=True, check=True)
-        rows = np.genfromtxt(io.BytesIO(back.stdout), delimiter=",", names=True)
-        assert rows.dtype.names == nao.joint_names
-        found = np.array(rows.tolist())
+        assert run(["fk", str(walk), "--frame", "LLeg", "--frame", "RLeg", "--csv", "--as", style]) == 0
+        feet.write_text(capsys.readouterr().out)
+        lines = said(capsys, "RLeg", str(feet), "--csv").splitlines()
+        assert lines[0].split(",") == list(nao.joint_names)
+        found = np.array([line.split(",") for line in lines[1:]], dtype=float)
         np.testing.assert_allclose(nao.fk(found, "RLeg"), nao.fk(q, "RLeg"), atol=1e-8)
+
+
+def test_targets_come_through_a_pipe(nao: nk.NaoModel) -> None:
+    program = [sys.executable, "-m", "nao_kin"]
+    poses = subprocess.run(
+        [*program, "fk", "--posture", "Sit", "--frame", "LLeg", "--csv"], capture_output=True, check=True
+    )
+    back = subprocess.run([*program, "ik", "LLeg", "-", "--csv"], input=poses.stdout, capture_output=True, check=True)
+    (row,) = back.stdout.decode().splitlines()[1:]
+    found = np.array(row.split(","), dtype=float)
+    np.testing.assert_allclose(nao.fk(found, "LLeg"), nao.fk(nao.posture("Sit"), "LLeg"), atol=1e-8)
 
 
 def test_json_and_npy_files_are_read_too(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
