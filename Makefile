@@ -50,7 +50,7 @@ types: $(STAMP)
 unit: $(STAMP)
 	@command -v check_urdf >/dev/null || echo "check_urdf is absent (Debian: liburdfdom-tools); its tests are skipped"
 	@command -v chromium chromium-browser google-chrome >/dev/null || echo "no Chromium; the browser tests are skipped"
-	$(BIN)/pytest -n auto --dist loadfile
+	$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder
 
 $(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py | $(STAMP)
 	$(PYTHON) -m venv $(LOWEST)

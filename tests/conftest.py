@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from slow_tests import is_slow
+from slow_tests import MODULES, is_slow
 
 import nao_kin as nk
 from nao_kin.parameters import VERSIONS
@@ -20,6 +20,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if is_slow(item.path.stem, getattr(item, "originalname", item.name)):
             item.add_marker(pytest.mark.slow)
+    # Long modules first, so that at the end no worker waits for another.
+    items.sort(key=lambda item: item.path.stem not in MODULES)
 
 
 @pytest.fixture(scope="session", autouse=True)
