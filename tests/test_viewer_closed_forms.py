@@ -146,8 +146,8 @@ def at_limits(nao: nk.NaoModel, q: Floats, joints: list[str]) -> Floats:
 
 
 def configurations(nao: nk.NaoModel, joints: list[str]) -> Floats:
-    """Inside the limits, at their edges, and anywhere: 2100 of a V6 and 180 of every other version."""
-    third = 700 if nao.version == "v6" else 60
+    """Inside the limits, at their edges, and anywhere: 2000 of a V6 and 500 of every other version."""
+    third = 700 if nao.version == "v6" else 180
     inside, edges = nao.random(3, third), at_limits(nao, nao.random(4, third), joints)
     anywhere = np.random.default_rng(5).uniform(-np.pi, np.pi, (third, nao.nq))
     return np.concatenate([inside, edges, anywhere])
