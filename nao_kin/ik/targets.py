@@ -120,7 +120,7 @@ def as_reference(
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
-    return inside_limits(robot, array) if enforce else (with_unit_quaternion(robot, array), ())
+    return _projected(robot, array, "reference") if enforce else (_with_unit_quaternion(robot, array), ())
 
 
 def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
@@ -136,10 +136,14 @@ def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "referenc
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations.
     """
+    return _projected(robot, _finite(robot, reference, what), what)
+
+
+def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
     try:
-        return robot.check_limits(_finite(robot, reference, what)), ()
+        return robot.check_limits(reference), ()
     except OutsideLimits as error:
-        q = with_unit_quaternion(robot, reference, what)
+        q = _with_unit_quaternion(robot, reference)
         joints = len(robot.joint_names)
         everything = LimitRegion(robot, np.arange(joints))
         values = q[..., -joints:]
@@ -158,7 +162,11 @@ def with_unit_quaternion(robot: RobotModel, reference: ArrayLike, what: str = "r
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations.
     """
-    q: Floats = np.array(_finite(robot, reference, what))
+    return _with_unit_quaternion(robot, _finite(robot, reference, what))
+
+
+def _with_unit_quaternion(robot: RobotModel, reference: Floats) -> Floats:
+    q: Floats = np.array(reference)
     base = robot.nq - len(robot.joint_names)
     q[..., :base] = robot.clamp(q)[..., :base]
     return q
