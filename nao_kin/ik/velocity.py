@@ -11,8 +11,8 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.search.limit_regions import LimitRegion
-from nao_kin.ik.search.pose_errors import FrameMotion
+from nao_kin.ik.geometry import kept_limb
+from nao_kin.ik.search.pose_search import SearchSpace, search_space
 from nao_kin.ik.velocity_result import TwistMap, VelocityResult
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
@@ -85,7 +85,8 @@ def velocity(
         check_tolerance(value, name)
         if not 0.0 < value < np.inf:
             raise BadArgument(f"{name} must be a finite number above 0, got {value}")
-    motion = FrameMotion(robot, frame)
+    space = kept_limb(robot, search_space, frame)
+    motion = space.motion
     robot.clamp(q)  # refuses what is no configuration
     start, twists = as_floats(q, (robot.nq,), "q"), as_floats(twist, (6,), "twist")
     batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
@@ -100,7 +101,7 @@ def velocity(
     if limits == "ignore":
         speeds = asked
     else:
-        bounds = _Bounds(motion, q_rows, dt)
+        bounds = _Bounds(space, q_rows, dt)
         speeds = bounds.scaled(asked) if limits == "scale" else _redistributed(scaled, wanted, asked, damping, bounds)
     v = np.zeros((len(q_rows), robot.nv))
     v[:, motion.velocity_columns] = speeds
@@ -127,10 +128,10 @@ def velocity(
 class _Bounds:
     """What velocities joints may have, from configurations (n, nq)."""
 
-    def __init__(self, motion: FrameMotion, q: Floats, dt: float) -> None:
-        self._motion, self._dt = motion, dt
+    def __init__(self, space: SearchSpace, q: Floats, dt: float) -> None:
+        motion = space.motion
+        self._motion, self._region, self._dt = motion, space.limited, dt
         self._values = motion.joint_values(q)
-        self._region = LimitRegion(motion.robot, motion.joints)
         # Whether the configurations are inside to begin with.
         off = np.abs(self._region.project(self._values) - self._values)
         self._inside: NDArray[np.bool_] = np.asarray(off.max(axis=-1) <= LIMIT_TOLERANCE)

@@ -40,10 +40,11 @@ class FrameMotion:
     def __init__(self, robot: RobotModel, frame: str) -> None:
         # What is kept of a robot must not keep the robot.
         self._robot, self.frame = weakref.ref(robot), frame
-        self.joints = _joints_that_move(robot, frame)
-        if not self.joints.size:
+        self._serial_chain = serial_chain(robot, robot.tree.root, frame)
+        self.names = self._serial_chain.coordinates
+        if not self.names:
             raise BadArgument(f"no joint moves {quoted(frame)}")
-        self.names = tuple(robot.joint_names[index] for index in self.joints)
+        self.joints = np.array([robot.joint_names.index(name) for name in self.names], dtype=np.intp)
         self._offset = robot.nq - len(robot.joint_names)
         self.columns = self._offset + self.joints
         self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints
@@ -56,8 +57,7 @@ class FrameMotion:
     @cached_property
     def chain(self) -> Chain:
         """The joints from the base to the frame, for scalar code."""
-        robot = self.robot
-        chain = serial_chain(robot, robot.tree.root, self.frame)
+        chain = self._serial_chain
         place = {name: k for k, name in enumerate(self.names)}
         return Chain(
             links=chain.placements.reshape(-1).copy(),
@@ -178,26 +178,6 @@ def _pose_errors(poses: Floats, targets: Floats) -> Floats:
     errors[:, :3] = np.einsum("nji,nj->ni", R_target, targets[:, :3, 3] - poses[:, :3, 3])
     errors[:, 3:] = log(R.swapaxes(-1, -2) @ R_target)
     return errors
-
-
-def _joints_that_move(robot: RobotModel, frame: str) -> NDArray[np.intp]:
-    """Columns of the joints that move a frame against the base, from the base outwards, shape (m,).
-
-    A joint that follows another one moves it through that other.
-    """
-    model = robot.model
-    column = {name: index for index, name in enumerate(robot.joint_names)}
-    found: list[int] = []
-    joint_id = int(model.frames[robot.frame_ids([frame])[0]].parentJoint)
-    while joint_id > 0:
-        name = str(model.names[joint_id])
-        mimic = robot.mimics.get(name)
-        if mimic is not None and mimic.multiplier != 0.0:
-            found.append(column[mimic.joint])
-        elif name in column:
-            found.append(column[name])
-        joint_id = int(model.parents[joint_id])
-    return np.array(list(dict.fromkeys(found[::-1])), dtype=np.intp)
 
 
 def _inverse_left_jacobian(v: Floats) -> Floats:
