@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import first_index
 
 Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]
@@ -234,3 +235,11 @@ def length_in_words(metres: float) -> str:
         if size >= scale:
             return f"{metres / scale:.4g} {unit}"
     return f"{metres / 1e-9:.4g} nm"
+
+
+def crossing_in_words(crossed: NDArray[np.bool_], what: str) -> tuple[str, ...]:
+    """A note on the feet whose ankles are on swapped sides, of a batch of any shape of `what`; none where none are."""
+    if not crossed.any():
+        return ()
+    which = f" in {np.count_nonzero(crossed)} of {crossed.size} {what}, first at index {list(first_index(crossed))}"
+    return (f"the feet cross: the left ankle is to the right of the right one{which if crossed.ndim else ''}",)

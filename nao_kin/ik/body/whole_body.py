@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._common.arrays import Floats
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import check_tolerance, whole_number
-from nao_kin._common.vectors import as_vectors, common_batch, first_index
+from nao_kin._common.vectors import as_vectors, common_batch
 from nao_kin.ik.body.body import SIDES, Ints
 from nao_kin.ik.body.body_errors import POSE
 from nao_kin.ik.body.body_search import LACKING, NOT_STANDING, REACHED, START, STATUS, STEPS, STOPPED, whole_bodies
@@ -33,7 +33,7 @@ from nao_kin.ik.body.whole_body_targets import (
     standing_feet,
 )
 from nao_kin.ik.compiling import in_threads
-from nao_kin.ik.results import Codes, Reason
+from nao_kin.ik.results import Codes, Reason, crossing_in_words
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
@@ -410,10 +410,7 @@ def _crossing(search: _Search, found: _Found, stands: NDArray[np.bool_]) -> tupl
     ankles = (search.problem.feet @ sole_to_ankle)[:, :, :3, 3]
     left = np.einsum("ni,ni->n", found.torso[:, :3, 1], ankles[:, 0] - ankles[:, 1])
     crossed = stands & (left < 0.0).reshape(stands.shape)
-    if not crossed.any():
-        return ()
-    which = f" in {np.count_nonzero(crossed)} of {crossed.size} poses, first at index {list(first_index(crossed))}"
-    return (f"the feet cross: the left ankle is to the right of the right one{which if crossed.ndim else ''}",)
+    return crossing_in_words(crossed, "poses")
 
 
 def _configurations(robot: RobotModel, given: ArrayLike, what: str, enforce: bool) -> tuple[Floats, tuple[str, ...]]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import common_batch, first_index
+from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.closed_forms.leg import leg_limb
 from nao_kin.ik.closed_forms.leg_equations import Leg
@@ -46,7 +46,7 @@ from nao_kin.ik.closed_forms.ranges import BESIDE, laid_down
 from nao_kin.ik.closed_forms.solving import ClosedForm, Found, found_for, parts_of_result
 from nao_kin.ik.compiling import kept, kernel_arguments, limb_types
 from nao_kin.ik.geometry import Limb, kept_limb, missing_geometry, torso_in_trunk
-from nao_kin.ik.results import Integers
+from nao_kin.ik.results import Integers, crossing_in_words
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, choice, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, quat_from_matrix, quat_to_xyzw, rot_y, rot_z
@@ -256,13 +256,7 @@ def _notes(legs: Legs, rows: Floats, torso: Floats | None) -> tuple[str, ...]:
             at = first + 4 * i
             side += share * (rows[..., at + 3] - rows[..., at : at + 3] @ frame)
         sides.append(side)
-    crossed = sides[0] < sides[1]
-    if not crossed.any():
-        return ()
-    if rows.ndim == 1:
-        return ("the feet cross: the left ankle is to the right of the right one",)
-    which = f"in {np.count_nonzero(crossed)} of {crossed.size} targets, first at index {list(first_index(crossed))}"
-    return (f"the feet cross: the left ankle is to the right of the right one {which}",)
+    return crossing_in_words(np.asarray(sides[0] < sides[1]), "targets")
 
 
 def _frame_from_ankle(leg: Leg) -> Floats:
