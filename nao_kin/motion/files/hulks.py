@@ -5,7 +5,8 @@
      "motion": [{"keyframes": [{"duration": 0.5, "positions": {…}}], "exit_condition": {…}}]}
 
 Source: HULKs/hulk, crates/motionfile: seconds and radians, hands as ratios; "interpolation_mode" is "linear" where it
-is missing. An older generation has "frames" in the place of "motion", a list of key frames and conditions.
+is missing. An older generation has "frames" in the place of "motion", a list of key frames and conditions. Motions of
+whole motor commands have {"positions": {…}, "stiffnesses": {…}} in the place of positions. Stiffnesses are left out.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ PARTS = {"head": ("yaw", "pitch"), "left_arm": _ARM, "left_leg": _LEG, "right_le
 _PLACES = [(part, joint) for part, joints in PARTS.items() for joint in joints]
 _JOINTS = dict(zip(_PLACES, BODY_ORDER, strict=True))
 _MODES = ("linear", "cosine")
+_POSITIONS, _STIFFNESSES = "positions", "stiffnesses"
 _CONDITIONS = ("entry_condition", "enable", "exit_condition", "interrupt_conditions")
 Path = list[str | int]
 
@@ -57,23 +59,24 @@ def read(source: Source) -> Motion:
     if mode not in _MODES:
         reason = f"{described(mode)}, expected {' or '.join(_MODES)}"
         raise source.error(reason, source.place(["interpolation_mode"]))
-    first = _positions(source, ["initial_positions"])
+    start, first = _positions(source, ["initial_positions"])
     rows: list[list[Any]] = [list(first.values())]
-    paths: list[Path] = [["initial_positions"]]
+    frames, paths = list[Path](), [start]
     durations: list[Any] = []
     for path, frame in _frames(source):
         if "duration" not in frame:
             raise source.error("a key frame without a duration", source.place(path))
         durations.append(frame["duration"])
-        found = _positions(source, [*path, "positions"])
+        frames.append(path)
+        where, found = _positions(source, [*path, "positions"])
         if found.keys() != first.keys():
             odd = ", ".join(sorted(found.keys() ^ first.keys())[:3])
-            raise source.error(f"names other joints than initial_positions: {odd}", source.place([*path, "positions"]))
+            raise source.error(f"names other joints than initial_positions: {odd}", source.place(where))
         rows.append([found[joint] for joint in first])
-        paths.append([*path, "positions"])
-    steps = source.floats(durations, "duration", lambda at: source.place([*paths[at + 1][:-1], "duration"]))
+        paths.append(where)
+    steps = source.floats(durations, "duration", lambda at: source.place([*frames[at], "duration"]))
     times = np.concatenate([[0.0], np.cumsum(steps)])
-    check_times(source, times, lambda key: source.place([*paths[key][:-1], "duration"]))
+    check_times(source, times, lambda key: source.place([*frames[key - 1], "duration"]))
     flat = [value for row in rows for value in row]
     names = list(first)
 
@@ -145,20 +148,24 @@ def _list(source: Source, path: Path) -> list[Any]:
     return value
 
 
-def _positions(source: Source, path: Path) -> dict[str, Any]:
-    """What a set of positions gives for each joint, by NAOqi's names."""
+def _positions(source: Source, path: Path) -> tuple[Path, dict[str, Any]]:
+    """The path to a set of positions, and what they give for each joint, by NAOqi's names."""
     value = source.json.value
     for step in path:
         if isinstance(value, dict) and step not in value:
             raise source.error(f"no {step!r}", source.place(path[:-1]))
         value = value[step]
+    if isinstance(value, dict) and _POSITIONS in value:
+        path, value = [*path, _POSITIONS], value[_POSITIONS]
     found = dict[str, Any]()
-    for part, joints in _objects(source, value, path, tuple(PARTS)).items():
-        for joint, angle in _objects(source, joints, [*path, part], PARTS[part]).items():
-            found[_JOINTS[part, joint]] = angle
+    parts = _objects(source, value, path, (*PARTS, _STIFFNESSES))
+    for part, joints in parts.items():
+        if part != _STIFFNESSES:
+            for joint, angle in _objects(source, joints, [*path, part], PARTS[part]).items():
+                found[_JOINTS[part, joint]] = angle
     if not found:
         raise source.error("no joint", source.place(path))
-    return found
+    return path, found
 
 
 def _objects(source: Source, value: Any, path: Path, names: tuple[str, ...]) -> dict[str, Any]:
