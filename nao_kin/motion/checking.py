@@ -109,7 +109,7 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
     if table.joint not in motion.joint_names and table.of not in motion.joint_names:
         return [], 0
     joint, of = curves[table.joint], curves[table.of]
-    times = curves.common_times(table.joint, table.of, bends=_bends(of, table))
+    times = curves.common_times(table.joint, table.of, bends=bends(of, table))
     unit = robot.unit(table.joint)
     rows, left_out = list[MotionViolation](), 0
     for bound, sign in ((table.upper, 1.0), (table.lower, -1.0)):
@@ -129,7 +129,7 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
     return sorted(rows, key=lambda row: row.start), left_out
 
 
-def _bends(of: Segments, table: CoupledLimit) -> Floats:
+def bends(of: Segments, table: CoupledLimit) -> Floats:
     """When a joint passes a value at which the range of the other one bends [s]."""
     pieces = pieces_of(of, "value", np.arange(len(of.start)))
     low, high = pieces.values.min(axis=1), pieces.values.max(axis=1)
