@@ -16,7 +16,7 @@ import typer
 import nao_kin
 from nao_kin._common.ending import before_ending
 from nao_kin._text import MOST_ECHOED, abbreviated
-from nao_kin.cli import check, doctor, fk, ik, info, joints, reach, view, warmup
+from nao_kin.cli import check, doctor, fk, ik, info, joints, motion, reach, view, warmup
 from nao_kin.cli.options import Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
@@ -35,7 +35,8 @@ app = typer.Typer(
 )
 for _command in (info, joints, fk, ik, check, reach, view, warmup, doctor):
     _command.register(app)
-for _registered in app.registered_commands:
+app.add_typer(motion.app)
+for _registered in (*app.registered_commands, *motion.app.registered_commands):
     _registered.cls = Command
 
 # typer carries its own copy of click; this is the class of its "you called it wrongly" errors, whichever copy it is.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import sys
+import tempfile
+from contextlib import ExitStack
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +17,18 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory, within_limits
+from nao_kin.cli.options import (
+    DegOption,
+    HipsOption,
+    JsonOption,
+    RateOption,
+    RobotOption,
+    TimelineOption,
+    UrdfOption,
+    VersionOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.cli.poses import STYLES, Pieces, PoseFormat, PosePrinter
 from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
@@ -57,9 +70,13 @@ def register(app: typer.Typer) -> None:
 
 def fk(
     file: Annotated[
-        str | None, typer.Argument(metavar="FILE", help="CSV or JSON file of configurations, - for standard input.")
+        str | None,
+        typer.Argument(metavar="FILE", help="CSV or JSON file of configurations, or a motion; - for standard input."),
     ] = None,
-    posture: Annotated[str | None, typer.Option(metavar="NAME", help="Start from a predefined posture.")] = None,
+    posture: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Start from a predefined posture; of a motion: of joints it does not name."),
+    ] = None,
     joint: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Set a joint; repeatable. Others are at zero.")
     ] = None,
@@ -82,6 +99,9 @@ def fk(
     dtype: Annotated[
         NumberChoice | None, typer.Option("--dtype", help="With -o: size of the numbers. Default: float64.")
     ] = None,
+    rate: RateOption = None,
+    hips: HipsOption = None,
+    timeline: TimelineOption = None,
     json: JsonOption = False,
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
@@ -90,7 +110,8 @@ def fk(
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
     Values are radians (hands: 0 closed to 1 open) unless --deg is given. A file names all joints in its header or
-    keys, in any order: the 25 joints, or NAOqi's 26.
+    keys, in any order: the 25 joints, or NAOqi's 26. A motion file of any format (see nao-kin motion) names those that
+    it moves; there is a row for each of its key times, or --rate a second.
 
     With -o, the file may be larger than memory, and also be .npy, .parquet, .arrow or .feather. What is ended
     half-way goes on where it was when it is called again.
@@ -100,28 +121,45 @@ def fk(
             raise BadArgument(f"{option} is for files; name one with --output")
     if output is not None:
         _check_output(file, output, json)
+    # Standard input may be larger than memory with -o, and is then not looked into.
+    moves = file is not None and not (file == "-" and output is not None) and is_motion(file)
+    if not moves:
+        only_file = {} if file is None else {"posture": posture}
+        refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
     model = load(version, urdf, robot)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
+    motion_q: Floats | None = None
+    if moves and file is not None:
+        path = trajectory(model, read(model, file, deg=deg, timeline=timeline), posture=posture, hips=hips, rate=rate)
+        motion_q = within_limits(model, file, path, limits, deg=deg)
     if output is not None and file is not None:
         from nao_kin import stream
 
-        result = stream.fk(
-            model,
-            file,
-            frame or _default_frames(model),
-            output,
-            reference=reference,
-            as_=STYLES[as_],
-            dtype=np.float64 if dtype is None else dtype.value,
-            limits=limits,
-            degrees=deg,
-            on_error="stop" if on_error is None else on_error.value,
-            progress=True,
-        )
+        with ExitStack() as context:
+            source, taken = file, limits
+            if motion_q is not None:
+                folder = context.enter_context(tempfile.TemporaryDirectory(prefix="nao_kin-"))
+                source, taken = f"{folder}/configurations.npy", "ignore"
+                np.save(source, motion_q)
+            result = stream.fk(
+                model,
+                source,
+                frame or _default_frames(model),
+                output,
+                reference=reference,
+                as_=STYLES[as_],
+                dtype=np.float64 if dtype is None else dtype.value,
+                limits=taken,
+                degrees=deg,
+                on_error="stop" if on_error is None else on_error.value,
+                progress=True,
+            )
         _report(result, json)
         return
     if file is None:
         q, many = one_configuration(model, posture, joint or [], deg, limits)[None], False
+    elif motion_q is not None:
+        q, many = motion_q, True
     else:
         from nao_kin.configuration_files import read_configurations
 

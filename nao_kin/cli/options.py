@@ -20,6 +20,16 @@ RobotOption = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
+RateOption = Annotated[
+    float | None, typer.Option("--rate", metavar="N", help="Of a motion: configurations per second.")
+]
+HipsOption = Annotated[
+    str | None,
+    typer.Option("--hips", metavar="RULE", help="Of a motion with two HipYawPitch: average (default), left or right."),
+]
+TimelineOption = Annotated[
+    str | None, typer.Option("--timeline", metavar="NAME", help="Which of several motions in the file; name or number.")
+]
 
 # Options of any command that cannot stand beside each other, by the names of their parameters, and why.
 _CONTRADICTIONS = (
@@ -29,7 +39,6 @@ _CONTRADICTIONS = (
     ("csv", "json", "--csv and --json are two formats; give one"),
     ("csv", "output", "--csv prints, and the ending of --output names its format; leave out --csv"),
     ("clamp", "ignore_limits", "--clamp and --ignore-limits contradict each other; give one"),
-    ("file", "posture", "a file gives whole configurations; leave out --posture and --joint"),
     ("file", "joint", "a file gives whole configurations; leave out --posture and --joint"),
 )
 

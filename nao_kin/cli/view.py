@@ -12,7 +12,18 @@ import typer
 
 from nao_kin._common import atomic
 from nao_kin.cli.fk import one_configuration
-from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory
+from nao_kin.cli.options import (
+    DegOption,
+    HipsOption,
+    JsonOption,
+    RateOption,
+    RobotOption,
+    TimelineOption,
+    UrdfOption,
+    VersionOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -32,9 +43,13 @@ def register(app: typer.Typer) -> None:
 
 def view(
     file: Annotated[
-        str | None, typer.Argument(metavar="[FILE]", help="CSV or JSON trajectory to play, - for standard input.")
+        str | None,
+        typer.Argument(metavar="[FILE]", help="CSV or JSON trajectory or motion to play, - for standard input."),
     ] = None,
-    posture: Annotated[str | None, typer.Option(metavar="NAME", help="Start from a predefined posture.")] = None,
+    posture: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Start from a predefined posture; of a motion: of joints it does not name."),
+    ] = None,
     joint: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Set a joint; repeatable. Others are at zero.")
     ] = None,
@@ -42,6 +57,9 @@ def view(
     fps: Annotated[
         float | None, typer.Option(metavar="N", help=f"Configurations of FILE per second. Default: {_FPS:g}.")
     ] = None,
+    rate: RateOption = None,
+    hips: HipsOption = None,
+    timeline: TimelineOption = None,
     frames: Annotated[
         list[str] | None, typer.Option(metavar="NAMES", help="Draw frames; several with commas, or repeated.")
     ] = None,
@@ -69,8 +87,10 @@ def view(
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
 
-    A trajectory names all joints in its header or keys, as in `nao-kin fk`; its rows are played at --fps. With --open
-    and --no-wait the command ends once the browser has the scene: the page goes on working alone.
+    A trajectory names all joints in its header or keys, as in `nao-kin fk`; its rows are played at --fps. A motion file
+    of any format (see nao-kin motion) plays at its own speed, with 30 configurations a second or --rate of them, unless
+    --fps says another. With --open and --no-wait the command ends once the browser has the scene: the page goes on
+    working alone.
     """
     files = [path for path in (html, png) if path is not None]
     live = open_ or not files
@@ -85,12 +105,22 @@ def view(
     if host is not None and not host.strip():
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
     _check_files(html, png, json)
+    moves = file is not None and is_motion(file)
+    if not moves:
+        only_file = {} if file is None else {"posture": posture}
+        refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
 
     model = load(version, urdf, robot)
     from nao_kin.viewer import Viewer
 
     with closing(Viewer(model, host=_HOST if host is None else host, port=port)) as viewer:
-        _show(viewer, model, file, posture, joint or [], deg, _FPS if fps is None else fps)
+        if moves and file is not None:
+            motion = read(model, file, deg=deg, timeline=timeline)
+            sampling = rate if rate is not None else _FPS if fps is None else fps
+            path = trajectory(model, motion, posture=posture, hips=hips, rate=sampling)
+            viewer.animate(path.q, sampling if fps is None else fps)
+        else:
+            _show(viewer, model, file, posture, joint or [], deg, _FPS if fps is None else fps)
         if frames is not None:
             viewer.show_frames([name.strip() for name in ",".join(frames).split(",") if name.strip()])
         viewer.camera(camera)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from nao_kin.motion.changes import Change, Mended
 from nao_kin.motion.checking import check
 from nao_kin.motion.configurations import HIPS, HOLD, Hips, Trajectory
-from nao_kin.motion.editing import concatenate, loop, resample, reverse, time_warp
+from nao_kin.motion.editing import complete, concatenate, loop, resample, reverse, time_warp
 from nao_kin.motion.files import FORMATS, MotionFileWarning, read_motion, write_motion
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, smooth_slopes
 from nao_kin.motion.mending import clamp, share_motors
 from nao_kin.motion.mirroring import mirror
 from nao_kin.motion.motion import Motion
+from nao_kin.motion.plotting import plot
+from nao_kin.motion.recognising import is_motion_file
 from nao_kin.motion.report import MotionReport, MotionViolation
 from nao_kin.motion.slowing import slow_down
 
@@ -30,9 +32,12 @@ __all__ = [
     "Trajectory",
     "check",
     "clamp",
+    "complete",
     "concatenate",
+    "is_motion_file",
     "loop",
     "mirror",
+    "plot",
     "read_motion",
     "resample",
     "reverse",

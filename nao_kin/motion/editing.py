@@ -11,8 +11,9 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.motion.configurations import sampling_times
+from nao_kin.motion.configurations import HOLD, check_joints, filled, sampling_times
 from nao_kin.motion.motion import Motion
+from nao_kin.robot import RobotModel, check_robot
 
 # Values that meet without a gap in time may differ by this.
 _MEETS = 1e-9
@@ -141,6 +142,36 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
         if count:
             power = concatenate([power, power], gap=gap)
     return motion if result is None else result
+
+
+def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> Motion:
+    """The motion with one key for each joint of a robot that it does not name, which stands still there.
+
+    Args:
+        robot: whose joints with a motor of their own are added, in its order.
+        motion: which.
+        fill: where they stand, as in `Motion.configurations`.
+
+    Raises:
+        UnknownName: the robot has no such joint or posture.
+        WrongShape, NotFinite, BadArgument: `fill` is no configuration.
+    """
+    check_robot(robot)
+    check_joints(robot, motion)
+    angles = dict(zip(robot.joint_names, filled(robot, fill)[robot.nq - len(robot.joint_names) :], strict=True))
+    driven = {robot.mimics[name].joint for name in motion.joint_names if name in robot.mimics}
+    absent = [name for name in robot.joint_names if name not in motion.joint_names and name not in driven]
+    start = np.array([motion.start])
+    handles = None
+    if motion.handles is not None:
+        handles = [*motion.handles, *(np.zeros((1, 2, 2)) for _ in absent)]
+    return Motion(
+        [*motion.times, *(start for _ in absent)],
+        [*motion.joint_names, *absent],
+        [*motion.keys, *(angles[name][None] for name in absent)],
+        motion.interpolation,
+        handles,
+    )
 
 
 def _joined(one: Motion, two: Motion, gap: float) -> Motion:

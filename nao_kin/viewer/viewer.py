@@ -17,6 +17,7 @@ from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
 from nao_kin._common.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning, NoBrowser, UnknownName, WrongShape
+from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
@@ -119,20 +120,34 @@ class Viewer:
             raise UnknownName("posture", posture, tuple(self._presets.postures))
         return self._presets.rest.get(posture)
 
-    def animate(self, qs: ArrayLike, fps: float = 30.0, *, play: bool = True, loop: bool = True) -> None:
+    def animate(
+        self,
+        qs: ArrayLike | Motion,
+        fps: float = 30.0,
+        *,
+        play: bool = True,
+        loop: bool = True,
+        fill: str | ArrayLike = HOLD,
+        hips: Hips = "average",
+    ) -> None:
         """Play configurations one after another, as a meshcat clip that the page can pause and scrub.
 
         Between two of them every joint moves at constant speed, so that joints of one motor stay together.
 
         Args:
-            qs: configurations, shape (n, nq) with n ≥ 1.
+            qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
             fps: configurations per second.
             play: start at once.
             loop: play again and again.
+            fill: where joints are that a motion does not name, as in `Motion.configurations`.
+            hips: what one motor does that a motion names twice, as there.
 
         Raises:
             WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
+            UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
         """
+        if isinstance(qs, Motion):
+            qs = qs.configurations(self.robot, rate=overlays.number(fps, "fps"), fill=fill, hips=hips).q
         self.robot.angles(qs)  # refuses all that is no configuration
         array = np.array(qs, dtype=np.float64)
         if array.ndim != 2 or len(array) == 0:

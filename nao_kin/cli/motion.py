@@ -1,0 +1,297 @@
+"""`nao-kin motion`: motion files converted, checked, described and drawn."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nao_kin._common import atomic
+from nao_kin._text import abbreviated
+from nao_kin.cli.motion_input import check_posture, read
+from nao_kin.cli.options import (
+    HipsOption,
+    JsonOption,
+    RobotOption,
+    TimelineOption,
+    UrdfOption,
+    VersionOption,
+    load,
+)
+from nao_kin.cli.output import print_json, print_note, print_table
+from nao_kin.errors import BadArgument
+
+if TYPE_CHECKING:
+    from nao_kin.motion import Change, Motion, MotionReport, MotionViolation
+    from nao_kin.robot import RobotModel
+
+FileArgument = Annotated[str, typer.Argument(metavar="FILE", help="A motion file of any format, - for standard input.")]
+FromOption = Annotated[
+    str | None, typer.Option("--from", metavar="FORMAT", help="Format of FILE. Default: by its content.")
+]
+PostureOption = Annotated[
+    str | None, typer.Option("--posture", metavar="NAME", help="Where joints are that the motion does not name.")
+]
+InputDegOption = Annotated[
+    bool, typer.Option("--deg", help="Angles of FILE in degrees, where it does not say; and of what is printed.")
+]
+
+app = typer.Typer(
+    name="motion",
+    help="Motion files: converted, checked, described and drawn.",
+    epilog="Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down",
+    invoke_without_command=True,
+    rich_markup_mode=None,
+)
+
+
+@app.callback()
+def _motion(context: typer.Context) -> None:
+    """Motion files: converted, checked, described and drawn.
+
+    Formats are told by content and suffix: csv, json, npz, webots, runswift, hulks, hulks-motion2, python (Choregraphe
+    export), xar and naoqi (arguments of angleInterpolation).
+    """
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@app.command("convert", epilog="Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
+def convert(
+    source: Annotated[str, typer.Argument(metavar="IN", help="A motion file, - for standard input.")],
+    sink: Annotated[str, typer.Argument(metavar="OUT", help="The file to write.")],
+    from_: FromOption = None,
+    to: Annotated[
+        str | None, typer.Option("--to", metavar="FORMAT", help="Format of OUT. Default: by its suffix.")
+    ] = None,
+    deg: InputDegOption = False,
+    timeline: TimelineOption = None,
+    hips: HipsOption = None,
+    posture: Annotated[
+        str | None, typer.Option("--posture", metavar="NAME", help="Add the joints it does not name, at rest there.")
+    ] = None,
+    mirror: Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")] = False,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Run it backwards.")] = False,
+    stretch: Annotated[
+        float | None, typer.Option("--stretch", metavar="F", help="Let it take F times as long.")
+    ] = None,
+    loop: Annotated[int | None, typer.Option("--loop", metavar="N", help="Repeat it N times.")] = None,
+    gap: Annotated[
+        float | None, typer.Option("--gap", metavar="S", help="With --loop: seconds from the end to the beginning.")
+    ] = None,
+    clamp: Annotated[bool, typer.Option("--clamp", help="Move it into the limits and the coupled limits.")] = False,
+    slow_down: Annotated[
+        bool, typer.Option("--slow-down", help="Stretch time where a joint would be too fast.")
+    ] = False,
+    rate: Annotated[
+        float | None, typer.Option("--rate", metavar="N", help="Write N samples per second instead of the keys.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace OUT where it exists.")] = False,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+) -> None:
+    """Write a motion in another format, changed on the way if asked for; what is changed is said.
+
+    In this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --clamp, --slow-down, --rate.
+    """
+    from nao_kin import motion as motions
+
+    if gap is not None and loop is None:
+        raise BadArgument("--gap is the pause of --loop; give both")
+    _check_sink(sink, force, json)
+    model = load(version, urdf, robot)
+    check_posture(model, posture)
+    motion = read(model, source, deg=deg, timeline=timeline, format_=from_)
+    changes = list[motions.Change]()
+    if hips is not None:
+        motion = _mended(motions.share_motors(model, motion, hips), changes)  # type: ignore[arg-type]
+    if posture is not None:
+        motion = motions.complete(model, motion, posture)
+    motion = motions.mirror(motion, model) if mirror else motion
+    motion = motions.reverse(motion) if reverse else motion
+    motion = motion if stretch is None else motions.time_warp(motion, stretch)
+    motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)
+    motion = _mended(motions.clamp(model, motion), changes) if clamp else motion
+    motion = _mended(motions.slow_down(model, motion), changes) if slow_down else motion
+    motions.write_motion(motion, sink, format=to, rate=rate, overwrite=True)
+    if json:
+        print_json({**_facts(motion), "output": sink, "changes": [change.as_dict() for change in changes]})
+        return
+    for change in changes:
+        print_note(change.describe(degrees=deg))
+    if not atomic.leads_to_standard_output(sink):
+        print(sink)
+
+
+@app.command("check", epilog="Example: nao-kin motion check wave.motion --deg")
+def check(
+    file: FileArgument,
+    from_: FromOption = None,
+    deg: InputDegOption = False,
+    timeline: TimelineOption = None,
+    posture: PostureOption = None,
+    rate: Annotated[
+        float | None, typer.Option("--rate", metavar="N", help="Samples per second of what has no closed form.")
+    ] = None,
+    every: Annotated[bool, typer.Option("--all", help="List every stretch, not only the worst of a joint.")] = False,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+) -> None:
+    """Limits, coupled limits, speeds, and joints of one motor, between the keys too; exit 1 when one is not kept."""
+    from nao_kin import motion as motions
+
+    model = load(version, urdf, robot)
+    check_posture(model, posture)
+    motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
+    chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
+    report = motions.check(model, motion, fill=motions.HOLD if posture is None else posture, **chosen)
+    if json:
+        print_json(report.as_dict())
+    else:
+        _print_report(report, deg=deg, every=every)
+    if not report.ok:
+        raise typer.Exit(1)
+
+
+@app.command("info", epilog="Example: nao-kin motion info wave.xar --json")
+def info(
+    file: FileArgument,
+    from_: FromOption = None,
+    deg: InputDegOption = False,
+    timeline: TimelineOption = None,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+) -> None:
+    """Joints, keys, times and ranges of a motion."""
+    model = load(version, urdf, robot)
+    motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
+    rows = _joint_rows(model, motion, deg=deg)
+    if json:
+        print_json({**_facts(motion), "rows": rows})
+        return
+    columns = ("joint", "keys", "from\n[s]", "to\n[s]", "least", "most", "unit")
+    print_table(columns, [[_cell(value) for value in row.values()] for row in rows], numbers=columns[1:6])
+    count = len(rows)
+    print(f"{count} joint{'s' if count > 1 else ''}, {motion.interpolation}, {motion.duration:.6g} s")
+
+
+@app.command("plot", epilog="Example: nao-kin motion plot wave.xar wave.png --joint LShoulderRoll")
+def plot(
+    file: FileArgument,
+    picture: Annotated[str, typer.Argument(metavar="PICTURE", help="The .png or .svg file to write.")],
+    joint: Annotated[
+        list[str] | None, typer.Option("--joint", metavar="NAME", help="Draw this joint; repeatable. Default: all.")
+    ] = None,
+    speed: Annotated[bool, typer.Option("--speed", help="Draw speeds instead of values.")] = False,
+    from_: FromOption = None,
+    deg: Annotated[bool, typer.Option("--deg", help="Angles of FILE in degrees, where it does not say.")] = False,
+    timeline: TimelineOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace PICTURE where it exists.")] = False,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+) -> None:
+    """Draw every joint over time between its limits, in degrees; what is outside in red."""
+    from nao_kin.motion import plot as draw
+
+    kind = Path(picture).suffix.lower().removeprefix(".")
+    if kind not in ("png", "svg"):
+        raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
+    _check_sink(picture, force, json)
+    model = load(version, urdf, robot)
+    motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
+    figure = draw(model, motion, joints=joint, speed=speed)
+    content = io.BytesIO()
+    figure.savefig(content, format=kind, dpi=120)
+    atomic.write_bytes(picture, content.getvalue())
+    if json:
+        print_json({"picture": picture, "joints": list(joint or motion.joint_names)})
+    else:
+        print(picture)
+
+
+def _check_sink(path: str, force: bool, json: bool) -> None:
+    """Refuse a file that exists or cannot be written, before anything is read."""
+    atomic.check_writable(path)
+    target = atomic.replaced_file(path)
+    if target is not None and target.exists() and not force:
+        raise BadArgument(f"{abbreviated(path)} exists; --force replaces it")
+    if json and atomic.leads_to_standard_output(path):
+        raise BadArgument(f"{path} and --json both write to standard output; give one")
+
+
+def _mended(mended: Any, changes: list[Change]) -> Motion:
+    changes += mended.changes
+    found: Motion = mended.motion
+    return found
+
+
+def _facts(motion: Motion) -> dict[str, Any]:
+    return {
+        "joints": list(motion.joint_names),
+        "interpolation": motion.interpolation,
+        "start": motion.start,
+        "end": motion.end,
+        "keys": sum(map(len, motion.keys)),
+    }
+
+
+def _joint_rows(model: RobotModel, motion: Motion, *, deg: bool) -> list[dict[str, Any]]:
+    rows = []
+    for column, name in enumerate(motion.joint_names):
+        times, keys = motion.times[column], motion.keys[column]
+        unit = model.unit(name)
+        scale, unit = (math.degrees(1.0), "deg") if deg and unit == "rad" else (1.0, unit)
+        span = {"start": float(times[0]), "end": float(times[-1])}
+        rows.append(
+            {
+                "joint": name,
+                "keys": len(keys),
+                **span,
+                "least": float(keys.min()) * scale,
+                "most": float(keys.max()) * scale,
+                "unit": unit,
+            }
+        )
+    return rows
+
+
+def _print_report(report: MotionReport, *, deg: bool, every: bool) -> None:
+    if not report.ok:
+        rows = report.violations if every else report.worst
+        columns = ("what", "joint", "from\n[s]", "to\n[s]", "worst at\n[s]", "value", "allowed", "outside by")
+        print_table(columns, [_report_cells(row, deg) for row in rows], numbers=(*columns[2:6], columns[7]))
+        more = len(report.violations) - len(rows)
+        if more:
+            print(f"and {more} more stretches of these joints (--all lists them)")
+    lines = report.describe(degrees=deg).splitlines()
+    print(lines[0])
+    if report.sampled is not None and not report.ok:
+        print(lines[-1])
+
+
+def _report_cells(row: MotionViolation, deg: bool) -> list[str]:
+    turns = deg and row.unit.startswith("rad")
+    scale = math.degrees(1.0) if turns else 1.0
+    unit = row.unit.replace("rad", "°") if turns else {"1": "", "1/s": " /s"}.get(row.unit, f" {row.unit}")
+    if row.kind == "motor":
+        allowed = f"as {row.of} = {_cell(row.lower * scale)}"
+    else:
+        allowed = f"{_cell(row.lower * scale)} … {_cell(row.upper * scale)}"
+        allowed += f" at {row.of} = {_cell(row.of_value * scale)}" if row.of is not None else ""
+    times = [_cell(value) for value in (row.start, row.end, row.time)]
+    return [row.kind, row.joint, *times, _cell(row.value * scale), allowed, f"{row.excess * scale:.3g}{unit}"]
+
+
+def _cell(value: object) -> str:
+    return f"{value + 0.0:.5g}" if isinstance(value, float) else str(value)
