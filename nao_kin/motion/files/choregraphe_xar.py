@@ -29,7 +29,6 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.scalars import decimal
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
 from nao_kin.motion.files.choice import chosen
@@ -48,22 +47,42 @@ _DEGREE, _PERCENT = "0", "1"
 _RATES = (25, 50, 100, 1000)
 _NOTICED = 1e-6
 _FIRST_FRAME = 1
-# Handles with nothing said about them.
-_Tangent = tuple[str, float, float]
-_NO_TANGENT: _Tangent = (_AUTOMATIC, 0.0, 0.0)
 
 
 @dataclass
 class _Curve:
-    """The keys of one actuator."""
+    """The keys of one actuator, in flat lists: a million small objects would cost more than the reading.
+
+    Attributes:
+        kinds: of the two tangents of each key.
+        offsets: of the same, in frames.
+        rises: of the same, in the unit of the value.
+    """
 
     joint: str
     unit: str | None
     place: Place
     frames: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
-    tangents: list[list[_Tangent]] = field(default_factory=list)
-    places: list[Place] = field(default_factory=list)
+    kinds: list[str] = field(default_factory=list)
+    offsets: list[float] = field(default_factory=list)
+    rises: list[float] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    columns: list[int] = field(default_factory=list)
+
+    def add(self, frame: float, value: float, line: int, column: int) -> None:
+        """A key whose tangents are automatic until something else is said."""
+        self.frames.append(frame)
+        self.values.append(value)
+        self.kinds += (_AUTOMATIC, _AUTOMATIC)
+        self.offsets += (0.0, 0.0)
+        self.rises += (0.0, 0.0)
+        self.lines.append(line)
+        self.columns.append(column)
+
+    def place_of(self, key: int) -> Place:
+        """Where a key stands."""
+        return Place(self.lines[key], self.columns[key])
 
 
 @dataclass
@@ -105,8 +124,11 @@ class _Reader:
         except (ValueError, LookupError) as error:  # an encoding that Python does not know or that is no single byte
             raise self._source.error(f"malformed XML: {abbreviated(error)}") from None
 
+    def _position(self) -> tuple[int, int]:
+        return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
+
     def _place(self) -> Place:
-        return Place(self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1)
+        return Place(*self._position())
 
     def _refuse(self, *_: object) -> int:
         raise self._source.error("a document type or an entity, which are refused", self._place())
@@ -116,19 +138,19 @@ class _Reader:
         if self._depth > _DEEPEST:
             raise self._source.error(f"elements more than {_DEEPEST} deep", self._place())
         kind = tag.rpartition(":")[2]
-        if kind == "Box":
-            self._boxes.append(attributes.get("name", ""))
-        elif kind == "Timeline":
-            self._start_timeline(attributes)
+        if kind == "Tangent":
+            if self._curve and self._curve.kinds:
+                self._tangent(attributes, self._curve)
+        elif kind == "Key":
+            if self._curve:
+                frame, value = self._number(attributes, "frame"), self._number(attributes, "value")
+                self._curve.add(frame, value, *self._position())
         elif kind == "ActuatorCurve" and self._open:
             self._start_curve(attributes)
-        elif kind == "Key" and self._curve:
-            self._curve.frames.append(self._number(attributes, "frame"))
-            self._curve.values.append(self._number(attributes, "value"))
-            self._curve.tangents.append([_NO_TANGENT, _NO_TANGENT])
-            self._curve.places.append(self._place())
-        elif kind == "Tangent" and self._curve and self._curve.tangents:
-            self._tangent(attributes, self._curve)
+        elif kind == "Timeline":
+            self._start_timeline(attributes)
+        elif kind == "Box":
+            self._boxes.append(attributes.get("name", ""))
 
     def _end(self, tag: str) -> None:
         self._depth -= 1
@@ -167,20 +189,24 @@ class _Reader:
         if kind not in (_AUTOMATIC, _BEZIER, _LINEAR):
             expected = f"{_BEZIER}, {_AUTOMATIC} or {_LINEAR}"
             raise self._source.error(f"interpType is {quoted(kind, MOST_SHOWN)}, expected {expected}", self._place())
-        frames, value = (self._number(attributes, name, 0.0) for name in ("abscissaParam", "ordinateParam"))
-        curve.tangents[-1][_SIDES[side]] = (kind, frames, value)
+        at = len(curve.kinds) - 2 + _SIDES[side]
+        curve.kinds[at] = kind
+        curve.offsets[at] = self._number(attributes, "abscissaParam", 0.0)
+        curve.rises[at] = self._number(attributes, "ordinateParam", 0.0)
 
     def _number(self, attributes: dict[str, str], name: str, missing: float | None = None) -> float:
         if name not in attributes:
             if missing is None:
                 raise self._source.error(f"an element without {name}", self._place())
             return missing
+        text = attributes[name]
         try:
-            value = decimal(attributes[name])
+            # Python reads more than decimal digits, but not in plain text without underscores.
+            value = float(text) if text.isascii() and "_" not in text else math.inf
         except ValueError:
             value = math.inf
-        if math.isinf(value):
-            shown = quoted(attributes[name], MOST_SHOWN)
+        if not math.isfinite(value):
+            shown = quoted(text, MOST_SHOWN)
             raise self._source.error(f"{name} is {shown}, expected a finite number", self._place())
         return value
 
@@ -228,9 +254,9 @@ def _track(source: Source, timeline: _Timeline, curve: _Curve) -> tuple[Track, b
     frames, values = np.array(curve.frames), np.array(curve.values)
     if not (np.diff(frames) > 0.0).all():
         key = int(np.argmin(np.diff(frames) > 0.0)) + 1
-        raise source.error(f"frame {frames[key]:g} does not come after frame {frames[key - 1]:g}", curve.places[key])
-    kinds = np.array([[side[0] for side in pair] for pair in curve.tangents])
-    handles = np.array([[side[1:] for side in pair] for pair in curve.tangents])
+        raise source.error(f"frame {frames[key]:g} does not come after frame {frames[key - 1]:g}", curve.place_of(key))
+    kinds = np.array(curve.kinds).reshape(-1, 2)
+    handles = np.stack([curve.offsets, curve.rises], axis=-1).reshape(-1, 2, 2)
     automatic = kinds == _AUTOMATIC
     handles[automatic] = automatic_handles(frames, values)[automatic]
     straight(frames, values, handles, kinds == _LINEAR)
@@ -244,7 +270,7 @@ def _track(source: Source, timeline: _Timeline, curve: _Curve) -> tuple[Track, b
     kept = np.flatnonzero(played)
 
     def place(key: int) -> Place:
-        return curve.places[int(kept[key])]
+        return curve.place_of(int(kept[key]))
 
     times = (frames[played] - timeline.first) / timeline.fps
     scaled = handles[played] * [1.0 / timeline.fps, scale]

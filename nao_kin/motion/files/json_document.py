@@ -13,7 +13,7 @@ from nao_kin.errors import BadInputFile
 _BLANK = re.compile(r"[ \t\n\r]*")
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}]')
 _COLON = re.compile(r"[ \t\n\r]*:")
-_PLAIN = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_PLAIN = re.compile(r"[A-Za-z_]\w{0,39}", re.ASCII)
 
 
 class Constant(str):

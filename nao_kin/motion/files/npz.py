@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nao_kin._text import abbreviated
 from nao_kin.motion.files.format import Format
 from nao_kin.motion.files.source import Place, Source
 from nao_kin.motion.files.tracks import Track, motion_of
@@ -93,7 +94,7 @@ def _arrays(source: Source) -> dict[str, NDArray[Any]]:
         with np.load(io.BytesIO(source.data), allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files if name in (*_REQUIRED, "handles")}
     except _BROKEN as error:
-        raise source.error(f"no npz file of a motion: {error}") from None
+        raise source.error(f"no npz file of a motion: {abbreviated(error)}") from None
 
 
 def write(motion: Motion, rate: float | None) -> bytes:

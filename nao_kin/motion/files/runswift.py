@@ -54,13 +54,14 @@ SHORT_NAMES = {
     "RH": "RHand",
 }
 _DURATION = "DUR"
+_POSE = re.compile(r"^![ \t]*[-+.\d]", re.MULTILINE | re.ASCII)
 _WORD = re.compile(r"[^\s!$]+")
 _WIDTH = 6
 
 
 def recognises(source: Source) -> bool:
     """Whether some line begins with ! and a number."""
-    return any(re.match(r"!\s*[-+.\d]", line) for line in source.lines)
+    return _POSE.search(source.text) is not None
 
 
 def read(source: Source) -> Motion:
