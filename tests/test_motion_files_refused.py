@@ -358,6 +358,12 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     ),
     (
         "a.py",
+        "names = ['HeadYaw']\ntimes = [[1]]\nkeys = [[0]]\nif 1:\n  keys[0] *= 2\n",
+        "'keys[0] *= 2' changes a list in a way that is not known",
+        (5, 3),
+    ),
+    (
+        "a.py",
         "names = ['HeadYaw']\ntimes = [[1]]\n",
         "1 names, 1 times, 0 keys",
         (1, 0),
