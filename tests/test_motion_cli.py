@@ -105,9 +105,19 @@ def test_check_says_what_is_wrong_and_exits_with_1(capsys: pytest.CaptureFixture
     assert "at HeadYaw =" in out
     assert "as LHipYawPitch =" in out
     assert "1000 times per second" in out
+
+
+def test_check_lists_every_stretch_if_asked_to(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    path = str(tmp_path / "twice.csv")
+    write_motion(nk.Motion([0.0, 1.0, 2.0, 3.0, 4.0], ["LHand"], [[0.0], [1.5], [0.0], [1.2], [0.0]]), path)
+    assert run(["motion", "check", path]) == 1
+    out = capsys.readouterr().out
+    assert "1.5" in out
     assert "and 1 more stretches of these joints (--all lists them)" in out
-    assert run(["motion", "check", wild, "--all"]) == 1
-    assert "more stretches" not in capsys.readouterr().out
+    assert run(["motion", "check", path, "--all"]) == 1
+    out = capsys.readouterr().out
+    assert "1.2" in out
+    assert "more stretches" not in out
 
 
 def test_check_is_content_with_a_good_motion(capsys: pytest.CaptureFixture, nod: str) -> None:
