@@ -320,6 +320,13 @@ def test_the_content_says_which_format_it_is_whatever_the_suffix(tmp_path: Path,
             assert _motion(tmp_path, (DATA / file).read_bytes(), name, timeline=timeline) == expected
 
 
+def test_where_the_content_says_two_things_the_suffix_decides(tmp_path: Path) -> None:
+    text = f"time,HeadYaw\n! {'0 ' * 25}500\n"
+    assert len(_motion(tmp_path, text, "a.pos").joint_names) == 25
+    assert "may be csv, runswift; choose one with format=" in str(_refused(tmp_path, text, "a.dat"))
+    assert len(_motion(tmp_path, text, "a.dat", format="runswift").joint_names) == 25
+
+
 def test_standard_input_is_recognised_by_its_content(monkeypatch: pytest.MonkeyPatch) -> None:
     for file in ("wave.csv", "rows.json", "holds.motion", "poses.pos", "nod.motion2"):
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO((DATA / file).read_bytes())))

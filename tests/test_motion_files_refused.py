@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,16 @@ def _refused(tmp_path: Path, text: str | bytes, name: str, **options: Any) -> Ba
     assert "\n" not in str(error.value)
     assert str(error.value).startswith(str(tmp_path / name))
     return error.value
+
+
+class _Evil:
+    """Makes a folder when it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.mkdir, (str(self._path),)
 
 
 # File, text, words of the message, line and column.
@@ -302,6 +313,13 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
         (2, 47),
     ),
     (
+        "a.json",
+        '{"initial_positions": {"head": {"yaw": 0}},\n'
+        '"frames": [{"duration": 1, "positions": {"head": {"pitch": 1}}}]}',
+        "names other joints than initial_positions: HeadPitch, HeadYaw",
+        (2, 41),
+    ),
+    (
         "a.motion2",
         '{"header": {"version": "2.0", "time": 9, "joints": [0, 26]}, "position": []}',
         "0 to 25",
@@ -481,7 +499,7 @@ def test_npz_with_pickles_or_wrong_arrays_is_refused(tmp_path: Path) -> None:
     write_motion(motion, tmp_path / "good.npz")
     good = dict(np.load(tmp_path / "good.npz"))
     for name, value, words in [
-        ("keys", np.array([object(), None], dtype=object), "pickle"),
+        ("keys", np.array([_Evil(tmp_path / "run"), None], dtype=object), "Object arrays cannot be loaded"),
         ("keys", np.array([0.0, np.nan]), "keys[1] is nan"),
         ("keys", np.zeros(3), "keys must be numbers (2,)"),
         ("counts", np.array([-1]), "counts must be whole numbers"),
@@ -493,4 +511,5 @@ def test_npz_with_pickles_or_wrong_arrays_is_refused(tmp_path: Path) -> None:
         file = io.BytesIO()
         np.savez(file, allow_pickle=True, **{**good, name: value})
         assert words in str(_refused(tmp_path, file.getvalue(), "a.npz"))
+    assert not (tmp_path / "run").exists()
     assert "no npz file" in str(_refused(tmp_path, (tmp_path / "good.npz").read_bytes()[:200], "a.npz"))

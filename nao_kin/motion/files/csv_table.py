@@ -83,9 +83,6 @@ def _motion(source: Source, names: list[str], table: Floats, time: int, lines: l
     times = table[:, time]
     if np.isnan(times).any():
         raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], time + 1))
-    if not np.isfinite(table[~np.isnan(table)]).all():
-        row, column = np.argwhere(np.isinf(table))[0].tolist()
-        raise source.error(f"{names[column]} is a number too large for floating point", Place(lines[row], column + 1))
     check_times(source, times, lambda row: Place(lines[row], time + 1), negative=True)
     tracks = []
     for column, joint in enumerate(names):

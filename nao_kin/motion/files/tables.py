@@ -132,6 +132,6 @@ def columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *,
         shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise BadArgument(
             f"{what} files hold all {len(wanted)} joints, the motion lacks {shown}; "
-            "Motion.configurations fills them from a posture"
+            "nao_kin.motion.complete fills them from a posture"
         )
     return np.stack([given[joint] for joint in wanted], axis=-1)
