@@ -57,6 +57,8 @@ TESTS = """
     test_the_program_of_the_documentation_runs
     test_programs_that_run_already_do_the_work_though_one_is_killed
     test_the_script_walks_and_draws_and_writes_a_clip
+    test_view_writes_a_page_that_plays_the_motion
+    test_plot_draws_a_png_and_an_svg
 """.split()
 
 

@@ -188,7 +188,7 @@ def info(
 def plot(
     file: FileArgument,
     picture: Annotated[str, typer.Argument(metavar="PICTURE", help="The .png or .svg file to write.")],
-    joint: Annotated[
+    joints: Annotated[
         list[str] | None, typer.Option("--joint", metavar="NAME", help="Draw this joint; repeatable. Default: all.")
     ] = None,
     speed: Annotated[bool, typer.Option("--speed", help="Draw speeds instead of values.")] = False,
@@ -210,12 +210,12 @@ def plot(
     _check_sink(picture, force, json)
     model = load(version, urdf, robot)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
-    figure = draw(model, motion, joints=joint, speed=speed)
+    figure = draw(model, motion, joints=joints, speed=speed)
     content = io.BytesIO()
     figure.savefig(content, format=kind, dpi=120)
     atomic.write_bytes(picture, content.getvalue())
     if json:
-        print_json({"picture": picture, "joints": list(joint or motion.joint_names)})
+        print_json({"picture": picture, "joints": list(joints or motion.joint_names)})
     else:
         print(picture)
 

@@ -194,6 +194,9 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
                     f"{name} would jump from {first:.6g} to {second:.6g} at {one.end:.6g} s; give a gap or a blend"
                 )
             parts[0] = parts[0][0][:-1], parts[0][1][:-1], _meeting(parts[0][2], parts[1][2])
+        elif len(parts) == 2:
+            # From rest to rest, in 3 s² − 2 s³.
+            parts[0][2][-1, 1], parts[1][2][0, 0] = (gap / 3.0, 0.0), (-gap / 3.0, 0.0)
         times.append(np.concatenate([part[0] for part in parts]))
         keys.append(np.concatenate([part[1] for part in parts]))
         handles.append(np.concatenate([part[2] for part in parts]))

@@ -124,7 +124,8 @@ class Segments:
 
     def parameter(self, segment: NDArray[Any], t: Floats) -> Floats:
         """Parameters u at times within the segments, both of shape (n,); times outside are taken to the nearest end."""
-        x: Floats = np.clip((t - self.start[segment]) / self.width[segment], 0.0, 1.0)
+        width = self.width[segment]
+        x: Floats = np.clip((t - self.start[segment]) / np.where(width > 0.0, width, 1.0), 0.0, 1.0)
         if self.lengths is None:
             return x
         return bezier_parameter(self.lengths[segment, 0], self.lengths[segment, 1], x)

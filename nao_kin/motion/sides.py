@@ -11,11 +11,11 @@ _OTHER = {"L": "R", "R": "L", "l": "r", "r": "l"}
 _WORDS = {"left": "right", "right": "left", "Left": "Right", "Right": "Left", "LEFT": "RIGHT", "RIGHT": "LEFT"}
 _SIDE = re.compile(
     r"""
-    ^[LR](?=[A-Z])                                    # LShoulderPitch
+    (?<![A-Za-z])(?:LEFT|RIGHT)(?![A-Za-z])           # LEFT_ELBOW
+    | ^[LR](?=[A-Z])                                  # LShoulderPitch
     | ^[lr](?=_) | (?<=_)[lrLR]$                      # l_elbow, elbow_l
     | ^(?:left|right)(?![a-z]) | (?<![A-Za-z])(?:left|right)$  # left_elbow, leftElbow, elbow_left
     | ^(?:Left|Right)(?![a-z]) | (?:Left|Right)$      # LeftElbow, elbowLeft
-    | (?<![A-Za-z])(?:LEFT|RIGHT)(?![A-Za-z])         # LEFT_ELBOW
     """,
     re.VERBOSE,
 )
