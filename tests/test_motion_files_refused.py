@@ -438,7 +438,7 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
         "a.json",
         '[["HeadYaw", "HeadYaw"], [1, 1], 1, true]',
         "joint HeadYaw is given twice",
-        (1, 2),
+        (1, 14),
     ),
     (
         "a.xar",
