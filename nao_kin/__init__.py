@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         viewer,
     )
     from nao_kin._nao import NaoModel, load_nao
+    from nao_kin.motion import Motion
     from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
     from nao_kin.viewer import Viewer
 
@@ -50,6 +51,7 @@ __version__ = "0.2.0"
 
 __all__ = [
     "LimitViolation",
+    "Motion",
     "NaoKinError",
     "NaoModel",
     "RobotModel",
@@ -86,6 +88,7 @@ __all__ = [
 _HOME = {
     "NaoModel": "nao_kin._nao",
     "load_nao": "nao_kin._nao",
+    "Motion": "nao_kin.motion",
     "LimitViolation": "nao_kin.robot",
     "RobotModel": "nao_kin.robot",
     "load_robot": "nao_kin.robot",

@@ -2,4 +2,7 @@
 
 from __future__ import annotations
 
-__all__: list[str] = []
+from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, smooth_slopes
+from nao_kin.motion.motion import Motion
+
+__all__ = ["INTERPOLATIONS", "Interpolation", "Motion", "smooth_slopes"]

@@ -1,0 +1,212 @@
+"""Curves through the keys of one joint: straight, smooth (monotone cubic) and Bezier.
+
+Every segment between two keys, whatever its kind, is one cubic in a parameter u from 0 to 1:
+
+    value(u) = key₀ + 3 u (1 − u)² P + 3 u² (1 − u) Q + u³ D        D = key₁ − key₀
+    x(u)     =        3 u (1 − u)² a + 3 u² (1 − u) (1 − b) + u³    x = (time − time₀) / (time₁ − time₀)
+
+P is the value of the handle after the first key, Q − D that of the handle before the second; a and b are the lengths of
+the two handles as shares of the segment. For straight and smooth segments a = b = ⅓, and then x = u.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._common.arrays import Floats
+
+Interpolation = Literal["linear", "bezier", "smooth"]
+INTERPOLATIONS: tuple[Interpolation, ...] = ("linear", "bezier", "smooth")
+
+_THIRD = 1.0 / 3.0
+# Newton's method needs five steps; where time stands still for a moment it converges as slowly as bisection.
+_MOST_STEPS = 80
+# How far u may be from the root.
+_ENOUGH = 1e-15
+
+
+def smooth_slopes(times: Floats, keys: Floats) -> Floats:
+    """Slopes of the monotone cubic at the keys, shape (k,).
+
+    With widths h and slopes d of the two straight lines beside a key, the slope is zero where they differ in sign, else
+    their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At the first
+    and the last key it is zero: the robot starts and ends at rest. Between two keys the curve never leaves their range.
+
+    Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
+    """
+    slopes = np.zeros_like(keys)
+    if len(keys) > 2:
+        widths = np.diff(times)
+        straight = np.diff(keys) / widths
+        before, after = straight[:-1], straight[1:]
+        w1, w2 = widths[:-1] + 2.0 * widths[1:], 2.0 * widths[:-1] + widths[1:]
+        same = np.sign(before) * np.sign(after) > 0.0
+        with np.errstate(divide="ignore", over="ignore"):
+            inverse = w1[same] / before[same] + w2[same] / after[same]
+            slopes[1:-1][same] = (w1 + w2)[same] / inverse
+    return slopes
+
+
+def handles_along(times: Floats, slopes_before: Floats, slopes_after: Floats) -> Floats:
+    """Bezier handles of a third of the segment beside them, along slopes.
+
+    Args:
+        times: of the keys, shape (k,).
+        slopes_before: slope at each key of the segment before it, shape (k,).
+        slopes_after: slope at each key of the segment after it, shape (k,).
+
+    Returns:
+        Shape (k, 2, 2): key, before or after, time or value. Those outside the first and the last key are zero.
+    """
+    handles = np.zeros((len(times), 2, 2))
+    thirds = np.diff(times) * _THIRD
+    handles[1:, 0, 0], handles[:-1, 1, 0] = -thirds, thirds
+    handles[..., 1] = handles[..., 0] * np.stack([slopes_before, slopes_after], axis=-1)
+    return handles
+
+
+def bezier_handles(interpolation: Interpolation, times: Floats, keys: Floats) -> Floats:
+    """Handles with which a Bezier curve is the straight or the smooth one, shape (k, 2, 2)."""
+    if interpolation == "linear":
+        straight = np.diff(keys) / np.diff(times)
+        return handles_along(times, np.concatenate([[0.0], straight]), np.concatenate([straight, [0.0]]))
+    slopes = smooth_slopes(times, keys)
+    return handles_along(times, slopes, slopes)
+
+
+def bezier_parameter(a: Floats, b: Floats, x: Floats) -> Floats:
+    """The u in [0, 1] with x(u) = x, for handles of lengths a and b in [0, 1]; shapes (n,).
+
+    x(u) never falls there. Newton's method, held between the bounds found so far: a step that would leave them is
+    replaced by a bisection.
+    """
+    found = np.array(x)
+    todo = np.arange(len(x))
+    u, low, high = np.array(x), np.zeros(len(x)), np.ones(len(x))
+    for _ in range(_MOST_STEPS):
+        miss = _cubic(u, a, 1.0 - b, 1.0) - x
+        low, high = np.where(miss <= 0.0, u, low), np.where(miss >= 0.0, u, high)
+        slope = 3.0 * _quadratic(u, a, 1.0 - a - b, b)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            step = u - miss / slope
+        following = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        following = np.where(miss == 0.0, u, following)
+        found[todo] = following
+        left = np.abs(following - u) > _ENOUGH
+        if not left.any():
+            break
+        todo, u, low, high = todo[left], following[left], low[left], high[left]
+        a, b, x = a[left], b[left], x[left]
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """The m segments between the m + 1 keys of a joint.
+
+    Attributes:
+        start: times at which they begin, shape (m,) [s].
+        width: how long they last, shape (m,) [s].
+        first: values at which they begin, shape (m,).
+        controls: P, Q and D of the value, shape (m, 3).
+        lengths: a and b of the time, shape (m, 2); None where both are a third everywhere.
+    """
+
+    start: Floats
+    width: Floats
+    first: Floats
+    controls: Floats
+    lengths: Floats | None = None
+
+    def parameter(self, segment: NDArray[Any], t: Floats) -> Floats:
+        """Parameters u at times within the segments, both of shape (n,); times outside are taken to the nearest end."""
+        x: Floats = np.clip((t - self.start[segment]) / self.width[segment], 0.0, 1.0)
+        if self.lengths is None:
+            return x
+        return bezier_parameter(self.lengths[segment, 0], self.lengths[segment, 1], x)
+
+    def time(self, segment: NDArray[Any], u: Floats) -> Floats:
+        """Times at parameters u [s]."""
+        if self.lengths is None:
+            return np.asarray(self.start[segment] + u * self.width[segment])
+        a, b = self.lengths[segment].T
+        return np.asarray(self.start[segment] + self.width[segment] * _cubic(u, a, 1.0 - b, 1.0))
+
+    def value(self, segment: NDArray[Any], u: Floats) -> Floats:
+        """Values at parameters u; at 0 and 1 those of the keys, without rounding where they are equal."""
+        return np.asarray(self.first[segment] + _cubic(u, *self.controls[segment].T))
+
+    def speed(self, segment: NDArray[Any], u: Floats) -> Floats:
+        """Change of the value per second at parameters u; infinite where time stands still and the value does not."""
+        value = self.slopes[segment].T
+        time = self.time_slopes[segment].T
+        over, under = _quadratic(u, *value), _quadratic(u, *time)
+        stands = under <= 0.0
+        if stands.any():
+            # The limit, where both stand still: the ratio of the second derivatives, then that of the third.
+            for order in (_quadratic_slope, _quadratic_bend):
+                still = stands & (over == 0.0) & (under == 0.0)
+                over = np.where(still, order(u, *value), over)
+                under = np.where(still, order(u, *time), under)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(over == 0.0, 0.0, over / np.where(stands & (under == 0.0), 0.0, under))
+        return np.asarray(ratio / self.width[segment])
+
+    @property
+    def slopes(self) -> Floats:
+        """Bernstein coefficients of a third of the value's derivative by u, shape (m, 3)."""
+        p, q, d = self.controls.T
+        return np.stack([p, q - p, d - q], axis=-1)
+
+    @property
+    def time_slopes(self) -> Floats:
+        """Bernstein coefficients of a third of the derivative of x by u, shape (m, 3)."""
+        if self.lengths is None:
+            return np.full((len(self.start), 3), _THIRD)
+        a, b = self.lengths.T
+        return np.stack([a, 1.0 - a - b, b], axis=-1)
+
+
+def segments(interpolation: Interpolation, times: Floats, keys: Floats, handles: Floats | None) -> Segments:
+    """The segments between the keys of one joint: none for a single key."""
+    width, rise = np.diff(times), np.diff(keys)
+    lengths = None
+    if handles is not None:
+        after, before = handles[:-1, 1], handles[1:, 0]
+        lengths = np.clip(np.stack([after[:, 0], -before[:, 0]], axis=-1) / width[:, None], 0.0, 1.0)
+        if np.all(np.abs(lengths - _THIRD) < 1e-15):
+            lengths = None
+        p, q = after[:, 1], rise + before[:, 1]
+    elif interpolation == "smooth":
+        slopes = smooth_slopes(times, keys)
+        p, q = slopes[:-1] * width * _THIRD, rise - slopes[1:] * width * _THIRD
+    else:
+        p, q = rise * _THIRD, rise - rise * _THIRD
+    return Segments(times[:-1], width, keys[:-1], np.stack([p, q, rise], axis=-1), lengths)
+
+
+def segment_of(times: Floats, t: Floats) -> NDArray[np.intp]:
+    """Which segment each time is in; a key belongs to the segment that begins with it, the last to the one before."""
+    return np.asarray(np.clip(np.searchsorted(times, t, side="right") - 1, 0, max(len(times) - 2, 0)))
+
+
+def _cubic(u: Floats, p: Any, q: Any, d: Any) -> Floats:
+    rest = 1.0 - u
+    return np.asarray(u * (3.0 * rest * (rest * p + u * q) + u * u * d))
+
+
+def _quadratic(u: Floats, c0: Any, c1: Any, c2: Any) -> Floats:
+    rest = 1.0 - u
+    return np.asarray(rest * rest * c0 + 2.0 * u * rest * c1 + u * u * c2)
+
+
+def _quadratic_slope(u: Floats, c0: Any, c1: Any, c2: Any) -> Floats:
+    return np.asarray(2.0 * ((1.0 - u) * (c1 - c0) + u * (c2 - c1)))
+
+
+def _quadratic_bend(u: Floats, c0: Any, c1: Any, c2: Any) -> Floats:
+    return np.asarray(2.0 * (c0 - 2.0 * c1 + c2) + 0.0 * u)

@@ -1,0 +1,219 @@
+"""`Motion`: joints with keys of their own, and a curve through the keys of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin.errors import UnknownName
+from nao_kin.motion.checked_keys import check_speeds, checked_handles, checked_keys, checked_names, checked_times
+from nao_kin.motion.interpolation import (
+    INTERPOLATIONS,
+    Interpolation,
+    Segments,
+    bezier_handles,
+    segment_of,
+    segments,
+)
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Motion:
+    """Joints that move through keys, each at times of its own.
+
+        nod = nk.Motion([0.0, 0.5, 1.0], ["HeadYaw", "HeadPitch"], [[0.0, 0.0], [0.3, 0.2], [0.0, 0.0]])
+        nod.sample(0.25)
+
+    Before its first and after its last key a joint stands still. A motion names only the joints that it moves; what the
+    others do is said where configurations are made of it.
+
+    Attributes:
+        times: for each joint the times of its keys, strictly ascending, shape (k,) [s].
+        joint_names: the joints, by their names in the URDF; RHipYawPitch may stand beside LHipYawPitch.
+        keys: for each joint its values there, shape (k,) [rad, m or ratio; a hand is 0 closed to 1 open].
+        interpolation: what lies between two keys of a joint. "linear": a straight line. "smooth": the monotone cubic
+            of `nao_kin.motion.smooth_slopes`, at rest at the first and the last key. "bezier": a cubic in time and
+            value with the handles below.
+        handles: for "bezier", for each joint shape (k, 2, 2): key, before or after it, offset in time [s] and in value,
+            NAOqi's form; else None. Where none are given they are a third of the segment beside them long, along the
+            slope of "smooth". Offsets in time are ≤ 0 before and ≥ 0 after a key, and end within the segment.
+
+    The arrays are read-only copies.
+    """
+
+    times: tuple[Floats, ...]
+    joint_names: tuple[str, ...]
+    keys: tuple[Floats, ...]
+    interpolation: Interpolation
+    handles: tuple[Floats, ...] | None
+
+    def __init__(
+        self,
+        times: ArrayLike | Sequence[ArrayLike],
+        joint_names: Sequence[str],
+        keys: ArrayLike | Sequence[ArrayLike],
+        interpolation: Interpolation = "linear",
+        handles: Sequence[ArrayLike] | None = None,
+    ) -> None:
+        """A motion from its keys.
+
+        Args:
+            times: one list for all joints, (n,), or a list of one for each joint.
+            joint_names: which joints.
+            keys: with one list of times a row for each time, (n, joints); with a list for each joint, a list for each.
+            interpolation: "linear", "smooth" or "bezier".
+            handles: for "bezier", one array (k, 2, 2) for each joint.
+
+        Raises:
+            BadArgument: no joints or keys, a joint named twice, times that do not ascend, handles that leave their
+                segment or belong to no Bezier curve.
+            WrongShape, NotFinite: times, keys and handles that do not fit, or are no finite numbers; names the joint.
+            UnknownName: no such interpolation.
+        """
+        names = checked_names(joint_names)
+        if not isinstance(interpolation, str) or interpolation not in INTERPOLATIONS:
+            raise UnknownName("interpolation", interpolation, INTERPOLATIONS)
+        columns, shared = checked_times(times, names)
+        values = checked_keys(keys, names, columns, shared=shared)
+        check_speeds(names, columns, values, shared=shared)
+        offsets = None
+        if handles is not None:
+            offsets = checked_handles(handles, names, columns, interpolation)
+        elif interpolation == "bezier":
+            offsets = tuple(bezier_handles("smooth", t, v) for t, v in zip(columns, values, strict=True))
+        for array in (*columns, *values, *(offsets or ())):
+            array.flags.writeable = False
+        for name, value in (
+            ("times", columns),
+            ("joint_names", names),
+            ("keys", values),
+            ("interpolation", interpolation),
+            ("handles", offsets),
+        ):
+            object.__setattr__(self, name, value)
+
+    @property
+    def start(self) -> float:
+        """Time of the first key of all [s]."""
+        return float(min(times[0] for times in self.times))
+
+    @property
+    def end(self) -> float:
+        """Time of the last key of all [s]."""
+        return float(max(times[-1] for times in self.times))
+
+    @property
+    def duration(self) -> float:
+        """From the first key to the last [s]."""
+        return self.end - self.start
+
+    @property
+    def key_times(self) -> Floats:
+        """All times at which some joint has a key, ascending, shape (n,) [s]."""
+        distinct = {id(times): times for times in self.times}
+        return np.unique(np.concatenate(list(distinct.values())))
+
+    def sample(self, t: ArrayLike) -> Floats:
+        """Joint values at times.
+
+        Args:
+            t: shape (...) [s].
+
+        Returns:
+            Shape (..., joints), in the order of `joint_names` [rad, m or ratio].
+
+        Raises:
+            NotFinite, BadArgument: t is no finite numbers.
+        """
+        return self._evaluated(t, speed=False)
+
+    def speed(self, t: ArrayLike) -> Floats:
+        """Joint speeds at times: the derivative of `sample`.
+
+        At a key it is that of the segment that begins there, at a joint's last key that of the one that ends there;
+        outside of its keys a joint does not move. Infinite where a Bezier curve is vertical.
+
+        Args:
+            t: shape (...) [s].
+
+        Returns:
+            Shape (..., joints) [unit of the joint per s].
+
+        Raises:
+            NotFinite, BadArgument: t is no finite numbers.
+        """
+        return self._evaluated(t, speed=True)
+
+    def as_bezier(self) -> Motion:
+        """The same curves, to rounding, with handles: linear and smooth motions are Bezier ones too."""
+        if self.interpolation == "bezier":
+            return self
+        pairs = zip(self.times, self.keys, strict=True)
+        handles = [bezier_handles(self.interpolation, times, keys) for times, keys in pairs]
+        return Motion(self.times, self.joint_names, self.keys, "bezier", handles)
+
+    @property
+    def segments(self) -> tuple[Segments, ...]:
+        """For each joint, what lies between its keys as cubics."""
+        return self._segments
+
+    @cached_property
+    def _segments(self) -> tuple[Segments, ...]:
+        handles = self.handles or (None,) * len(self.keys)
+        rows = zip(self.times, self.keys, handles, strict=True)
+        return tuple(segments(self.interpolation, *row) for row in rows)
+
+    def _evaluated(self, t: ArrayLike, *, speed: bool) -> Floats:
+        wanted = as_floats(t, (), "t")
+        flat = wanted.reshape(-1)
+        # Column by column in memory, as it is filled.
+        result = np.empty((len(self.keys), len(flat)))
+        found, place = None, np.zeros(0, dtype=np.intp)
+        for column, (times, keys) in enumerate(zip(self.times, self.keys, strict=True)):
+            if len(keys) == 1:
+                result[column] = 0.0 if speed else keys[0]
+            elif self.interpolation == "linear" and not speed:
+                result[column] = np.interp(flat, times, keys)
+            else:
+                if times is not found:
+                    found, place = times, segment_of(times, flat)
+                pieces = self._segments[column]
+                u = pieces.parameter(place, flat)
+                if speed:
+                    inside = (flat >= times[0]) & (flat <= times[-1])
+                    result[column] = np.where(inside, pieces.speed(place, u), 0.0)
+                else:
+                    result[column] = np.where(u >= 1.0, keys[place + 1], pieces.value(place, u))
+        return np.ascontiguousarray(result.T).reshape(*wanted.shape, len(self.keys))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether names, times, keys, interpolation and handles are all equal, to the last bit."""
+        if not isinstance(other, Motion):
+            return NotImplemented
+        if self.joint_names != other.joint_names or self.interpolation != other.interpolation:
+            return False
+        mine = (*self.times, *self.keys, *(self.handles or ()))
+        theirs = (*other.times, *other.keys, *(other.handles or ()))
+        return all(one is two or np.array_equal(one, two) for one, two in zip(mine, theirs, strict=True))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if not name.startswith("_")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state)  # type: ignore[misc]
+
+    def __repr__(self) -> str:
+        count = sum(map(len, self.keys))
+        joints = len(self.joint_names)
+        return (
+            f"<Motion of {joints} joint{'s' if joints > 1 else ''}, {count} keys, "
+            f"{self.interpolation}, {self.start:g} to {self.end:g} s>"
+        )
