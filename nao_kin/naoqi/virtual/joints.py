@@ -117,7 +117,7 @@ class Joints:
             notes.once("limp", f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)")
 
     def note_outside(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
-        """Remark which of these joints will be clipped: values are a joint's lowest and highest, or more, (n, joints)."""
+        """Remark which joints will be clipped, from some of the values that they will get, (n, joints)."""
         outside = (values < self.lower[columns] - _NOTEWORTHY) | (values > self.upper[columns] + _NOTEWORTHY)
         for place in np.flatnonzero(outside.any(axis=0)).tolist():
             column = columns[place]

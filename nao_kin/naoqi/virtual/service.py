@@ -55,6 +55,10 @@ class Service:
         """What scripts may call, in alphabetical order."""
         return tuple(sorted(self._methods))
 
+    def help(self, name: str) -> str:
+        """What a method does; "" for one that is not there."""
+        return inspect.getdoc(self._methods[name]) or "" if name in self._methods else ""
+
     def invoke(self, name: str, *given: Any) -> Any:
         """Call a method by name; a blocking one returns a `Call`.
 
@@ -124,7 +128,7 @@ class Service:
     def getMethodHelp(self, methodName: Any) -> list[Any]:
         """Name and description of a method."""
         wanted = arguments.choice(methodName, "method", self.method_names)
-        return [wanted, inspect.getdoc(self._methods[wanted]) or ""]
+        return [wanted, self.help(wanted)]
 
     @method
     def getModuleHelp(self) -> str:
