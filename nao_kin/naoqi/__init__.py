@@ -27,6 +27,7 @@ from nao_kin.naoqi.limits import limits
 from nao_kin.naoqi.names import CHAINS, GROUPS, angles, chain_names, joint_names
 from nao_kin.naoqi.orders import BODY_ORDERS, Hips, from_order, to_order
 from nao_kin.naoqi.poses import pose, pose_from_list, position6d, transform_list
+from nao_kin.naoqi.scripts import run_script
 from nao_kin.naoqi.spaces import (
     EFFECTORS,
     FRAME_ROBOT,
@@ -85,6 +86,7 @@ __all__ = [
     "pose_in",
     "position6d",
     "robot_frame",
+    "run_script",
     "space_number",
     "to_order",
     "torso_in",
