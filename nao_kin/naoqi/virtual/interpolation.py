@@ -86,6 +86,7 @@ class Approach(Task):
             self._targets = self._at + self._targets
         self._step = self._fraction * nao.joints.max_speed[self._columns] * TICK
         nao.joints.note_outside(self._columns, self._targets[None], self.notes)
+        self._targets = np.clip(self._targets, nao.joints.lower[self._columns], nao.joints.upper[self._columns])
         nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:

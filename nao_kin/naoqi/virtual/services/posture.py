@@ -78,6 +78,9 @@ class GoToPosture(Interpolation):
         if not self._from_feet and self._to_feet and nao.joints.stiffness.any():
             nao.base.stand_on(nao.base.lower_foot(self._q), self._q)
         nao.log.change("posture", self._posture)
+        if self.value:
+            nao.announce("PostureChanged", self._posture)
+            nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
 class ALRobotPosture(Service):
