@@ -72,6 +72,18 @@ class Joints:
         """Stiffnesses from 0 to 1, shape (26,); a copy."""
         return np.array(self._stiffness)
 
+    def sensor_at(self, column: int) -> float:
+        """Where one joint is."""
+        return float(self._sensor[column])
+
+    def command_at(self, column: int) -> float:
+        """What one joint is commanded."""
+        return float(self._command[column])
+
+    def stiffness_at(self, column: int) -> float:
+        """How stiff one joint is."""
+        return float(self._stiffness[column])
+
     def columns(self, names: Sequence[str]) -> list[int]:
         """Places of joints in the arrays."""
         return [self.column[name] for name in names]

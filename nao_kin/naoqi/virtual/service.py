@@ -48,6 +48,7 @@ class Service:
         kind = type(self)
         offered = [name for name in dir(kind) if getattr(getattr(kind, name), "is_offered", False)]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
+        self._signatures = {name: inspect.signature(function) for name, function in self._methods.items()}
         self.absent = tuple(name for name in type(self).absent if name not in self._methods)
 
     @property
@@ -69,15 +70,18 @@ class Service:
         if function is None:
             raise self._no_method(name)
         try:
-            inspect.signature(function).bind(*given)
+            self._signatures[name].bind(*given)
         except TypeError:
-            takes = ", ".join(str(parameter) for parameter in inspect.signature(function).parameters)
+            takes = ", ".join(self._signatures[name].parameters)
             count = f"{len(given)} argument{'' if len(given) == 1 else 's'}"
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
         try:
             with self.nao.monitor:
                 self.nao.check_open()
-                return function(*given)
+                answer = function(*given)
+                if isinstance(answer, Call):
+                    self.nao.await_answer(answer)
+                return answer
         except NaoqiError:
             raise
         except NaoKinError as error:

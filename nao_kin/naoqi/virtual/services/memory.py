@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
@@ -61,7 +62,7 @@ class Subscriber:
     def tell(self, value: Any) -> None:
         """Call all callbacks, when the lock is free."""
         for callback in tuple(self._callbacks.values()):
-            self._memory.nao.monitor.later(lambda callback=callback: callback(value))  # type: ignore[misc]
+            self._memory.nao.monitor.later(partial(callback, value))
 
 
 class ALMemory(Service):
@@ -177,18 +178,8 @@ class ALMemory(Service):
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Keep a value under a key, and tell whoever listens."""
         key = _key(name)
-        self._events.add(key)
         self._values[key] = value
-        for subscriber in self._listening.get(key, ()):
-            subscriber.tell(value)
-        called = self.module_called
-        if called is not None:
-            for module, (function, message) in self._modules.get(key, {}).items():
-                self.nao.monitor.later(
-                    lambda module=module, function=function, message=message: called(  # type: ignore[misc]
-                        module, function, key, value, message
-                    )
-                )
+        self._raise(key, value)
 
     @method
     def raiseMicroEvent(self, name: Any, value: Any) -> None:
@@ -201,13 +192,18 @@ class ALMemory(Service):
         return Subscriber(self, _key(eventName))
 
     @method
-    def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, message: Any = None) -> None:
+    def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
         """Have a method of a service called with key, value and message whenever the event is raised.
 
-        Also with four arguments, key, module, message, method.
+        With four arguments they are key, service, message and method; with three there is no message.
         """
-        words = [callbackMethod] if message is None else [message, callbackMethod]
-        function, note = arguments.text(words[0], "callbackMethod"), "" if message is None else str(words[1])
+        if len(more) > 1:
+            raise BadArgument("takes an event, a service, a message or none, and a method")
+        message = callbackMethod if more else ""
+        function, note = (
+            arguments.text([callbackMethod, *more][-1], "callbackMethod"),
+            arguments.text(message, "message"),
+        )
         key = _key(name)
         self._events.add(key)
         self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
@@ -224,6 +220,12 @@ class ALMemory(Service):
         """Names of the services that are called at an event."""
         return sorted(self._modules.get(_key(name), {}))
 
+    def announce(self, key: str, value: Any) -> None:
+        """Raise an event of the robot's own; a value that is read from the robot is not kept."""
+        if key not in self._own:
+            self._values[key] = value
+        self._raise(key, value)
+
     def listen(self, subscriber: Subscriber) -> None:
         """Tell a subscriber of its events from now on."""
         listening = self._listening.setdefault(subscriber.key, [])
@@ -239,6 +241,15 @@ class ALMemory(Service):
                 del self._listening[subscriber.key]
 
     # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _raise(self, key: str, value: Any) -> None:
+        self._events.add(key)
+        for subscriber in self._listening.get(key, ()):
+            subscriber.tell(value)
+        called = self.module_called
+        if called is not None:
+            for module, (function, message) in self._modules.get(key, {}).items():
+                self.nao.monitor.later(partial(called, module, function, key, value, message))
 
     def _value(self, key: str) -> Any:
         if key in self._values:
@@ -258,13 +269,13 @@ class ALMemory(Service):
         own: dict[str, Callable[[], Any]] = {}
         for name, column in joints.column.items():
             place = f"{_DEVICE}/{name}"
-            own[f"{place}/Position/Sensor/Value"] = lambda column=column: float(joints.sensor[column])  # type: ignore[misc]
-            own[f"{place}/Position/Actuator/Value"] = lambda column=column: float(joints.command[column])  # type: ignore[misc]
-            own[f"{place}/Hardness/Actuator/Value"] = lambda column=column: float(joints.stiffness[column])  # type: ignore[misc]
+            own[f"{place}/Position/Sensor/Value"] = partial(joints.sensor_at, column)
+            own[f"{place}/Position/Actuator/Value"] = partial(joints.command_at, column)
+            own[f"{place}/Hardness/Actuator/Value"] = partial(joints.stiffness_at, column)
             own[f"{place}/Temperature/Sensor/Value"] = lambda: _CALM
             own[f"{place}/ElectricCurrent/Sensor/Value"] = lambda: 0.0
         for quantity, value in _BATTERY.items():
-            own[f"{_DEVICE}/Battery/{quantity}/Sensor/Value"] = lambda value=value: value  # type: ignore[misc]
+            own[f"{_DEVICE}/Battery/{quantity}/Sensor/Value"] = partial(float, value)
         for button in _BUTTONS:
             own[f"{_DEVICE}/{button}/Sensor/Value"] = lambda: 0.0
         for event in _EVENTS:
