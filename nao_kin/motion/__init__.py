@@ -2,7 +2,43 @@
 
 from __future__ import annotations
 
+from nao_kin.motion.changes import Change, Mended
+from nao_kin.motion.checking import check
+from nao_kin.motion.configurations import HIPS, HOLD, Hips, Trajectory
+from nao_kin.motion.editing import concatenate, loop, resample, reverse, time_warp
+from nao_kin.motion.files import FORMATS, MotionFileWarning, read_motion, write_motion
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, smooth_slopes
+from nao_kin.motion.mending import clamp, share_motors
+from nao_kin.motion.mirroring import mirror
 from nao_kin.motion.motion import Motion
+from nao_kin.motion.report import MotionReport, MotionViolation
+from nao_kin.motion.slowing import slow_down
 
-__all__ = ["INTERPOLATIONS", "Interpolation", "Motion", "smooth_slopes"]
+__all__ = [
+    "FORMATS",
+    "HIPS",
+    "HOLD",
+    "INTERPOLATIONS",
+    "Change",
+    "Hips",
+    "Interpolation",
+    "Mended",
+    "Motion",
+    "MotionFileWarning",
+    "MotionReport",
+    "MotionViolation",
+    "Trajectory",
+    "check",
+    "clamp",
+    "concatenate",
+    "loop",
+    "mirror",
+    "read_motion",
+    "resample",
+    "reverse",
+    "share_motors",
+    "slow_down",
+    "smooth_slopes",
+    "time_warp",
+    "write_motion",
+]

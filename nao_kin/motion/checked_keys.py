@@ -179,8 +179,8 @@ def _rows(values: Any, what: str) -> list[Any]:
     """The entries of a list; of one array of numbers, only the first."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be a list, got {quoted(values)}")
-    flat = isinstance(values, np.ndarray) and values.ndim < 2
-    rows = list(np.atleast_1d(values)[:1] if flat else values)
+    array = values if isinstance(values, np.ndarray) and values.ndim < 2 else None
+    rows = list(values if array is None else array.reshape(-1)[:1])
     if not rows:
         raise BadArgument(f"{what} must have at least one entry, got none")
     return rows

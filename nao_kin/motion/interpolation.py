@@ -110,7 +110,7 @@ class Segments:
 
     Attributes:
         start: times at which they begin, shape (m,) [s].
-        width: how long they last, shape (m,) [s].
+        width: how long they last, shape (m,) [s]; zero only for a joint that stands still for no time.
         first: values at which they begin, shape (m,).
         controls: P, Q and D of the value, shape (m, 3).
         lengths: a and b of the time, shape (m, 2); None where both are a third everywhere.
@@ -142,8 +142,7 @@ class Segments:
 
     def speed(self, segment: NDArray[Any], u: Floats) -> Floats:
         """Change of the value per second at parameters u; infinite where time stands still and the value does not."""
-        value = self.slopes[segment].T
-        time = self.time_slopes[segment].T
+        value, time = self.slopes(segment), self.time_slopes(segment)
         over, under = _quadratic(u, *value), _quadratic(u, *time)
         stands = under <= 0.0
         if stands.any():
@@ -154,21 +153,20 @@ class Segments:
                 under = np.where(still, order(u, *time), under)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(over == 0.0, 0.0, over / np.where(stands & (under == 0.0), 0.0, under))
-        return np.asarray(ratio / self.width[segment])
+        width = self.width[segment]
+        return np.asarray(ratio / np.where(width > 0.0, width, 1.0))
 
-    @property
-    def slopes(self) -> Floats:
-        """Bernstein coefficients of a third of the value's derivative by u, shape (m, 3)."""
-        p, q, d = self.controls.T
-        return np.stack([p, q - p, d - q], axis=-1)
+    def slopes(self, segment: NDArray[Any]) -> Floats:
+        """Bernstein coefficients of a third of the value's derivative by u, shape (3, n)."""
+        p, q, d = self.controls[segment].T
+        return np.stack([p, q - p, d - q])
 
-    @property
-    def time_slopes(self) -> Floats:
-        """Bernstein coefficients of a third of the derivative of x by u, shape (m, 3)."""
+    def time_slopes(self, segment: NDArray[Any]) -> Floats:
+        """Bernstein coefficients of a third of the derivative of x by u, shape (3, n)."""
         if self.lengths is None:
-            return np.full((len(self.start), 3), _THIRD)
-        a, b = self.lengths.T
-        return np.stack([a, 1.0 - a - b, b], axis=-1)
+            return np.full((3, len(segment)), _THIRD)
+        a, b = self.lengths[segment].T
+        return np.stack([a, 1.0 - a - b, b])
 
 
 def segments(interpolation: Interpolation, times: Floats, keys: Floats, handles: Floats | None) -> Segments:

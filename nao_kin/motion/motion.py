@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.errors import UnknownName
 from nao_kin.motion.checked_keys import check_speeds, checked_handles, checked_keys, checked_names, checked_times
+from nao_kin.motion.configurations import HOLD, Hips, Trajectory, configurations
 from nao_kin.motion.interpolation import (
     INTERPOLATIONS,
     Interpolation,
@@ -21,6 +22,9 @@ from nao_kin.motion.interpolation import (
     segment_of,
     segments,
 )
+
+if TYPE_CHECKING:
+    from nao_kin.robot import RobotModel
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -149,6 +153,38 @@ class Motion:
             NotFinite, BadArgument: t is no finite numbers.
         """
         return self._evaluated(t, speed=True)
+
+    def configurations(
+        self,
+        robot: RobotModel,
+        *,
+        rate: float | None = None,
+        times: ArrayLike | None = None,
+        fill: str | ArrayLike = HOLD,
+        hips: Hips = "average",
+    ) -> Trajectory:
+        """The configurations of a robot that moves so.
+
+        Args:
+            robot: which has all the joints named.
+            rate: configurations per second, from the first key on; the last is at the last key, which may be less than
+                a step after the one before. With neither `rate` nor `times`, one at the time of every key.
+            times: when, shape (n,) [s].
+            fill: where the joints are that are not named, and a floating base: the name of a posture, a configuration
+                (nq,), or "hold": the robot's start posture (StandInit for a NAO), for robots without one all joints at
+                zero or at the limit nearest to it.
+            hips: what one motor does that is named twice, as by LHipYawPitch and RHipYawPitch with values of their own:
+                the "average", or the "left" or "right" one. It holds for any joint that follows another one; where
+                their names say no side, for the average.
+
+        Returns:
+            Times (n,) and q (n, nq); limits are not looked at (`nao_kin.motion.check` does).
+
+        Raises:
+            UnknownName: the robot has no such joint or posture, or there is no such rule.
+            BadArgument, WrongShape, NotFinite: no rate, times or configuration; more than 4 million configurations.
+        """
+        return configurations(self, robot, rate=rate, times=times, fill=fill, hips=hips)
 
     def as_bezier(self) -> Motion:
         """The same curves, to rounding, with handles: linear and smooth motions are Bezier ones too."""

@@ -1,0 +1,159 @@
+"""Motions as configurations of a robot: absent joints filled in, two joints of one motor made one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.motion.sides import side_of
+from nao_kin.robot import RobotModel, check_robot
+
+if TYPE_CHECKING:
+    from nao_kin.motion.motion import Motion
+
+Hips = Literal["average", "left", "right"]
+HIPS: tuple[Hips, ...] = ("average", "left", "right")
+HOLD = "hold"
+# Configurations at once: 25 joints of them are 800 MB.
+_MOST = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Configurations at times.
+
+    Attributes:
+        times: shape (n,) [s].
+        q: configurations, shape (n, nq).
+    """
+
+    times: Floats
+    q: Floats
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __repr__(self) -> str:
+        span = f", {self.times[0]:g} to {self.times[-1]:g} s" if len(self.times) else ""
+        return f"<Trajectory of {len(self.times)} configurations{span}>"
+
+
+def configurations(
+    motion: Motion,
+    robot: RobotModel,
+    *,
+    rate: float | None = None,
+    times: ArrayLike | None = None,
+    fill: str | ArrayLike = HOLD,
+    hips: Hips = "average",
+) -> Trajectory:
+    """The configurations of a robot that moves so; `Motion.configurations` describes it."""
+    check_robot(robot)
+    check_joints(robot, motion)
+    check_hips(hips)
+    at = sampling_times(motion, rate, times)
+    q = np.tile(filled(robot, fill), (len(at), 1))
+    values = dict(zip(motion.joint_names, motion.sample(at).T, strict=True))
+    offset = robot.nq - len(robot.joint_names)
+    for joint, column in motor_values(robot, values, hips).items():
+        q[:, offset + robot.joint_names.index(joint)] = column
+    return Trajectory(at, q)
+
+
+def check_joints(robot: RobotModel, motion: Motion) -> None:
+    """Refuse a motion of joints that the robot does not have.
+
+    Raises:
+        UnknownName: with the first of them.
+    """
+    for name in motion.joint_names:
+        if name not in robot.joint_names and name not in robot.mimics:
+            raise UnknownName("joint", name, (*robot.joint_names, *robot.mimics))
+
+
+def check_hips(hips: str) -> None:
+    """Refuse what is no rule for two joints of one motor."""
+    if not isinstance(hips, str) or hips not in HIPS:
+        raise UnknownName("rule for the hips", hips, HIPS)
+
+
+def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) -> Floats:
+    """The times (n,) to sample at: those given, or at a rate, or those of the keys.
+
+    Raises:
+        BadArgument: both given, no positive rate, or a number of samples that no memory holds.
+        WrongShape, NotFinite: no list of finite times.
+    """
+    if times is not None:
+        if rate is not None:
+            raise BadArgument("rate and times both say when to sample; give one")
+        at = np.array(as_floats(times, (), "times"))
+        if at.ndim != 1:
+            raise WrongShape("times", "(n,)", at.shape)
+        return at
+    if rate is None:
+        return motion.key_times
+    number = as_floats(rate, (), "rate")
+    if number.shape != () or not number > 0.0:
+        raise BadArgument(f"rate must be a number above zero, got {quoted(rate)}")
+    # A duration that is a whole number of steps but for rounding has no short step at its end.
+    steps = np.ceil(motion.duration * float(number) - 1e-9)
+    if steps >= _MOST:
+        raise BadArgument(
+            f"{motion.duration:g} s at {float(number):g} per second are {steps + 1:.3g} configurations, "
+            f"more than {_MOST}; give a smaller rate"
+        )
+    return np.minimum(motion.start + np.arange(int(steps) + 1) / float(number), motion.end)
+
+
+def filled(robot: RobotModel, fill: str | ArrayLike) -> Floats:
+    """The configuration (nq,) that joints are in which a motion does not name.
+
+    Raises:
+        UnknownName: no such posture.
+        WrongShape, NotFinite, BadArgument: no configuration.
+    """
+    if isinstance(fill, str):
+        if fill != HOLD:
+            if fill not in robot.posture_names:
+                raise UnknownName("posture", fill, (*robot.posture_names, HOLD))
+            return robot.posture(fill)
+        start = robot.semantics.start
+        return robot.posture(start) if start in robot.posture_names else robot.clamp(robot.neutral())
+    q = np.array(as_floats(fill, (), "fill"))
+    if q.shape != (robot.nq,):
+        raise WrongShape("fill", f"({robot.nq},), or be the name of a posture", q.shape)
+    robot.angles(q)  # refuses a base that is none
+    return q
+
+
+def motor_values(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
+    """Values of joints with a motor of their own, from values of any joints.
+
+    A joint that follows another one gives the value of the driving joint, (value − offset) / multiplier. Where several
+    joints of one motor are given the rule `hips` makes them one.
+
+    Args:
+        robot: whose joints.
+        values: joint → values, all of one shape.
+        hips: "average" of all; "left" or "right": of those whose names say that side, where there are any.
+    """
+    motors: dict[str, dict[str, Floats]] = {}
+    for name, column in values.items():
+        mimic = robot.mimics.get(name)
+        if mimic is None:
+            motors.setdefault(name, {})[name] = column
+        elif mimic.multiplier != 0.0:
+            motors.setdefault(mimic.joint, {})[name] = mimic.driver_value(column)
+    found = {}
+    for joint, sources in motors.items():
+        chosen = [column for name, column in sources.items() if side_of(name) == hips] or list(sources.values())
+        found[joint] = chosen[0] if len(chosen) == 1 else np.mean(chosen, axis=0)
+    return found

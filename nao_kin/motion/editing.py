@@ -1,0 +1,235 @@
+"""Motions made of motions: joined, mirrored, reversed, resampled, warped in time, repeated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.scalars import whole_number
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.motion.configurations import sampling_times
+from nao_kin.motion.motion import Motion
+
+# Values that meet without a gap in time may differ by this.
+_MEETS = 1e-9
+_BLEND_RATE = 100.0
+
+
+def reverse(motion: Motion) -> Motion:
+    """The motion run backwards within the same span of time: t becomes start + end − t."""
+    times = _each(motion.times, lambda column: (motion.start + motion.end) - column[::-1])
+    keys = [column[::-1] for column in motion.keys]
+    handles = None
+    if motion.handles is not None:
+        # What was before a key is after it, and offsets in time change their sign.
+        handles = [offsets[::-1, ::-1] * (-1.0, 1.0) for offsets in motion.handles]
+    return Motion(times, motion.joint_names, keys, motion.interpolation, handles)
+
+
+def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | None = None) -> Motion:
+    """A linear motion with keys at given times, the same for all joints, and the values of the motion there.
+
+    Args:
+        motion: of any interpolation.
+        rate: keys per second, from the first key on; the last is at the last key.
+        times: instead, the times, ascending, shape (n,) [s].
+
+    Raises:
+        BadArgument: neither or both, no positive rate, times that do not ascend, more than 4 million keys.
+        WrongShape, NotFinite: no list of finite times.
+    """
+    if rate is None and times is None:
+        raise BadArgument("resample needs a rate or times")
+    at = sampling_times(motion, rate, times)
+    return Motion(at, motion.joint_names, motion.sample(at))
+
+
+def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Motion:
+    """The motion with its keys at other times.
+
+    Args:
+        motion: which.
+        warp: a factor above zero by which all takes longer, the first key staying where it is; or a function that gives
+            new times [s] for times, both of shape (n,), and rises. Keys and the ends of handles move; what lies between
+            is interpolated in the new time. To bend the curve itself, `resample` it first.
+
+    Raises:
+        BadArgument: no positive factor, or a function that does not rise where keys are.
+        WrongShape, NotFinite: a function that gives no such times.
+    """
+    if callable(warp):
+        move = warp
+    else:
+        factor = _number(warp, "warp", least=0.0)
+        if factor == 0.0:
+            raise BadArgument("warp must be above zero, got 0")
+
+        def move(times: Floats) -> ArrayLike:
+            return motion.start + (times - motion.start) * factor
+
+    def moved(times: Floats) -> Floats:
+        new = as_floats(move(np.array(times)), (), "warped times")
+        if new.shape != times.shape:
+            raise WrongShape("warped times", str(times.shape), new.shape)
+        return new
+
+    times = _each(motion.times, moved)
+    handles = None
+    if motion.handles is not None:
+        handles = []
+        for column, new, offsets in zip(motion.times, times, motion.handles, strict=True):
+            changed = np.array(offsets)
+            # The outermost handles bend nothing; beyond the keys the function need not be defined.
+            changed[0, 0, 0] = changed[-1, 1, 0] = 0.0
+            changed[1:, 0, 0] = np.minimum(moved(column[1:] + offsets[1:, 0, 0]) - new[1:], 0.0)
+            changed[:-1, 1, 0] = np.maximum(moved(column[:-1] + offsets[:-1, 1, 0]) - new[:-1], 0.0)
+            handles.append(changed)
+    return Motion(times, motion.joint_names, motion.keys, motion.interpolation, handles)
+
+
+def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0.0) -> Motion:
+    """Motions one after another, the first at its own times.
+
+    Each keeps its curves. In a gap every joint moves from where the one motion leaves it to where the next one begins:
+    straight between linear motions, else from rest to rest. A joint that a motion does not name stands still in it,
+    where it was before, or where it is to begin. Motions of different or of smooth interpolation become a Bezier one.
+
+    Args:
+        motions: at least one.
+        gap: time between the end of one and the beginning of the next [s]. Without one they must meet: no joint jumps.
+        blend: instead, time for which the end of one and the beginning of the next overlap [s]; the result passes from
+            the one to the other with weights 1 − w and w, w = 3 s² − 2 s³ over the share s of that time. It is linear,
+            with keys where the two have some and 100 a second, in all of it where one of the two is not linear.
+
+    Raises:
+        BadArgument: no motions, no time ≥ 0, both a gap and a blend, a blend longer than one of them, or a joint that
+            would jump.
+    """
+    if isinstance(motions, Motion) or not all(isinstance(motion, Motion) for motion in motions) or not motions:
+        raise BadArgument("concatenate needs a list of motions, at least one")
+    pause, overlap = _number(gap, "gap", least=0.0), _number(blend, "blend", least=0.0)
+    if pause and overlap:
+        raise BadArgument("gap and blend are two ways from one motion to the next; give one")
+    result = motions[0]
+    for motion in motions[1:]:
+        result = _blended(result, motion, overlap) if overlap else _joined(result, motion, pause)
+    return result
+
+
+def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
+    """The motion n times, with a gap between one time and the next.
+
+    Args:
+        motion: which.
+        n: how often, at least once.
+        gap: time from the end back to the beginning [s]; 0 needs a motion that ends where it begins.
+
+    Raises:
+        BadArgument: no such number or time, or without a gap a joint that would jump.
+    """
+    count = whole_number(n, "n", 1)
+    # Doubled again and again: each joining copies all keys.
+    result, power = None, motion
+    while count:
+        if count & 1:
+            result = power if result is None else concatenate([result, power], gap=gap)
+        count >>= 1
+        if count:
+            power = concatenate([power, power], gap=gap)
+    return motion if result is None else result
+
+
+def _joined(one: Motion, two: Motion, gap: float) -> Motion:
+    linear = one.interpolation == two.interpolation == "linear"
+    if not linear:
+        one, two = one.as_bezier(), two.as_bezier()
+    shift = one.end + gap - two.start
+    names = tuple(dict.fromkeys((*one.joint_names, *two.joint_names)))
+    times, keys, handles = list[Floats](), list[Floats](), list[Floats]()
+    for name in names:
+        parts = []
+        if name in one.joint_names:
+            parts.append(_held(one, name, 0.0, until=one.end if name in two.joint_names else None))
+        if name in two.joint_names:
+            parts.append(_held(two, name, shift, since=two.start if parts else None))
+        if len(parts) == 2 and gap == 0.0:
+            first, second = float(parts[0][1][-1]), float(parts[1][1][0])
+            if abs(second - first) > _MEETS:
+                raise BadArgument(
+                    f"{name} would jump from {first:.6g} to {second:.6g} at {one.end:.6g} s; give a gap or a blend"
+                )
+            parts[0] = parts[0][0][:-1], parts[0][1][:-1], _meeting(parts[0][2], parts[1][2])
+        times.append(np.concatenate([part[0] for part in parts]))
+        keys.append(np.concatenate([part[1] for part in parts]))
+        handles.append(np.concatenate([part[2] for part in parts]))
+    if linear:
+        return Motion(times, names, keys)
+    return Motion(times, names, keys, "bezier", handles)
+
+
+def _meeting(before: Floats, after: Floats) -> Floats:
+    """The handles of all keys but the last, whose handle before it goes to the first key of what follows."""
+    after[0, 0] = before[-1, 0]
+    return before[:-1]
+
+
+def _held(
+    motion: Motion, name: str, shift: float, *, until: float | None = None, since: float | None = None
+) -> tuple[Floats, Floats, Floats]:
+    """Times, keys and handles of a joint, with a further key where it stands still until or since a time."""
+    column = motion.joint_names.index(name)
+    times, keys = motion.times[column], motion.keys[column]
+    handles = np.zeros((len(keys), 2, 2)) if motion.handles is None else np.array(motion.handles[column])
+    # What the outermost handles say of the time outside is nothing: between two motions all is at rest.
+    handles[0, 0] = handles[-1, 1] = 0.0
+    if until is not None and times[-1] < until:
+        times, keys = np.append(times, until), np.append(keys, keys[-1])
+        handles = np.concatenate([handles, np.zeros((1, 2, 2))])
+    if since is not None and times[0] > since:
+        times, keys = np.insert(times, 0, since), np.insert(keys, 0, keys[0])
+        handles = np.concatenate([np.zeros((1, 2, 2)), handles])
+    return times + shift, keys, handles
+
+
+def _blended(one: Motion, two: Motion, blend: float) -> Motion:
+    for motion in (one, two):
+        if blend > motion.duration:
+            raise BadArgument(f"blend = {blend:g} s is longer than a motion of {motion.duration:g} s")
+    shift = one.end - blend - two.start
+    second = Motion([times + shift for times in two.times], two.joint_names, two.keys, two.interpolation, two.handles)
+    begin, end = one.end - blend, one.end
+    linear = one.interpolation == two.interpolation == "linear"
+    dense = (begin, end) if linear else (one.start, second.end)
+    count = max(1, int(np.ceil((dense[1] - dense[0]) * _BLEND_RATE)))
+    grid = np.unique(np.concatenate([one.key_times, second.key_times, [begin], np.linspace(*dense, count + 1)]))
+    share = np.clip((grid - begin) / blend, 0.0, 1.0)
+    weight = share * share * (3.0 - 2.0 * share)
+    names = tuple(dict.fromkeys((*one.joint_names, *two.joint_names)))
+    before = dict(zip(one.joint_names, one.sample(grid).T, strict=True))
+    after = dict(zip(second.joint_names, second.sample(grid).T, strict=True))
+    columns = []
+    for name in names:
+        if name in before and name in after:
+            columns.append((1.0 - weight) * before[name] + weight * after[name])
+        else:
+            columns.append(before.get(name, after.get(name, grid)))
+    return Motion(grid, names, np.stack(columns, axis=-1))
+
+
+def _each(columns: Sequence[Floats], change: Callable[[Floats], Floats]) -> list[Floats]:
+    """The changed columns; joints that share one still do."""
+    changed: list[Floats] = []
+    for index, column in enumerate(columns):
+        changed.append(changed[-1] if index and column is columns[index - 1] else change(column))
+    return changed
+
+
+def _number(value: object, what: str, *, least: float) -> float:
+    array = as_floats(value, (), what)  # type: ignore[arg-type]
+    if array.shape != () or not array >= least:
+        raise BadArgument(f"{what} must be a number ≥ {least:g}, got {quoted(value)}")
+    return float(array)

@@ -1,0 +1,211 @@
+"""JSON: every motion as it is, without loss.
+
+    {"format": "nao_kin motion",
+     "units": {"time": "s", "angle": "rad"},
+     "interpolation": "linear",
+     "joint_names": ["HeadYaw", "LHand"],
+     "times": [[0.0, 0.5], [0.0]],
+     "keys": [[0.0, 0.3], [0.4]]}
+
+One list of times may stand for all joints; then "keys" has a row for each time. For "bezier", "handles" holds for each
+joint and key [[seconds, value] before, [seconds, value] after], offsets from the key.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
+from nao_kin.errors import nearest_names
+from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.source import MOST_SHOWN, Place, Source, described
+from nao_kin.motion.files.tables import is_hand
+from nao_kin.motion.files.tracks import Track, motion_of
+from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
+from nao_kin.motion.motion import Motion
+
+TITLE = "nao_kin motion"
+_FIELDS = ("format", "units", "interpolation", "joint_names", "times", "keys", "handles")
+_UNITS = {"time": {"s": 1.0, "ms": 1e-3}, "angle": {"rad": 1.0, "deg": math.pi / 180.0}}
+
+
+def recognises(source: Source) -> bool:
+    """Whether it is a JSON object with joint_names and keys."""
+    value = source.json.value
+    return isinstance(value, dict) and ("joint_names" in value or value.get("format") == TITLE)
+
+
+def read(source: Source) -> Motion:
+    """The motion in a JSON file.
+
+    Raises:
+        BadInputFile: with line and column, and the path to the value, such as keys[3][2].
+    """
+    document = source.json.value
+    if not isinstance(document, dict):
+        raise source.error(f"expected an object with joint_names, times and keys, got {described(document)}")
+    for name in document:
+        if name not in _FIELDS:
+            near = ", ".join(nearest_names(name, _FIELDS)) or ", ".join(_FIELDS)
+            raise source.error(f"unknown field (nearest: {near})", source.place([name]))
+    if document.get("format", TITLE) != TITLE:
+        raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", source.place(["format"]))
+    names = _list(source, ["joint_names"])
+    joints = [source.check_joint(name, source.place(["joint_names", row])) for row, name in enumerate(names)]
+    seconds, angle = _scale(source, "time"), _scale(source, "angle")
+    interpolation = _interpolation(source)
+    times, columns = _times_and_keys(source, joints)
+    handles = None
+    if "handles" in document and document["handles"] is not None:
+        if interpolation != "bezier":
+            raise source.error(
+                f"handles belong to bezier interpolation, not {interpolation}", source.place(["handles"])
+            )
+        handles = _handles(source, columns)
+    tracks = []
+    for row, joint in enumerate(joints):
+        scale = 1.0 if is_hand(joint) else angle
+        own = None if handles is None else handles[row] * [seconds, scale]
+        path: list[str | int] = ["times", row] if len(times) > 1 or _is_nested(document["times"]) else ["times"]
+        tracks.append(
+            Track(
+                joint,
+                times[row if len(times) > 1 else 0] * seconds,
+                columns[row] * scale,
+                own,
+                source.place(["joint_names", row]) if joints.index(joint) < row else Place(where=joint),
+                lambda key, path=path: source.place([*path, key]),  # type: ignore[misc]
+                lambda key, row=row: source.place(["handles", row, key]),  # type: ignore[misc]
+            )
+        )
+    return motion_of(source, tracks, interpolation, negative=True)
+
+
+def _times_and_keys(source: Source, joints: list[str]) -> tuple[list[Floats], list[Floats]]:
+    """Times, of all joints or of each, and the keys of each."""
+    times, keys = _list(source, ["times"]), _list(source, ["keys"])
+    if _is_nested(times):
+        for name, rows in (("times", times), ("keys", keys)):
+            if len(rows) != len(joints):
+                raise source.error(f"{len(rows)} lists for {len(joints)} joints", source.place([name]))
+        own = [_numbers(source, ["times", row], "time") for row in range(len(joints))]
+        columns = [_numbers(source, ["keys", row], "key") for row in range(len(joints))]
+        for row, (one, two) in enumerate(zip(own, columns, strict=True)):
+            if len(one) != len(two):
+                raise source.error(
+                    f"{joints[row]} has {len(one)} times and {len(two)} keys", source.place(["keys", row])
+                )
+        return own, columns
+    shared = _numbers(source, ["times"], "time")
+    if len(keys) != len(shared):
+        raise source.error(f"{len(keys)} rows for {len(shared)} times", source.place(["keys"]))
+    rows = []
+    for row in range(len(keys)):
+        rows.append(_numbers(source, ["keys", row], "key"))
+        if len(rows[-1]) != len(joints):
+            raise source.error(f"{len(rows[-1])} keys for {len(joints)} joints", source.place(["keys", row]))
+    return [shared], list(np.array(rows).T.reshape(len(joints), -1).copy())
+
+
+def _handles(source: Source, columns: list[Floats]) -> list[Floats]:
+    rows = _list(source, ["handles"])
+    if len(rows) != len(columns):
+        raise source.error(f"{len(rows)} lists for {len(columns)} joints", source.place(["handles"]))
+    result = []
+    for row, keys in enumerate(columns):
+        own = _list(source, ["handles", row])
+        if len(own) != len(keys):
+            raise source.error(f"{len(own)} handles for {len(keys)} keys", source.place(["handles", row]))
+        for key, pair in enumerate(own):
+            fine = isinstance(pair, list) and len(pair) == 2 and all(type(x) is list and len(x) == 2 for x in pair)
+            if not fine:
+                reason = f"expected [[seconds, value], [seconds, value]], got {described(pair)}"
+                raise source.error(reason, source.place(["handles", row, key]))
+        flat = [number for pair in own for side in pair for number in side]
+        path: list[str | int] = ["handles", row]
+        numbers = source.floats(
+            flat,
+            "offset",
+            lambda at, path=path: source.place([*path, at // 4, at // 2 % 2, at % 2]),  # type: ignore[misc]
+        )
+        result.append(numbers.reshape(-1, 2, 2))
+    return result
+
+
+def _interpolation(source: Source) -> Interpolation:
+    given = source.json.value.get("interpolation", "linear")
+    for known in INTERPOLATIONS:
+        if given == known:
+            return known
+    reason = f"{described(given)}, expected one of {', '.join(INTERPOLATIONS)}"
+    raise source.error(reason, source.place(["interpolation"]))
+
+
+def _scale(source: Source, quantity: str) -> float:
+    units = source.json.value.get("units", {})
+    if not isinstance(units, dict):
+        raise source.error(f"expected an object, got {described(units)}", source.place(["units"]))
+    for name in units:
+        if name not in _UNITS:
+            raise source.error(f"unknown quantity; expected {' or '.join(_UNITS)}", source.place(["units", name]))
+    if quantity not in units:
+        return _UNITS["angle"]["deg"] if source.degrees and quantity == "angle" else 1.0
+    given = units[quantity]
+    if not isinstance(given, str) or given not in _UNITS[quantity]:
+        expected = " or ".join(_UNITS[quantity])
+        raise source.error(f"unit {quoted(given, MOST_SHOWN)}, expected {expected}", source.place(["units", quantity]))
+    return _UNITS[quantity][given]
+
+
+def _list(source: Source, path: Sequence[str | int]) -> list[Any]:
+    """The list that a path leads to."""
+    value = source.json.value
+    for step in path:
+        if isinstance(value, dict) and step not in value:
+            raise source.error(f"no {step!r}; expected joint_names, times and keys")
+        value = value[step]
+    if not isinstance(value, list):
+        raise source.error(f"expected a list, got {described(value)}", source.place(path))
+    return value
+
+
+def _numbers(source: Source, path: Sequence[str | int], what: str) -> Floats:
+    return source.floats(_list(source, path), what, lambda at: source.place([*path, at]))
+
+
+def _is_nested(times: list[Any]) -> bool:
+    return bool(times) and isinstance(times[0], list)
+
+
+def write(motion: Motion, rate: float | None) -> bytes:
+    """A JSON file that gives back the same motion; with a rate, its samples."""
+    if rate is not None:
+        from nao_kin.motion.files.tables import sampled
+
+        times, values = sampled(motion, rate, "JSON")
+        motion = Motion(times, motion.joint_names, values)
+    fields: dict[str, Any] = {
+        "times": [times.tolist() for times in motion.times],
+        "keys": [keys.tolist() for keys in motion.keys],
+    }
+    if motion.handles is not None:
+        fields["handles"] = [handles.tolist() for handles in motion.handles]
+    head = {
+        "format": TITLE,
+        "units": {"time": "s", "angle": "rad"},
+        "interpolation": motion.interpolation,
+        "joint_names": list(motion.joint_names),
+    }
+    lines = [f'"{name}": {json.dumps(value, ensure_ascii=False)}' for name, value in head.items()]
+    for name, rows in fields.items():
+        lines.append(f'"{name}": [\n' + ",\n".join(f"  {json.dumps(row)}" for row in rows) + "]")
+    return ("{" + ",\n ".join(lines) + "}\n").encode()
+
+
+FORMAT = Format("json", (".json",), "names, times, keys and handles, without loss", recognises, read, write)

@@ -1,0 +1,129 @@
+"""Reading motions: which format a file has, told by its content first, then by its suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from nao_kin._text import abbreviated
+from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.motion.files import (
+    choregraphe_python,
+    choregraphe_xar,
+    csv_table,
+    hulks,
+    hulks_motion2,
+    json_keys,
+    naoqi_arguments,
+    npz,
+    runswift,
+    webots,
+)
+from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.source import Source, read_bytes
+from nao_kin.motion.motion import Motion
+from nao_kin.parameters import BODY_ORDER
+from nao_kin.robot import RobotModel
+
+_MODULES = (
+    csv_table,
+    json_keys,
+    npz,
+    webots,
+    runswift,
+    hulks,
+    hulks_motion2,
+    choregraphe_python,
+    choregraphe_xar,
+    naoqi_arguments,
+)
+FORMATS: Mapping[str, Format] = MappingProxyType({module.FORMAT.name: module.FORMAT for module in _MODULES})
+
+
+def read_motion(
+    path: Path | str,
+    *,
+    format: str | None = None,
+    degrees: bool = False,
+    timeline: str | int | None = None,
+    robot: RobotModel | None = None,
+) -> Motion:
+    """The motion in a file.
+
+    Args:
+        path: the file, or "-" for standard input.
+        format: one of `FORMATS`; None finds out by the content, and by the suffix where the content does not say.
+        degrees: turning joints are in degrees where neither the file nor its format says so: "csv" without units,
+            "json" without "units", "naoqi" and "python". Elsewhere it changes nothing.
+        timeline: which of several motions of a "xar" or "python" file: its name, or its number from 1.
+        robot: whose joints may occur; None for the NAO.
+
+    Raises:
+        BadArgument: no file name.
+        BadInputFile: one line that names the file and, where the format has them, line and column: unreadable, of
+            unknown format, malformed, a joint unknown or given twice, a value that is no finite number, times that do
+            not ascend, several motions and none chosen.
+        UnknownName: no such format.
+    """
+    name = str(path)
+    if not name:
+        raise BadArgument("no file name; expected a motion file, or - for standard input")
+    joints = BODY_ORDER if robot is None else (*robot.joint_names, *robot.mimics)
+    source = Source(name, read_bytes(name), joints, degrees, None if timeline is None else str(timeline))
+    if format is not None:
+        return format_named(format).read(source)
+    if not source.data or source.data.isspace():
+        raise BadInputFile(name, f"empty; expected a motion: {described_formats()}")
+    return _recognised(source).read(source)
+
+
+def format_named(name: str) -> Format:
+    """The format of a name.
+
+    Raises:
+        UnknownName: there is none.
+    """
+    if name not in FORMATS:
+        raise UnknownName("motion format", name, tuple(FORMATS))
+    return FORMATS[name]
+
+
+def formats_of_suffix(name: str) -> list[Format]:
+    """The formats whose files end as a name does."""
+    suffix = Path(name).suffix.lower()
+    return [known for known in FORMATS.values() if suffix in known.suffixes]
+
+
+def described_formats() -> str:
+    """All formats and their suffixes, for messages."""
+    return ", ".join(f"{known.name} ({' '.join(known.suffixes)})" for known in FORMATS.values())
+
+
+def _recognised(source: Source) -> Format:
+    """The format of a file.
+
+    Raises:
+        BadInputFile: none or several of them.
+    """
+    by_suffix = formats_of_suffix(source.name)
+    fitting = [known for known in FORMATS.values() if _looks_like(known, source)]
+    if len(fitting) > 1:
+        fitting = [known for known in fitting if known in by_suffix] or fitting
+    if len(fitting) == 1:
+        return fitting[0]
+    if fitting:
+        listed = ", ".join(known.name for known in fitting)
+        raise source.error(f"may be {listed}; choose one with format=")
+    if len(by_suffix) == 1:
+        return by_suffix[0]
+    if by_suffix or source.data.lstrip()[:1] in (b"{", b"["):
+        assert source.json  # malformed JSON is the more helpful news
+    raise source.error(f"no motion file of a known format; expected {abbreviated(described_formats(), 400)}")
+
+
+def _looks_like(known: Format, source: Source) -> bool:
+    try:
+        return known.recognises(source)
+    except BadInputFile:
+        return False

@@ -1,0 +1,165 @@
+"""rUNSWift's .pos: all joints in degrees, milliseconds to reach each pose, short names as a comment.
+
+      HY    HP    LSP  …  LH    RH    DUR
+    $ 0.5   1     1    …  1     1
+    ! 0     30    90   …  0     0     500
+
+Source: UNSWComputing/rUNSWift-2023-release, robot/motion/generator/ActionGenerator.cpp and
+image/home/nao/data/pos/README.md. Lines that begin with ! are poses: 25 numbers in degrees, hands too, in the order of
+LoLA, and the whole milliseconds that the straight line to the pose takes, the first from wherever the robot is. Lines
+that begin with $ are the stiffnesses of the next pose, all other lines are comments.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from nao_kin._common.csv_numbers import plain_floats
+from nao_kin._common.scalars import decimal
+from nao_kin._text import quoted
+from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.source import MOST_SHOWN, Place, Source
+from nao_kin.motion.files.tables import columns, milliseconds, sampled
+from nao_kin.motion.files.tracks import Track, check_times, motion_of
+from nao_kin.motion.motion import Motion
+
+SHORT_NAMES = {
+    "HY": "HeadYaw",
+    "HP": "HeadPitch",
+    "LSP": "LShoulderPitch",
+    "LSR": "LShoulderRoll",
+    "LEY": "LElbowYaw",
+    "LER": "LElbowRoll",
+    "LWY": "LWristYaw",
+    "LHYP": "LHipYawPitch",
+    "LHR": "LHipRoll",
+    "LHP": "LHipPitch",
+    "LKP": "LKneePitch",
+    "LAP": "LAnklePitch",
+    "LAR": "LAnkleRoll",
+    "RHR": "RHipRoll",
+    "RHP": "RHipPitch",
+    "RKP": "RKneePitch",
+    "RAP": "RAnklePitch",
+    "RAR": "RAnkleRoll",
+    "RSP": "RShoulderPitch",
+    "RSR": "RShoulderRoll",
+    "REY": "RElbowYaw",
+    "RER": "RElbowRoll",
+    "RWY": "RWristYaw",
+    "LH": "LHand",
+    "RH": "RHand",
+}
+_DURATION = "DUR"
+_WORD = re.compile(r"[^\s!$]+")
+_WIDTH = 6
+
+
+def recognises(source: Source) -> bool:
+    """Whether some line begins with ! and a number."""
+    return any(re.match(r"!\s*[-+.\d]", line) for line in source.lines)
+
+
+def read(source: Source) -> Motion:
+    """The motion in a .pos file; stiffnesses are checked and left out.
+
+    A comment that is a row of all short names gives the order of the numbers after it.
+
+    Raises:
+        BadInputFile: with line and column.
+    """
+    order = list(SHORT_NAMES)
+    plain = source.text.isascii() and "_" not in source.text
+    rows, lines = list[list[float]](), list[int]()
+    for number, line in enumerate(source.lines, start=1):
+        if line.startswith("!"):
+            values = _numbers(source, line, number, [*order, _DURATION], plain=plain)
+            duration = values.pop()
+            if duration < 0.0 or duration != math.floor(duration) or (duration == 0.0 and rows):
+                column = list(_WORD.finditer(line))[-1].start() + 1
+                raise source.error(
+                    f"{_DURATION} is {duration:g} ms, expected whole milliseconds > 0", Place(number, column)
+                )
+            row = dict(zip(order, values, strict=True))
+            rows.append([row[short] for short in SHORT_NAMES] + [duration])
+            lines.append(number)
+        elif line.startswith("$"):
+            for value in _numbers(source, line, number, order, plain=plain):
+                if not 0.0 <= value <= 1.0:
+                    raise source.error(f"stiffness {value:g}, expected 0 to 1", Place(number))
+        else:
+            order = _order(source, line, number) or order
+    if not rows:
+        raise source.error("no pose: no line begins with !")
+    table = np.array(rows)
+    times = np.cumsum(table[:, -1]) / 1e3
+    check_times(source, times, lambda row: Place(lines[row]))
+    angles = np.radians(table[:, :-1])
+    tracks = [Track(joint, times, angles[:, column].copy()) for column, joint in enumerate(SHORT_NAMES.values())]
+    return motion_of(source, tracks)
+
+
+def _order(source: Source, line: str, number: int) -> list[str] | None:
+    """The short names in a comment that is a row of them; None for any other comment."""
+    words = line.strip("# \t").split()
+    if len(words) < len(SHORT_NAMES) or words[0] not in SHORT_NAMES or words[1] not in SHORT_NAMES:
+        return None
+    names = words[:-1] if words[-1] == _DURATION else words
+    for word in _WORD.finditer(line.replace("#", " ")):
+        if word[0] not in SHORT_NAMES and word[0] != _DURATION:
+            shown = quoted(word[0], MOST_SHOWN)
+            raise source.error(f"{shown} among the short names of joints", Place(number, word.start() + 1))
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise source.error(f"joint {twice} is given twice", Place(number))
+    missing = [short for short in SHORT_NAMES if short not in names]
+    if missing:
+        raise source.error(f"the row of short names lacks {', '.join(missing)}", Place(number))
+    return names
+
+
+def _numbers(source: Source, line: str, number: int, names: list[str], *, plain: bool) -> list[float]:
+    """The numbers after ! or $."""
+    words = list(_WORD.finditer(line))
+    if len(words) != len(names):
+        what = "values and a duration" if names[-1] == _DURATION else "values"
+        raise source.error(f"{len(words)} numbers, expected {len(SHORT_NAMES)} {what}", Place(number))
+    quick = plain_floats([word[0] for word in words]) if plain else None
+    if quick:
+        return quick
+    values = []
+    for name, word in zip(names, words, strict=True):
+        try:
+            value = decimal(word[0])
+        except ValueError:
+            value = math.inf
+        if math.isinf(value):
+            shown = quoted(word[0], MOST_SHOWN)
+            raise source.error(f"{name} is {shown}, expected a finite number", Place(number, word.start() + 1))
+        values.append(value)
+    return values
+
+
+def write(motion: Motion, rate: float | None) -> bytes:
+    """A .pos file: a pose at every time at which some joint has a key, or at a rate.
+
+    Raises:
+        BadArgument: joints that are missing or that the format does not know, times before 0 or nearer than 1 ms.
+    """
+    times, values = sampled(motion, rate, "rUNSWift pos")
+    table = np.degrees(columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
+    stamps = milliseconds(times, "rUNSWift pos")
+    lines = [_line(" ", [*SHORT_NAMES, _DURATION])]
+    for row, duration in zip(table.tolist(), np.diff([0, *stamps]).tolist(), strict=True):
+        lines.append(_line("!", [*(f"{value:.15g}" for value in row), str(duration)]))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _line(mark: str, words: list[str]) -> str:
+    return f"{mark} {' '.join(word.ljust(_WIDTH - 1) for word in words)}".rstrip()
+
+
+FORMAT = Format("runswift", (".pos",), "rUNSWift's poses", recognises, read, write)

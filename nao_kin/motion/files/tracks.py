@@ -1,0 +1,132 @@
+"""The keys of each joint as a file gives them, held against what a motion may be, and made into one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.errors import NaoKinError
+from nao_kin.motion.files.source import NOWHERE, Place, PlaceOf, Source
+from nao_kin.motion.interpolation import Interpolation
+from nao_kin.motion.motion import Motion
+
+# How far a handle may leave its segment, as files round to six digits; and what a motion itself takes [s, and share].
+_ROUNDED = 1e-5
+_TAKEN = 1e-6
+
+
+def nowhere(key: int) -> Place:
+    """No place for any key."""
+    return NOWHERE
+
+
+@dataclass(frozen=True)
+class Track:
+    """The keys of one joint.
+
+    Attributes:
+        joint: its name.
+        times: of its keys, shape (k,) [s].
+        keys: its values there, shape (k,) [rad, m or ratio].
+        handles: of a Bezier curve, shape (k, 2, 2), as in `Motion`.
+        place: where the joint is named.
+        time_of: where the time of each key stands.
+        key_of: where each key stands.
+    """
+
+    joint: str
+    times: Floats
+    keys: Floats
+    handles: Floats | None = None
+    place: Place = NOWHERE
+    time_of: PlaceOf = nowhere
+    key_of: PlaceOf = nowhere
+
+
+def motion_of(
+    source: Source,
+    tracks: Sequence[Track],
+    interpolation: Interpolation = "linear",
+    *,
+    negative: bool = False,
+) -> Motion:
+    """The motion of all tracks.
+
+    Args:
+        source: the file.
+        tracks: one for each joint.
+        interpolation: between the keys.
+        negative: the format may begin before 0 s.
+
+    Raises:
+        BadInputFile: no track, a joint that is unknown or given twice, no keys, times that are negative or do not
+            ascend, handles that leave their segment.
+    """
+    if not tracks:
+        raise source.error("no joint with keys")
+    seen = dict[str, Place]()
+    checked: Floats | None = None
+    for track in tracks:
+        source.check_joint(track.joint, track.place)
+        if track.joint in seen:
+            raise source.error(f"joint {track.joint} is given twice", track.place)
+        seen[track.joint] = track.place
+        if len(track.times) != len(track.keys):
+            raise source.error(f"{track.joint} has {len(track.times)} times and {len(track.keys)} keys", track.place)
+        if not len(track.keys):
+            raise source.error(f"{track.joint} has no keys", track.place)
+        if track.times is not checked:
+            checked = check_times(source, track.times, track.time_of, negative=negative)
+        if track.handles is not None:
+            _check_handles(source, track, track.handles)
+    handles = [track.handles for track in tracks if track.handles is not None]
+    try:
+        return Motion(
+            [track.times for track in tracks],
+            [track.joint for track in tracks],
+            [track.keys for track in tracks],
+            interpolation,
+            handles if interpolation == "bezier" and len(handles) == len(tracks) else None,
+        )
+    except NaoKinError as error:
+        raise source.error(str(error)) from None
+
+
+def check_times(source: Source, times: Floats, place: PlaceOf, *, negative: bool = False) -> Floats:
+    """`times` if they ascend, and are not negative where those are not allowed.
+
+    Raises:
+        BadInputFile: they do not; with the place of the first that is wrong.
+    """
+    if len(times) and times[0] < 0.0 and not negative:
+        raise source.error(f"time {times[0]:.9g} s is negative", place(0))
+    ascends = np.diff(times) > 0.0
+    if not ascends.all():
+        key = int(np.argmin(ascends)) + 1
+        word = "the same as" if times[key] == times[key - 1] else "before"
+        raise source.error(
+            f"time {times[key]:.9g} s is {word} the one of the key before, {times[key - 1]:.9g} s", place(key)
+        )
+    return times
+
+
+def _check_handles(source: Source, track: Track, handles: Floats) -> None:
+    """Refuse handles that leave the segment beside them in time; bring those that do so by rounding back in place."""
+    widths = np.diff(track.times)
+    for side, sign, word in ((0, -1.0, "before"), (1, 1.0, "after")):
+        inner = slice(1, None) if side == 0 else slice(None, -1)
+        length = sign * handles[inner, side, 0]
+        wrong = (length < -_ROUNDED) | (length > widths * (1.0 + _ROUNDED) + _ROUNDED)
+        if wrong.any():
+            segment = int(np.argmax(wrong))
+            key = segment + (side == 0)
+            raise source.error(
+                f"the handle {word} key {key} of {track.joint} is {sign * length[segment]:.9g} s from it, outside of "
+                f"its segment of {widths[segment]:.9g} s",
+                track.key_of(key),
+            )
+        off = (length < -_TAKEN * widths) | (length > widths * (1.0 + _TAKEN))
+        handles[inner, side, 0][off] = sign * np.clip(length, 0.0, widths)[off]

@@ -1,0 +1,167 @@
+"""Webots' .motion: poses at times, some joints, * for nothing commanded.
+
+    #WEBOTS_MOTION,V1.0,HeadYaw,LShoulderPitch
+    00:00:000,Pose1,0.0,1.4
+    00:00:040,Pose2,0.1,*
+
+Source: cyberbotics/webots, src/controller/c/motion.c: times are [[minutes:]seconds:]milliseconds and ascend, angles are
+radians, a pose has a name and one value for each joint, straight lines lie between, and the file ends at an empty line.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.csv_numbers import plain_floats
+from nao_kin._common.scalars import decimal
+from nao_kin._common.warn import warn_caller
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument
+from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.source import MOST_SHOWN, MotionFileWarning, Place, Source
+from nao_kin.motion.files.tables import milliseconds, sampled
+from nao_kin.motion.files.tracks import Track, check_times, motion_of
+from nao_kin.motion.motion import Motion
+
+_HEADER, _VERSION = "#WEBOTS_MOTION", "V1.0"
+_TIME = re.compile(r"(?:(?:(\d{1,9}):)?(\d{1,9}):)?(\d{1,9})", re.ASCII)
+_HOLD = "*"
+# Webots reads lines into 4096 characters.
+_LONGEST_LINE = 4094
+
+
+def recognises(source: Source) -> bool:
+    """Whether the text begins with #WEBOTS_MOTION."""
+    return source.lines[0].startswith(_HEADER)
+
+
+def read(source: Source) -> Motion:
+    """The motion in a Webots file.
+
+    A joint whose cell is * has no key there: before its first value it has none at all, between two values it holds the
+    first one up to the last *, after the last value it rests. (Webots commands nothing next to a *, and so jumps where
+    this goes in a straight line from the last * to the value after it.)
+
+    Raises:
+        BadInputFile: with line and column.
+    """
+    lines = source.lines
+    names = _names(source, lines[0])
+    count = next((row for row, line in enumerate(lines) if row and not line.strip()), len(lines))
+    for row in range(count, len(lines)):
+        if lines[row].strip():
+            raise source.error("after an empty line, where Webots stops reading", Place(row + 1))
+    plain = source.text.isascii() and "_" not in source.text
+    times, rows = [], []
+    for number, line in enumerate(lines[1:count], start=2):
+        fields = line.split(",")
+        if len(fields) == len(names) + 3 and not fields[-1].strip():
+            del fields[-1]
+        if len(fields) != len(names) + 2:
+            got = f"{len(fields)} fields"
+            raise source.error(f"{got}, expected a time, a pose name and {len(names)} values", Place(number))
+        times.append(_seconds(source, fields[0], number))
+        values = fields[2:]
+        numbers = plain_floats(values) if plain and _HOLD not in line else None
+        rows.append(numbers or _values(source, names, values, number))
+    if not rows:
+        raise source.error("a header and no poses", Place(1))
+    stamps = check_times(source, np.array(times), lambda row: Place(row + 2, 1))
+    return _motion(source, names, stamps, np.array(rows))
+
+
+def _motion(source: Source, names: list[str], times: Floats, table: Floats) -> Motion:
+    if np.isnan(table).all():
+        raise source.error("no pose has a value")
+    table = table.copy()
+    given = ~np.isnan(table)
+    # A last pose without any value still says how long the motion is.
+    ends_empty = not given[-1].any()
+    tracks = []
+    for column, joint in enumerate(names):
+        place = Place(1, column + 3)
+        rows = np.flatnonzero(given[:, column])
+        if not len(rows):
+            source.check_joint(joint, place)
+            warn_caller(f"{source.name}: {joint} has no value in any pose and is left out", MotionFileWarning)
+            continue
+        gaps = np.flatnonzero(np.diff(rows) > 1)
+        held = rows[gaps + 1] - 1
+        table[held, column] = table[rows[gaps], column]
+        if ends_empty:
+            held = np.append(held, len(times) - 1)
+            table[-1, column] = table[rows[-1], column]
+        kept = np.sort(np.concatenate([rows, held])) if len(held) else rows
+        own = times if len(kept) == len(times) else times[kept]
+        tracks.append(Track(joint, own, table[kept, column], place=place))
+    return motion_of(source, tracks)
+
+
+def _names(source: Source, line: str) -> list[str]:
+    fields = [field.strip() for field in line.split(",")]
+    if fields[0] != _HEADER:
+        raise source.error(f"expected {_HEADER}, got {quoted(fields[0], MOST_SHOWN)}", Place(1, 1))
+    if len(fields) < 2 or fields[1] != _VERSION:
+        got = quoted(fields[1], MOST_SHOWN) if len(fields) > 1 else "nothing"
+        raise source.error(f"expected version {_VERSION}, got {got}", Place(1, 2))
+    names = fields[2:-1] if len(fields) > 3 and not fields[-1] else fields[2:]
+    if not names:
+        raise source.error("the header names no joints", Place(1))
+    return [source.check_joint(name, Place(1, column + 3)) for column, name in enumerate(names)]
+
+
+def _seconds(source: Source, field: str, line: int) -> float:
+    match = _TIME.fullmatch(field.strip())
+    if match is None:
+        shown = quoted(field.strip(), MOST_SHOWN)
+        raise source.error(f"time {shown}, expected minutes:seconds:milliseconds", Place(line, 1))
+    minutes, seconds, thousandths = (int(group or 0) for group in match.groups())
+    return (minutes * 60000 + seconds * 1000 + thousandths) / 1000
+
+
+def _values(source: Source, names: list[str], fields: list[str], line: int) -> list[float]:
+    """The values of a pose, NaN for *."""
+    values = []
+    for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=3):
+        try:
+            value = math.nan if field.strip() == _HOLD else decimal(field)
+        except ValueError:
+            value = math.inf
+        if math.isinf(value):
+            shown = quoted(field.strip(), MOST_SHOWN)
+            raise source.error(f"{joint} is {shown}, expected a finite number or *", Place(line, column))
+        values.append(value)
+    return values
+
+
+def write(motion: Motion, rate: float | None) -> bytes:
+    """A Webots file: a pose at every time at which some joint has a key, or at a rate.
+
+    A joint has * before its first and after its last key.
+
+    Raises:
+        BadArgument: times before 0 or nearer than a millisecond, names that a header cannot hold, too long a line.
+    """
+    times, values = sampled(motion, rate, "Webots motion")
+    stamps = milliseconds(times, "Webots motion")
+    for joint in motion.joint_names:
+        if not re.fullmatch(r"[^,\r\n]+", joint) or joint != joint.strip():
+            raise BadArgument(f"a Webots motion file cannot hold the joint {quoted(joint)}")
+    free = np.stack([(times < own[0]) | (times > own[-1]) for own in motion.times], axis=-1)
+    lines = [",".join([_HEADER, _VERSION, *motion.joint_names])]
+    rows = zip(stamps, values.tolist(), free.tolist(), strict=True)
+    for number, (stamp, row, holds) in enumerate(rows, start=1):
+        minutes, rest = divmod(stamp, 60000)
+        cells = (_HOLD if hold else repr(value) for value, hold in zip(row, holds, strict=True))
+        lines.append(",".join([f"{minutes:02d}:{rest // 1000:02d}:{rest % 1000:03d}", f"Pose{number}", *cells]))
+    longest = max(map(len, lines))
+    if longest > _LONGEST_LINE:
+        raise BadArgument(f"Webots reads lines of at most {_LONGEST_LINE} characters, one here has {longest}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+FORMAT = Format("webots", (".motion",), "Webots' motion file", recognises, read, write)
