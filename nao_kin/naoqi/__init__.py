@@ -24,6 +24,8 @@ from nao_kin.naoqi.axis_mask import (
     controlled_axes,
 )
 from nao_kin.naoqi.limits import limits
+from nao_kin.naoqi.live import JointReading, JointSource, LolaSource, Lost, NaoqiSource, readings, recorded, vertical
+from nao_kin.naoqi.lola import LOLA_ENTRIES, LOLA_SOCKET, LolaFrame, decode_lola, encode_lola, lola_frames
 from nao_kin.naoqi.names import CHAINS, GROUPS, angles, chain_names, joint_names
 from nao_kin.naoqi.orders import BODY_ORDERS, Hips, from_order, to_order
 from nao_kin.naoqi.poses import pose, pose_from_list, position6d, transform_list
@@ -65,10 +67,18 @@ __all__ = [
     "FRAME_TORSO",
     "FRAME_WORLD",
     "GROUPS",
+    "LOLA_ENTRIES",
+    "LOLA_SOCKET",
     "SPACES",
     "Change",
     "Hips",
+    "JointReading",
+    "JointSource",
+    "LolaFrame",
+    "LolaSource",
+    "Lost",
     "NaoqiError",
+    "NaoqiSource",
     "OpenToOthersWarning",
     "QiServer",
     "State",
@@ -77,18 +87,24 @@ __all__ = [
     "axis_mask",
     "chain_names",
     "controlled_axes",
+    "decode_lola",
+    "encode_lola",
     "frame_of",
     "from_order",
     "joint_names",
     "limits",
+    "lola_frames",
     "pose",
     "pose_from_list",
     "pose_in",
     "position6d",
+    "readings",
+    "recorded",
     "robot_frame",
     "run_script",
     "space_number",
     "to_order",
     "torso_in",
     "transform_list",
+    "vertical",
 ]

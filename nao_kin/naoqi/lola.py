@@ -10,7 +10,7 @@ IntelligentRoboticsLab/nidhogg, ros-sports/nao_lola).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import BinaryIO
+from typing import Protocol
 
 import numpy as np
 import umsgpack
@@ -62,7 +62,9 @@ def decode_lola(content: bytes) -> LolaFrame:
     try:
         frame = umsgpack.unpackb(content)
     except (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError) as error:
-        raise BadArgument(f"a LoLA frame must be a MessagePack map, got {len(content)} bytes of none: {error}") from None
+        raise BadArgument(
+            f"a LoLA frame must be a MessagePack map, got {len(content)} bytes of none: {error}"
+        ) from None
     return _checked(frame)
 
 
@@ -85,8 +87,15 @@ def encode_lola(frame: Mapping[str, ArrayLike | tuple[str, ...]]) -> bytes:
     return bytes(umsgpack.packb(document, force_float_precision="single"))
 
 
-def lola_frames(stream: BinaryIO) -> Iterator[LolaFrame]:
+class _Readable(Protocol):
+    def read(self, count: int, /) -> bytes: ...
+
+
+def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
     """The frames that a stream of bytes holds, one after the other, until it ends.
+
+    Args:
+        stream: `read(count)` gives bytes, none at the end; fewer than asked for while there are more is no end.
 
     Raises:
         BadArgument, NotFinite: as `decode_lola`; an end in the middle of a frame is one like any other.
@@ -104,7 +113,7 @@ def lola_frames(stream: BinaryIO) -> Iterator[LolaFrame]:
 class _Bounded:
     """A stream of which one frame takes no more bytes than a frame has."""
 
-    def __init__(self, stream: BinaryIO) -> None:
+    def __init__(self, stream: _Readable) -> None:
         self._stream, self._left = stream, _MOST_BYTES
 
     def read(self, count: int) -> bytes:
@@ -150,5 +159,3 @@ def _numbers(name: str, values: object) -> Floats:
     if array.shape != (count,):
         raise BadArgument(f"a LoLA frame's {name} must be {count} numbers, got {quoted(values)}")
     return array
-
-
