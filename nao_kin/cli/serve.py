@@ -60,7 +60,9 @@ def serve(
 
             viewer = running.enter_context(closing(Viewer(load_nao(version, base="floating"))))
             done["url"] = viewer.url
-            threading.Thread(target=_follow, args=(nao, viewer), name="live view", daemon=True).start()
+            ended = threading.Event()
+            running.callback(ended.set)
+            threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True).start()
         if json:
             print_json(done)
         else:
@@ -75,18 +77,23 @@ def _print_log(change: Change) -> None:
         print_note(f"{change.time:.2f} s: {change.value}")
 
 
-def _follow(nao: VirtualNao, viewer: Viewer) -> None:
-    """Show the robot where it is, as long as the program runs."""
+def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
+    """Show the robot where it is in the world, until the end.
+
+    Args:
+        nao: the virtual NAO.
+        viewer: of the same robot with a floating base.
+        ended: set at the end.
+    """
     import numpy as np
 
     from nao_kin.rotations import quat_from_matrix
 
     shown = None
-    while True:
+    while not ended.wait(1.0 / _FRAMES_PER_SECOND):
         state = nao.state()
         r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
         q = np.concatenate([state.T_world_torso[:3, 3], vector, [r0], state.q])
         if shown is None or not np.array_equal(q, shown):
             viewer.display(q)
             shown = q
-        threading.Event().wait(1.0 / _FRAMES_PER_SECOND)

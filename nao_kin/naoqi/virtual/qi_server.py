@@ -146,7 +146,7 @@ def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
         if isinstance(answer, Subscriber):
             with service.nao.monitor:
                 if answer.key not in signals:
-                    signals[answer.key] = _Signalling(qi, answer)
+                    signals[answer.key] = _as_object(qi, _Signalling(qi, answer))
                 return signals[answer.key]
         return answer
 
@@ -160,6 +160,13 @@ class _Signalling:
     def __init__(self, qi: Any, subscriber: Subscriber) -> None:
         self.signal = qi.Signal("(m)")
         subscriber.connect(self.signal)
+
+
+def _as_object(qi: Any, thing: object) -> Any:
+    """A Python object as qi's, made once: qi makes another of a Python object at every answer, and keeps 8 kB of it."""
+    promise = qi.Promise()
+    promise.setValue(thing)
+    return promise.future().value()
 
 
 def _promised(qi: Any, call: Call) -> Any:
