@@ -12,6 +12,8 @@ def main(session):
     motion.openHand("RHand")
     print("open:", motion.getAngles(["LHand", "RHand"], True))
     motion.closeHand("RHand")
+    # Opening and closing end without stiffness, to save the motors.
+    motion.setStiffnesses(["LHand", "RHand"], 1.0)
     motion.setAngles("LHand", 0.33, 1.0)
     motion.angleInterpolation("RHand", 0.1, 0.5, True)
     print("now:", motion.getAngles(["LHand", "RHand"], True))

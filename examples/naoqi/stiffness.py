@@ -16,7 +16,7 @@ def main(ip, port):
     print("limp at", motion.getAngles("HeadYaw", True), "commanded", motion.getAngles("HeadYaw", False))
 
     started = time.time()
-    motion.stiffnessInterpolation("Head", [0.3, 1.0], [0.5, 1.0])
+    motion.stiffnessInterpolation("Head", [[0.3, 1.0], [0.3, 1.0]], [[0.5, 1.0], [0.5, 1.0]])
     print("stiff after %.3f s" % (time.time() - started))
     print("stiffnesses", motion.getStiffnesses("Head"))
     motion.angleInterpolation("HeadYaw", 0.4, 0.5, True)
