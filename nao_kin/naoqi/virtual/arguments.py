@@ -133,7 +133,9 @@ def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...
     if len(joints) == 1 and not nested:
         value = [value]
     if len(value) != len(joints):
-        raise BadArgument(f"{what} must be one number or list for each joint, {_one_for_each(joints)}, got {len(value)}")
+        raise BadArgument(
+            f"{what} must be one number or list for each joint, {_one_for_each(joints)}, got {len(value)}"
+        )
     lists = []
     for joint, entry in zip(joints, value, strict=True):
         of = f"{what} of {joint}"

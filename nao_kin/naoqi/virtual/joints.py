@@ -60,17 +60,17 @@ class Joints:
     @property
     def command(self) -> Floats:
         """What the actuators are commanded, shape (26,); a copy."""
-        return self._command.copy()
+        return np.array(self._command)
 
     @property
     def sensor(self) -> Floats:
         """Where the joints are, shape (26,); a copy."""
-        return self._sensor.copy()
+        return np.array(self._sensor)
 
     @property
     def stiffness(self) -> Floats:
         """Stiffnesses from 0 to 1, shape (26,); a copy."""
-        return self._stiffness.copy()
+        return np.array(self._stiffness)
 
     def columns(self, names: Sequence[str]) -> list[int]:
         """Places of joints in the arrays."""
@@ -78,7 +78,7 @@ class Joints:
 
     def q(self, *, sensor: bool = True) -> Floats:
         """The configuration that the sensors show, or that the actuators are commanded, shape (25,)."""
-        return (self._sensor if sensor else self._command)[self._to_q]
+        return np.array((self._sensor if sensor else self._command)[self._to_q])
 
     # --- commanding -----------------------------------------------------------------------------------------------
 
@@ -104,6 +104,26 @@ class Joints:
             self._stiffness[self._right] = self._stiffness[self._left]
         elif self._right in chosen:
             self._stiffness[self._left] = self._stiffness[self._right]
+
+    def hold(self) -> None:
+        """Command every joint to stay where it is."""
+        self._command = self._sensor.copy()
+
+    def note_limp(self, columns: Sequence[int], notes: Notes) -> None:
+        """Remark which of these joints have no stiffness, and will not move."""
+        limp = [self.names[column] for column in columns if self._stiffness[column] == 0.0]
+        if limp:
+            named = ", ".join(limp) if len(limp) <= 4 else f"{len(limp)} joints, from {limp[0]} to {limp[-1]},"
+            notes.once("limp", f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)")
+
+    def note_outside(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
+        """Remark which of these joints will be clipped: values are a joint's lowest and highest, or more, (n, joints)."""
+        outside = (values < self.lower[columns] - _NOTEWORTHY) | (values > self.upper[columns] + _NOTEWORTHY)
+        for place in np.flatnonzero(outside.any(axis=0)).tolist():
+            column = columns[place]
+            name, box = self.names[column], (self.lower[column], self.upper[column])
+            value = values[outside[:, place], place][0]
+            notes.once(("box", name), f"{name} = {value:.6g} is clipped to [{box[0]:.6g}, {box[1]:.6g}]")
 
     def advance(self, dt: float) -> bool:
         """One tick: take what was set, clip it, and move the joints; whether any moved."""
@@ -146,12 +166,16 @@ class Joints:
         anyone = next(iter(writers.values()))
         for column in np.flatnonzero(clipped).tolist():
             name, value, limit = self.names[column], wanted[column], command[column]
-            if name == RIGHT_HIP and LEFT_HIP != name and clipped[self._left]:
+            if name == RIGHT_HIP:  # the left one is the same
                 continue
-            inside = self.lower[column] - _NOTEWORTHY <= value <= self.upper[column] + _NOTEWORTHY
-            why = " by the joint that its range depends on" if inside else ""
             notes = writers.get(column, anyone)
-            notes.once(("clipped", name, inside), f"{name} = {value:.6g} is clipped to {limit:.6g}{why}")
+            if self.lower[column] - _NOTEWORTHY <= value <= self.upper[column] + _NOTEWORTHY:
+                others = " and ".join(table.of for table in self.robot.coupled_limits if table.joint == name)
+                notes.once(
+                    ("table", name), f"{name} = {value:.6g} is clipped to {limit:.6g}: {others} narrows its range"
+                )
+            else:
+                self.note_outside([column], np.array([[value]]), notes)
         for column in np.flatnonzero(fast).tolist():
             name = self.names[column]
             if name == RIGHT_HIP or self._stiffness[column] == 0.0:

@@ -190,6 +190,8 @@ class Tasks:
 
     def _fail(self, task: Task, error: Exception) -> None:
         self._remove(task)
-        failure = error if isinstance(error, NaoqiError) else NaoqiError("ALMotion", task.name, str(error) or repr(error))
+        failure = (
+            error if isinstance(error, NaoqiError) else NaoqiError("ALMotion", task.name, str(error) or repr(error))
+        )
         task.notes.once("failed", failure.reason)
         self._nao.monitor.later(lambda: task.call.fail(failure))
