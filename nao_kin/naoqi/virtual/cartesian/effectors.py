@@ -10,8 +10,10 @@ from nao_kin import NaoModel, ik
 from nao_kin._common.arrays import Floats
 from nao_kin.naoqi.axis_mask import AXIS_MASK_ALL, AXIS_MASK_ROT, AXIS_MASK_VEL, controlled_axes
 from nao_kin.naoqi.names import joint_names
+from nao_kin.naoqi.poses import pose, position6d
 from nao_kin.naoqi.spaces import inverse
-from nao_kin.naoqi.virtual.cartesian.descent import Solution, Target, descend
+from nao_kin.naoqi.virtual.cartesian.descent import RADIAN, Solution, Target, descend
+from nao_kin.rotations import log
 
 TORSO = "Torso"
 LEGS = ("LLeg", "RLeg")
@@ -19,6 +21,9 @@ ARMS = ("LArm", "RArm")
 _LEFT_HIP, _RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
 # What is left of a target that counts as met [m].
 MET = 1e-6
+# How often the place of a torso is mended whose yaw gives way, and to what [m].
+_MOST_TURNS = 5
+_IN_PLACE = 1e-9
 # Other starts where the descent from the joints of now ends beside its target.
 _STARTS = 12
 
@@ -71,23 +76,39 @@ def anywhere(robot: NaoModel, target: Target, q: Floats) -> Solution:
     return min(reached, key=lambda one: float(np.abs(one.q - q).max())) if reached else found
 
 
-def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> ik.LegsResult:
+def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> Solution:
     """Both legs with the feet in place and the torso in a pose, whose yaw gives way to the one motor of the hips.
 
     Args:
         robot: a NAO.
-        T_world_torso: shape (..., 4, 4).
+        T_world_torso: shape (4, 4).
         T_world_feet: left and right, shape (2, 4, 4).
         q: the joints of now, shape (nq,).
+
+    Returns:
+        What is missing is where the torso is beside the pose, its yaw included; infinite where a foot is not in place.
     """
     left, right = T_world_feet
-    return ik.legs(robot, left, right, base="floating", torso=T_world_torso, free="yaw", reference=q)
+    wished = T_world_torso
+    for _ in range(_MOST_TURNS):
+        # A batch of one, for which the kernel is compiled; without it every tick would take as long as it lasts.
+        found = ik.legs(robot, left[None], right, base="floating", torso=wished, free="yaw", reference=q)
+        if not np.all(found.success):
+            return Solution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
+        torso = np.asarray(found.torso)[0]
+        # The yaw gives way about the middle of the hips, which takes a leaning torso with it: back to its place.
+        six = position6d(T_world_torso)
+        six[5] = position6d(torso)[5]
+        wished = pose(six)
+        if np.abs(wished[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
+            break
+    away = np.linalg.norm(torso[:3, 3] - T_world_torso[:3, 3])
+    turn = np.linalg.norm(log(torso[:3, :3] @ T_world_torso[:3, :3].T))
+    return Solution(found.q[0], float(np.hypot(away, RADIAN * turn)))
 
 
 def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
     """The pose with the controlled coordinates of one and the others of another, as Position6D has them."""
-    from nao_kin.naoqi.poses import pose, position6d
-
     six = np.where(controlled_axes(mask), position6d(T_space_wanted), position6d(T_space_now))
     return pose(six)
 

@@ -85,7 +85,9 @@ def wishes(
     return tuple(Wish(*entry, relative) for entry in fields)
 
 
-def single(names: Any, spaces: Any, poses: Any, masks: Any, read: ToPoses, *, relative: bool = False) -> tuple[Wish, ...]:
+def single(
+    names: Any, spaces: Any, poses: Any, masks: Any, read: ToPoses, *, relative: bool = False
+) -> tuple[Wish, ...]:
     """Every effector's one pose, without a time; arguments and errors as in `wishes`."""
     found = wishes(names, spaces, poses, masks, None, read, relative=relative)
     for wish in found:

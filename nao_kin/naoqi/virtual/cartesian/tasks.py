@@ -54,6 +54,8 @@ class Scene:
         """All poses of a wish from where the effector is now, changes added to it, shape (k + 1, 4, 4)."""
         now = self.pose(wish.effector, wish.space)
         poses = moved_by(wish.poses, now) if wish.relative else wish.poses
+        if wish.effector == limbs.TORSO:
+            poses = limbs.completed(poses, now, wish.mask)
         return self.in_world(np.concatenate([now[None], poses]), wish.space)
 
     def target(self, wish: Wish, T: Floats, T_world_torso: Floats) -> Target:
@@ -117,7 +119,7 @@ class _Limb:
         start, goal = self._straight
         found = q.copy()
         found[self._columns] = start + share * share * (3.0 - 2.0 * share) * (goal - start)
-        return found
+        return np.asarray(found)
 
     def _target(self, time: float, T_world_torso: Floats) -> Target:
         return self._scene.target(self.wish, self.path.pose(time), T_world_torso)
@@ -198,11 +200,11 @@ class PathTask(Task):
             T = leg.path.pose(t)
             where = self._scene.T_world_torso @ T if leg.wish.space == FRAME_TORSO else T
             feet[limbs.LEGS.index(leg.wish.effector)] = where
-        wanted = limbs.completed(self._torso.path.pose(t), self._scene.T_world_torso, self._torso.wish.mask)
-        found = limbs.torso_over_feet(self._scene.robot, wanted, feet, q)
-        if not found.success:
-            self.notes.once("torso", f"Torso does not reach its target with the feet in place: {found.message}")
-        return found.q if np.isfinite(found.q).all() else q
+        found = limbs.torso_over_feet(self._scene.robot, self._torso.path.pose(t), feet, q)
+        if found.missing > _NOTEWORTHY:
+            what = "legs" if np.isinf(found.missing) else "one motor of both hips"
+            self.notes.once("torso", f"Torso goes as near to its target as it can; the feet stay, and the {what} it is")
+        return found.q
 
 
 class TogetherTask(Approach):

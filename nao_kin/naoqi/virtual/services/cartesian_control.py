@@ -150,9 +150,7 @@ class CartesianControl(Service):
         self._send("setTransform", single(chainName, space, transform, axisMask, transforms), fractionMaxSpeed)
 
     @method
-    def changeTransform(
-        self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any
-    ) -> None:
+    def changeTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
         """Change an effector's transform from where it is commanded to be; else as setTransform."""
         arguments.text(chainName, "chainName")
         found = single(chainName, space, transform, axisMask, transforms, relative=True)
@@ -180,16 +178,13 @@ class CartesianControl(Service):
         for wish in sorted(found, key=lambda one: first.index(one.effector) if one.effector in first else len(first)):
             T = scene.path(wish)[-1]
             if wish.effector == limbs.TORSO:
-                over = limbs.torso_over_feet(
-                    self.nao.robot, limbs.completed(T, T_world_torso, wish.mask), feet, q
-                )
-                q = over.q if np.isfinite(over.q).all() else q
-                missed += [] if over.success else [wish.effector]
-                T_world_torso = self.nao.base.torso(q)
+                solution = limbs.torso_over_feet(self.nao.robot, T, feet, q)
             else:
                 solution = limbs.anywhere(self.nao.robot, scene.target(wish, T, T_world_torso), q)
-                q = solution.q
-                missed += [wish.effector] if solution.missing > _NOTEWORTHY else []
+            q = solution.q
+            missed += [wish.effector] if solution.missing > _NOTEWORTHY else []
+            if wish.effector in first:
+                T_world_torso = self.nao.base.torso(q)
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
         joints = needed_joints(self.nao, found)

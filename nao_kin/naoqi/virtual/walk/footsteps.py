@@ -22,6 +22,8 @@ HALF_STANCE = 0.05
 NEAREST = 0.088
 _TOES_INWARDS = 0.12
 _DONE = 1e-9
+# Feet that are so near to where they stand below a body stand there.
+_TOGETHER = 1e-6
 _SCANNED = 40
 _HALVED = 30
 
@@ -40,7 +42,7 @@ def composed(a: ArrayLike, b: ArrayLike) -> Floats:
 
 
 def seen_from(a: ArrayLike, b: ArrayLike) -> Floats:
-    """The pose b as a sees it, the angle within ±π: composed(a, seen_from(a, b)) is b."""
+    """The pose b as a sees it, the angle within ±π; `composed` with a takes it back."""
     ax, ay, angle = np.asarray(a, dtype=np.float64).tolist()
     bx, by, more = np.asarray(b, dtype=np.float64).tolist()
     c, s = math.cos(angle), math.sin(angle)
@@ -58,6 +60,13 @@ def body_beside(foot: ArrayLike, side: str) -> Floats:
     return composed(foot, (0.0, -HALF_STANCE if side == "L" else HALF_STANCE, 0.0))
 
 
+def between(left: Floats, right: Floats) -> Floats:
+    """The pose half way between two."""
+    middle = 0.5 * (left + right)
+    middle[2] = left[2] + 0.5 * turned_by(float(right[2] - left[2]))
+    return np.asarray(middle)
+
+
 def other(side: str) -> str:
     """The other foot."""
     return "R" if side == "L" else "L"
@@ -71,14 +80,16 @@ class Step:
         side: the foot that moves, "L" or "R"; the other one stands.
         support: where the standing foot is, shape (3,).
         start, end: where the moving foot leaves and comes down, shape (3,).
-        gait: of the moving foot.
+        height: how high the moving foot is lifted [m].
+        period: how long the step lasts, if the joints are fast enough [s].
     """
 
     side: str
     support: Floats
     start: Floats
     end: Floats
-    gait: FootGait
+    height: float
+    period: float
 
 
 def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
@@ -127,19 +138,19 @@ def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, ga
 
     def fits(share: float) -> bool:
         wanted = seen_from(support, foot_beside(along(body, goal, share), side))
-        return bool(np.abs(bounded(wanted, side, own) - wanted).max() < _DONE)
+        return float(np.abs(bounded(wanted, side, own) - wanted).max()) < _DONE
 
     share = _largest(fits)
     reached = along(body, goal, share)
     wanted = seen_from(support, foot_beside(reached, side))
     end = composed(support, bounded(wanted, side, own))
-    return Step(side, support.copy(), feet[side].copy(), end, own), reached
+    return Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period), reached
 
 
 def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
     """Whether both feet stand where they do below this body."""
-    off = [np.abs(seen_from(foot_beside(body, side), foot)).max() for side, foot in feet.items()]
-    return max(off) < 1e-6
+    off = [float(np.abs(seen_from(foot_beside(body, side), foot)).max()) for side, foot in feet.items()]
+    return max(off) < _TOGETHER
 
 
 def _largest(fits: Callable[[float], bool]) -> float:
