@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from nao_kin.naoqi.virtual.services.cartesian_control import CartesianControl
 from nao_kin.naoqi.virtual.services.general_tools import GeneralTools
 from nao_kin.naoqi.virtual.services.joint_control import JointControl
+from nao_kin.naoqi.virtual.services.locomotion import Locomotion
 from nao_kin.naoqi.virtual.services.stiffness_control import StiffnessControl
 
 # Methods of ALMotion in NAOqi 1.14 to 2.8; what no topic offers is answered with a list of what there is.
@@ -20,8 +22,8 @@ _NAOQI = """
 """.split()
 
 
-class ALMotion(JointControl, StiffnessControl, GeneralTools):
-    """Everything that moves: joints, stiffness, tasks."""
+class ALMotion(JointControl, StiffnessControl, CartesianControl, Locomotion, GeneralTools):
+    """Everything that moves: joints, stiffness, effectors, tasks."""
 
     name = "ALMotion"
     absent = tuple(_NAOQI)
