@@ -11,6 +11,7 @@ from naoqi import ALProxy
 def main(ip, port):
     motion = ALProxy("ALMotion", ip, port)
     posture = ALProxy("ALRobotPosture", ip, port)
+    motion.wakeUp()
     posture.goToPosture("StandInit", 1.0)
 
     before = motion.getPosition("LArm", names.FRAME_TORSO, True)

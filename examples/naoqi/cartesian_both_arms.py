@@ -11,6 +11,7 @@ AXIS_MASK_VEL = 7
 
 def main(session):
     motion = session.service("ALMotion")
+    motion.wakeUp()
     session.service("ALRobotPosture").goToPosture("StandInit", 1.0)
     paths, times = [], [[0.8, 1.6], [1.0, 2.0]]
     for arm, side in (("LArm", 1.0), ("RArm", -1.0)):

@@ -6,6 +6,7 @@ from naoqi import ALProxy
 
 
 def main(ip, port):
+    ALProxy("ALMotion", ip, port).wakeUp()
     posture = ALProxy("ALRobotPosture", ip, port)
     print("there are", posture.getPostureList())
     for name in ("StandInit", "Sit", "Crouch", "StandZero"):

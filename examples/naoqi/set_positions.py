@@ -10,6 +10,7 @@ FRAME_ROBOT = 2
 
 def main(ip, port):
     motion = ALProxy("ALMotion", ip, port)
+    motion.wakeUp()
     ALProxy("ALRobotPosture", ip, port).goToPosture("StandInit", 1.0)
     target = motion.getPosition("RArm", FRAME_ROBOT, False)
     target[0] += 0.03

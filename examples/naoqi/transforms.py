@@ -11,6 +11,7 @@ FRAME_WORLD = 1
 
 def main(ip, port):
     motion = ALProxy("ALMotion", ip, port)
+    motion.wakeUp()
     ALProxy("ALRobotPosture", ip, port).goToPosture("StandInit", 1.0)
     before = almath.Transform(motion.getTransform("Torso", FRAME_WORLD, False))
     lower = almath.Transform(before.toVector())
@@ -20,7 +21,11 @@ def main(ip, port):
     motion.transformInterpolations("Torso", FRAME_WORLD, [lower.toVector()], almath.AXIS_MASK_ALL, [1.0])
     print("took %.3f s" % (time.time() - started))
     after = almath.Transform(motion.getTransform("Torso", FRAME_WORLD, True))
-    print("moved by", almath.position6DFromTransform(before.inverse() * after))
+    print(
+        "moved by %.5f %.5f %.5f m"
+        % (after.r1_c4 - before.r1_c4, after.r2_c4 - before.r2_c4, after.r3_c4 - before.r3_c4)
+    )
+    print("turned by", almath.position6DFromTransform(before.inverse() * after).toVector()[3:])
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from naoqi import ALProxy
 
 def main(ip, port):
     motion = ALProxy("ALMotion", ip, port)
+    motion.wakeUp()
     ALProxy("ALRobotPosture", ip, port).goToPosture("StandInit", 1.0)
     motion.moveInit()
     start = almath.Pose2D(motion.getRobotPosition(False))

@@ -8,6 +8,7 @@ from naoqi import ALProxy
 
 def main(ip, port):
     motion = ALProxy("ALMotion", ip, port)
+    motion.wakeUp()
     ALProxy("ALRobotPosture", ip, port).goToPosture("StandInit", 1.0)
     motion.move(0.05, 0.0, 0.0)
     motion.setAngles("HeadYaw", 0.5, 0.2)

@@ -9,6 +9,7 @@ FRAME_ROBOT = 2
 
 def main(ip, port):
     motion = ALProxy("ALMotion", ip, port)
+    motion.wakeUp()
     ALProxy("ALRobotPosture", ip, port).goToPosture("StandInit", 1.0)
     motion.wbEnable(True)
     motion.wbFootState("Fixed", "Legs")
