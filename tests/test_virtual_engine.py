@@ -112,7 +112,7 @@ def test_scaled_time_runs_by_itself(nao: nk.NaoModel) -> None:
         virtual.call("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 4.0, True)
         took = time.monotonic() - begin
         assert _angle(virtual, "HeadYaw") == pytest.approx(0.5, abs=1e-9)
-    assert 0.19 < took < 0.6  # 0.2 s, and what a busy machine takes
+    assert 0.19 < took < 1.5  # 0.2 s, and what a busy machine takes
 
 
 def test_the_same_calls_and_steps_give_the_same_angles_to_the_last_bit(nao: nk.NaoModel) -> None:
