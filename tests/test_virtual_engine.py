@@ -112,7 +112,7 @@ def test_scaled_time_runs_by_itself(nao: nk.NaoModel) -> None:
         virtual.call("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 4.0, True)
         took = time.monotonic() - begin
         assert _angle(virtual, "HeadYaw") == pytest.approx(0.5, abs=1e-9)
-    assert 0.19 < took < 0.6  # 0.2 s, and what a busy machine takes
+    assert 0.19 < took < 1.5  # 0.2 s, and what a busy machine takes
 
 
 def test_the_same_calls_and_steps_give_the_same_angles_to_the_last_bit(nao: nk.NaoModel) -> None:
@@ -345,6 +345,14 @@ def test_reactive_commands_book_nothing_and_wait_for_who_did(awake: VirtualNao) 
     assert awake.call("ALMotion", "getTaskList") == []
 
 
+def test_killing_by_joint_spares_what_has_booked_nothing(awake: VirtualNao) -> None:
+    awake.call("ALMotion", "setAngles", "HeadYaw", 1.0, 0.1)
+    awake.call("ALMotion", "killTasksUsingResources", ["HeadYaw"])
+    assert [task[0] for task in awake.call("ALMotion", "getTaskList")] == ["setAngles"]
+    awake.call("ALMotion", "killAll")
+    assert awake.call("ALMotion", "getTaskList") == []
+
+
 def test_waiting_for_a_task_ends_with_it_or_with_the_time(awake: VirtualNao) -> None:
     awake.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
     assert awake.call("ALMotion", "wait", 1, 200) is True
@@ -518,7 +526,7 @@ def test_a_posture_on_the_floor_has_its_own_vertical_and_leads_back_to_the_feet(
     T_world_torso = awake.torso_in_world()
     up = np.array(nao.semantics.postures[posture].up)
     assert np.allclose(T_world_torso[2, :3], up / np.linalg.norm(up), atol=1e-9)
-    assert np.allclose(T_world_torso[:2, 3], heading[:2, 3], atol=0.1)
+    assert np.allclose(T_world_torso[:2, 3], heading[:2, 3], atol=1e-9)
     joints = T_world_torso @ nao.fk(awake.state().q, list(nao.body_order))
     assert joints[:, 2, 3].min() >= 0.04 - 1e-9
     assert awake.call("ALRobotPosture", "goToPosture", "StandInit", 0.5) is True
@@ -526,6 +534,19 @@ def test_a_posture_on_the_floor_has_its_own_vertical_and_leads_back_to_the_feet(
     T_world_sole = state.T_world_torso @ nao.fk(state.q, awake.base.support)
     assert T_world_sole[2, 3] == pytest.approx(0.0, abs=1e-9)
     assert np.allclose(T_world_sole[2, :3], [0.0, 0.0, 1.0], atol=1e-9)
+
+
+def test_who_is_stopped_while_getting_up_is_not_on_its_feet(awake: VirtualNao) -> None:
+    awake.call("ALRobotPosture", "goToPosture", "LyingBack", 1.0)
+    lying = awake.torso_in_world()[2, 0]
+    call = awake.post("ALRobotPosture", "goToPosture", "StandInit", 0.2)
+    awake.step(0.3)
+    awake.call("ALRobotPosture", "stopMove")
+    assert call.result(0) is False
+    assert awake.base.support is None
+    assert 0.1 < awake.torso_in_world()[2, 0] < lying
+    awake.step(0.5)
+    assert awake.base.support is None
 
 
 def test_it_may_begin_on_its_back(nao: nk.NaoModel) -> None:

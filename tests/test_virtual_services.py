@@ -228,7 +228,7 @@ BAD_INTERPOLATIONS = [
     (("HeadYaw", 0.5, 0.0, True), "must be above 0 s"),
     (("HeadYaw", 0.5, -1.0, True), "times of HeadYaw must be above 0 s, got -1 s"),
     (("HeadYaw", [0.1, 0.2], [1.0, 0.5], True), "must ascend, got 1 s and then 0.5 s"),
-    (("HeadYaw", [0.1, 0.2], [1.0, 1.0], True), "must ascend"),
+    (("HeadYaw", [0.1, 0.2], [1.0, 1.0], True), "must ascend, got 1 s and then 1 s"),
     (("HeadYaw", [0.1, 0.2], [1.0], True), "HeadYaw has 2 angles and 1 times"),
     (("Head", [0.1, 0.2, 0.3], 1.0, True), "2 for HeadYaw, HeadPitch, got 3"),
     (("Head", [[0.1, 0.2], [0.3]], [[1.0, 2.0], [1.0, 2.0]], True), "HeadPitch has 1 angles and 2 times"),
@@ -499,6 +499,10 @@ def test_memory_shows_the_rest_of_the_robot(virtual: VirtualNao) -> None:
     virtual.call("ALRobotPosture", "goToPosture", "LyingBack", 1.0)
     assert get("PostureChanged") == "LyingBack"
     assert get("Device/SubDeviceList/InertialSensor/AngleY/Sensor/Value") == pytest.approx(-np.pi / 2, abs=0.05)
+    up = [get(f"Device/SubDeviceList/InertialSensor/Accelerometer{axis}/Sensor/Value") for axis in "XYZ"]
+    assert np.linalg.norm(up) == pytest.approx(9.81, abs=1e-9)
+    assert up[0] > 9.8
+    assert virtual.call("ALMemory", "getData", "Device/SubDeviceList/LFoot/FSR/TotalWeight/Sensor/Value", 0) == 0.0
     virtual.step(1.0)
     assert get("DCM/Time") == int(1000 * virtual.clock.now)
 
@@ -611,6 +615,10 @@ def test_leds_go_on_and_off_by_group_led_and_channel(virtual: VirtualNao) -> Non
     assert led("ChestLeds") == (0.0, 0.0, 0.5)
     assert led("LeftEarLed1") == (0.0, 0.0, 0.25)
     assert led("Brain0") == (0.75, 0.75, 0.75)
+    virtual.call("ALLeds", "on", "FaceLed0")
+    assert led("FaceLedLeft0") == led("FaceLedRight0") == (1.0, 1.0, 1.0)
+    assert virtual.call("ALLeds", "listGroup", "RightFaceLed1") == ["FaceLedRight7"]
+    assert virtual.call("ALLeds", "listGroup", "LeftFaceLed1") == ["FaceLedLeft0"]
     virtual.call("ALLeds", "createGroup", "mine", ["ChestLeds", "FeetLeds"])
     virtual.call("ALLeds", "fade", "mine", 1.0, 0.2)
     assert led("LeftFootLeds") == led("ChestLeds") == (1.0, 1.0, 1.0)

@@ -8,19 +8,24 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
+from nao_kin.naoqi.poses import position6d
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.calls import Call
 from nao_kin.naoqi.virtual.service import Service, method
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 _DEVICE = "Device/SubDeviceList"
+_GRAVITY = 9.81  # m/s²
 _CALM = 38.0  # degrees Celsius of a motor that has nothing to do
 _BATTERY = {"Charge": 1.0, "Current": -0.5, "Temperature": 35.0}
-_BUTTONS = (
+_CONSTANT = (
     "LFoot/Bumper/Left LFoot/Bumper/Right RFoot/Bumper/Left RFoot/Bumper/Right ChestBoard/Button Head/Touch/Front "
     "Head/Touch/Middle Head/Touch/Rear LHand/Touch/Left LHand/Touch/Back LHand/Touch/Right RHand/Touch/Left "
-    "RHand/Touch/Back RHand/Touch/Right"
+    "RHand/Touch/Back RHand/Touch/Right LFoot/FSR/FrontLeft LFoot/FSR/FrontRight LFoot/FSR/RearLeft "
+    "LFoot/FSR/RearRight LFoot/FSR/TotalWeight RFoot/FSR/FrontLeft RFoot/FSR/FrontRight RFoot/FSR/RearLeft "
+    "RFoot/FSR/RearRight RFoot/FSR/TotalWeight"
 ).split()
 _EVENTS = (
     "FrontTactilTouched MiddleTactilTouched RearTactilTouched HandRightBackTouched HandRightLeftTouched "
@@ -70,8 +75,9 @@ class ALMemory(Service):
 
     The robot's own keys are read where they are asked for: for each joint `Device/SubDeviceList/<joint>/Position/
     Sensor/Value`, `…/Position/Actuator/Value`, `…/Hardness/Actuator/Value`, `…/Temperature/Sensor/Value` and
-    `…/ElectricCurrent/Sensor/Value` (38 °C and 0 A, no motor works here), the angles of the torso
-    (`InertialSensor/AngleX`, `AngleY`), battery, bumpers and touch sensors at zero, `PostureChanged`, `robotIsWakeUp`.
+    `…/ElectricCurrent/Sensor/Value` (38 °C and 0 A, no motor works here); of the inertial sensor the angles of the
+    torso (AngleX, AngleY, AngleZ), gravity in its frame (AccelerometerX …) and gyroscopes at zero; battery; bumpers,
+    touch and force sensors at zero; `PostureChanged`, `robotIsWakeUp`.
     A value that is inserted under such a key is read instead, until it is removed. RHipYawPitch shows LHipYawPitch.
     """
 
@@ -94,8 +100,8 @@ class ALMemory(Service):
     # --- values ---------------------------------------------------------------------------------------------------
 
     @method
-    def getData(self, key: Any) -> Any:
-        """The value of a key; an error where there is none."""
+    def getData(self, key: Any, iDummy: Any = 0) -> Any:
+        """The value of a key; an error where there is none. A second argument, of old scripts, counts for nothing."""
         return self._value(arguments.text(key, "key"))
 
     @method
@@ -141,10 +147,8 @@ class ALMemory(Service):
         return self.getDataList("")
 
     @method
-    def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Any:
+    def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Call:
         """Wait for the next time that the event is raised, and return its value."""
-        from nao_kin.naoqi.virtual.calls import Call
-
         wanted, waiting = Subscriber(self, _key(key)), Call()
         number = wanted.connect(waiting.finish)
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
@@ -276,12 +280,15 @@ class ALMemory(Service):
             own[f"{place}/ElectricCurrent/Sensor/Value"] = lambda: 0.0
         for quantity, value in _BATTERY.items():
             own[f"{_DEVICE}/Battery/{quantity}/Sensor/Value"] = partial(float, value)
-        for button in _BUTTONS:
+        for button in _CONSTANT:
             own[f"{_DEVICE}/{button}/Sensor/Value"] = lambda: 0.0
         for event in _EVENTS:
             own[event] = lambda: 0.0
-        own[f"{_DEVICE}/InertialSensor/AngleX/Sensor/Value"] = lambda: self._torso_angles()[0]
-        own[f"{_DEVICE}/InertialSensor/AngleY/Sensor/Value"] = lambda: self._torso_angles()[1]
+        for axis, letter in enumerate("XYZ"):
+            place = f"{_DEVICE}/InertialSensor"
+            own[f"{place}/Angle{letter}/Sensor/Value"] = partial(self._torso_angle, axis)
+            own[f"{place}/Accelerometer{letter}/Sensor/Value"] = partial(self._acceleration, axis)
+            own[f"{place}/Gyroscope{letter}/Sensor/Value"] = lambda: 0.0
         own["PostureChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPosture")
         own["PostureFamilyChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
         own["robotIsWakeUp"] = lambda: self.nao.services["ALMotion"].invoke("robotIsWakeUp")
@@ -289,12 +296,13 @@ class ALMemory(Service):
         own["DCM/Time"] = lambda: int(1000.0 * self.nao.clock.now)
         return own
 
-    def _torso_angles(self) -> tuple[float, float]:
-        """Roll and pitch of the torso in the world, as its inertial sensor shows them at rest [rad]."""
-        from nao_kin.naoqi.poses import position6d
+    def _torso_angle(self, axis: int) -> float:
+        """Roll, pitch or yaw of the torso in the world, as its inertial sensor shows them at rest [rad]."""
+        return float(position6d(self.nao.base.torso(self.nao.joints.q()))[3 + axis])
 
-        roll, pitch = position6d(self.nao.base.torso(self.nao.joints.q()))[3:5]
-        return float(roll), float(pitch)
+    def _acceleration(self, axis: int) -> float:
+        """What an accelerometer in the torso shows at rest: gravity, upwards [m/s²]."""
+        return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
 
 
 def _key(key: object) -> str:
