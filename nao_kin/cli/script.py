@@ -48,7 +48,7 @@ def run(
 
     given = arguments or []
     if port is None and host is None:
-        from nao_kin.cli.virtual import served
+        from nao_kin.cli.serve import served
 
         with served(
             version,
@@ -58,10 +58,10 @@ def run(
             posture="Crouch" if posture is None else posture,
             view=view,
             log=log,
-        ) as robot:
-            if robot.url is not None:
-                print_note(f"the virtual NAO is at {robot.url}")
-            code = run_script(script, given, endpoint=robot.endpoint)
+        ) as where_it_is:
+            if "url" in where_it_is:
+                print_note(f"the virtual NAO is at {where_it_is['url']}")
+            code = run_script(script, given, endpoint=where_it_is["endpoint"])
     else:
         for option, used in (
             ("--speed", speed is not None),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 import threading
-from contextlib import ExitStack, closing
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -43,11 +44,42 @@ def serve(
     Scripts connect to it as to a robot: qi's session to tcp://127.0.0.1:9559. It begins without stiffness, as a robot
     that was switched on, and moves as kinematics has it: within limits and speeds, without weight.
     """
+    if not host.strip():
+        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
+    with served(version, host=host, port=port, speed=speed, posture=posture, view=view, log=log) as done:
+        if json:
+            print_json(done)
+        else:
+            for where in done.values():
+                print(f"{where}  (Ctrl-C ends)")
+        sys.stdout.flush()
+        threading.Event().wait()
+
+
+@contextmanager
+def served(
+    version: str, *, host: str, port: int, speed: float, posture: str, view: bool, log: bool
+) -> Iterator[dict[str, str]]:
+    """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
+
+    Args:
+        version: of the NAO.
+        host: address to listen on.
+        port: port to listen on; 0 for a free one.
+        speed: seconds of its time in one second.
+        posture: to begin in.
+        view: show it in a live page.
+        log: print what it says and remarks on standard error.
+
+    Yields:
+        "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
+
+    Raises:
+        NaoKinError: qi is not installed, the port is in use, no such version, posture or speed.
+    """
     from nao_kin import load_nao
     from nao_kin.naoqi import QiServer, VirtualNao
 
-    if not host.strip():
-        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
     robot = load_nao(version)
     with ExitStack() as running:
         watcher = _print_log if log else None
@@ -61,15 +93,11 @@ def serve(
             viewer = running.enter_context(closing(Viewer(load_nao(version, base="floating"))))
             done["url"] = viewer.url
             ended = threading.Event()
+            follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)
+            follower.start()
+            running.callback(follower.join)
             running.callback(ended.set)
-            threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True).start()
-        if json:
-            print_json(done)
-        else:
-            for where in done.values():
-                print(f"{where}  (Ctrl-C ends)")
-        sys.stdout.flush()
-        threading.Event().wait()
+        yield done
 
 
 def _print_log(change: Change) -> None:
