@@ -1,0 +1,123 @@
+"""Run a script for NAOqi: its modules on the path, its connections led elsewhere, Python 2 translated.
+
+    python nao_kin/naoqi/compat SCRIPT [ARGUMENT ...]
+
+Where NAO_KIN_ENDPOINT is set, proxies of `naoqi` and sessions of `qi` connect there, whatever address the script gives.
+A script that Python 3 cannot read is translated by lib2to3, in memory; its division of whole numbers is then that of
+Python 3.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import tokenize
+import traceback
+import types
+import warnings
+from pathlib import Path
+from typing import Any
+
+FOLDER = Path(__file__).resolve().parent
+ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
+
+
+def main() -> None:
+    """Run the script that the first argument names, with the others as its own."""
+    script = Path(sys.argv[1])
+    sys.argv = sys.argv[1:]
+    # Behind everything else: an SDK that is installed, and modules beside the script, come first.
+    sys.path[:] = [
+        str(script.resolve().parent),
+        *(entry for entry in sys.path[1:] if entry != str(FOLDER)),
+        str(FOLDER),
+    ]
+    endpoint = os.environ.get(ENDPOINT_VARIABLE)
+    if endpoint:
+        _lead_qi_to(endpoint)
+    code = compiled(script)
+    module = types.ModuleType("__main__")
+    module.__file__ = str(script)
+    sys.modules["__main__"] = module
+    try:
+        exec(code, module.__dict__)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Exception as error:
+        # From the script on: how it was started is of no interest.
+        trace = error.__traceback__
+        traceback.print_exception(type(error), error, trace.tb_next if trace else None)
+        sys.exit(1)
+
+
+def compiled(script: Path) -> Any:
+    """The script's code; ends the program with one line where there is none."""
+    try:
+        content = script.read_bytes()
+    except OSError as error:
+        sys.exit(f"nao-kin: {script}: cannot be read: {error.strerror or error}")
+    try:
+        return compile(content, str(script), "exec", dont_inherit=True)
+    except (SyntaxError, ValueError) as error:
+        translated = _translated(content, script)
+        if translated is None:
+            if isinstance(error, SyntaxError):
+                traceback.print_exception(error, limit=0)
+                sys.exit(1)
+            sys.exit(f"nao-kin: {script}: no Python: {error}")
+        return translated
+
+
+def _translated(content: bytes, script: Path) -> Any:
+    """The code of a script in Python 2; None if it is not that either, or there is no translator."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # lib2to3 is deprecated, and part of every Python that qi has wheels for
+        try:
+            from lib2to3.refactor import RefactoringTool, get_fixers_from_package
+        except ImportError:
+            return None
+        try:
+            tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
+            text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", str(script)))
+            code = compile(text, str(script), "exec", dont_inherit=True)
+        except Exception:  # whatever the translator stumbles over, the script is none
+            return None
+    sys.stderr.write(f"nao-kin: {script.name} is Python 2, and runs translated\n")
+    return code
+
+
+def _text(content: bytes) -> str:
+    """A script's text, in the encoding that it names, or Latin-1 where it names none and is no UTF-8."""
+    try:
+        encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
+        text = content.decode(encoding)
+    except (SyntaxError, UnicodeDecodeError):
+        text = content.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _lead_qi_to(endpoint: str) -> None:
+    """Have the sessions and applications of `qi` connect to `endpoint`."""
+    try:
+        import qi
+    except ImportError:
+        return  # the script says so itself where it needs it
+    make_session, make_application = qi.Session, qi.Application
+
+    def Session(*arguments: Any) -> Any:
+        session = make_session(*arguments)
+        connect = session.connect
+        session.connect = lambda *address, **more: connect(endpoint, **more)
+        return session
+
+    def Application(args: Any = None, raw: bool = False, autoExit: bool = True, url: Any = None) -> Any:
+        given = list(sys.argv if args is None else args)
+        kept = [word for word in given if not str(word).startswith("--qi-url")]
+        return make_application(kept, raw, autoExit, endpoint)
+
+    qi.Session, qi.Application, qi.ApplicationSession = Session, Application, Application
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,244 @@
+"""The module `almath` that old scripts import: its constants, and poses in the plane and in space.
+
+Aldebaran's own (BSD-3) has no wheels for today's Python; where it is installed, scripts get that one. Here is what
+scripts of robots use of it: `Pose2D`, `Position3D`, `Position6D` and `Transform` with their products and inverses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.naoqi.compat.motion import *  # noqa: F403
+from nao_kin.naoqi.compat.motion import PI, TO_DEG, TO_RAD
+from nao_kin.naoqi.poses import pose, position6d, transform_list
+from nao_kin.rotations import rot_x, rot_y, rot_z
+
+__all__ = [
+    "PI",
+    "TO_DEG",
+    "TO_RAD",
+    "Pose2D",
+    "Position3D",
+    "Position6D",
+    "Transform",
+    "clipData",
+    "modulo2PI",
+    "pose2DFromTransform",
+    "pose2DInverse",
+    "position6DFromTransform",
+    "transformFromPose2D",
+    "transformFromPosition3D",
+    "transformFromPosition6D",
+    "transformFromRotX",
+    "transformFromRotY",
+    "transformFromRotZ",
+    "transformInverse",
+]
+
+
+class _Numbers:
+    """Named numbers, made from as many, from one sequence of them, or zero."""
+
+    _names: tuple[str, ...] = ()
+
+    def __init__(self, *values: Any) -> None:
+        given = values[0] if len(values) == 1 and isinstance(values[0], (Sequence, np.ndarray)) else values
+        if len(given) not in (0, len(self._names)):
+            raise RuntimeError(f"{type(self).__name__} takes {len(self._names)} numbers, got {len(given)}")
+        for name, value in zip(self._names, given or (0.0,) * len(self._names), strict=True):
+            setattr(self, name, float(value))
+
+    def toVector(self) -> list[float]:
+        """The numbers as a list."""
+        return [getattr(self, name) for name in self._names]
+
+    def isNear(self, other: _Numbers, epsilon: float = 1e-4) -> bool:
+        """Whether no number differs by more than epsilon."""
+        return all(abs(a - b) <= epsilon for a, b in zip(self.toVector(), other.toVector(), strict=True))
+
+    def __iter__(self) -> Any:
+        return iter(self.toVector())
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and isinstance(other, _Numbers) and self.toVector() == other.toVector()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={getattr(self, name):g}" for name in self._names)
+        return f"{type(self).__name__}({values})"
+
+
+class _Vector(_Numbers):
+    """Numbers that are added and scaled one by one."""
+
+    def __add__(self, other: _Vector) -> Any:
+        return type(self)([a + b for a, b in zip(self, other, strict=True)])
+
+    def __sub__(self, other: _Vector) -> Any:
+        return type(self)([a - b for a, b in zip(self, other, strict=True)])
+
+    def __neg__(self) -> Any:
+        return type(self)([-a for a in self])
+
+    def __mul__(self, factor: float) -> Any:
+        return type(self)([a * factor for a in self])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: float) -> Any:
+        return type(self)([a / divisor for a in self])
+
+    def norm(self) -> float:
+        """Euclidean length of all the numbers."""
+        return math.sqrt(sum(a * a for a in self))
+
+
+class Position3D(_Vector):
+    """A point or a vector in space [m]."""
+
+    _names = ("x", "y", "z")
+
+
+class Position6D(_Vector):
+    """A pose as six numbers, R = Rz(wz) Ry(wy) Rx(wx) [m, rad]."""
+
+    _names = ("x", "y", "z", "wx", "wy", "wz")
+
+
+class Pose2D(_Numbers):
+    """A pose on the floor [m, rad]; a product is one pose after the other."""
+
+    _names = ("x", "y", "theta")
+    x: float
+    y: float
+    theta: float
+
+    def __mul__(self, other: Pose2D) -> Pose2D:
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        x, y = c * other.x - s * other.y, s * other.x + c * other.y
+        return Pose2D(self.x + x, self.y + y, self.theta + other.theta)
+
+    def inverse(self) -> Pose2D:
+        """The pose that undoes this one: pose * pose.inverse() is zero."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, -self.theta)
+
+    def distance(self, other: Pose2D) -> float:
+        """Distance of the two places."""
+        return math.hypot(self.x - other.x, self.y - other.y)
+
+
+class Transform(_Numbers):
+    """A rigid transform by the twelve numbers r1_c1 … r3_c4 of its upper rows; of sixteen, four do not count."""
+
+    _names = tuple(f"r{row}_c{column}" for row in (1, 2, 3) for column in (1, 2, 3, 4))
+
+    def __init__(self, *values: Any) -> None:
+        given = values[0] if len(values) == 1 else values
+        given = list(given)[:12] if len(given) == 16 else given
+        super().__init__(*(given if len(given) else np.eye(4)[:3].ravel()))
+
+    @classmethod
+    def of(cls, T: Floats) -> Transform:
+        """The transform of a matrix, shape (4, 4)."""
+        return cls(transform_list(T).tolist())
+
+    def matrix(self) -> Floats:
+        """As a matrix, shape (4, 4)."""
+        return np.array([*super().toVector(), 0.0, 0.0, 0.0, 1.0]).reshape(4, 4)
+
+    def toVector(self) -> list[float]:
+        """The sixteen numbers row by row, as NAOqi's getTransform gives them."""
+        return [float(number) for number in self.matrix().ravel()]
+
+    def inverse(self) -> Transform:
+        """The transform that undoes this one."""
+        T = self.matrix()
+        R = T[:3, :3].T
+        return Transform([*np.hstack([R, -R @ T[:3, 3:]]).ravel()])
+
+    def __mul__(self, other: Transform) -> Transform:
+        return Transform([*(self.matrix() @ other.matrix()).ravel()])
+
+    @staticmethod
+    def fromPosition(x: float, y: float, z: float, wx: float = 0.0, wy: float = 0.0, wz: float = 0.0) -> Transform:
+        """The transform of a position, or of a position and three angles as `Position6D` has them."""
+        return transformFromPosition6D(Position6D(x, y, z, wx, wy, wz))
+
+    @staticmethod
+    def fromRotX(angle: float) -> Transform:
+        """A turn about x."""
+        return _turn(rot_x(angle))
+
+    @staticmethod
+    def fromRotY(angle: float) -> Transform:
+        """A turn about y."""
+        return _turn(rot_y(angle))
+
+    @staticmethod
+    def fromRotZ(angle: float) -> Transform:
+        """A turn about z."""
+        return _turn(rot_z(angle))
+
+
+def transformFromPosition6D(position: Position6D) -> Transform:
+    """The transform of six numbers."""
+    return Transform([*pose(position.toVector()).ravel()])
+
+
+def position6DFromTransform(transform: Transform) -> Position6D:
+    """The six numbers of a transform."""
+    return Position6D(position6d(transform.matrix()).tolist())
+
+
+def transformFromPosition3D(position: Position3D) -> Transform:
+    """A translation."""
+    return Transform.fromPosition(*position)
+
+
+def transformFromPose2D(pose2d: Pose2D) -> Transform:
+    """The transform of a pose on the floor."""
+    return Transform.fromPosition(pose2d.x, pose2d.y, 0.0, 0.0, 0.0, pose2d.theta)
+
+
+def pose2DFromTransform(transform: Transform) -> Pose2D:
+    """Where on the floor a transform leads, and how far it turns there."""
+    x, y, *_, wz = position6DFromTransform(transform)
+    return Pose2D(x, y, wz)
+
+
+def pose2DInverse(pose2d: Pose2D) -> Pose2D:
+    """The pose that undoes another."""
+    return pose2d.inverse()
+
+
+def transformInverse(transform: Transform) -> Transform:
+    """The transform that undoes another."""
+    return transform.inverse()
+
+
+transformFromRotX = Transform.fromRotX
+transformFromRotY = Transform.fromRotY
+transformFromRotZ = Transform.fromRotZ
+
+
+def modulo2PI(angle: float) -> float:
+    """The same angle in [−π, π] [rad]."""
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def clipData(low: float, high: float, value: float) -> float:
+    """The value, or the bound that it is beyond."""
+    return min(max(value, low), high)
+
+
+def _turn(R: Floats) -> Transform:
+    T = np.eye(4)
+    T[:3, :3] = R
+    return Transform([*T.ravel()])

@@ -1,0 +1,253 @@
+"""The module `naoqi` that old scripts import: proxies, a broker and modules of their own, on top of qi.
+
+Aldebaran's own is for Python 2. This one has what scripts use of it:
+
+    from naoqi import ALProxy
+    motion = ALProxy("ALMotion", "127.0.0.1", 9559)
+    motion.wakeUp()
+    task = motion.post.angleInterpolation("HeadYaw", 0.5, 1.0, True)   # does not wait
+    motion.wait(task, 0)
+
+Where the environment variable NAO_KIN_ENDPOINT is set, every proxy goes there, whatever address a script gives.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import qi
+
+__all__ = ["ALBroker", "ALModule", "ALProxy"]
+
+ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
+DEFAULT_PORT = 9559
+
+_sessions: dict[str, Any] = {}
+_lock = threading.Lock()
+_broker: ALBroker | None = None
+_redirected: set[str] = set()
+
+
+class ALProxy:
+    """A service of a robot; its methods are those of the service.
+
+    Three ways to say where: `ALProxy(name, ip, port)`, `ALProxy(name, broker)`, and `ALProxy(name)` where there is an
+    `ALBroker`. Beside the service's own methods there is `post`, whose methods do not wait and answer a number, for
+    `wait`, `isRunning` and `stop`.
+
+    Raises:
+        RuntimeError: nobody listens there, or there is no such service; as in NAOqi.
+    """
+
+    def __init__(self, name: str, *where: Any) -> None:
+        self._name = name
+        session = _session_of(where)
+        try:
+            self._service = session.service(name)
+        except RuntimeError:
+            there = ", ".join(sorted(row["name"] for row in session.service("ServiceDirectory").services()))
+            raise RuntimeError(f"ALProxy::ALProxy\n\tCan't find service: {name}; there are: {there}") from None
+        self._tasks: dict[int, Any] = {}
+        self._numbers = itertools.count(1)
+        self.post = _Post(self)
+
+    def __getattr__(self, method: str) -> Callable[..., Any]:
+        if method.startswith("__"):  # what Python itself asks for is no method of a robot
+            raise AttributeError(method)
+
+        def call(*arguments: Any) -> Any:
+            return self.call(method, *arguments)
+
+        call.__name__ = method
+        return call
+
+    def call(self, method: str, *arguments: Any) -> Any:
+        """Call a method by its name, and wait for its answer."""
+        self._check(method)
+        return self._service.call(method, *arguments)
+
+    def pCall(self, method: str, *arguments: Any) -> int:
+        """Call a method by its name without waiting; the number is for `wait`, `isRunning` and `stop`."""
+        self._check(method)
+        number = next(self._numbers)
+        future = self._service.call(method, *arguments, _async=True)
+        self._tasks[number] = future
+        future.addCallback(lambda done: self._over(number, done))
+        return number
+
+    def wait(self, number: int, timeout: int = 0) -> bool:
+        """Wait until a posted call is over, at most `timeout` ms (0: without end); whether it is still running."""
+        future = self._tasks.get(int(number))
+        if future is None:
+            return False
+        if timeout:
+            future.wait(int(timeout))
+        else:
+            future.wait()
+        return bool(future.isRunning())
+
+    def isRunning(self, number: int) -> bool:
+        """Whether a posted call is not over yet."""
+        future = self._tasks.get(int(number))
+        return future is not None and bool(future.isRunning())
+
+    def stop(self, number: int) -> None:
+        """End a posted call where it is."""
+        future = self._tasks.get(int(number))
+        if future is not None:
+            future.cancel()
+
+    def ping(self) -> bool:
+        """True: the service answers."""
+        return True
+
+    def getMethodList(self) -> list[str]:
+        """Names of the service's methods."""
+        methods = self._service.metaObject()["methods"]
+        return sorted({row["name"] for number, row in methods.items() if number >= _FIRST_OWN_METHOD})
+
+    def version(self) -> str:
+        """What the service calls its version; "" where it has none."""
+        return str(self._service.version()) if "version" in self.getMethodList() else ""
+
+    def _check(self, method: str) -> None:
+        if not hasattr(self._service, method):
+            there = ", ".join(name for name in dir(self._service) if not name.startswith("_"))
+            raise RuntimeError(f"ALProxy::{method}\n\t{self._name} has no method {method}; it has: {there}")
+
+    def _over(self, number: int, done: Any) -> None:
+        self._tasks.pop(number, None)
+        if done.hasError():
+            sys.stderr.write(f"naoqi: {self._name}, posted call {number}: {done.error()}\n")
+
+    def __repr__(self) -> str:
+        return f"<ALProxy of {self._name}>"
+
+
+class _Post:
+    """The methods of a proxy, called without waiting."""
+
+    def __init__(self, proxy: ALProxy) -> None:
+        self._proxy = proxy
+
+    def __getattr__(self, method: str) -> Callable[..., int]:
+        if method.startswith("__"):
+            raise AttributeError(method)
+        return lambda *arguments: self._proxy.pCall(method, *arguments)
+
+
+class ALBroker:
+    """A connection to a robot for the proxies and modules of a script.
+
+    Args:
+        name: any.
+        ip: where to listen for the robot's calls back; left to qi.
+        port: as `ip`.
+        parentIP: the robot's address.
+        parentPort: the robot's port.
+
+    Raises:
+        RuntimeError: nobody listens there.
+    """
+
+    def __init__(self, name: str, ip: str = "", port: int = 0, parentIP: str = "", parentPort: int = 0) -> None:
+        global _broker
+        self.name = name
+        self.session = _connected(parentIP or "127.0.0.1", parentPort or DEFAULT_PORT)
+        _broker = self
+
+    def shutdown(self) -> None:
+        """Forget the connection; the proxies that have it go on."""
+        global _broker
+        if _broker is self:
+            _broker = None
+
+    def getName(self) -> str:
+        """The name given."""
+        return self.name
+
+
+class ALModule:
+    """What scripts derive their own modules from, whose methods a robot calls at events.
+
+        class Listener(ALModule):
+            def onTouched(self, key, value, message): ...
+
+        listener = Listener("listener")
+        memory.subscribeToEvent("FrontTactilTouched", "listener", "onTouched")
+
+    Raises:
+        RuntimeError: there is no `ALBroker`, or the name is taken.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._module_name = name
+        session = _session_of(())
+        methods = {key: _method(self, key) for key in dir(type(self)) if not key.startswith("_") and key not in _OWN}
+        self._number = session.registerService(name, type(name, (), methods)())
+
+    def getName(self) -> str:
+        """The name given."""
+        return self._module_name
+
+    def exit(self) -> None:
+        """The robot calls it no more."""
+        number, self._number = self._number, None
+        if number is not None:
+            _session_of(()).unregisterService(number)
+
+
+_OWN = ("getName", "exit")
+# Methods with lower numbers are those that qi gives every object.
+_FIRST_OWN_METHOD = 100
+
+
+def _method(module: ALModule, name: str) -> Callable[..., Any]:
+    def forward(_: Any, *arguments: Any) -> Any:
+        return getattr(module, name)(*arguments)
+
+    forward.__name__, forward.__doc__ = name, getattr(getattr(type(module), name), "__doc__", None)
+    return forward
+
+
+def _session_of(where: tuple[Any, ...]) -> Any:
+    """The session for what stands behind a proxy's name."""
+    if where and isinstance(where[0], ALBroker):
+        return where[0].session
+    if len(where) == 2:
+        return _connected(str(where[0]), int(where[1]))
+    if where:
+        raise RuntimeError(
+            "ALProxy::ALProxy\n\texpected ALProxy(name), ALProxy(name, broker) or ALProxy(name, ip, port)"
+        )
+    if _broker is not None:
+        return _broker.session
+    if os.environ.get(ENDPOINT_VARIABLE):
+        return _connected("127.0.0.1", DEFAULT_PORT)
+    raise RuntimeError("ALProxy::ALProxy\n\tno broker: make an ALBroker first, or give the robot's address and port")
+
+
+def _connected(ip: str, port: int) -> Any:
+    """The session with an address, one for all of a script."""
+    asked = f"tcp://{f'[{ip}]' if ':' in ip else ip}:{port}"
+    endpoint = os.environ.get(ENDPOINT_VARIABLE) or asked
+    with _lock:
+        if endpoint != asked and asked not in _redirected:
+            _redirected.add(asked)
+            sys.stderr.write(f"naoqi: {endpoint} answers for {asked}\n")
+        session = _sessions.get(endpoint)
+        if session is None or not session.isConnected():
+            qi.logging.setLevel(qi.logging.FATAL)  # qi reports every connection otherwise
+            session = qi.Session()
+            try:
+                session.connect(endpoint)
+            except RuntimeError as error:
+                reason = " ".join(str(error).split())
+                raise RuntimeError(f"ALProxy::ALProxy\n\tcannot connect to {endpoint}: {reason}") from None
+            _sessions[endpoint] = session
+        return session

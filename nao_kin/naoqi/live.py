@@ -1,0 +1,317 @@
+"""The joints of a robot that runs, read again and again over qi or LoLA; nothing is ever commanded."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import socket
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import unit
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, MissingExtra, NaoKinError
+from nao_kin.motion import Motion
+from nao_kin.naoqi.lola import LOLA_SOCKET, LolaFrame, lola_frames
+from nao_kin.naoqi.orders import from_order
+from nao_kin.robot import RobotModel
+
+PORT = 9559
+_TORSO_ANGLES = [f"Device/SubDeviceList/InertialSensor/Angle{axis}/Sensor/Value" for axis in "XY"]
+# A robot that gives no answer for so long is taken for lost [s].
+_PATIENCE = 3.0
+# While it waits, it looks so often whether it is still wanted.
+_SLICE_MILLISECONDS = 50
+# Pauses between attempts to reach it [s].
+_FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 2.0
+
+
+@dataclass(frozen=True)
+class JointReading:
+    """What a robot's sensors say at one moment.
+
+    Attributes:
+        time: since the first reading [s].
+        q: configuration, shape (nq,); where the two hips disagree, LHipYawPitch.
+        up: the vertical in the torso's frame, shape (3,), from the robot's inertial sensor; None where it has none.
+    """
+
+    time: float
+    q: Floats
+    up: Floats | None
+
+
+class Lost(NaoKinError):
+    """The robot does not answer."""
+
+
+class JointSource(ABC):
+    """Where readings come from.
+
+    Attributes:
+        address: for messages.
+        wanted: is asked while it waits whether to go on waiting.
+    """
+
+    address: str
+    wanted: Callable[[], bool] = staticmethod(lambda: True)
+
+    @abstractmethod
+    def connect(self) -> None:
+        """Reach the robot.
+
+        Raises:
+            Lost: it does not answer.
+        """
+
+    @abstractmethod
+    def read(self, robot: RobotModel) -> tuple[Floats, Floats | None]:
+        """Configuration and vertical now.
+
+        Raises:
+            Lost: it answers no more.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of the robot."""
+
+
+class NaoqiSource(JointSource):
+    """A robot, or a virtual NAO, by NAOqi's own protocol: getAngles("Body", True), and two sensors of its torso.
+
+    Args:
+        address: "tcp://nao.local:9559", or "nao.local" with the port that every robot has.
+
+    Raises:
+        MissingExtra: qi is not installed.
+        BadArgument: no such address.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.address = _endpoint(address)
+        try:
+            self._qi: Any = importlib.import_module("qi")
+        except ImportError:
+            raise MissingExtra("reading a robot's joints over NAOqi", "naoqi") from None
+        self._qi.logging.setLevel(self._qi.logging.FATAL)
+        self._session: Any = None
+
+    def connect(self) -> None:
+        """Reach the robot."""
+        session = self._qi.Session()
+        self._answer(session.connect(self.address, _async=True))
+        self._motion = self._answer(session.service("ALMotion", _async=True))
+        self._session = session
+        try:
+            self._memory = self._answer(session.service("ALMemory", _async=True))
+            self._answer(self._memory.getListData(_TORSO_ANGLES, _async=True))
+        except Lost:
+            self._memory = None
+
+    def read(self, robot: RobotModel) -> tuple[Floats, Floats | None]:
+        """Configuration and vertical now."""
+        body = self._answer(self._motion.getAngles("Body", True, _async=True))
+        names = "H25" if len(body) == 26 else "H21"
+        up = None
+        if self._memory is not None:
+            angles = self._answer(self._memory.getListData(_TORSO_ANGLES, _async=True))
+            if all(isinstance(angle, (int, float)) for angle in angles):
+                up = vertical(float(angles[0]), float(angles[1]))
+        return _configuration(robot, body, names), up
+
+    def close(self) -> None:
+        """Let go of the robot."""
+        session, self._session = self._session, None
+        if session is not None:
+            session.close(_async=True)
+
+    def _answer(self, future: Any) -> Any:
+        """What a call answers, or `Lost`."""
+        end = time.monotonic() + _PATIENCE
+        try:
+            while future.isRunning():
+                if not self.wanted() or time.monotonic() > end:
+                    future.cancel()
+                    raise Lost(f"{self.address} gives no answer within {_PATIENCE:g} s")
+                future.wait(_SLICE_MILLISECONDS)
+            return future.value()
+        except RuntimeError as error:
+            raise Lost(f"{self.address}: {' '.join(str(error).split())}") from None
+
+
+class LolaSource(JointSource):
+    """A NAO6 by its RoboCup interface, a Unix socket that it writes frames to; see `lola_frames`.
+
+    Args:
+        path: the socket.
+    """
+
+    def __init__(self, path: Path | str = LOLA_SOCKET) -> None:
+        self.address = str(path)
+        self._socket: socket.socket | None = None
+        self._frames: Iterator[LolaFrame] = iter(())
+
+    def connect(self) -> None:
+        """Reach the robot."""
+        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        connection.settimeout(_SLICE_MILLISECONDS / 1000.0)
+        try:
+            connection.connect(self.address)
+        except OSError as error:
+            connection.close()
+            raise Lost(f"{self.address}: {error.strerror or error}") from None
+        self._socket = connection
+        self._frames = lola_frames(_Received(connection, self))
+
+    def read(self, robot: RobotModel) -> tuple[Floats, Floats | None]:
+        """Configuration and vertical of the next frame."""
+        try:
+            frame = next(self._frames, None)
+        except NaoKinError as error:
+            raise Lost(f"{self.address}: {error}") from None
+        if frame is None:
+            raise Lost(f"{self.address} sends no more frames")
+        angles = frame.get("Angles")
+        known = isinstance(angles, np.ndarray) and bool(np.isfinite(angles).all())
+        up = vertical(float(angles[0]), float(angles[1])) if known and angles is not None else None
+        return _configuration(robot, frame["Position"], "LoLA"), up
+
+    def close(self) -> None:
+        """Let go of the robot."""
+        connection, self._socket = self._socket, None
+        if connection is not None:
+            connection.close()
+
+
+class _Received:
+    """What a robot writes to a socket, as a stream that is waited for while somebody wants it."""
+
+    def __init__(self, connection: socket.socket, source: JointSource) -> None:
+        self._connection, self._source = connection, source
+
+    def read(self, count: int) -> bytes:
+        """So many bytes, or at the end fewer."""
+        end = time.monotonic() + _PATIENCE
+        while True:
+            try:
+                return self._connection.recv(count)
+            except TimeoutError:
+                if not self._source.wanted() or time.monotonic() > end:
+                    raise Lost(f"{self._source.address} sends nothing for {_PATIENCE:g} s") from None
+            except OSError as error:
+                raise Lost(f"{self._source.address}: {error.strerror or error}") from None
+
+
+def readings(
+    source: JointSource,
+    robot: RobotModel,
+    *,
+    rate: float = 25.0,
+    wanted: Callable[[], bool] = lambda: True,
+    on_state: Callable[[str], object] | None = None,
+) -> Iterator[JointReading]:
+    """Read a robot's joints again and again; a connection that is lost is made anew.
+
+    Args:
+        source: where from.
+        robot: a NAO of the robot's version.
+        rate: at most so many readings a second.
+        wanted: is asked again and again whether to go on.
+        on_state: is given a line whenever the robot is reached or lost.
+
+    Yields:
+        One reading after another, their times ascending.
+
+    Raises:
+        BadArgument: no positive rate.
+    """
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise BadArgument(f"rate must be a positive number, got {rate:g}")
+    say = on_state or (lambda line: None)
+    source.wanted = wanted
+    start: float | None = None
+    last = -math.inf
+    pause, silent = _FIRST_PAUSE, False
+    try:
+        while wanted():
+            try:
+                source.connect()
+                say(f"connected to {source.address}")
+                pause, silent = _FIRST_PAUSE, False
+                while wanted():
+                    q, up = source.read(robot)
+                    now = time.monotonic()
+                    # LoLA's frames come at its own rate; those between two readings are read and dropped.
+                    if now - last < 1.0 / rate and isinstance(source, LolaSource):
+                        continue
+                    start = now if start is None else start
+                    last = now
+                    yield JointReading(now - start, q, up)
+                    if not isinstance(source, LolaSource):
+                        _sleep(last + 1.0 / rate, wanted)
+            except Lost as error:
+                source.close()
+                if not silent:
+                    say(f"{error}; trying again")
+                silent = True
+                _sleep(time.monotonic() + pause, wanted)
+                pause = min(2.0 * pause, _LONGEST_PAUSE)
+    finally:
+        source.close()
+
+
+def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
+    """Readings as a motion, straight from one to the next, that begins at time zero.
+
+    Raises:
+        BadArgument: no readings.
+    """
+    rows = list(found)
+    if not rows:
+        raise BadArgument("no readings, and so no motion")
+    times = np.array([row.time for row in rows])
+    values = np.array([row.q[robot.nq - len(robot.joint_names) :] for row in rows])
+    return Motion(times - times[0], robot.joint_names, values)
+
+
+def vertical(roll: float, pitch: float) -> Floats:
+    """The vertical in the torso's frame, shape (3,), for the angles of a NAO's inertial sensor.
+
+    The torso is turned by R = Ry(pitch) Rx(roll) out of the level, and the vertical is Rᵀ (0, 0, 1).
+    """
+    sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
+    return unit(np.array([-sp, sr * cp, cr * cp]), "vertical")[0]
+
+
+def _configuration(robot: RobotModel, values: Sequence[float] | Floats | Any, order: str) -> Floats:
+    try:
+        return from_order(robot, values, order, hips="left")
+    except NaoKinError as error:
+        raise Lost(f"the robot's joint values are none: {error}") from None
+
+
+def _sleep(until: float, wanted: Callable[[], bool]) -> None:
+    while wanted():
+        left = until - time.monotonic()
+        if left <= 0.0:
+            return
+        time.sleep(min(left, 0.05))
+
+
+def _endpoint(address: str) -> str:
+    """tcp://HOST:PORT from an address that may lack the one or the other."""
+    scheme, _, rest = address.rpartition("://")
+    host, separator, port = rest.rpartition(":")
+    if not separator or "]" in port:  # no port, or the colons of an address of version 6
+        host, port = rest, str(PORT)
+    if scheme not in ("", "tcp", "tcps") or not host or not port.isdecimal() or not 0 < int(port) < 65536:
+        raise BadArgument(f"address must be like tcp://nao.local:{PORT}, got {quoted(address)}")
+    return f"{scheme or 'tcp'}://{host}:{port}"

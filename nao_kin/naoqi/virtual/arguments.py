@@ -1,0 +1,186 @@
+"""Arguments as scripts give them over NAOqi: numbers, flags, names, and lists of one entry or one list per joint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, NotFinite, UnknownName
+
+
+def number(value: object, what: str) -> float:
+    """One finite number.
+
+    Raises:
+        BadArgument: no number.
+        NotFinite: NaN or infinity.
+    """
+    if not isinstance(value, (bool, int, float, np.integer, np.floating)):
+        raise BadArgument(f"{what} must be a number, got {quoted(value, 60)}")
+    try:
+        result = float(value)
+    except OverflowError:
+        raise BadArgument(f"{what} is too large a number: {quoted(value, 60)}") from None
+    if not math.isfinite(result):
+        raise NotFinite(what, (), result)
+    return result
+
+
+def fraction(value: object, what: str, *, positive: bool = False) -> float:
+    """A number from 0 to 1; with `positive`, above 0.
+
+    Raises:
+        BadArgument, NotFinite: anything else.
+    """
+    result = number(value, what)
+    if not (0.0 <= result <= 1.0) or (positive and result == 0.0):
+        raise BadArgument(f"{what} must be {'above 0 and at most' if positive else 'between 0 and'} 1, got {result:g}")
+    return result
+
+
+def duration(value: object, what: str, *, zero: bool = False) -> float:
+    """A positive number of seconds; with `zero`, zero too.
+
+    Raises:
+        BadArgument, NotFinite: anything else.
+    """
+    result = number(value, what)
+    if result < 0.0 or (result == 0.0 and not zero):
+        raise BadArgument(f"{what} must be {'at least' if zero else 'above'} 0 s, got {result:g} s")
+    return result
+
+
+def flag(value: object, what: str) -> bool:
+    """True or False; 1 and 0 count as such.
+
+    Raises:
+        BadArgument: anything else.
+    """
+    if isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, float)) and value in (0, 1)):
+        return bool(value)
+    raise BadArgument(f"{what} must be True or False, got {quoted(value, 60)}")
+
+
+def whole(value: object, what: str) -> int:
+    """A whole number; 2.0 counts as one.
+
+    Raises:
+        BadArgument, NotFinite: anything else.
+    """
+    result = number(value, what)
+    if not result.is_integer():
+        raise BadArgument(f"{what} must be a whole number, got {result:g}")
+    return int(result)
+
+
+def text(value: object, what: str) -> str:
+    """A text.
+
+    Raises:
+        BadArgument: anything else.
+    """
+    if isinstance(value, str):
+        return value
+    raise BadArgument(f"{what} must be a text, got {quoted(value, 60)}")
+
+
+def choice(value: object, what: str, valid: Sequence[str]) -> str:
+    """One of some names.
+
+    Raises:
+        BadArgument: no text.
+        UnknownName: another one.
+    """
+    name = text(value, what)
+    if name not in valid:
+        raise UnknownName(what, name, tuple(valid))
+    return name
+
+
+def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:
+    """One number for each joint, shape (joints,): a number for all of them, or a list of as many.
+
+    Raises:
+        BadArgument: no numbers, or not as many.
+        NotFinite: NaN or infinity.
+    """
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        return np.full(len(joints), number(value, what))
+    values = _numbers(value, what)
+    if len(values) != len(joints):
+        raise BadArgument(f"{what} must be one number or {_one_for_each(joints)}, got {len(values)}")
+    return values
+
+
+def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...]:
+    """A list of numbers for each joint, lengths may differ.
+
+    NAOqi takes one number for all joints, a list of one number for each, and a list of one list for each; of a single
+    joint also its list alone.
+
+    Raises:
+        BadArgument: no numbers, an empty list, or not as many.
+        NotFinite: NaN or infinity.
+    """
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        return (np.full(1, number(value, what)),) * len(joints)
+    nested = any(isinstance(entry, (list, tuple, np.ndarray)) for entry in value)
+    if len(joints) == 1 and not nested:
+        value = [value]
+    if len(value) != len(joints):
+        raise BadArgument(
+            f"{what} must be one number or list for each joint, {_one_for_each(joints)}, got {len(value)}"
+        )
+    lists = []
+    for joint, entry in zip(joints, value, strict=True):
+        of = f"{what} of {joint}"
+        several = isinstance(entry, (list, tuple, np.ndarray))
+        lists.append(_numbers(entry, of) if several else np.full(1, number(entry, of)))
+        if not len(lists[-1]):
+            raise BadArgument(f"{of} must not be empty")
+    return tuple(lists)
+
+
+def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "times") -> None:
+    """Refuse times that are not positive and ascending.
+
+    Raises:
+        BadArgument: with the joint and the first such time.
+    """
+    for joint, row in zip(joints, times, strict=True):
+        if row[0] <= 0.0:
+            raise BadArgument(f"{what} of {joint} must be above 0 s, got {row[0]:g} s")
+        steps = np.diff(row)
+        if not (steps > 0.0).all():
+            at = int(np.argmin(steps > 0.0))
+            raise BadArgument(f"{what} of {joint} must ascend, got {row[at]:g} s and then {row[at + 1]:g} s")
+
+
+def check_lengths(lists: Sequence[Floats], times: Sequence[Floats], joints: Sequence[str], what: str) -> None:
+    """Refuse joints with more values than times, or fewer.
+
+    Raises:
+        BadArgument: with the joint and both numbers.
+    """
+    for joint, row, at in zip(joints, lists, times, strict=True):
+        if len(row) != len(at):
+            raise BadArgument(f"{joint} has {len(row)} {what} and {len(at)} times; there must be one time for each")
+
+
+def _numbers(value: Any, what: str) -> Floats:
+    array = np.array(as_numbers(value, what))
+    if array.ndim != 1:
+        raise BadArgument(f"{what} must be a list of numbers, got {quoted(value, 60)}")
+    if not np.isfinite(array).all():
+        refuse_non_finite(array, what)
+    return array
+
+
+def _one_for_each(joints: Sequence[str]) -> str:
+    named = ", ".join(joints) if len(joints) <= 4 else f"{joints[0]} … {joints[-1]}"
+    return f"{len(joints)} for {named}"

@@ -1,0 +1,172 @@
+"""Tasks that move joints: along keys in time, or towards angles at limited speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.motion import Motion
+from nao_kin.naoqi.virtual.clock import TICK
+from nao_kin.naoqi.virtual.tasks import Task
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
+# A motion is sampled for so many ticks at once, which takes little longer than for one.
+_TICKS_AHEAD = 64
+_ON_TIME = 1e-9
+
+
+class Interpolation(Task):
+    """Joints follow a motion; what angleInterpolation and its relatives do.
+
+    Args:
+        name: NAOqi's method.
+        joints: which joints, each once.
+        plan: makes the motion when the joints are free, from what they are commanded then, shape (joints,). The motion
+            has these joints, in this order, and begins at time zero.
+    """
+
+    def __init__(self, name: str, joints: Sequence[str], plan: Callable[[Floats], Motion]) -> None:
+        super().__init__(name, joints)
+        self.joints = tuple(joints)
+        self._plan = plan
+
+    def start(self, nao: VirtualNao, time: float) -> None:
+        """Make the motion from where the joints are commanded to be."""
+        self._columns = nao.joints.columns(self.joints)
+        self._motion = self._plan(nao.joints.command[self._columns])
+        self._start, self._end = time, self._motion.end
+        self._samples = np.empty((0, len(self.joints)))
+        self._sampled_from = 0
+        self._tick = 0
+        extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
+        nao.joints.note_outside(self._columns, extremes, self.notes)
+        nao.joints.note_limp(self._columns, self.notes)
+
+    def advance(self, nao: VirtualNao, time: float) -> bool:
+        """Command what the motion has at this time."""
+        self._tick += 1
+        place = self._tick - self._sampled_from
+        if place >= len(self._samples):
+            ahead = time - self._start + TICK * np.arange(_TICKS_AHEAD)
+            self._samples, self._sampled_from, place = self._motion.sample(ahead), self._tick, 0
+        done = time - self._start >= self._end - _ON_TIME
+        values = self._motion.sample(self._end) if done else self._samples[place]
+        nao.joints.set(self._columns, values, self.notes)
+        return done
+
+
+class Approach(Task):
+    """Joints go to angles, each at its own speed; what setAngles and changeAngles do.
+
+    Args:
+        name: NAOqi's method.
+        joints: which joints, each once.
+        targets: where to, shape (joints,).
+        fraction: of each joint's maximum speed.
+        relative: the targets are changes of what the joints are commanded when they are free.
+    """
+
+    reactive = True
+
+    def __init__(
+        self, name: str, joints: Sequence[str], targets: Floats, fraction: float, *, relative: bool = False
+    ) -> None:
+        super().__init__(name, joints)
+        self._joints, self._targets = list(joints), np.array(targets)
+        self._fraction, self._relative = fraction, relative
+
+    def start(self, nao: VirtualNao, time: float) -> None:
+        """Note where the joints are commanded to be."""
+        self._columns = nao.joints.columns(self._joints)
+        self._at = nao.joints.command[self._columns]
+        if self._relative:
+            self._targets = self._at + self._targets
+        self._step = self._fraction * nao.joints.max_speed[self._columns] * TICK
+        nao.joints.note_outside(self._columns, self._targets[None], self.notes)
+        self._targets = np.clip(self._targets, nao.joints.lower[self._columns], nao.joints.upper[self._columns])
+        nao.joints.note_limp(self._columns, self.notes)
+
+    def advance(self, nao: VirtualNao, time: float) -> bool:
+        """One tick's way towards the targets."""
+        missing = self._targets - self._at
+        near = np.abs(missing) <= self._step * (1.0 + _ON_TIME)
+        self._at = np.where(near, self._targets, self._at + np.clip(missing, -self._step, self._step))
+        nao.joints.set(self._columns, self._at, self.notes)
+        return bool(near.all())
+
+    def give_up(self, resources: frozenset[str]) -> None:
+        """Leave some joints to another task."""
+        super().give_up(resources)
+        kept = [index for index, joint in enumerate(self._joints) if joint not in resources]
+        self._joints, self._targets = [self._joints[index] for index in kept], self._targets[kept]
+        if self.started is not None:
+            self._columns = [self._columns[index] for index in kept]
+            self._at, self._step = self._at[kept], self._step[kept]
+
+
+class StiffnessRamp(Task):
+    """Stiffnesses follow a motion, on a straight line from key to key; what stiffnessInterpolation does.
+
+    Args:
+        joints: which joints, each once.
+        times: of each joint's keys [s].
+        keys: its stiffnesses there.
+    """
+
+    def __init__(self, joints: Sequence[str], times: Sequence[Floats], keys: Sequence[Floats]) -> None:
+        super().__init__("stiffnessInterpolation", [f"{joint}/Stiffness" for joint in joints])
+        self._joints, self._times, self._keys = tuple(joints), times, keys
+
+    def start(self, nao: VirtualNao, time: float) -> None:
+        """Begin at the stiffnesses of now."""
+        self._columns = nao.joints.columns(self._joints)
+        self._motion = through(self._joints, self._times, self._keys, nao.joints.stiffness[self._columns], "linear")
+        self._start = time
+
+    def advance(self, nao: VirtualNao, time: float) -> bool:
+        """Set what the motion has at this time."""
+        done = time - self._start >= self._motion.end - _ON_TIME
+        nao.joints.set_stiffness(self._columns, self._motion.sample(self._motion.end if done else time - self._start))
+        return done
+
+
+def through(
+    joints: Sequence[str], times: Sequence[Floats], keys: Sequence[Floats], start: Floats, kind: str = "smooth"
+) -> Motion:
+    """The motion from `start` at time zero through keys, all after time zero.
+
+    Args:
+        joints: n names.
+        times: n arrays (k,) [s].
+        keys: n arrays (k,).
+        start: shape (n,).
+        kind: "smooth" or "linear".
+    """
+    return Motion(
+        [np.concatenate([[0.0], row]) for row in times],
+        joints,
+        [np.concatenate([[first], row]) for first, row in zip(start, keys, strict=True)],
+        "linear" if kind == "linear" else "smooth",
+    )
+
+
+def at_speed(joints: Sequence[str], targets: Floats, start: Floats, speeds: Floats) -> Motion:
+    """The straight motion to targets in which the joint with the longest way goes at its speed, and all arrive with it.
+
+    Its duration is max |target − start| / speed.
+
+    Args:
+        joints: n names.
+        targets: shape (n,).
+        start: shape (n,).
+        speeds: shape (n,) [unit of the joint per s].
+    """
+    duration = float(np.max(np.abs(targets - start) / speeds))
+    if duration == 0.0:
+        return Motion([0.0], joints, targets[None])
+    return Motion([0.0, duration], joints, np.stack([start, targets]))

@@ -1,0 +1,33 @@
+"""The services, one file each; ALMotion's split by topic as in NAOqi's documentation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.services.leds import ALLeds
+from nao_kin.naoqi.virtual.services.life_and_system import ALAutonomousLife, ALBattery, ALPreferenceManager, ALSystem
+from nao_kin.naoqi.virtual.services.memory import ALMemory
+from nao_kin.naoqi.virtual.services.motion import ALMotion
+from nao_kin.naoqi.virtual.services.posture import ALRobotPosture
+from nao_kin.naoqi.virtual.services.speech import ALTextToSpeech
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
+SERVICES: tuple[type[Service], ...] = (
+    ALMotion,
+    ALRobotPosture,
+    ALMemory,
+    ALLeds,
+    ALTextToSpeech,
+    ALAutonomousLife,
+    ALSystem,
+    ALBattery,
+    ALPreferenceManager,
+)
+
+
+def make_services(nao: VirtualNao) -> dict[str, Service]:
+    """Every service by its name."""
+    return {kind.name: kind(nao) for kind in SERVICES}

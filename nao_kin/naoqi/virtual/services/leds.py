@@ -1,0 +1,284 @@
+"""ALLeds: the lamps of eyes, ears, chest, feet and head."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.calls import Call
+from nao_kin.naoqi.virtual.service import Service, method
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
+Colour = tuple[float, float, float]
+
+_CHANNELS = ("Red", "Green", "Blue")
+_LEFT_EYE = tuple(f"FaceLedLeft{number}" for number in range(8))
+_RIGHT_EYE = tuple(f"FaceLedRight{number}" for number in range(8))
+_LEFT_EAR = tuple(f"LeftEarLed{number}" for number in range(1, 11))
+_RIGHT_EAR = tuple(f"RightEarLed{number}" for number in range(1, 11))
+_BRAIN = tuple(f"Brain{number}" for number in range(12))
+_CHEST, _FEET = "ChestLeds", ("LeftFootLeds", "RightFootLeds")
+# Those that have one colour only: blue in the ears, white on the head.
+_BLUE, _WHITE = {*_LEFT_EAR, *_RIGHT_EAR}, {*_BRAIN}
+_NAMED = {
+    "white": 0xFFFFFF,
+    "red": 0xFF0000,
+    "green": 0x00FF00,
+    "blue": 0x0000FF,
+    "yellow": 0xFFFF00,
+    "magenta": 0xFF00FF,
+    "cyan": 0x00FFFF,
+    "black": 0x000000,
+}
+_STEPS_PER_SECOND = 20
+
+
+class ALLeds(Service):
+    """The LEDs, each with a colour that state and watchers see (`Change` of kind "leds": name → r, g, b from 0 to 1).
+
+    Groups: AllLeds, FaceLeds, LeftFaceLeds, RightFaceLeds, EarLeds, LeftEarLeds, RightEarLeds, BrainLeds, ChestLeds,
+    FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one of each eye, and every LED by itself; each also
+    with Red, Green or Blue behind it for one channel, as in FaceLedsRed. The ears have blue alone, and the head has
+    white: they take the brightest channel.
+
+    Attributes:
+        colours: name of each LED → r, g, b.
+    """
+
+    name = "ALLeds"
+    absent = ("reset", "earLedsSetAngle", "setAngle", "removeGroup")
+
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        eyes, ears = _LEFT_EYE + _RIGHT_EYE, _LEFT_EAR + _RIGHT_EAR
+        self._groups: dict[str, tuple[str, ...]] = {
+            "FaceLeds": eyes,
+            "LeftFaceLeds": _LEFT_EYE,
+            "RightFaceLeds": _RIGHT_EYE,
+            "EarLeds": ears,
+            "LeftEarLeds": _LEFT_EAR,
+            "RightEarLeds": _RIGHT_EAR,
+            "BrainLeds": _BRAIN,
+            "FeetLeds": _FEET,
+            "AllLeds": (*eyes, *ears, *_BRAIN, _CHEST, *_FEET),
+        }
+        # The eyes' LEDs in pairs, and by their other names, which count the other way round in the right eye.
+        for number, (left, right) in enumerate(zip(_LEFT_EYE, _RIGHT_EYE, strict=True)):
+            self._groups |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
+            self._groups[f"RightFaceLed{8 - number}"] = (right,)
+        self.colours: dict[str, Colour] = dict.fromkeys(self._groups["AllLeds"], (1.0, 1.0, 1.0))
+        self._own_groups: set[str] = set()
+        self._effects: list[Call] = []
+        self._write(dict(self.colours), tell=False)
+
+    # --- groups ---------------------------------------------------------------------------------------------------
+
+    @method
+    def listGroups(self) -> list[str]:
+        """Names of all groups."""
+        return sorted([*self._groups, _CHEST, *_FEET])
+
+    @method
+    def listGroup(self, groupName: Any) -> list[str]:
+        """Names of the LEDs of a group."""
+        return list(self._leds(groupName)[0])
+
+    @method
+    def listLEDs(self) -> list[str]:
+        """Names of all LEDs."""
+        return list(self.colours)
+
+    @method
+    def createGroup(self, groupName: Any, ledNames: Any) -> None:
+        """Make a group of LEDs or groups."""
+        name = arguments.text(groupName, "groupName")
+        if name in self.colours or (name in self._groups and name not in self._own_groups):
+            raise BadArgument(f"{name} is there already")
+        if not isinstance(ledNames, (list, tuple)) or not ledNames:
+            raise BadArgument("ledNames must be a list of LEDs")
+        self._groups[name] = tuple(dict.fromkeys(led for each in ledNames for led in self._leds(each)[0]))
+        self._own_groups.add(name)
+
+    # --- light ----------------------------------------------------------------------------------------------------
+
+    @method
+    def on(self, name: Any) -> None:
+        """Light a LED or group fully, in the colour that it has or in white."""
+        self._intensity(name, 1.0)
+
+    @method
+    def off(self, name: Any) -> None:
+        """Darken a LED or group."""
+        self._intensity(name, 0.0)
+
+    @method
+    def setIntensity(self, name: Any, intensity: Any) -> None:
+        """Set the brightness of a LED or group, from 0 to 1: white, or the channel that its name ends in."""
+        self._intensity(name, arguments.fraction(intensity, "intensity"))
+
+    @method
+    def getIntensity(self, name: Any) -> list[float]:
+        """[r, g, b] of the first LED of a LED or group, from 0 to 1."""
+        return list(self.colours[self._leds(name)[0][0]])
+
+    @method
+    def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
+        """Bring a LED or group to a brightness over some seconds; returns at the end."""
+        leds, channel = self._leds(name)
+        value = arguments.fraction(intensity, "intensity")
+        return self._fade(
+            {led: self._with(led, channel, value) for led in leds}, arguments.duration(duration, "duration", zero=True)
+        )
+
+    @method
+    def fadeRGB(self, name: Any, *colour: Any) -> Call:
+        """Bring a LED or group to a colour over some seconds; returns at the end.
+
+        Args:
+            name: LED or group.
+            colour: 0x00RRGGBB and seconds; or the colour's name and seconds; or red, green, blue from 0 to 1 and
+                seconds.
+        """
+        leds, _ = self._leds(name)
+        if len(colour) == 4:
+            r, g, b = (
+                arguments.fraction(value, what) for value, what in zip(colour, ("red", "green", "blue"), strict=False)
+            )
+        elif len(colour) == 2:
+            r, g, b = _colour(colour[0])
+        else:
+            raise BadArgument(
+                f"takes name, rgb, seconds or name, red, green, blue, seconds, got {len(colour) + 1} arguments"
+            )
+        seconds = arguments.duration(colour[-1], "duration", zero=True)
+        return self._fade(dict.fromkeys(leds, (r, g, b)), seconds)
+
+    @method
+    def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
+        """Bring a LED or group through colours at times from now; returns at the end."""
+        leds, _ = self._leds(name)
+        if not isinstance(rgbList, (list, tuple)) or not rgbList:
+            raise BadArgument("rgbList must be a list of colours")
+        colours = [_colour(value) for value in rgbList]
+        times = arguments.list_each(timeList, ("LEDs",), "times")
+        arguments.check_lengths([*times], times, ("LEDs",), "colours")
+        if len(times[0]) != len(colours):
+            raise BadArgument(f"timeList must have {len(colours)} times, one for each colour, got {len(times[0])}")
+        arguments.check_times(times, ("LEDs",))
+        frames = [(dict.fromkeys(leds, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
+        return self._play(frames)
+
+    @method
+    def rasta(self, duration: Any) -> Call:
+        """Green, yellow and red in the eyes for some seconds; returns at the end."""
+        return self._cycle(
+            self._groups["FaceLeds"], ("green", "yellow", "red"), arguments.duration(duration, "duration")
+        )
+
+    @method
+    def randomEyes(self, duration: Any) -> Call:
+        """Changing colours in the eyes for some seconds, always the same ones; returns at the end."""
+        order = ("cyan", "magenta", "yellow", "blue", "green", "red")
+        return self._cycle(self._groups["FaceLeds"], order, arguments.duration(duration, "duration"))
+
+    @method
+    def rotateEyes(self, rgb: Any, timeForRotation: Any, totalDuration: Any) -> Call:
+        """One lit LED running round each eye for some seconds; returns at the end."""
+        colour = _colour(rgb)
+        turn = arguments.duration(timeForRotation, "timeForRotation")
+        total = arguments.duration(totalDuration, "totalDuration", zero=True)
+        before = {led: self.colours[led] for led in self._groups["FaceLeds"]}
+        frames: list[tuple[dict[str, Colour], float]] = []
+        for step in range(min(math.ceil(total / turn * 8), 10_000)):
+            lit = {led: colour if int(led[-1]) == step % 8 else (0.0, 0.0, 0.0) for led in before}
+            frames.append((lit, step * turn / 8))
+        return self._play([*frames, (before, total)], smooth=False)
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _leds(self, name: Any) -> tuple[tuple[str, ...], int | None]:
+        """The LEDs of a name, and which channel of them it means: 0 red, 1 green, 2 blue, None all."""
+        wanted = arguments.text(name, "name")
+        for candidate, channel in ((wanted, None), *((wanted.removesuffix(c), i) for i, c in enumerate(_CHANNELS))):
+            if candidate in self._groups:
+                return self._groups[candidate], channel
+            if candidate in self.colours:
+                return (candidate,), channel
+        raise UnknownName("LED or group", wanted, (*self._groups, *self.colours))
+
+    def _with(self, led: str, channel: int | None, value: float) -> Colour:
+        if channel is None:
+            return (value, value, value)
+        colour = list(self.colours[led])
+        colour[channel] = value
+        return (colour[0], colour[1], colour[2])
+
+    def _intensity(self, name: Any, value: float) -> None:
+        leds, channel = self._leds(name)
+        self._write({led: self._with(led, channel, value) for led in leds})
+
+    def _write(self, colours: dict[str, Colour], *, tell: bool = True) -> None:
+        for led, colour in colours.items():
+            most = max(colour)
+            shown = (0.0, 0.0, most) if led in _BLUE else (most, most, most) if led in _WHITE else colour
+            self.colours[led] = shown
+        if tell:
+            self.nao.log.change("leds", {led: self.colours[led] for led in colours})
+
+    def _fade(self, goal: dict[str, Colour], seconds: float) -> Call:
+        return self._play([(goal, seconds)])
+
+    def _cycle(self, leds: tuple[str, ...], names: tuple[str, ...], seconds: float) -> Call:
+        before = {led: self.colours[led] for led in leds}
+        count = min(math.ceil(seconds * 4), 10_000)
+        frames = [(dict.fromkeys(leds, _colour(names[i % len(names)])), i * seconds / count) for i in range(count)]
+        return self._play([*frames, (before, seconds)], smooth=False)
+
+    def _play(self, frames: list[tuple[dict[str, Colour], float]], *, smooth: bool = True) -> Call:
+        """Show colours at times from now, between them a straight line where `smooth`; the call ends with the last."""
+        begin = self.nao.clock.now
+        call = Call(lambda: call.finish())
+        start = {led: self.colours[led] for led in frames[-1][0]}
+        last = 0.0
+
+        def show(index: int) -> None:
+            nonlocal start, last
+            if call.done():
+                return
+            now = self.nao.clock.now - begin
+            while index < len(frames) and now >= frames[index][1] - 1e-9:
+                self._write(frames[index][0])
+                start, last = frames[index]
+                index += 1
+            if index == len(frames):
+                self.nao.monitor.later(call.finish)
+                return
+            goal, end = frames[index]
+            if smooth and now > last:
+                share = (now - last) / (end - last)
+                self._write({led: _mixed(start[led], goal[led], share) for led in goal})
+            wait = min(1.0 / _STEPS_PER_SECOND, end - now) if smooth else end - now
+            self.nao.clock.after(wait, lambda: show(index))
+
+        show(0)
+        return call
+
+
+def _colour(value: Any) -> Colour:
+    """A colour from 0x00RRGGBB or a name."""
+    if isinstance(value, str):
+        number = _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
+    else:
+        number = arguments.whole(value, "rgb")
+        if not 0 <= number <= 0xFFFFFFFF:
+            raise BadArgument(f"rgb must be 0x00RRGGBB, got {number}")
+    return ((number >> 16 & 0xFF) / 255.0, (number >> 8 & 0xFF) / 255.0, (number & 0xFF) / 255.0)
+
+
+def _mixed(one: Colour, other: Colour, share: float) -> Colour:
+    r, g, b = ((1.0 - share) * a + share * c for a, c in zip(one, other, strict=True))
+    return (r, g, b)

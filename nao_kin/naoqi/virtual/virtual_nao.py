@@ -1,0 +1,265 @@
+"""The virtual NAO: state, time, and the services that scripts talk to."""
+
+from __future__ import annotations
+
+import threading
+import time as wall
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType, TracebackType
+from typing import Any
+
+import numpy as np
+
+from nao_kin import NaoModel, load_nao
+from nao_kin._common.arrays import Floats
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.naoqi.virtual.base import Base
+from nao_kin.naoqi.virtual.calls import Call, Monitor, NaoqiError
+from nao_kin.naoqi.virtual.clock import TICK, Clock
+from nao_kin.naoqi.virtual.joints import Joints
+from nao_kin.naoqi.virtual.log import Change, Log
+from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.tasks import Task, Tasks
+
+# A thread that wakes more often than this spends its time on waking.
+_SHORTEST_SLEEP = 0.001
+# A stepped call that needs more robot time than this never ends.
+_MOST_SECONDS = 3600.0
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything about the robot at one moment; arrays are copies of the caller's own.
+
+    Attributes:
+        time: robot time [s].
+        q: configuration that the sensors show, shape (25,).
+        command: configuration that is commanded, shape (25,).
+        stiffness: in the order of "Body", shape (26,).
+        T_world_torso: shape (4, 4).
+        leds: colour of each LED, r, g, b from 0 to 1.
+        saying: what is being said; "" for nothing.
+    """
+
+    time: float
+    q: Floats
+    command: Floats
+    stiffness: Floats
+    T_world_torso: Floats
+    leds: Mapping[str, tuple[float, float, float]]
+    saying: str
+
+
+class VirtualNao:
+    """A NAO without a body, that answers as NAOqi does.
+
+        with nk.naoqi.VirtualNao(stepped=True) as nao:
+            nao.call("ALMotion", "wakeUp")
+            nao.call("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
+            print(nao.call("ALMotion", "getAngles", "Head", True), nao.clock.now)
+
+    It is kinematics: joints go where they are told within limits and maximum speeds, nothing has weight, nothing falls
+    and nothing collides. It begins in Crouch without stiffness, as a robot that was switched on.
+
+    Args:
+        robot: a NAO with a fixed base; None for a V6.
+        speed: seconds of robot time in one second.
+        stepped: time moves by `step` alone, and by `call`; no thread runs, and what happens depends on calls and steps
+            only.
+        posture: the posture to begin in.
+        on_change: is called with every `Change`, by whichever thread makes it; it must not wait.
+
+    Attributes:
+        robot, clock, joints, tasks, base, log: the parts; whoever reads or changes several holds `monitor`.
+        services: name → service.
+        monitor: the lock.
+
+    Raises:
+        BadArgument: no NAO, or no speed.
+        UnknownName: no such posture.
+    """
+
+    def __init__(
+        self,
+        robot: NaoModel | None = None,
+        *,
+        speed: float = 1.0,
+        stepped: bool = False,
+        posture: str = "Crouch",
+        on_change: Callable[[Change], object] | None = None,
+    ) -> None:
+        self.robot = load_nao() if robot is None else robot
+        if not isinstance(self.robot, NaoModel) or self.robot.base != "fixed":
+            raise BadArgument("robot must be a NAO with a fixed base, as load_nao gives it")
+        self.stepped = stepped
+        self.monitor = Monitor()
+        self.clock = Clock(speed)
+        self._on_change = on_change
+        self.log = Log(lambda: self.clock.now, self._publish)
+        q = self.robot.clamp(self.robot.posture(posture))
+        self.joints = Joints(self.robot, q)
+        self.base = Base(self.robot, q, posture)
+        self.tasks = Tasks(self)
+        self._closed = False
+        self._pending: set[Call] = set()
+        from nao_kin.naoqi.virtual.services import make_services
+
+        self.services: Mapping[str, Service] = MappingProxyType(make_services(self))
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+        if not stepped:
+            self._thread = threading.Thread(target=self._run, name="virtual NAO", daemon=True)
+            self._thread.start()
+
+    # --- for scripts ----------------------------------------------------------------------------------------------
+
+    def call(self, service: str, method: str, *arguments: Any) -> Any:
+        """Call a method and wait for its answer; with `stepped`, time runs until it is there.
+
+        Raises:
+            UnknownName: no such service.
+            NaoqiError: what NAOqi would answer in its place.
+        """
+        call = self.post(service, method, *arguments)
+        if self.stepped:
+            end = self.clock.now + _MOST_SECONDS
+            while not call.done():
+                if self.clock.now > end:
+                    raise NaoqiError(service, method, f"no answer within {_MOST_SECONDS:g} s of robot time")
+                self._tick()
+        return call.result()
+
+    def post(self, service: str, method: str, *arguments: Any) -> Call:
+        """Call a method without waiting for its answer.
+
+        Raises:
+            UnknownName: no such service.
+            NaoqiError: the method refuses at once.
+        """
+        if service not in self.services:
+            raise UnknownName("service", service, tuple(self.services))
+        answer = self.services[service].invoke(method, *arguments)
+        if isinstance(answer, Call):
+            return answer
+        call = Call()
+        call.finish(answer)
+        return call
+
+    # --- time -----------------------------------------------------------------------------------------------------
+
+    def step(self, dt: float) -> None:
+        """Let some robot time pass; what is less than a tick of 10 ms counts with the next step.
+
+        Raises:
+            BadArgument: time runs by itself, or no such time.
+        """
+        if not self.stepped:
+            raise BadArgument("only a virtual NAO made with stepped=True is stepped; this one's time runs by itself")
+        self.check_open()
+        for _ in range(self.clock.step(dt)):
+            self._tick()
+
+    def after(self, seconds: float) -> Call:
+        """A call that ends after so much robot time; its `cancel` ends it at once. Only with the lock held."""
+
+        def stop() -> None:
+            timer.cancel()
+            call.finish()
+
+        call = Call(stop)
+        timer = self.clock.after(seconds, lambda: self.monitor.later(call.finish))
+        return call
+
+    def _tick(self) -> None:
+        with self.monitor:
+            for action in self.clock.tick():
+                action()
+            self.tasks.tick()
+            if self.joints.advance(TICK):
+                self.base.update(self.joints.q())
+            self.tasks.start_waiting()
+
+    def _run(self) -> None:
+        pause = max(0.5 * TICK / self.clock.speed, _SHORTEST_SLEEP)
+        self.clock.due(wall.monotonic())
+        while not self._ended.wait(pause):
+            for _ in range(self.clock.due(wall.monotonic())):
+                if self._ended.is_set():
+                    return
+                self._tick()
+
+    # --- state ----------------------------------------------------------------------------------------------------
+
+    def state(self) -> State:
+        """Everything at one moment."""
+        with self.monitor:
+            q = self.joints.q()
+            leds, voice = self.services.get("ALLeds"), self.services.get("ALTextToSpeech")
+            return State(
+                self.clock.now,
+                q,
+                self.joints.q(sensor=False),
+                self.joints.stiffness,
+                self.base.torso(q),
+                MappingProxyType(dict(getattr(leds, "colours", {}))),
+                str(getattr(voice, "saying", "")),
+            )
+
+    def torso_in_world(self, *, sensor: bool = True) -> Floats:
+        """T_world_torso for the sensors, or for the commands; shape (4, 4)."""
+        with self.monitor:
+            return np.array(self.base.torso(self.joints.q(sensor=sensor)))
+
+    def start_task(self, task: Task) -> Call:
+        """Add a motion task; only with the lock held."""
+        return self.tasks.add(task)
+
+    def await_answer(self, call: Call) -> None:
+        """Have a call fail when the virtual NAO is closed before it is done."""
+        self._pending.add(call)
+        call.add_done_callback(self._pending.discard)
+
+    def announce(self, event: str, value: Any) -> None:
+        """Raise an event of the robot's own in ALMemory; only with the lock held."""
+        memory = self.services["ALMemory"]
+        memory.announce(event, value)  # type: ignore[attr-defined]
+
+    def check_open(self) -> None:
+        """Refuse when closed.
+
+        Raises:
+            BadArgument: it is.
+        """
+        if self._closed:
+            raise BadArgument("the virtual NAO is closed")
+
+    def _publish(self, change: Change) -> None:
+        watcher = self._on_change
+        if watcher is not None:
+            with self.monitor:
+                self.monitor.later(lambda: watcher(change))
+
+    # --- the end --------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Stop time; whoever waits for an answer gets an error. Does nothing when closed."""
+        with self.monitor:
+            if self._closed:
+                return
+            self._closed = True
+        self._ended.set()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join()
+        for call in tuple(self._pending):
+            call.fail(BadArgument("the virtual NAO was closed"))
+        with self.monitor:
+            self.tasks.kill_all()
+
+    def __enter__(self) -> VirtualNao:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,261 @@
+"""A robot that runs, mirrored and recorded: robots in processes of their own, read over qi and LoLA."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument
+from nao_kin.motion import read_motion
+from nao_kin.naoqi import LolaSource, NaoqiSource, from_order, readings, recorded, vertical
+from nao_kin.rotations import matrix_from_rpy
+
+# Sends frames in which HeadYaw grows by 0.001 each, to whoever connects, as often as it is told to.
+LOLA_ROBOT = """
+    import os, socket, sys, time
+    import numpy as np
+    from nao_kin.naoqi import encode_lola
+    path, count, times = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+    if os.path.exists(path):
+        os.remove(path)
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(path)
+    listener.listen()
+    print("ready", flush=True)
+    number = 0
+    for _ in range(times):
+        robot, _ = listener.accept()
+        robot.setblocking(False)
+        try:
+            for _ in range(count):
+                position = np.zeros(25)
+                position[0] = 0.001 * number
+                robot.sendall(encode_lola({"Position": position, "Angles": [0.0, 0.5]}))
+                number += 1
+                time.sleep(0.01)
+            try:
+                got = robot.recv(1)
+                print("was sent something" if got else "left", flush=True)
+            except BlockingIOError:
+                print("was sent nothing", flush=True)
+        except OSError:
+            print("left", flush=True)
+        robot.close()
+"""
+
+
+@contextmanager
+def _lola_robot(folder: Path, count: int, times: int = 1) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    path = folder / "robocup"
+    command = [sys.executable, "-c", textwrap.dedent(LOLA_ROBOT), str(path), str(count), str(times)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "ready\n"
+            yield str(path), process
+        finally:
+            process.kill()
+
+
+@contextmanager
+def _virtual_nao(port: int = 0) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    pytest.importorskip("qi")
+    command = [sys.executable, "-m", "nao_kin", "serve", "--port", str(port), "--posture", "StandInit", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            text = ""
+            while not text.rstrip().endswith("}"):
+                text += process.stdout.readline()
+            yield json.loads(text)["endpoint"], process
+        finally:
+            process.kill()
+
+
+def _live(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "nao_kin", "live", "--no-view", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+
+
+def test_the_frames_of_a_nao6_become_configurations(nao: nk.NaoModel, short_folder: Path) -> None:
+    with _lola_robot(short_folder, 5) as (path, process):
+        found = []
+        for reading in readings(LolaSource(path), nao, rate=1e6, wanted=lambda: len(found) < 5):
+            found.append(reading)
+        assert process.stdout is not None
+        process.wait(10)
+        assert process.stdout.readline() in ("left\n", "was sent nothing\n")
+    values = [nao.angles(reading.q)["HeadYaw"] for reading in found]
+    assert values == pytest.approx([0.0, 0.001, 0.002, 0.003, 0.004], abs=1e-8)
+    times = np.array([reading.time for reading in found])
+    assert times[0] == 0.0
+    assert (np.diff(times) > 0.0).all()
+    up = found[0].up
+    assert up is not None
+    assert up == pytest.approx([-np.sin(0.5), 0.0, np.cos(0.5)], abs=1e-7)
+
+
+def test_a_robot_that_is_lost_is_found_again(nao: nk.NaoModel, short_folder: Path) -> None:
+    lines: list[str] = []
+    with _lola_robot(short_folder, 3, times=2) as (path, _):
+        found: list[float] = []
+        source = LolaSource(path)
+        for reading in readings(source, nao, rate=1e6, wanted=lambda: len(found) < 6, on_state=lines.append):
+            found.append(float(reading.q[nao.joint_names.index("HeadYaw")]))
+    assert found == pytest.approx(0.001 * np.arange(6), abs=1e-8)
+    assert [line.split()[0] for line in lines] == ["connected", path, "connected"]
+    assert "trying again" in lines[1]
+
+
+def test_no_more_readings_than_wanted(nao: nk.NaoModel, short_folder: Path) -> None:
+    with _lola_robot(short_folder, 40) as (path, _):
+        found = []
+        for reading in readings(LolaSource(path), nao, rate=20.0, wanted=lambda: len(found) < 4):
+            found.append(reading.time)
+    assert (np.diff(found) >= 0.05 - 1e-3).all()
+
+
+def test_a_virtual_nao_is_mirrored_as_it_moves(nao: nk.NaoModel) -> None:
+    qi = pytest.importorskip("qi")
+    with _virtual_nao() as (endpoint, _):
+        session = qi.Session()
+        session.connect(endpoint)
+        motion = session.service("ALMotion")
+        motion.setStiffnesses("Head", 1.0)
+        motion.setAngles("HeadYaw", 0.5, 0.1)
+        found = []
+        end = time.monotonic() + 10.0
+
+        def wanted() -> bool:
+            return time.monotonic() < end and (not found or found[-1].q[0] < 0.5)
+
+        for reading in readings(NaoqiSource(endpoint), nao, rate=50.0, wanted=wanted):
+            found.append(reading)
+        yaw = np.array([reading.q[nao.joint_names.index("HeadYaw")] for reading in found])
+        session.close()
+    assert yaw[-1] == pytest.approx(0.5, abs=1e-6)
+    assert (np.diff(yaw) >= 0.0).all()
+    assert ((yaw > 0.0) & (yaw < 0.5)).sum() > 5
+    still = from_order(nao, nao.to_body(nao.posture("StandInit")), "H25")
+    assert found[-1].q[2:] == pytest.approx(still[2:], abs=1e-6)
+    # In StandInit the hip, knee and ankle add up to −0.1: on level soles the torso leans forward by as much.
+    assert found[-1].up == pytest.approx([-np.sin(0.1), 0.0, np.cos(0.1)], abs=1e-6)
+
+
+def test_a_recording_is_a_motion_that_can_be_read(nao: nk.NaoModel, short_folder: Path) -> None:
+    file = short_folder / "nod.json"
+    with _lola_robot(short_folder, 200) as (path, _):
+        done = _live("--lola", path, "--record", str(file), "--seconds", "0.4", "--rate", "50")
+        assert done.returncode == 0, done.stderr
+        assert done.stdout == f"{file}\n"
+        again = _live("--lola", path, "--record", str(file), "--seconds", "0.2")
+        assert again.returncode == 2
+        assert again.stderr == f"nao-kin: {file} exists; --force overwrites it\n"
+    motion = read_motion(file)
+    assert motion.joint_names == nao.joint_names
+    assert motion.start == 0.0
+    assert 0.4 <= motion.end < 0.6
+    yaw = motion.keys[motion.joint_names.index("HeadYaw")]
+    assert (np.diff(yaw) > 0.0).all()
+
+
+def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
+    file = short_folder / "nod.json"
+    with _lola_robot(short_folder, 2000) as (path, _):
+        command = [
+            sys.executable,
+            "-m",
+            "nao_kin",
+            "live",
+            "--no-view",
+            "--lola",
+            path,
+            "--record",
+            str(file),
+            "--json",
+        ]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stderr is not None
+            assert process.stdout is not None
+            assert "connected" in process.stderr.readline()
+            time.sleep(0.5)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(10) == 130
+            document = json.loads(process.stdout.read())
+    assert document["record"] == str(file)
+    assert document["readings"] > 3
+    assert len(read_motion(file).times[0]) == document["readings"]
+
+
+def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: Path) -> None:
+    silent = socket.socket(socket.AF_UNIX)
+    silent.bind(str(short_folder / "silent"))
+    silent.listen()
+    command = [sys.executable, "-m", "nao_kin", "live", "--no-view", "--lola", str(short_folder / "silent")]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert "connected" in process.stderr.readline()
+        assert "sends nothing for 3 s; trying again" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(2) == 130
+    silent.close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET"),
+        (("tcp://a:1", "--lola", "x"), "give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET"),
+        (("udp://a:1",), "address must be like tcp://nao.local:9559, got 'udp://a:1'"),
+        (("a:b:c",), "address must be like tcp://nao.local:9559, got 'a:b:c'"),
+        (("a:99999",), "address must be like tcp://nao.local:9559, got 'a:99999'"),
+        (("--lola", "x", "--rate", "0"), "rate must be a positive number, got 0"),
+        (("--lola", "x", "--seconds", "-1"), "--seconds must be a positive number, got -1"),
+        (("--lola", "x", "--record", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
+    ],
+)
+def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str) -> None:
+    done = _live(*arguments)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"nao-kin: {message}")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("address", "endpoint"),
+    [
+        ("nao.local", "tcp://nao.local:9559"),
+        ("nao.local:1", "tcp://nao.local:1"),
+        ("tcp://10.0.0.1", "tcp://10.0.0.1:9559"),
+        ("tcps://10.0.0.1:9503", "tcps://10.0.0.1:9503"),
+        ("[::1]", "tcp://[::1]:9559"),
+    ],
+)
+def test_an_address_may_be_short(address: str, endpoint: str) -> None:
+    pytest.importorskip("qi")
+    assert NaoqiSource(address).address == endpoint
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch"), [(0.0, 0.0), (0.3, 0.0), (0.0, -0.4), (0.3, -0.4), (np.pi, 0.1), (0.2, np.pi / 2)]
+)
+def test_the_vertical_is_that_of_the_turned_torso(roll: float, pitch: float) -> None:
+    R_world_torso = matrix_from_rpy([roll, pitch, 0.7])
+    assert vertical(roll, pitch) == pytest.approx(R_world_torso.T @ [0.0, 0.0, 1.0], abs=1e-15)
+
+
+def test_nothing_read_is_no_motion(nao: nk.NaoModel) -> None:
+    with pytest.raises(BadArgument, match="no readings"):
+        recorded([], nao)
