@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument
 from nao_kin.motion import read_motion
 from nao_kin.naoqi import LolaSource, NaoqiSource, from_order, readings, recorded, vertical
@@ -226,11 +227,11 @@ def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: 
         (("--lola", "x", "--record", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
     ],
 )
-def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str) -> None:
-    done = _live(*arguments)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"nao-kin: {message}")
-    assert done.stderr.count("\n") == 1
+def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["live", "--no-view", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"nao-kin: {message}")
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize(

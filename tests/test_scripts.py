@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin.cli.app import run
 from nao_kin.naoqi import QiServer, VirtualNao, run_script
 from nao_kin.naoqi.compat import FOLDER
 
@@ -335,9 +336,8 @@ def test_the_command_makes_a_robot_of_its_own(tmp_path: Path) -> None:
         (("x.py", "--port", "1", "--view"), "--view is for a virtual NAO of the script's own; leave out --port"),
     ],
 )
-def test_bad_input_is_one_line(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
-    command = [sys.executable, "-m", "nao_kin", "run", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"nao-kin: {message}")
-    assert done.stderr.count("\n") == 1
+def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["run", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"nao-kin: {message}")
+    assert error.count("\n") == 1
