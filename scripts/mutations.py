@@ -949,6 +949,116 @@ _IK = (
     ),
 )
 
+_MOTION = (
+    *_faults(
+        "motion/interpolation.py",
+        "test_motion.py",
+        (
+            "bezier-parameter-bisected-forever-to-the-left",
+            "low, high = np.where(miss <= 0.0, u, low)",
+            "low, high = np.where(miss < -1.0, u, low)",
+        ),
+        (
+            "key-of-a-joint-belongs-to-the-segment-before",
+            'np.searchsorted(times, t, side="right") - 1, 0',
+            'np.searchsorted(times, t, side="left") - 1, 0',
+        ),
+        (
+            "handle-before-a-key-taken-for-the-one-after",
+            "after, before = handles[:-1, 1], handles[1:, 0]",
+            "after, before = handles[:-1, 0], handles[1:, 1]",
+        ),
+    ),
+    *_faults(
+        "motion/mirroring.py",
+        "test_motion_editing.py",
+        ("mirrored-turns-keep-their-sign", 'kind == "prismatic" else -1.0', 'kind == "prismatic" else 1.0'),
+    ),
+    *_faults(
+        "motion/checking.py",
+        "test_motion_checking.py",
+        (
+            "speeds-of-one-direction-only",
+            'found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)',
+            'found = _both_sides(curve, "speed", -10.0 * limit, limit, SPEED_TOLERANCE * limit)',
+        ),
+        (
+            "coupled-limits-above-only",
+            "((table.upper, 1.0), (table.lower, -1.0))",
+            "((table.upper, 1.0),)",
+        ),
+    ),
+    *_faults(
+        "motion/mending.py",
+        "test_motion_editing.py",
+        (
+            "joints-clamped-at-their-keys-only",
+            "(pieces.values > upper + LIMIT_TOLERANCE)).any(axis=1)",
+            "(pieces.values > upper + 9.0)).any(axis=1)",
+        ),
+    ),
+)
+
+_NAOQI = (
+    *_faults(
+        "naoqi/spaces.py",
+        "test_naoqi_language.py",
+        (
+            "robot-frame-turned-half-a-turn-where-the-feet-are-on-both-sides-of-pi",
+            "apart = apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))",
+            "apart = apart + 0.0",
+        ),
+        (
+            "robot-frame-at-the-height-of-the-upper-foot",
+            "T_world_feet[..., 2, 3].min(axis=-1)",
+            "T_world_feet[..., 2, 3].max(axis=-1)",
+        ),
+    ),
+    *_faults(
+        "naoqi/virtual/joints.py",
+        "test_virtual_engine.py",
+        (
+            "right-hip-counts-more-than-the-left",
+            "wanted[self._right] = wanted[self._left]\n        command",
+            "wanted[self._left] = wanted[self._right]\n        command",
+        ),
+        (
+            "limp-joints-move",
+            "np.where(self._stiffness > 0.0, self.max_speed * dt, 0.0)",
+            "np.where(self._stiffness >= 0.0, self.max_speed * dt, 0.0)",
+        ),
+    ),
+    *_faults(
+        "naoqi/virtual/tasks.py",
+        "test_virtual_engine.py",
+        (
+            "tasks-overtake-those-that-wait",
+            "            if not task.reactive:\n                taken |= task.resources",
+            "            if task.reactive:\n                taken |= task.resources",
+        ),
+        (
+            "reactive-tasks-keep-joints-that-others-took",
+            "other.give_up(shared)",
+            "other.give_up(frozenset())",
+        ),
+    ),
+    *_faults(
+        "naoqi/virtual/clock.py",
+        "test_virtual_engine.py",
+        ("parts-of-a-tick-are-lost", "self._rest = max(0.0, self._rest - count)", "self._rest = 0.0"),
+    ),
+    *_faults(
+        "naoqi/lola.py",
+        "test_lola.py",
+        ("endless-frames-are-read", "if self._left < 0:", "if self._left < -(10**9):"),
+    ),
+    *_faults(
+        "naoqi/live.py",
+        "test_live.py",
+        ("torso-inclined-to-the-other-side", "[-sp, sr * cp, cr * cp]", "[sp, sr * cp, cr * cp]"),
+    ),
+)
+
 MUTATIONS: tuple[Mutation, ...] = (
     *_COMMON,
     *_URDF,
@@ -962,4 +1072,6 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_CROSSCHECK,
     *_VIEWER,
     *_FOLLOWING,
+    *_MOTION,
+    *_NAOQI,
 )
