@@ -46,12 +46,12 @@ class Script:
         planes = ConvexHull(self.soles(*feet)).equations
         return float(-(planes[:, :2] @ self.com() + planes[:, 2]).max())
 
-    def wait(self, call: Call, least: float = -1.0, *feet: str, slip: float = 1e-6) -> float:
+    def wait(self, call: Call, least: float = -1.0, *feet: str) -> float:
         """Let time pass until a call is over, both soles staying, and the centre of mass inside where that is asked."""
         begin, soles = self.nao.clock.now, self.feet()
         while not call.done():
             self.nao.step(0.02)
-            assert np.abs(self.feet() - soles).max() < slip
+            assert np.abs(self.feet() - soles).max() < 1e-6
             assert self.nao.robot.within_limits(self.nao.joints.q()).all()
             assert not feet or self.inside(*feet) > least
         call.result()
@@ -122,8 +122,7 @@ def test_balance_comes_before_what_is_out_of_reach(script: Script) -> None:
     script("wbEnable", True)
     script("wbEnableBalanceConstraint", True, "Legs")
     call = script.nao.post("ALMotion", "positionInterpolations", "RArm", ROBOT, [0.6, -0.1, 0.3, 0, 0, 0], 7, 2.0)
-    # At the end of their reach joints would have to be too fast; what they are late by, a foot slips.
-    script.wait(call, 0.004, "LLeg", "RLeg", slip=1e-3)
+    script.wait(call, 0.004, "LLeg", "RLeg")
     assert "as near to its target as balance and the feet let it" in "\n".join(line for _, line in script.nao.log.lines)
 
 

@@ -11,6 +11,10 @@ from nao_kin import NaoModel, ik
 from nao_kin._common.arrays import Floats
 from nao_kin.naoqi.virtual.cartesian.descent import RADIAN, Solution
 from nao_kin.naoqi.virtual.cartesian.effectors import LEGS, TORSO
+from nao_kin.rotations import exp, log
+
+# Effector → pose (4, 4) or place (3,) in the world, and its weights of metres and of radians.
+Targets = Mapping[str, tuple[Floats, tuple[float, float]]]
 
 FOOT_STATES: tuple[str, ...] = ("Fixed", "Plane", "Free")
 SUPPORTS: tuple[str, ...] = ("Legs", "LLeg", "RLeg")
@@ -19,6 +23,10 @@ _SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _HELD = 100.0
 # How far inside the support polygon the centre of mass is kept [m].
 _MARGIN = 0.005
+# How often targets are brought nearer so that joints are not too fast.
+_MOST_HALVINGS = 7
+# What counts as missing where they were: metres, and radians times 0.1.
+_NOTEWORTHY = 2e-3
 
 
 @dataclass
@@ -53,7 +61,7 @@ def solve(
     robot: NaoModel,
     balance: Balance,
     T_world_feet: Floats,
-    targets: Mapping[str, tuple[Floats, tuple[float, float]]],
+    targets: Targets,
     q: Floats,
     posture: Floats,
     *,
@@ -100,3 +108,65 @@ def solve(
         return Solution(np.array(q), np.inf)
     off = [np.hypot(away, RADIAN * turn) for away, turn in found.residuals.values()]
     return Solution(found.q, float(np.linalg.norm(off)))
+
+
+def step_towards(
+    robot: NaoModel,
+    balance: Balance,
+    T_world_feet: Floats,
+    targets: Targets,
+    q: Floats,
+    posture: Floats,
+    T_world_torso: Floats,
+    most: Floats,
+    *,
+    com: Floats | None = None,
+) -> Solution | None:
+    """As `solve`, for joint values that can be reached in a tick.
+
+    At the end of its reach the nearest pose of the whole robot may be a far one. Targets are then brought nearer to
+    where the effectors are, by halves, until no joint is too fast; joints that were late would let the feet slip.
+
+    Args:
+        robot: as in `solve`.
+        balance: as in `solve`.
+        T_world_feet: as in `solve`.
+        targets: as in `solve`.
+        q: the joints of now, shape (nq,).
+        posture: as in `solve`.
+        T_world_torso: where the torso is now, shape (4, 4).
+        most: how far each joint may go, shape (nq,); infinite for what is not moved after all.
+        com: as in `solve`.
+
+    Returns:
+        As `solve`; what is missing is of the targets as they were given.
+    """
+    missing = 0.0
+    for halving in range(_MOST_HALVINGS):
+        share = 0.5**halving
+        nearer = {name: (_part(robot, q, T_world_torso, name, T, share), w) for name, (T, w) in targets.items()}
+        place = None if com is None else _share_of(com_above(robot, q, T_world_torso), com, share)
+        found = solve(robot, balance, T_world_feet, nearer, q, posture, com=place)
+        if found is None:
+            return None
+        missing = missing if halving else found.missing
+        if np.all(np.abs(found.q - q) <= most):
+            return Solution(found.q, missing if halving == 0 else max(missing, _NOTEWORTHY))
+    return Solution(np.array(q), max(missing, _NOTEWORTHY))
+
+
+def _part(robot: NaoModel, q: Floats, T_world_torso: Floats, name: str, wanted: Floats, share: float) -> Floats:
+    """A share of the way of an effector to a pose (4, 4) or a place (3,)."""
+    if share == 1.0:
+        return wanted
+    now = T_world_torso @ robot.fk(q, name)
+    if wanted.ndim == 1:
+        return _share_of(now[:3, 3], wanted, share)
+    part = np.array(wanted)
+    part[:3, 3] = _share_of(now[:3, 3], wanted[:3, 3], share)
+    part[:3, :3] = now[:3, :3] @ exp(share * log(now[:3, :3].T @ wanted[:3, :3]))
+    return part
+
+
+def _share_of(start: Floats, end: Floats, share: float) -> Floats:
+    return np.asarray(start + share * (end - start))

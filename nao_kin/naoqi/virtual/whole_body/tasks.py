@@ -19,7 +19,7 @@ from nao_kin.naoqi.virtual.cartesian.tasks import Scene, hold_still
 from nao_kin.naoqi.virtual.clock import TICK
 from nao_kin.naoqi.virtual.tasks import Task
 from nao_kin.naoqi.virtual.walk.stepping import smooth
-from nao_kin.naoqi.virtual.whole_body.balance import Balance, above, com_above, solve
+from nao_kin.naoqi.virtual.whole_body.balance import Balance, above, com_above, solve, step_towards
 from nao_kin.rotations import exp, log, matrix_from_rpy
 
 if TYPE_CHECKING:
@@ -61,12 +61,14 @@ class GoToBalance(Task):
         self._columns = nao.joints.columns(joint_names(nao.robot, "Joints"))
         scene = Scene(nao)
         self._posture, self._start = scene.q, time
+        self._most = nao.robot.velocity_limits * TICK
         self._feet = np.stack([scene.T_world_torso @ nao.robot.fk(scene.q, foot) for foot in LEGS])
         self._from = com_above(nao.robot, scene.q, scene.T_world_torso)
         self._to = above(nao.robot, scene.q, scene.T_world_torso, self._support)
         if self._fraction is not None:
-            goal = self._solve(nao, self._to, scene.q)
-            ways = np.abs(goal - scene.q) / (self._fraction * nao.robot.velocity_limits)
+            goal = solve(nao.robot, self._balance, self._feet, {}, scene.q, self._posture, com=self._to)
+            assert goal is not None
+            ways = np.abs(goal.q - scene.q) / (self._fraction * nao.robot.velocity_limits)
             # The smooth way is 15/8 as fast in its middle as on average.
             self._duration = max(self._duration, 1.875 * float(ways.max()))
         nao.joints.note_limp(self._columns, self.notes)
@@ -75,16 +77,14 @@ class GoToBalance(Task):
         """The whole robot for this tick's place of the centre of mass."""
         share = min((time - self._start) / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
-        q = self._solve(nao, place, nao.joints.q(sensor=False))
-        nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
-        return share >= 1.0 - _ON_TIME
-
-    def _solve(self, nao: VirtualNao, place: Floats, q: Floats) -> Floats:
-        found = solve(nao.robot, self._balance, self._feet, {}, q, self._posture, com=place)
+        q = nao.joints.q(sensor=False)
+        where = nao.base.torso(q)
+        found = step_towards(nao.robot, self._balance, self._feet, {}, q, self._posture, where, self._most, com=place)
         assert found is not None
         if found.missing > _NOTEWORTHY:
             self.notes.once("com", "the centre of mass goes as near to its place as it can")
-        return found.q
+        nao.joints.set(self._columns, nao.robot.to_body(found.q)[self._columns], self.notes)
+        return share >= 1.0 - _ON_TIME
 
 
 class WholePathTask(Task):
@@ -107,6 +107,7 @@ class WholePathTask(Task):
         hold_still(nao, self._wishes)
         scene = Scene(nao)
         self._posture, self._start = scene.q, time
+        self._most = nao.robot.velocity_limits * TICK
         self._feet = np.stack([scene.T_world_torso @ nao.robot.fk(scene.q, foot) for foot in LEGS])
         self._paths = [EffectorPath(np.concatenate([[0.0], wish.times]), scene.path(wish)) for wish in self._wishes]
         self._end = max(path.end for path in self._paths)
@@ -123,7 +124,7 @@ class WholePathTask(Task):
             T_world = T_world_torso @ T if wish.space == FRAME_TORSO else T
             weights = MASKS[AXIS_MASK_ALL if wish.effector == TORSO else wish.mask]
             targets[wish.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
-        found = solve(nao.robot, self._balance, self._feet, targets, q, self._posture)
+        found = step_towards(nao.robot, self._balance, self._feet, targets, q, self._posture, T_world_torso, self._most)
         if found is None:
             self.notes.once("feet", "no foot stands: nothing moves (wbFootState says which stay)")
         else:
@@ -149,6 +150,7 @@ class EffectorControl(Task):
     def __init__(self, nao: VirtualNao, balance: Balance) -> None:
         super().__init__("wbEnableEffectorControl", joint_names(nao.robot, "Joints"))
         self._balance = balance
+        self._names = nao.robot.joint_names
         self._goals: dict[str, Floats] = {}
         self._now: dict[str, Floats] = {}
         self.over = False
@@ -156,7 +158,8 @@ class EffectorControl(Task):
     def start(self, nao: VirtualNao, time: float) -> None:
         """Note how the robot stands."""
         scene = Scene(nao)
-        self._scene, self._posture = scene, scene.q
+        self._posture = scene.q
+        self._most = nao.robot.velocity_limits * TICK
         self._feet = np.stack([scene.T_world_torso @ nao.robot.fk(scene.q, foot) for foot in LEGS])
         nao.joints.note_limp(nao.joints.columns(sorted(self.resources)), self.notes)
 
@@ -197,7 +200,8 @@ class EffectorControl(Task):
             else:
                 targets[effector] = now, MASKS[AXIS_MASK_VEL]
         q = nao.joints.q(sensor=False)
-        found = solve(nao.robot, self._balance, self._feet, targets, q, self._posture)
+        where = nao.base.torso(q)
+        found = step_towards(nao.robot, self._balance, self._feet, targets, q, self._posture, where, self._most)
         if found is None or not self.resources:
             return False
         if found.missing > _NOTEWORTHY:
@@ -205,6 +209,12 @@ class EffectorControl(Task):
         columns = nao.joints.columns(sorted(self.resources))
         nao.joints.set(columns, nao.robot.to_body(found.q)[columns], self.notes)
         return False
+
+    def give_up(self, resources: frozenset[str]) -> None:
+        """Leave some joints to another task."""
+        super().give_up(resources)
+        if self.started is not None:
+            self._most[[index for index, name in enumerate(self._names) if name in resources]] = np.inf
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
         """Nothing is held any longer."""
