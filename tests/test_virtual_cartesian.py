@@ -210,7 +210,7 @@ def test_what_some_joint_values_reach_is_reached(nao: nk.NaoModel, effector: str
 
 def test_a_target_on_another_branch_is_reached_in_time(script: Script) -> None:
     robot, q, axes = script.nao.robot, script.nao.joints.q(), naoqi.controlled_axes(7)
-    start, behind = robot.fk(q, "LArm"), np.array([-0.1, 0.19, 0.15])
+    start, behind = robot.fk(q, "LArm"), np.array([-0.14, 0.145, 0.17])
     assert nk.ik.arm(robot, "L", behind).success
     for share in np.linspace(0.0, 1.0, 50):  # the arm that follows the straight way ends at a limit
         T = start.copy()

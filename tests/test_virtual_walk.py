@@ -225,6 +225,20 @@ def test_a_walk_obeys_its_configuration(script: Script) -> None:
     assert script("getTaskList") == []
 
 
+def test_both_feet_are_on_the_floor_for_a_third_of_a_step(script: Script) -> None:
+    script("moveInit")
+    call = script.nao.post("ALMotion", "moveTo", 0.2, 0.0, 0.0)
+    heights = []
+    while not call.done():
+        script.nao.step(0.01)
+        heights.append(max(T[2, 3] for T in script.feet().values()))
+    first = np.array(heights[:42])
+    # The swing begins after a sixth of 0.42 s and ends a sixth before its end.
+    assert (first[:7] < 1e-9).all()
+    assert (first[7:34] > 0.0).all()
+    assert (first[35:] < 1e-9).all()
+
+
 def test_joints_that_would_be_too_fast_make_a_step_longer(script: Script) -> None:
     script("moveInit")
     start = script.place()
