@@ -16,7 +16,7 @@ import typer
 import nao_kin
 from nao_kin._common.ending import before_ending
 from nao_kin._text import MOST_ECHOED, abbreviated
-from nao_kin.cli import check, doctor, fk, ik, info, joints, reach, view, warmup
+from nao_kin.cli import check, doctor, fk, ik, info, joints, reach, serve, view, warmup
 from nao_kin.cli.options import Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
@@ -33,7 +33,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (info, joints, fk, ik, check, reach, view, warmup, doctor):
+for _command in (info, joints, fk, ik, check, reach, view, serve, warmup, doctor):
     _command.register(app)
 for _registered in app.registered_commands:
     _registered.cls = Command

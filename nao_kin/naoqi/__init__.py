@@ -1,7 +1,7 @@
 """NAOqi's language: its names, orders, poses, spaces and limits, and a virtual NAO that speaks it.
 
-What stands here needs neither NAOqi nor its Python binding: pure functions of robots, configurations and poses, with
-leading batch axes.
+What stands here needs neither NAOqi nor its Python binding, but for `QiServer`: pure functions of robots,
+configurations and poses, with leading batch axes, and `VirtualNao`, which `nao_kin.naoqi.virtual` explains.
 """
 
 from nao_kin.naoqi.axis_mask import (
@@ -39,6 +39,7 @@ from nao_kin.naoqi.spaces import (
     space_number,
     torso_in,
 )
+from nao_kin.naoqi.virtual import Change, NaoqiError, OpenToOthersWarning, QiServer, State, VirtualNao
 
 __all__ = [
     "AXES",
@@ -64,7 +65,13 @@ __all__ = [
     "FRAME_WORLD",
     "GROUPS",
     "SPACES",
+    "Change",
     "Hips",
+    "NaoqiError",
+    "OpenToOthersWarning",
+    "QiServer",
+    "State",
+    "VirtualNao",
     "angles",
     "axis_mask",
     "chain_names",

@@ -52,6 +52,7 @@ from nao_kin.naoqi.virtual.base import Base
 from nao_kin.naoqi.virtual.calls import Call, NaoqiError
 from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
 from nao_kin.naoqi.virtual.log import Change
+from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.service import Service, method
 from nao_kin.naoqi.virtual.tasks import Task
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
@@ -63,6 +64,8 @@ __all__ = [
     "Change",
     "Interpolation",
     "NaoqiError",
+    "OpenToOthersWarning",
+    "QiServer",
     "Service",
     "State",
     "Task",

@@ -21,9 +21,10 @@ _SHELL = 0.04
 class Base:
     """The torso's pose in the world: kinematics alone, without weight or balance.
 
-    On its feet the robot stands on one sole, which stays where it is, flat on the floor z = 0. When the other sole
-    comes to be lower by more than 1 mm, it becomes the one: with its position and yaw of that moment, and flat. A walk
-    names the foot itself (`stand_on`).
+    On its feet the robot stands on one sole, which stays where it is, flat on the floor z = 0; at first the left one.
+    When the other comes to be lower by more than 1 mm, it becomes the one: with its position and yaw of that moment,
+    and flat. Where the feet are inclined to each other, so that each is lower than the other when that one is flat, the
+    foot stays the same. A walk names the foot itself (`plant`).
 
     In a posture on the floor (Sit, LyingBack …) the vertical is the one that the posture has in the torso's frame, and
     the torso is so high that the lowest joint is 40 mm above the floor, or the lowest sole on it: an estimate, where
@@ -32,7 +33,8 @@ class Base:
 
     Args:
         robot: a NAO.
-        q: configuration to begin with, shape (25,); FRAME_ROBOT is then at the world's origin.
+        q: configuration to begin with, shape (25,); the world's origin is then on the floor at FRAME_ROBOT's x and y,
+            and its x axis along FRAME_ROBOT's.
         posture: the posture that this is, if it is one.
 
     Attributes:
@@ -48,9 +50,10 @@ class Base:
         self._place, self._yaw = np.zeros(2), 0.0
         up = None if posture is None else robot.semantics.postures[posture].up
         if up is None:
-            self.stand_on(self._lower(np.eye(4), q), q, np.eye(4))
-            T_world_torso = self.torso(q)
-            self._T_world_sole = inverse(robot_frame(robot, q, torso_in_world=T_world_torso)) @ self._T_world_sole
+            self.stand_on(self.standing_foot(q), q, np.eye(4))
+            T_world_robot = robot_frame(robot, q, torso_in_world=self.torso(q))
+            T_world_robot[2, 3] = 0.0
+            self._T_world_sole = inverse(T_world_robot) @ self._T_world_sole
         else:
             self.rest(up, q, np.eye(4))
 
@@ -71,11 +74,9 @@ class Base:
         """The joints have moved: change the foot if the other sole is lower now."""
         if self.support is None:
             return
-        T_world_torso = self.torso(q)
-        heights = [T_world_torso[2] @ T_torso_sole[:, 3] for T_torso_sole in self._robot.fk(q, list(FEET))]
-        other = FEET[1 - FEET.index(self.support)]
-        if heights[FEET.index(other)] < heights[FEET.index(self.support)] - _LOWER:
-            self.stand_on(other, q, T_world_torso)
+        foot = self.standing_foot(q, self.support)
+        if foot != self.support:
+            self.stand_on(foot, q)
 
     def stand_on(self, foot: str, q: Floats, T_world_torso: Floats | None = None) -> None:
         """Put a foot flat on the floor where it is, to stay there.
@@ -115,16 +116,15 @@ class Base:
 
     def vertical_on_feet(self, q: Floats) -> Floats:
         """The vertical in the torso's frame if the robot stood on its lower sole in a configuration; shape (3,)."""
-        foot = self._lower(np.eye(4), q)
-        return np.array(self._robot.fk(q, foot)[:3, 2])
+        return np.array(self._robot.fk(q, self.standing_foot(q))[:3, 2])
 
-    def lower_foot(self, q: Floats) -> str:
-        """The foot whose sole is lower in the world; the left one where both are level."""
-        return self._lower(self.torso(q), q)
-
-    def _lower(self, T_world_torso: Floats, q: Floats) -> str:
-        left, right = (T_world_torso[2] @ T_torso_sole[:, 3] for T_torso_sole in self._robot.fk(q, list(FEET)))
-        return FEET[1] if right < left - _LOWER else FEET[0]
+    def standing_foot(self, q: Floats, before: str = FEET[0]) -> str:
+        """The foot that carries the robot: `before`, unless the other is lower, and is so on its own sole too."""
+        other = FEET[1 - FEET.index(before)]
+        T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
+        T_before_other = inverse(T_torso_before) @ T_torso_other
+        lower = T_before_other[2, 3] < -_LOWER and inverse(T_before_other)[2, 3] > -_LOWER
+        return other if lower else before
 
 
 def _flat(T: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
@@ -93,4 +94,7 @@ class Monitor:
             actions, self._later = self._later, actions
         self._lock.release()
         for action in actions:
-            action()
+            try:
+                action()
+            except Exception:  # whoever watches must not stop the robot's time
+                logging.getLogger("nao_kin.naoqi").exception("a callback of the virtual NAO failed")

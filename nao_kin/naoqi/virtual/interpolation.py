@@ -54,8 +54,10 @@ class Interpolation(Task):
         if place >= len(self._samples):
             ahead = time - self._start + TICK * np.arange(_TICKS_AHEAD)
             self._samples, self._sampled_from, place = self._motion.sample(ahead), self._tick, 0
-        nao.joints.set(self._columns, self._samples[place], self.notes)
-        return time - self._start >= self._end - _ON_TIME
+        done = time - self._start >= self._end - _ON_TIME
+        values = self._motion.sample(self._end) if done else self._samples[place]
+        nao.joints.set(self._columns, values, self.notes)
+        return done
 
 
 class Approach(Task):
@@ -86,6 +88,7 @@ class Approach(Task):
             self._targets = self._at + self._targets
         self._step = self._fraction * nao.joints.max_speed[self._columns] * TICK
         nao.joints.note_outside(self._columns, self._targets[None], self.notes)
+        self._targets = np.clip(self._targets, nao.joints.lower[self._columns], nao.joints.upper[self._columns])
         nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
@@ -127,8 +130,9 @@ class StiffnessRamp(Task):
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Set what the motion has at this time."""
-        nao.joints.set_stiffness(self._columns, self._motion.sample(time - self._start))
-        return time - self._start >= self._motion.end - _ON_TIME
+        done = time - self._start >= self._motion.end - _ON_TIME
+        nao.joints.set_stiffness(self._columns, self._motion.sample(self._motion.end if done else time - self._start))
+        return done
 
 
 def through(

@@ -72,6 +72,18 @@ class Joints:
         """Stiffnesses from 0 to 1, shape (26,); a copy."""
         return np.array(self._stiffness)
 
+    def sensor_at(self, column: int) -> float:
+        """Where one joint is."""
+        return float(self._sensor[column])
+
+    def command_at(self, column: int) -> float:
+        """What one joint is commanded."""
+        return float(self._command[column])
+
+    def stiffness_at(self, column: int) -> float:
+        """How stiff one joint is."""
+        return float(self._stiffness[column])
+
     def columns(self, names: Sequence[str]) -> list[int]:
         """Places of joints in the arrays."""
         return [self.column[name] for name in names]
@@ -117,7 +129,7 @@ class Joints:
             notes.once("limp", f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)")
 
     def note_outside(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
-        """Remark which of these joints will be clipped: values are a joint's lowest and highest, or more, (n, joints)."""
+        """Remark which joints will be clipped, from some of the values that they will get, (n, joints)."""
         outside = (values < self.lower[columns] - _NOTEWORTHY) | (values > self.upper[columns] + _NOTEWORTHY)
         for place in np.flatnonzero(outside.any(axis=0)).tolist():
             column = columns[place]

@@ -10,7 +10,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.naoqi.names import as_names, joint_names
 
 TORSO = "Torso"
-WHOLE = ("Body", "Joints", "Com")
+WHOLE = ("Body", "Joints")
 
 
 def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Floats]:

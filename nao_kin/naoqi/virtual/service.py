@@ -48,12 +48,17 @@ class Service:
         kind = type(self)
         offered = [name for name in dir(kind) if getattr(getattr(kind, name), "is_offered", False)]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
+        self._signatures = {name: inspect.signature(function) for name, function in self._methods.items()}
         self.absent = tuple(name for name in type(self).absent if name not in self._methods)
 
     @property
     def method_names(self) -> tuple[str, ...]:
         """What scripts may call, in alphabetical order."""
         return tuple(sorted(self._methods))
+
+    def help(self, name: str) -> str:
+        """What a method does; "" for one that is not there."""
+        return inspect.getdoc(self._methods[name]) or "" if name in self._methods else ""
 
     def invoke(self, name: str, *given: Any) -> Any:
         """Call a method by name; a blocking one returns a `Call`.
@@ -65,15 +70,18 @@ class Service:
         if function is None:
             raise self._no_method(name)
         try:
-            inspect.signature(function).bind(*given)
+            self._signatures[name].bind(*given)
         except TypeError:
-            takes = ", ".join(str(parameter) for parameter in inspect.signature(function).parameters)
+            takes = ", ".join(self._signatures[name].parameters)
             count = f"{len(given)} argument{'' if len(given) == 1 else 's'}"
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
         try:
             with self.nao.monitor:
                 self.nao.check_open()
-                return function(*given)
+                answer = function(*given)
+                if isinstance(answer, Call):
+                    self.nao.await_answer(answer)
+                return answer
         except NaoqiError:
             raise
         except NaoKinError as error:
@@ -124,7 +132,7 @@ class Service:
     def getMethodHelp(self, methodName: Any) -> list[Any]:
         """Name and description of a method."""
         wanted = arguments.choice(methodName, "method", self.method_names)
-        return [wanted, inspect.getdoc(self._methods[wanted]) or ""]
+        return [wanted, self.help(wanted)]
 
     @method
     def getModuleHelp(self) -> str:

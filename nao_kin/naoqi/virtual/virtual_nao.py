@@ -23,7 +23,7 @@ from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.tasks import Task, Tasks
 
 # A thread that wakes more often than this spends its time on waking.
-_SHORTEST_SLEEP = 0.002
+_SHORTEST_SLEEP = 0.001
 # A stepped call that needs more robot time than this never ends.
 _MOST_SECONDS = 3600.0
 
@@ -141,8 +141,6 @@ class VirtualNao:
             raise UnknownName("service", service, tuple(self.services))
         answer = self.services[service].invoke(method, *arguments)
         if isinstance(answer, Call):
-            self._pending.add(answer)
-            answer.add_done_callback(self._pending.discard)
             return answer
         call = Call()
         call.finish(answer)
@@ -183,7 +181,7 @@ class VirtualNao:
             self.tasks.start_waiting()
 
     def _run(self) -> None:
-        pause = max(TICK / self.clock.speed, _SHORTEST_SLEEP)
+        pause = max(0.5 * TICK / self.clock.speed, _SHORTEST_SLEEP)
         self.clock.due(wall.monotonic())
         while not self._ended.wait(pause):
             for _ in range(self.clock.due(wall.monotonic())):
@@ -216,6 +214,16 @@ class VirtualNao:
     def start_task(self, task: Task) -> Call:
         """Add a motion task; only with the lock held."""
         return self.tasks.add(task)
+
+    def await_answer(self, call: Call) -> None:
+        """Have a call fail when the virtual NAO is closed before it is done."""
+        self._pending.add(call)
+        call.add_done_callback(self._pending.discard)
+
+    def announce(self, event: str, value: Any) -> None:
+        """Raise an event of the robot's own in ALMemory; only with the lock held."""
+        memory = self.services["ALMemory"]
+        memory.announce(event, value)  # type: ignore[attr-defined]
 
     def check_open(self) -> None:
         """Refuse when closed.

@@ -46,8 +46,8 @@ class GeneralTools(Service):
     @method
     def getSensorNames(self) -> list[str]:
         """Names of the sensors whose poses getPosition gives."""
-        suffix = "_frame"
-        return sorted(name.removesuffix(suffix) for name in self.nao.robot.frame_names if name.endswith(suffix))
+        frames = [name.removesuffix("_frame") for name in self.nao.robot.frame_names if name.endswith("_frame")]
+        return sorted(name.removeprefix("ImuTorso") for name in frames)
 
     @method
     def getLimits(self, name: Any) -> list[list[float]]:

@@ -41,8 +41,9 @@ class ALLeds(Service):
     """The LEDs, each with a colour that state and watchers see (`Change` of kind "leds": name → r, g, b from 0 to 1).
 
     Groups: AllLeds, FaceLeds, LeftFaceLeds, RightFaceLeds, EarLeds, LeftEarLeds, RightEarLeds, BrainLeds, ChestLeds,
-    FeetLeds, LeftFootLeds, RightFootLeds, and every LED by itself; each also with Red, Green or Blue behind it for one
-    channel, as in FaceLedsRed. The ears have blue alone, and the head has white: they take the brightest channel.
+    FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one of each eye, and every LED by itself; each also
+    with Red, Green or Blue behind it for one channel, as in FaceLedsRed. The ears have blue alone, and the head has
+    white: they take the brightest channel.
 
     Attributes:
         colours: name of each LED → r, g, b.
@@ -65,6 +66,10 @@ class ALLeds(Service):
             "FeetLeds": _FEET,
             "AllLeds": (*eyes, *ears, *_BRAIN, _CHEST, *_FEET),
         }
+        # The eyes' LEDs in pairs, and by their other names, which count the other way round in the right eye.
+        for number, (left, right) in enumerate(zip(_LEFT_EYE, _RIGHT_EYE, strict=True)):
+            self._groups |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
+            self._groups[f"RightFaceLed{8 - number}"] = (right,)
         self.colours: dict[str, Colour] = dict.fromkeys(self._groups["AllLeds"], (1.0, 1.0, 1.0))
         self._own_groups: set[str] = set()
         self._effects: list[Call] = []

@@ -49,6 +49,7 @@ class ALAutonomousLife(Service):
         wanted = arguments.choice(state, "state", _STATES)
         before, self._state = self._state, wanted
         self.nao.log.change("life", wanted)
+        self.nao.announce("AutonomousLife/State", wanted)
         motion = self.nao.services["ALMotion"]
         if wanted == "disabled" and before != "disabled":
             answer: Call = motion.invoke("rest")

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
+from nao_kin.naoqi.poses import position6d
 from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.calls import Call
 from nao_kin.naoqi.virtual.service import Service, method
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 _DEVICE = "Device/SubDeviceList"
+_GRAVITY = 9.81  # m/s²
 _CALM = 38.0  # degrees Celsius of a motor that has nothing to do
 _BATTERY = {"Charge": 1.0, "Current": -0.5, "Temperature": 35.0}
-_BUTTONS = (
+_CONSTANT = (
     "LFoot/Bumper/Left LFoot/Bumper/Right RFoot/Bumper/Left RFoot/Bumper/Right ChestBoard/Button Head/Touch/Front "
     "Head/Touch/Middle Head/Touch/Rear LHand/Touch/Left LHand/Touch/Back LHand/Touch/Right RHand/Touch/Left "
-    "RHand/Touch/Back RHand/Touch/Right"
+    "RHand/Touch/Back RHand/Touch/Right LFoot/FSR/FrontLeft LFoot/FSR/FrontRight LFoot/FSR/RearLeft "
+    "LFoot/FSR/RearRight LFoot/FSR/TotalWeight RFoot/FSR/FrontLeft RFoot/FSR/FrontRight RFoot/FSR/RearLeft "
+    "RFoot/FSR/RearRight RFoot/FSR/TotalWeight"
 ).split()
 _EVENTS = (
     "FrontTactilTouched MiddleTactilTouched RearTactilTouched HandRightBackTouched HandRightLeftTouched "
@@ -61,7 +67,7 @@ class Subscriber:
     def tell(self, value: Any) -> None:
         """Call all callbacks, when the lock is free."""
         for callback in tuple(self._callbacks.values()):
-            self._memory.nao.monitor.later(lambda callback=callback: callback(value))  # type: ignore[misc]
+            self._memory.nao.monitor.later(partial(callback, value))
 
 
 class ALMemory(Service):
@@ -69,8 +75,9 @@ class ALMemory(Service):
 
     The robot's own keys are read where they are asked for: for each joint `Device/SubDeviceList/<joint>/Position/
     Sensor/Value`, `…/Position/Actuator/Value`, `…/Hardness/Actuator/Value`, `…/Temperature/Sensor/Value` and
-    `…/ElectricCurrent/Sensor/Value` (38 °C and 0 A, no motor works here), the angles of the torso
-    (`InertialSensor/AngleX`, `AngleY`), battery, bumpers and touch sensors at zero, `PostureChanged`, `robotIsWakeUp`.
+    `…/ElectricCurrent/Sensor/Value` (38 °C and 0 A, no motor works here); of the inertial sensor the angles of the
+    torso (AngleX, AngleY, AngleZ), gravity in its frame (AccelerometerX …) and gyroscopes at zero; battery; bumpers,
+    touch and force sensors at zero; `PostureChanged`, `robotIsWakeUp`.
     A value that is inserted under such a key is read instead, until it is removed. RHipYawPitch shows LHipYawPitch.
     """
 
@@ -93,8 +100,8 @@ class ALMemory(Service):
     # --- values ---------------------------------------------------------------------------------------------------
 
     @method
-    def getData(self, key: Any) -> Any:
-        """The value of a key; an error where there is none."""
+    def getData(self, key: Any, iDummy: Any = 0) -> Any:
+        """The value of a key; an error where there is none. A second argument, of old scripts, counts for nothing."""
         return self._value(arguments.text(key, "key"))
 
     @method
@@ -140,10 +147,8 @@ class ALMemory(Service):
         return self.getDataList("")
 
     @method
-    def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Any:
+    def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Call:
         """Wait for the next time that the event is raised, and return its value."""
-        from nao_kin.naoqi.virtual.calls import Call
-
         wanted, waiting = Subscriber(self, _key(key)), Call()
         number = wanted.connect(waiting.finish)
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
@@ -177,18 +182,8 @@ class ALMemory(Service):
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Keep a value under a key, and tell whoever listens."""
         key = _key(name)
-        self._events.add(key)
         self._values[key] = value
-        for subscriber in self._listening.get(key, ()):
-            subscriber.tell(value)
-        called = self.module_called
-        if called is not None:
-            for module, (function, message) in self._modules.get(key, {}).items():
-                self.nao.monitor.later(
-                    lambda module=module, function=function, message=message: called(  # type: ignore[misc]
-                        module, function, key, value, message
-                    )
-                )
+        self._raise(key, value)
 
     @method
     def raiseMicroEvent(self, name: Any, value: Any) -> None:
@@ -201,13 +196,18 @@ class ALMemory(Service):
         return Subscriber(self, _key(eventName))
 
     @method
-    def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, message: Any = None) -> None:
+    def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
         """Have a method of a service called with key, value and message whenever the event is raised.
 
-        Also with four arguments, key, module, message, method.
+        With four arguments they are key, service, message and method; with three there is no message.
         """
-        words = [callbackMethod] if message is None else [message, callbackMethod]
-        function, note = arguments.text(words[0], "callbackMethod"), "" if message is None else str(words[1])
+        if len(more) > 1:
+            raise BadArgument("takes an event, a service, a message or none, and a method")
+        message = callbackMethod if more else ""
+        function, note = (
+            arguments.text([callbackMethod, *more][-1], "callbackMethod"),
+            arguments.text(message, "message"),
+        )
         key = _key(name)
         self._events.add(key)
         self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
@@ -224,6 +224,12 @@ class ALMemory(Service):
         """Names of the services that are called at an event."""
         return sorted(self._modules.get(_key(name), {}))
 
+    def announce(self, key: str, value: Any) -> None:
+        """Raise an event of the robot's own; a value that is read from the robot is not kept."""
+        if key not in self._own:
+            self._values[key] = value
+        self._raise(key, value)
+
     def listen(self, subscriber: Subscriber) -> None:
         """Tell a subscriber of its events from now on."""
         listening = self._listening.setdefault(subscriber.key, [])
@@ -239,6 +245,15 @@ class ALMemory(Service):
                 del self._listening[subscriber.key]
 
     # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _raise(self, key: str, value: Any) -> None:
+        self._events.add(key)
+        for subscriber in self._listening.get(key, ()):
+            subscriber.tell(value)
+        called = self.module_called
+        if called is not None:
+            for module, (function, message) in self._modules.get(key, {}).items():
+                self.nao.monitor.later(partial(called, module, function, key, value, message))
 
     def _value(self, key: str) -> Any:
         if key in self._values:
@@ -258,19 +273,22 @@ class ALMemory(Service):
         own: dict[str, Callable[[], Any]] = {}
         for name, column in joints.column.items():
             place = f"{_DEVICE}/{name}"
-            own[f"{place}/Position/Sensor/Value"] = lambda column=column: float(joints.sensor[column])  # type: ignore[misc]
-            own[f"{place}/Position/Actuator/Value"] = lambda column=column: float(joints.command[column])  # type: ignore[misc]
-            own[f"{place}/Hardness/Actuator/Value"] = lambda column=column: float(joints.stiffness[column])  # type: ignore[misc]
+            own[f"{place}/Position/Sensor/Value"] = partial(joints.sensor_at, column)
+            own[f"{place}/Position/Actuator/Value"] = partial(joints.command_at, column)
+            own[f"{place}/Hardness/Actuator/Value"] = partial(joints.stiffness_at, column)
             own[f"{place}/Temperature/Sensor/Value"] = lambda: _CALM
             own[f"{place}/ElectricCurrent/Sensor/Value"] = lambda: 0.0
         for quantity, value in _BATTERY.items():
-            own[f"{_DEVICE}/Battery/{quantity}/Sensor/Value"] = lambda value=value: value  # type: ignore[misc]
-        for button in _BUTTONS:
+            own[f"{_DEVICE}/Battery/{quantity}/Sensor/Value"] = partial(float, value)
+        for button in _CONSTANT:
             own[f"{_DEVICE}/{button}/Sensor/Value"] = lambda: 0.0
         for event in _EVENTS:
             own[event] = lambda: 0.0
-        own[f"{_DEVICE}/InertialSensor/AngleX/Sensor/Value"] = lambda: self._torso_angles()[0]
-        own[f"{_DEVICE}/InertialSensor/AngleY/Sensor/Value"] = lambda: self._torso_angles()[1]
+        for axis, letter in enumerate("XYZ"):
+            place = f"{_DEVICE}/InertialSensor"
+            own[f"{place}/Angle{letter}/Sensor/Value"] = partial(self._torso_angle, axis)
+            own[f"{place}/Accelerometer{letter}/Sensor/Value"] = partial(self._acceleration, axis)
+            own[f"{place}/Gyroscope{letter}/Sensor/Value"] = lambda: 0.0
         own["PostureChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPosture")
         own["PostureFamilyChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
         own["robotIsWakeUp"] = lambda: self.nao.services["ALMotion"].invoke("robotIsWakeUp")
@@ -278,12 +296,13 @@ class ALMemory(Service):
         own["DCM/Time"] = lambda: int(1000.0 * self.nao.clock.now)
         return own
 
-    def _torso_angles(self) -> tuple[float, float]:
-        """Roll and pitch of the torso in the world, as its inertial sensor shows them at rest [rad]."""
-        from nao_kin.naoqi.poses import position6d
+    def _torso_angle(self, axis: int) -> float:
+        """Roll, pitch or yaw of the torso in the world, as its inertial sensor shows them at rest [rad]."""
+        return float(position6d(self.nao.base.torso(self.nao.joints.q()))[3 + axis])
 
-        roll, pitch = position6d(self.nao.base.torso(self.nao.joints.q()))[3:5]
-        return float(roll), float(pitch)
+    def _acceleration(self, axis: int) -> float:
+        """What an accelerometer in the torso shows at rest: gravity, upwards [m/s²]."""
+        return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
 
 
 def _key(key: object) -> str:

@@ -76,8 +76,11 @@ class GoToPosture(Interpolation):
         target = nao.robot.to_body(self._q)
         self.value = bool((np.abs(nao.joints.sensor - target) <= step + 1e-6).all())
         if not self._from_feet and self._to_feet and nao.joints.stiffness.any():
-            nao.base.stand_on(nao.base.lower_foot(self._q), self._q)
+            nao.base.stand_on(nao.base.standing_foot(self._q), self._q)
         nao.log.change("posture", self._posture)
+        if self.value:
+            nao.announce("PostureChanged", self._posture)
+            nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
 class ALRobotPosture(Service):

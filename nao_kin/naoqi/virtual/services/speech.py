@@ -142,6 +142,9 @@ class ALTextToSpeech(Service):
         """Begin the first text of the queue."""
         words, _ = self._queue[0]
         self._tell(words)
+        self.nao.announce("ALTextToSpeech/CurrentSentence", words)
+        self.nao.announce("ALTextToSpeech/TextStarted", 1)
+        self.nao.announce("ALTextToSpeech/TextDone", 0)
         self.nao.log.write(f"says: {abbreviated(words)}")
         self._timer = self.nao.clock.after(self.duration(words), self._said)
 
@@ -150,6 +153,8 @@ class ALTextToSpeech(Service):
         _, call = self._queue.popleft()
         self.nao.monitor.later(call.finish)
         self._tell("")
+        self.nao.announce("ALTextToSpeech/TextStarted", 0)
+        self.nao.announce("ALTextToSpeech/TextDone", 1)
         if self._queue:
             self._next()
 

@@ -25,7 +25,7 @@ class StiffnessControl(Service):
         """Give all joints stiffness and have them stay where they are, as a NAO does."""
         self.nao.joints.hold()
         self.nao.joints.set_stiffness(range(len(self.nao.joints.names)), 1.0)
-        self.nao.log.change("awake", True)
+        self._awake(True)
 
     @method
     def rest(self) -> Call:
@@ -38,7 +38,7 @@ class StiffnessControl(Service):
         def let_go(_: object = None) -> None:
             with self.nao.monitor:
                 self.nao.joints.set_stiffness(range(len(self.nao.joints.names)), 0.0)
-                self.nao.log.change("awake", False)
+                self._awake(False)
             done.finish()
 
         if not stiff:
@@ -47,6 +47,10 @@ class StiffnessControl(Service):
             crouching: Call = posture.go_to("rest", "Crouch", REST_SPEED)  # type: ignore[attr-defined]
             crouching.add_done_callback(let_go)
         return done
+
+    def _awake(self, awake: bool) -> None:
+        self.nao.log.change("awake", awake)
+        self.nao.announce("robotIsWakeUp", awake)
 
     @method
     def robotIsWakeUp(self) -> bool:

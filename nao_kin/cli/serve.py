@@ -1,0 +1,99 @@
+"""`nao-kin serve`: a virtual NAO that NAOqi's scripts connect to."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from contextlib import ExitStack, closing
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nao_kin._common.ending import before_ending
+from nao_kin.cli.options import JsonOption, VersionOption
+from nao_kin.cli.output import print_json, print_note
+from nao_kin.errors import BadArgument
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi import Change, VirtualNao
+    from nao_kin.viewer import Viewer
+
+_FRAMES_PER_SECOND = 25.0
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("serve", epilog="Example: nao-kin serve --speed 10 --log")(serve)
+
+
+def serve(
+    port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 for a free one.")] = 9559,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Address to listen on; qi has no passwords, so keep others out.")
+    ] = "127.0.0.1",
+    version: VersionOption = "v6",
+    speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
+    posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
+    view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
+    log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
+    json: JsonOption = False,
+) -> None:
+    """A virtual NAO for NAOqi's scripts, until Ctrl-C.
+
+    Scripts connect to it as to a robot: qi's session to tcp://127.0.0.1:9559. It begins without stiffness, as a robot
+    that was switched on, and moves as kinematics has it: within limits and speeds, without weight.
+    """
+    from nao_kin import load_nao
+    from nao_kin.naoqi import QiServer, VirtualNao
+
+    if not host.strip():
+        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
+    robot = load_nao(version)
+    with ExitStack() as running:
+        watcher = _print_log if log else None
+        nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
+        server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
+        running.callback(before_ending(server.close))
+        done = {"endpoint": server.endpoint}
+        if view:
+            from nao_kin.viewer import Viewer
+
+            viewer = running.enter_context(closing(Viewer(load_nao(version, base="floating"))))
+            done["url"] = viewer.url
+            ended = threading.Event()
+            running.callback(ended.set)
+            threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True).start()
+        if json:
+            print_json(done)
+        else:
+            for where in done.values():
+                print(f"{where}  (Ctrl-C ends)")
+        sys.stdout.flush()
+        threading.Event().wait()
+
+
+def _print_log(change: Change) -> None:
+    if change.kind == "log":
+        print_note(f"{change.time:.2f} s: {change.value}")
+
+
+def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
+    """Show the robot where it is in the world, until the end.
+
+    Args:
+        nao: the virtual NAO.
+        viewer: of the same robot with a floating base.
+        ended: set at the end.
+    """
+    import numpy as np
+
+    from nao_kin.rotations import quat_from_matrix
+
+    shown = None
+    while not ended.wait(1.0 / _FRAMES_PER_SECOND):
+        state = nao.state()
+        r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
+        q = np.concatenate([state.T_world_torso[:3, 3], vector, [r0], state.q])
+        if shown is None or not np.array_equal(q, shown):
+            viewer.display(q)
+            shown = q

@@ -1,0 +1,203 @@
+"""The services of a virtual NAO offered to scripts over qi, NAOqi's own protocol."""
+
+from __future__ import annotations
+
+import errno
+import importlib
+import ipaddress
+import socket
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any
+
+from nao_kin._common.scalars import whole_number
+from nao_kin._common.warn import warn_caller
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, MissingExtra, NaoKinError, NaoKinWarning
+from nao_kin.naoqi.virtual.calls import Call, NaoqiError
+from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.services.memory import ALMemory, Subscriber
+from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
+PORT = 9559
+HOST = "127.0.0.1"
+
+
+class OpenToOthersWarning(NaoKinWarning):
+    """The server listens to other machines, and qi asks nobody for a password."""
+
+
+class QiServer:
+    """A stand-alone qi session with the services of a virtual NAO.
+
+        with VirtualNao() as nao, QiServer(nao) as server:
+            print(server.endpoint)          # tcp://127.0.0.1:9559
+
+    Scripts connect to it as to a robot. Blocking methods hold no thread: they answer with qi's future, so that
+    thousands may wait. Angles travel as the doubles that they are; a robot sends floats of 32 bits.
+
+    Args:
+        nao: the virtual NAO.
+        host: the address to listen on; "127.0.0.1" lets nobody else in.
+        port: the port to listen on; 0 for a free one.
+        quiet: have qi print nothing but fatal errors, in this process; it reports every connection otherwise.
+
+    Attributes:
+        endpoint: where it listens, such as "tcp://127.0.0.1:9559".
+
+    Raises:
+        MissingExtra: qi is not installed.
+        BadArgument: the port is in use or no port, or the address cannot be had.
+    """
+
+    def __init__(self, nao: VirtualNao, *, host: str = HOST, port: int = PORT, quiet: bool = False) -> None:
+        qi = _qi()
+        if quiet:
+            qi.logging.setLevel(qi.logging.FATAL)
+        number = whole_number(port, "port", 0, 65535)
+        self._check_address(host, number)
+        self._session = qi.Session()
+        try:
+            self._session.listenStandalone(f"tcp://{f'[{host}]' if ':' in host else host}:{number}")
+        except RuntimeError as error:
+            raise BadArgument(f"cannot listen on {host}, port {number}: {_reason(error)}") from None
+        self.endpoint = _endpoint(self._session.endpoints(), host)
+        memory = nao.services.get("ALMemory")
+        if isinstance(memory, ALMemory):
+            memory.module_called = self._call_module
+        for name, service in nao.services.items():
+            self._session.registerService(name, _exported(qi, service))
+
+    def close(self) -> None:
+        """Listen no more; scripts that are connected get an error. Does nothing when closed."""
+        session, self._session = self._session, None
+        if session is not None:
+            session.close()
+
+    def __enter__(self) -> QiServer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _check_address(self, host: str, port: int) -> None:
+        """Refuse an address that cannot be had, and warn of one that others reach."""
+        try:
+            found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        except (OSError, UnicodeError):
+            raise BadArgument(f"host {quoted(host)} is no address of this machine") from None
+        if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in found):
+            warn_caller(
+                f"listening on {host}: qi has no passwords, and whoever reaches port {port} can drive the robot",
+                OpenToOthersWarning,
+            )
+        with socket.socket(found[0][0], socket.SOCK_STREAM) as probe:
+            # As qi does it: a port that a server has just left may be taken again.
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind(found[0][4])
+            except OSError as error:
+                if error.errno == errno.EADDRINUSE:
+                    raise BadArgument(f"port {port} on {host} is in use by another server; give another port") from None
+                raise BadArgument(f"cannot listen on {host}, port {port}: {error.strerror or error}") from None
+
+    def _call_module(self, module: str, function: str, key: str, value: Any, message: str) -> None:
+        """Call a script's own service at an event, without waiting for it."""
+        session = self._session
+        if session is None:
+            return
+
+        def call(service: Any) -> None:
+            if not service.hasError():
+                service.value().call(function, key, value, message, _async=True)
+
+        session.service(module, _async=True).addCallback(call)
+
+
+def _qi() -> Any:
+    """The module qi."""
+    try:
+        return importlib.import_module("qi")
+    except ImportError:
+        raise MissingExtra("a server that NAOqi's scripts can connect to", "naoqi") from None
+
+
+def _exported(qi: Any, service: Service) -> Any:
+    """An object with the methods of a service, as qi takes it; those that are absent answer what there is."""
+    names = (*service.method_names, *service.absent)
+    methods: dict[str, Callable[..., Any]] = {name: _forwarded(qi, service, name) for name in names}
+    return qi.multiThreaded()(type(service.name, (), methods))()
+
+
+def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
+    signals: dict[str, Any] = {}
+
+    def forward(_: Any, *arguments: Any) -> Any:
+        try:
+            answer = service.invoke(name, *arguments)
+        except NaoKinError as error:
+            return _failed(qi, str(error))
+        except Exception as error:  # a fault of ours: the script gets a line, not a traceback
+            return _failed(qi, str(NaoqiError(service.name, name, f"internal error: {error!r}")))
+        if isinstance(answer, Call):
+            return _promised(qi, answer)
+        if isinstance(answer, Subscriber):
+            with service.nao.monitor:
+                if answer.key not in signals:
+                    signals[answer.key] = _as_object(qi, _Signalling(qi, answer))
+                return signals[answer.key]
+        return answer
+
+    forward.__name__, forward.__doc__ = name, service.help(name)
+    return forward
+
+
+class _Signalling:
+    """A subscriber as qi wants it: one for each key, whoever asks, so that scripts that die leave nothing behind."""
+
+    def __init__(self, qi: Any, subscriber: Subscriber) -> None:
+        self.signal = qi.Signal("(m)")
+        subscriber.connect(self.signal)
+
+
+def _as_object(qi: Any, thing: object) -> Any:
+    """A Python object as qi's, made once: qi makes another of a Python object at every answer, and keeps 8 kB of it."""
+    promise = qi.Promise()
+    promise.setValue(thing)
+    return promise.future().value()
+
+
+def _promised(qi: Any, call: Call) -> Any:
+    """The future that qi gives for a call."""
+    promise = qi.Promise(lambda _: call.cancel())
+
+    def settle(done: Any) -> None:
+        error = done.exception()
+        try:
+            if error is None:
+                promise.setValue(done.result())
+            else:
+                promise.setError(str(error))
+        except RuntimeError:  # nobody waits for it any more
+            return
+
+    call.add_done_callback(settle)
+    return promise.future()
+
+
+def _failed(qi: Any, message: str) -> Any:
+    """A future with an error of exactly this text; an exception would arrive with a traceback in it."""
+    promise = qi.Promise()
+    promise.setError(message)
+    return promise.future()
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).partition("[")[0].split())
+
+
+def _endpoint(endpoints: list[str], host: str) -> str:
+    """Of the addresses that are listened on, the one that was asked for."""
+    return next((endpoint for endpoint in endpoints if host in endpoint), endpoints[0])
