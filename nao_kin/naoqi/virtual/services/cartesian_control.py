@@ -109,19 +109,17 @@ class CartesianControl(Service):
     # --- at once --------------------------------------------------------------------------------------------------
 
     @method
-    def setPositions(
-        self, effectorNames: Any, space: Any, positions_: Any, fractionMaxSpeed: Any, axisMask: Any
-    ) -> None:
+    def setPositions(self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
         """Send effectors to positions at a fraction of the joints' maximum speeds; returns at once.
 
         Args:
             effectorNames: an effector, or a list of them.
             space: one for all, or a list of one for each.
-            positions_: a position, or a list of one for each.
+            position: a position, or a list of one for each.
             fractionMaxSpeed: above 0, at most 1.
             axisMask: one for all, or a list of one for each.
         """
-        self._send("setPositions", single(effectorNames, space, positions_, axisMask, positions), fractionMaxSpeed)
+        self._send("setPositions", single(effectorNames, space, position, axisMask, positions), fractionMaxSpeed)
 
     @method
     def setPosition(self, chainName: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
@@ -140,10 +138,10 @@ class CartesianControl(Service):
 
     @method
     def setTransforms(
-        self, effectorNames: Any, space: Any, transforms_: Any, fractionMaxSpeed: Any, axisMask: Any
+        self, effectorNames: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any
     ) -> None:
         """Send effectors to transforms; else as setPositions."""
-        self._send("setTransforms", single(effectorNames, space, transforms_, axisMask, transforms), fractionMaxSpeed)
+        self._send("setTransforms", single(effectorNames, space, transform, axisMask, transforms), fractionMaxSpeed)
 
     @method
     def setTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
