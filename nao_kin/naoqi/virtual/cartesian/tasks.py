@@ -9,7 +9,6 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin.naoqi.axis_mask import controlled_axes
-from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import FRAME_ROBOT, FRAME_TORSO, pose_in, robot_frame
 from nao_kin.naoqi.virtual.cartesian import effectors as limbs
 from nao_kin.naoqi.virtual.cartesian.descent import Solution, Target
@@ -85,9 +84,7 @@ def hold_still(nao: VirtualNao, wishes: Sequence[Wish]) -> None:
 
 def needed_joints(nao: VirtualNao, wishes: Sequence[Wish]) -> tuple[str, ...]:
     """The joints that a task for these wishes moves, each once, by their 26 names."""
-    chains = dict.fromkeys(chain for wish in wishes for chain in limbs.resources(wish.effector))
-    joints = dict.fromkeys(joint for chain in chains for joint in joint_names(nao.robot, chain))
-    return tuple(joint for joint in joints if nao.robot.unit(joint) != "1")
+    return limbs.joints_of(nao.robot, [wish.effector for wish in wishes])
 
 
 class _Limb:

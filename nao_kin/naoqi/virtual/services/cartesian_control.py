@@ -16,6 +16,8 @@ from nao_kin.naoqi.virtual.cartesian import effectors as limbs
 from nao_kin.naoqi.virtual.cartesian.forms import Wish, positions, single, transforms, wishes
 from nao_kin.naoqi.virtual.cartesian.tasks import PathTask, Scene, TogetherTask, hold_still, needed_joints
 from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.whole_body.balance import Balance
+from nao_kin.naoqi.virtual.whole_body.tasks import MASKS, WholePathTask
 
 _NOTEWORTHY = 1e-3
 
@@ -107,19 +109,17 @@ class CartesianControl(Service):
     # --- at once --------------------------------------------------------------------------------------------------
 
     @method
-    def setPositions(
-        self, effectorNames: Any, space: Any, positions_: Any, fractionMaxSpeed: Any, axisMask: Any
-    ) -> None:
+    def setPositions(self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
         """Send effectors to positions at a fraction of the joints' maximum speeds; returns at once.
 
         Args:
             effectorNames: an effector, or a list of them.
             space: one for all, or a list of one for each.
-            positions_: a position, or a list of one for each.
+            position: a position, or a list of one for each.
             fractionMaxSpeed: above 0, at most 1.
             axisMask: one for all, or a list of one for each.
         """
-        self._send("setPositions", single(effectorNames, space, positions_, axisMask, positions), fractionMaxSpeed)
+        self._send("setPositions", single(effectorNames, space, position, axisMask, positions), fractionMaxSpeed)
 
     @method
     def setPosition(self, chainName: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
@@ -138,10 +138,10 @@ class CartesianControl(Service):
 
     @method
     def setTransforms(
-        self, effectorNames: Any, space: Any, transforms_: Any, fractionMaxSpeed: Any, axisMask: Any
+        self, effectorNames: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any
     ) -> None:
         """Send effectors to transforms; else as setPositions."""
-        self._send("setTransforms", single(effectorNames, space, transforms_, axisMask, transforms), fractionMaxSpeed)
+        self._send("setTransforms", single(effectorNames, space, transform, axisMask, transforms), fractionMaxSpeed)
 
     @method
     def setTransform(self, chainName: Any, space: Any, transform: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
@@ -164,6 +164,9 @@ class CartesianControl(Service):
         return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
 
     def _follow(self, name: str, found: Sequence[Wish]) -> Call:
+        balance: Balance | None = getattr(self, "balance", None)
+        if balance is not None and balance.enabled and all(wish.mask in MASKS for wish in found):
+            return self.nao.start_task(WholePathTask(name, self.nao, found, balance))
         return self.nao.start_task(PathTask(name, self.nao, found))
 
     def _send(self, name: str, found: Sequence[Wish], fraction: Any) -> None:
