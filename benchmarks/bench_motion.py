@@ -60,7 +60,7 @@ def _contenders(times: Array, keys: Array) -> list[Row]:
     slopes = np.stack([smooth_slopes(times, column) for column in keys.T], axis=-1)
     hermite = CubicHermiteSpline(times, keys, slopes)
     straight = make_interp_spline(times, keys, k=1)
-    motions = {kind: nk.Motion(times, BODY_ORDER, keys, kind) for kind in ("linear", "smooth", "bezier")}  # type: ignore[arg-type]
+    motions = {kind: nk.Motion(times, BODY_ORDER, keys, kind) for kind in ("linear", "smooth", "bezier")}
     bezier = motions["bezier"]
     handles = np.stack(bezier.handles or ())
     controls = np.stack([keys[:-1], keys[:-1] + handles[:, :-1, 1, 1].T, keys[1:] + handles[:, 1:, 0, 1].T, keys[1:]])

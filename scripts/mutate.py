@@ -22,7 +22,8 @@ from pathlib import Path
 from mutations import MUTATIONS, Mutation
 
 ROOT = Path(__file__).resolve().parent.parent
-COPIED = ("nao_kin", "urdf", "tests", "scripts", "examples", "docs", "README.md", "CITATION.cff", "pyproject.toml", "Makefile")
+FILES = ("README.md", "CITATION.cff", "pyproject.toml", "Makefile")
+COPIED = ("nao_kin", "urdf", "tests", "scripts", "examples", "docs", *FILES)
 
 # What pytest's exit codes mean here; others (nothing collected, an import that breaks) tell nothing about the fault.
 PASSED, FAILED = 0, 1
