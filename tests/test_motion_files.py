@@ -196,6 +196,19 @@ def test_an_export_is_never_run(tmp_path: Path, expression: str) -> None:
     assert not (tmp_path / "x").exists()
 
 
+def test_exports_may_empty_their_lists_at_once(tmp_path: Path) -> None:
+    one = "  names, times, keys = [], list(), []\n  names.append('HeadYaw'); times.append([1]); keys.append([0.5])\n"
+    motion = _motion(tmp_path, f"def up():\n{one}\ndef down():\n{one}", "a.py", timeline="down")
+    assert motion == Motion([1.0], ["HeadYaw"], [[0.5]])
+
+
+def test_what_is_computed_in_one_function_does_no_harm_to_another(tmp_path: Path) -> None:
+    good = "def good():\n  names = ['HeadYaw']\n  times = [[1]]\n  keys = [[0.5]]\n"
+    text = f"{good}def bad(speed):\n  names = ['HeadYaw']\n  times = [[speed]]\n  keys = [[0.5]]\n"
+    assert _motion(tmp_path, text, "a.py", timeline="good") == Motion([1.0], ["HeadYaw"], [[0.5]])
+    assert "'speed' is not a number" in str(_refused(tmp_path, text, "a.py", timeline="bad"))
+
+
 def test_what_an_export_computes_is_named_with_its_place(tmp_path: Path) -> None:
     text = "names = list()\ntimes = list()\nif 1:\n  names.append('HeadYaw')\n  times.append([0.5, speed])\n"
     error = _refused(tmp_path, text, "a.py")

@@ -358,6 +358,12 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     ),
     (
         "a.py",
+        "names = ['HeadYaw']\ntimes = [[1]]\nkeys = [[0]]\nif 1:\n  keys[0] *= 2\n",
+        "'keys[0] *= 2' changes a list in a way that is not known",
+        (5, 3),
+    ),
+    (
+        "a.py",
         "names = ['HeadYaw']\ntimes = [[1]]\n",
         "1 names, 1 times, 0 keys",
         (1, 0),
@@ -432,7 +438,7 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
         "a.json",
         '[["HeadYaw", "HeadYaw"], [1, 1], 1, true]',
         "joint HeadYaw is given twice",
-        (1, 2),
+        (1, 14),
     ),
     (
         "a.xar",

@@ -203,6 +203,14 @@ def test_times_are_rounded_to_milliseconds_with_a_word(whole_body: Motion, tmp_p
     assert not (tmp_path / "b").exists()
 
 
+def test_rounded_frames_keep_handles_within_their_segments(tmp_path: Path) -> None:
+    handles = [[[[0.0, 0.0], [1.0004, 0.1]], [[-1.0004, 0.0], [0.0, 0.0]]]]
+    motion = Motion([0.0, 1.0004], ["HeadYaw"], [[0.0], [0.5]], "bezier", handles)
+    with pytest.warns(MotionFileWarning, match="rounded"):
+        write_motion(motion, tmp_path / "a.xar")
+    assert _same(read_motion(tmp_path / "a.xar"), motion, 5e-4)
+
+
 @pytest.mark.parametrize("name", ["webots", "runswift", "motion2", "hulks", "xar"])
 def test_formats_that_begin_at_zero_refuse_earlier_keys(tmp_path: Path, name: str) -> None:
     with pytest.raises(BadArgument, match="begin at 0 s"):

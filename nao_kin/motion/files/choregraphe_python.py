@@ -24,6 +24,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from nao_kin._text import abbreviated
+from nao_kin.errors import BadInputFile
 from nao_kin.motion.files.choice import chosen
 from nao_kin.motion.files.control_points import control_points, plain_keys, points
 from nao_kin.motion.files.format import Format
@@ -36,6 +37,11 @@ from nao_kin.motion.motion import Motion
 _LISTS = ("names", "times", "keys")
 _STATEMENT = re.compile(
     r"\s*(?:self\s*\.\s*)?(?P<list>names|times|keys)\s*(?:(?P<append>\.\s*append\s*\()|=(?!=))\s*", re.ASCII
+)
+# Empty lists for all of them at once; and what else changes one of them.
+_EMPTIED = re.compile(r"\s*names\s*,\s*times\s*,\s*keys\s*=\s*(?:\[\]|list\(\))(?:\s*,\s*(?:\[\]|list\(\))){2}\s*")
+_CHANGED = re.compile(
+    r"\s*(?:self\s*\.\s*)?(?:names|times|keys)\s*(?:,|\[|[-+*/]=|\.\s*(?!append\b)\w+\s*\()", re.ASCII
 )
 _MENTION = re.compile(r"^[ \t]*(?:self\.)?names[ \t]*(?:=[^=]|\.append\()", re.MULTILINE)
 # Numbers and lists that JSON reads as Python does, at a hundred times its speed.
@@ -56,10 +62,11 @@ _OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
 
 @dataclass
 class _Export:
-    """One motion in the file: what was put into each list, and where."""
+    """One motion in the file: what was put into each list, and where; and what is wrong with it, if something is."""
 
     line: int
     function: str
+    error: BadInputFile | None = None
     lists: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in _LISTS})
     places: dict[str, list[Place]] = field(default_factory=lambda: {name: [] for name in _LISTS})
 
@@ -79,21 +86,41 @@ def read(source: Source) -> Motion:
     Raises:
         BadInputFile: with line and column; several motions and none or an unknown one is chosen.
     """
-    exports: list[_Export] = []
-    for statement in statements(source.lines):
-        match = _STATEMENT.match(statement.text)
-        if match:
-            _take(source, exports, statement, match)
-    full = [export for export in exports if any(export.lists.values())]
+    full = [export for export in _exports(source) if any(export.lists.values()) or export.error]
     if not full:
         raise source.error("no names, times and keys")
     names = [export.function or f"line {export.line}" for export in full]
     export = full[chosen(source, names, "motions")]
+    if export.error is not None:
+        raise export.error
     lengths = {name: len(export.lists[name]) for name in _LISTS}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{count} {name}" for name, count in lengths.items())
         raise source.error(f"{shown}; expected as many of each", Place(export.line))
     return _motion(source, export)
+
+
+def _exports(source: Source) -> list[_Export]:
+    """All motions in the file; one that cannot be read does no harm to the others."""
+    exports: list[_Export] = []
+    for statement in statements(source.lines):
+        match = _STATEMENT.match(statement.text)
+        if _EMPTIED.fullmatch(statement.text):
+            exports.append(_Export(statement.line, statement.function))
+        elif match:
+            if not exports or (match["list"] == "names" and not match["append"]):
+                exports.append(_Export(statement.line, statement.function))
+            try:
+                _take(source, exports[-1], statement, match)
+            except BadInputFile as error:
+                exports[-1].error = exports[-1].error or error
+        elif exports and _CHANGED.match(statement.text):
+            shown = abbreviated(statement.text.strip(), 40)
+            reason = f"{shown!r} changes a list in a way that is not known; nothing in the file is run"
+            indent = len(statement.text) - len(statement.text.lstrip())
+            place = Place(statement.line, statement.column + indent)
+            exports[-1].error = exports[-1].error or source.error(reason, place)
+    return exports
 
 
 def _motion(source: Source, export: _Export) -> Motion:
@@ -125,7 +152,7 @@ def _entry(place: Place) -> Callable[[int], Place]:
     return lambda index: Place(place.line, place.column, f"{place.where}[{index}]")
 
 
-def _take(source: Source, exports: list[_Export], statement: Statement, match: re.Match[str]) -> None:
+def _take(source: Source, export: _Export, statement: Statement, match: re.Match[str]) -> None:
     """Put what a statement says into the export that it belongs to."""
     name, text = match["list"], statement.text[match.end() :].rstrip()
     offset = match.end()
@@ -136,18 +163,14 @@ def _take(source: Source, exports: list[_Export], statement: Statement, match: r
     if match["append"]:
         if not text.endswith(")"):
             raise source.error("no ) at the end of the statement", place)
-        if not exports:
-            exports.append(_Export(statement.line, statement.function))
-        exports[-1].put(name, _literal(source, text[:-1], place), place)
+        export.put(name, _literal(source, text[:-1], place), place)
         return
     value = [] if re.fullmatch(r"list\s*\(\s*\)", text) else _literal(source, text, place)
     if not isinstance(value, list):
         raise source.error(f"expected a list, got {described(value)}", place)
-    if name == "names" or not exports:
-        exports.append(_Export(statement.line, statement.function))
-    exports[-1].lists[name], exports[-1].places[name] = [], []
+    export.lists[name], export.places[name] = [], []
     for index, entry in enumerate(value):
-        exports[-1].put(name, entry, Place(line, column, f"{name}[{index}]"))
+        export.put(name, entry, Place(line, column, f"{name}[{index}]"))
 
 
 def _literal(source: Source, text: str, place: Place) -> Any:

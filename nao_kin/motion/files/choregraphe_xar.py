@@ -22,8 +22,6 @@ of the file is opened.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -32,6 +30,15 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
 from nao_kin.motion.files.choice import chosen
+from nao_kin.motion.files.choregraphe_timelines import (
+    AUTOMATIC,
+    BEZIER,
+    LINEAR,
+    SIDES,
+    Curve,
+    Timeline,
+    TimelineReader,
+)
 from nao_kin.motion.files.control_points import straight
 from nao_kin.motion.files.format import Format
 from nao_kin.motion.files.source import MOST_SHOWN, MotionFileWarning, Place, Source
@@ -39,176 +46,11 @@ from nao_kin.motion.files.tables import is_hand, sampled
 from nao_kin.motion.files.tracks import Track, motion_of
 from nao_kin.motion.motion import Motion
 
-_DEEPEST = 200
 _THIRD = 1.0 / 3.0
-_AUTOMATIC, _BEZIER, _LINEAR = "bezier_auto", "bezier", "linear"
-_SIDES = {"left": 0, "right": 1}
 _DEGREE, _PERCENT = "0", "1"
 _RATES = (25, 50, 100, 1000)
 _NOTICED = 1e-6
 _FIRST_FRAME = 1
-
-
-@dataclass
-class _Curve:
-    """The keys of one actuator, in flat lists: a million small objects would cost more than the reading.
-
-    Attributes:
-        kinds: of the two tangents of each key.
-        offsets: of the same, in frames.
-        rises: of the same, in the unit of the value.
-    """
-
-    joint: str
-    unit: str | None
-    place: Place
-    frames: list[float] = field(default_factory=list)
-    values: list[float] = field(default_factory=list)
-    kinds: list[str] = field(default_factory=list)
-    offsets: list[float] = field(default_factory=list)
-    rises: list[float] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
-    columns: list[int] = field(default_factory=list)
-
-    def add(self, frame: float, value: float, line: int, column: int) -> None:
-        """A key whose tangents are automatic until something else is said."""
-        self.frames.append(frame)
-        self.values.append(value)
-        self.kinds += (_AUTOMATIC, _AUTOMATIC)
-        self.offsets += (0.0, 0.0)
-        self.rises += (0.0, 0.0)
-        self.lines.append(line)
-        self.columns.append(column)
-
-    def place_of(self, key: int) -> Place:
-        """Where a key stands."""
-        return Place(self.lines[key], self.columns[key])
-
-
-@dataclass
-class _Timeline:
-    """A timeline of a box."""
-
-    name: str
-    fps: float
-    first: float
-    last: float
-    place: Place
-    curves: list[_Curve] = field(default_factory=list)
-
-
-class _Reader:
-    """What expat tells, kept: boxes that are open, timelines that are open, all timelines."""
-
-    def __init__(self, source: Source) -> None:
-        self.timelines: list[_Timeline] = []
-        self._source = source
-        self._boxes: list[str] = []
-        self._open: list[_Timeline] = []
-        self._curve: _Curve | None = None
-        self._depth = 0
-        self._parser = parser = expat.ParserCreate()
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        parser.StartDoctypeDeclHandler = self._refuse
-        parser.EntityDeclHandler = self._refuse
-        parser.ExternalEntityRefHandler = self._refuse
-
-    def read(self) -> None:
-        """Read all of the file."""
-        try:
-            self._parser.Parse(self._source.data, True)
-        except expat.ExpatError as error:
-            reason = expat.ErrorString(error.code)
-            raise self._source.error(f"malformed XML: {reason}", Place(error.lineno, error.offset + 1)) from None
-        except (ValueError, LookupError) as error:  # an encoding that Python does not know or that is no single byte
-            raise self._source.error(f"malformed XML: {abbreviated(error)}") from None
-
-    def _position(self) -> tuple[int, int]:
-        return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
-
-    def _place(self) -> Place:
-        return Place(*self._position())
-
-    def _refuse(self, *_: object) -> int:
-        raise self._source.error("a document type or an entity, which are refused", self._place())
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        self._depth += 1
-        if self._depth > _DEEPEST:
-            raise self._source.error(f"elements more than {_DEEPEST} deep", self._place())
-        kind = tag.rpartition(":")[2]
-        if kind == "Tangent":
-            if self._curve and self._curve.kinds:
-                self._tangent(attributes, self._curve)
-        elif kind == "Key":
-            if self._curve:
-                frame, value = self._number(attributes, "frame"), self._number(attributes, "value")
-                self._curve.add(frame, value, *self._position())
-        elif kind == "ActuatorCurve" and self._open:
-            self._start_curve(attributes)
-        elif kind == "Timeline":
-            self._start_timeline(attributes)
-        elif kind == "Box":
-            self._boxes.append(attributes.get("name", ""))
-
-    def _end(self, tag: str) -> None:
-        self._depth -= 1
-        kind = tag.rpartition(":")[2]
-        if kind == "Box":
-            self._boxes.pop()
-        elif kind == "Timeline":
-            self._open.pop()
-        elif kind == "ActuatorCurve":
-            self._curve = None
-
-    def _start_timeline(self, attributes: dict[str, str]) -> None:
-        names = self._boxes[1:] if len(self._boxes) > 1 else self._boxes
-        timeline = _Timeline(
-            "/".join(names) or "timeline",
-            self._number(attributes, "fps", 0.0),
-            self._number(attributes, "start_frame", 0.0),
-            self._number(attributes, "end_frame", -1.0),
-            self._place(),
-        )
-        self._open.append(timeline)
-        self.timelines.append(timeline)
-
-    def _start_curve(self, attributes: dict[str, str]) -> None:
-        unit = attributes.get("unit")
-        self._curve = _Curve(attributes.get("actuator", ""), unit, self._place())
-        if attributes.get("mute", "0") not in ("1", "true"):
-            self._open[-1].curves.append(self._curve)
-
-    def _tangent(self, attributes: dict[str, str], curve: _Curve) -> None:
-        side, kind = attributes.get("side"), attributes.get("interpType")
-        if side not in _SIDES:
-            raise self._source.error(
-                f"side of a tangent is {quoted(side, MOST_SHOWN)}, expected left or right", self._place()
-            )
-        if kind not in (_AUTOMATIC, _BEZIER, _LINEAR):
-            expected = f"{_BEZIER}, {_AUTOMATIC} or {_LINEAR}"
-            raise self._source.error(f"interpType is {quoted(kind, MOST_SHOWN)}, expected {expected}", self._place())
-        at = len(curve.kinds) - 2 + _SIDES[side]
-        curve.kinds[at] = kind
-        curve.offsets[at] = self._number(attributes, "abscissaParam", 0.0)
-        curve.rises[at] = self._number(attributes, "ordinateParam", 0.0)
-
-    def _number(self, attributes: dict[str, str], name: str, missing: float | None = None) -> float:
-        if name not in attributes:
-            if missing is None:
-                raise self._source.error(f"an element without {name}", self._place())
-            return missing
-        text = attributes[name]
-        try:
-            # Python reads more than decimal digits, but not in plain text without underscores.
-            value = float(text) if text.isascii() and "_" not in text else math.inf
-        except ValueError:
-            value = math.inf
-        if not math.isfinite(value):
-            shown = quoted(text, MOST_SHOWN)
-            raise self._source.error(f"{name} is {shown}, expected a finite number", self._place())
-        return value
 
 
 def recognises(source: Source) -> bool:
@@ -226,7 +68,7 @@ def read(source: Source) -> Motion:
     Raises:
         BadInputFile: with line and column.
     """
-    reader = _Reader(source)
+    reader = TimelineReader(source)
     reader.read()
     full = [timeline for timeline in reader.timelines if any(curve.frames for curve in timeline.curves)]
     if not full:
@@ -244,7 +86,7 @@ def read(source: Source) -> Motion:
     return motion_of(source, tracks, "bezier" if curved else "linear")
 
 
-def _track(source: Source, timeline: _Timeline, curve: _Curve) -> tuple[Track, bool]:
+def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, bool]:
     """The keys of a curve that are played, and whether it is more than straight lines."""
     if curve.unit not in (None, "-1", _DEGREE, _PERCENT):
         shown = quoted(curve.unit, MOST_SHOWN)
@@ -257,9 +99,9 @@ def _track(source: Source, timeline: _Timeline, curve: _Curve) -> tuple[Track, b
         raise source.error(f"frame {frames[key]:g} does not come after frame {frames[key - 1]:g}", curve.place_of(key))
     kinds = np.array(curve.kinds).reshape(-1, 2)
     handles = np.stack([curve.offsets, curve.rises], axis=-1).reshape(-1, 2, 2)
-    automatic = kinds == _AUTOMATIC
+    automatic = kinds == AUTOMATIC
     handles[automatic] = automatic_handles(frames, values)[automatic]
-    straight(frames, values, handles, kinds == _LINEAR)
+    straight(frames, values, handles, kinds == LINEAR)
     inner = np.concatenate([kinds[1:, 0], kinds[:-1, 1]])
     played = (frames >= timeline.first) & ((frames <= timeline.last) | (timeline.last < 1.0))
     if not played.all():
@@ -275,7 +117,7 @@ def _track(source: Source, timeline: _Timeline, curve: _Curve) -> tuple[Track, b
     times = (frames[played] - timeline.first) / timeline.fps
     scaled = handles[played] * [1.0 / timeline.fps, scale]
     track = Track(curve.joint, times, values[played] * scale, scaled, curve.place, place, place)
-    return track, bool((inner != _LINEAR).any())
+    return track, bool((inner != LINEAR).any())
 
 
 def automatic_handles(frames: Floats, values: Floats) -> Floats:
@@ -314,7 +156,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
     fps, frames = _frames(motion)
     curves = motion.as_bezier()
     assert curves.handles is not None
-    kind = _LINEAR if motion.interpolation == "linear" else _BEZIER
+    kind = LINEAR if motion.interpolation == "linear" else BEZIER
     lines = [
         '<?xml version="1.0" encoding="UTF-8" ?>',
         '<ChoregrapheProject xmlns="http://www.aldebaran-robotics.com/schema/choregraphe/project.xsd" xar_version="3">',
@@ -330,10 +172,13 @@ def write(motion: Motion, rate: float | None) -> bytes:
             f'<ActuatorCurve name="value" actuator={quoteattr(joint)} recordable="0" mute="0" '
             f'unit="{_PERCENT if hand else _DEGREE}">'
         )
-        offsets = (handles * [fps, scale]).tolist()
-        for frame, value, pair in zip(own.tolist(), (keys * scale).tolist(), offsets, strict=True):
+        offsets = handles * [fps, scale]
+        # Where frames are rounded, handles must not leave their segment.
+        offsets[1:, 0, 0] = np.maximum(offsets[1:, 0, 0], -np.diff(own))
+        offsets[:-1, 1, 0] = np.minimum(offsets[:-1, 1, 0], np.diff(own))
+        for frame, value, pair in zip(own.tolist(), (keys * scale).tolist(), offsets.tolist(), strict=True):
             lines.append(f'<Key frame="{int(frame) + _FIRST_FRAME}" value="{value!r}">')
-            for side, (x, y) in zip(_SIDES, pair, strict=True):
+            for side, (x, y) in zip(SIDES, pair, strict=True):
                 lines.append(
                     f'<Tangent side="{side}" interpType="{kind}" abscissaParam="{x!r}" ordinateParam="{y!r}" />'
                 )

@@ -61,6 +61,7 @@ def read(source: Source) -> Motion:
                 continue
             if not header:
                 header, header_at = fields, reader.line_num
+                names, scales, time = _headings(source, header, header_at)
                 continue
             if len(fields) != len(header):
                 raise source.error(
@@ -73,7 +74,6 @@ def read(source: Source) -> Motion:
         raise source.error(f"malformed CSV: {error}", Place(reader.line_num)) from None
     if not header:
         raise source.error("empty; expected a header with a time column")
-    names, scales, time = _headings(source, header, header_at)
     if not rows:
         raise source.error("a header and no keys", Place(header_at))
     return _motion(source, names, np.array(rows) * scales, time, lines, header_at)
@@ -125,6 +125,8 @@ def _headings(source: Source, header: list[str], line: int) -> tuple[list[str], 
             times.append(column)
         else:
             source.check_joint(name, place)
+            if name in names:
+                raise source.error(f"joint {name} is given twice", place)
             units, usual = (_HAND_UNITS, "1") if is_hand(name) else (_UNITS, "deg" if source.degrees else "rad")
         if unit is not None and unit not in units:
             raise source.error(f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}", place)

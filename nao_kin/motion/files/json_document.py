@@ -38,6 +38,7 @@ class JsonDocument:
             BadInputFile: no JSON, a name twice in one object, too deep.
         """
         self._text = text
+        self._members = dict[str | int, int]()
         try:
             self.value = json.loads(text, object_pairs_hook=_object, parse_constant=Constant)
         except _Twice:
@@ -68,7 +69,15 @@ class JsonDocument:
         return words
 
     def _offset(self, path: Sequence[str | int]) -> int:
-        at = self._skip(0)
+        if not path:
+            return self._skip(0)
+        # What stands behind a million numbers is looked up once.
+        if path[0] not in self._members:
+            self._members[path[0]] = self._walked(self._skip(0), path[:1])
+        return self._walked(self._members[path[0]], path[1:])
+
+    def _walked(self, at: int, path: Sequence[str | int]) -> int:
+        """Where the value is that a path leads to from the value at an offset."""
         for step in path:
             is_list = self._text[at] == "["
             at = self._skip(at + 1)

@@ -57,7 +57,12 @@ def read(source: Source) -> Motion:
     if document.get("format", TITLE) != TITLE:
         raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", source.place(["format"]))
     names = _list(source, ["joint_names"])
-    joints = [source.check_joint(name, source.place(["joint_names", row])) for row, name in enumerate(names)]
+    joints: list[str] = []
+    for row, name in enumerate(names):
+        joint = source.check_joint(name, lambda row=row: source.place(["joint_names", row]))  # type: ignore[misc]
+        if joint in joints:
+            raise source.error(f"joint {joint} is given twice", source.place(["joint_names", row]))
+        joints.append(joint)
     seconds, angle = _scale(source, "time"), _scale(source, "angle")
     interpolation = _interpolation(source)
     times, columns = _times_and_keys(source, joints)
@@ -79,7 +84,7 @@ def read(source: Source) -> Motion:
                 times[row if len(times) > 1 else 0] * seconds,
                 columns[row] * scale,
                 own,
-                source.place(["joint_names", row]) if joints.index(joint) < row else Place(where=joint),
+                Place(where=joint),
                 lambda key, path=path: source.place([*path, key]),  # type: ignore[misc]
                 lambda key, row=row: source.place(["handles", row, key]),  # type: ignore[misc]
             )

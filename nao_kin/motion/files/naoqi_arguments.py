@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from nao_kin._common.arrays import Floats
@@ -115,17 +116,18 @@ def _names(source: Source, path: Path) -> tuple[list[str], bool]:
     given = source.json.value[path[0]]
     single = isinstance(given, str)
     names: list[str] = []
-    for index, name in enumerate([given] if single else given if isinstance(given, list) else [given]):
-        place = source.place(path if single or not isinstance(given, list) else [*path, index])
+    for index, name in enumerate(given if isinstance(given, list) else [given]):
+        where = [*path, index] if isinstance(given, list) else path
         if isinstance(name, str) and name in _CHAINS and name not in source.joints:
-            names += _CHAINS[name]
+            named: Sequence[str] = _CHAINS[name]
         else:
-            names.append(source.check_joint(name, place))
+            named = [source.check_joint(name, lambda where=where: source.place(where))]  # type: ignore[misc]
+        for joint in named:
+            if joint in names:
+                raise source.error(f"joint {joint} is given twice", source.place(where))
+            names.append(joint)
     if not names:
         raise source.error("no names", source.place(path))
-    for index, name in enumerate(names):
-        if name in names[:index]:
-            raise source.error(f"joint {name} is given twice", source.place(path))
     return names, single and len(names) == 1
 
 

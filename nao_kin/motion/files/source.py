@@ -120,16 +120,21 @@ class Source:
             first = next(index for index, value in enumerate(values) if type(value) not in (int, float))
         raise self.error(f"{what} is {described(values[first])}, expected a finite number", place(first))
 
-    def check_joint(self, joint: Any, place: Place = NOWHERE) -> str:
+    def check_joint(self, joint: Any, place: Place | Callable[[], Place] = NOWHERE) -> str:
         """A joint name that may occur.
+
+        Args:
+            joint: what stands in the file.
+            place: where, or a function that looks it up.
 
         Raises:
             BadInputFile: none, with the nearest ones.
         """
+        if isinstance(joint, str) and joint in self.joints:
+            return joint
+        place = place() if callable(place) else place
         if not isinstance(joint, str):
             raise self.error(f"expected a joint name, got {described(joint)}", place)
-        if joint in self.joints:
-            return joint
         if not joint:
             raise self.error("a joint without a name", place)
         near = ", ".join(nearest_names(joint, self.joints))

@@ -111,7 +111,11 @@ def _names(source: Source, line: str) -> list[str]:
     names = fields[2:-1] if len(fields) > 3 and not fields[-1] else fields[2:]
     if not names:
         raise source.error("the header names no joints", Place(1))
-    return [source.check_joint(name, Place(1, column + 3)) for column, name in enumerate(names)]
+    for column, name in enumerate(names):
+        source.check_joint(name, Place(1, column + 3))
+        if name in names[:column]:
+            raise source.error(f"joint {name} is given twice", Place(1, column + 3))
+    return names
 
 
 def _seconds(source: Source, field: str, line: int) -> float:
