@@ -352,6 +352,9 @@ def test_plain_configurations_are_no_motion(plain: str, tmp_path: Path, nod: str
     assert is_motion_file(tmp_path / "nowhere.xar")  # of which the reader says what is wrong
     (tmp_path / "long.csv").write_text("time,HeadYaw\n" + "0.1,0.2\n" * 20_000, encoding="utf-8")
     assert is_motion_file(tmp_path / "long.csv")
+    write_motion(_nod(), tmp_path / "long.json", rate=5000.0)
+    (tmp_path / "nameless").write_bytes((tmp_path / "long.json").read_bytes())
+    assert is_motion_file(tmp_path / "nameless")
 
 
 # --- the viewer -------------------------------------------------------------------------------------------------------
