@@ -6,7 +6,9 @@ import builtins
 import csv
 import io
 import json
+import os
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -283,6 +285,19 @@ def test_fk_reads_a_motion_from_standard_input(
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(Path(file).read_bytes())))
         assert run(["fk", "-", "--frame", "Head", "--csv"]) == 0
         assert capsys.readouterr().out == expected[file]
+
+
+def test_a_pipe_of_configurations_is_read_once_and_whole(
+    capsys: pytest.CaptureFixture, plain: str, tmp_path: Path
+) -> None:
+    assert run(["fk", plain, "--frame", "Head", "--csv"]) == 0
+    expected = capsys.readouterr().out
+    os.mkfifo(tmp_path / "pipe")
+    writer = threading.Thread(target=(tmp_path / "pipe").write_bytes, args=(Path(plain).read_bytes(),))
+    writer.start()
+    assert run(["fk", str(tmp_path / "pipe"), "--frame", "Head", "--csv"]) == 0
+    writer.join()
+    assert capsys.readouterr().out == expected
 
 
 def test_fk_writes_the_poses_of_a_motion_to_a_file(

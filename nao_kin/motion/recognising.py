@@ -22,7 +22,7 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
     """Whether a file is a motion file by its content, or by an ending that nothing else has.
 
     A table of joint values without a time column, and JSON objects of joint values, are none: they are what
-    `nao_kin.configuration_files` reads. Nor is a file that cannot be read.
+    `nao_kin.configuration_files` reads. Nor is a file that cannot be read, or a pipe, which can be read only once.
 
     Args:
         path: the file.
@@ -43,6 +43,8 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
 
 def _beginning(path: Path | str) -> bytes:
     """As much of a file as tells what it is: of JSON all, of anything else whole lines at its beginning."""
+    if not Path(path).is_file():
+        return b""
     with Path(path).open("rb") as file:
         head = file.read(_HEAD + 1)
         return head + file.read() if _JSON.match(head) and not _CONFIGURATIONS.match(head) else _cut(head)
