@@ -16,7 +16,7 @@ LOWEST ?= .venv-lowest
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check
 QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test quick kernels lint types unit test-lowest coverage mutate docs generate check-generated bench clean
+.PHONY: demo test quick kernels long-kernels other-kernels lint types unit test-lowest coverage mutate docs generate check-generated bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -37,8 +37,15 @@ test: $(STAMP)
 quick: lint
 	$(BIN)/pytest -n auto $(QUICK)
 
-kernels: $(STAMP)
-	$(BIN)/nao-kin warmup >/dev/null
+kernels: long-kernels other-kernels
+
+# In a process of its own, for one process compiles one kernel at a time.
+LONG := ["bodies", "both legs"]
+long-kernels: $(STAMP)
+	@$(BIN)/python -c 'from nao_kin import ik; ik.warm_up($(LONG))'
+
+other-kernels: $(STAMP)
+	@$(BIN)/python -c 'from nao_kin import batch, ik, reach; batch.warm_up(), reach.warm_up(); ik.warm_up(set(ik.KERNELS) - set($(LONG)))'
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

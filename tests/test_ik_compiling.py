@@ -8,8 +8,10 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 import nao_kin as nk
+from nao_kin.errors import UnknownName
 
 TARGETS = """
 import sys
@@ -77,6 +79,9 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
         "ik kernel, damped least squares",
         "ik kernel, bodies",
     ]
+    assert [state.name for state in nk.ik.warm_up(["gazes", "legs"])] == ["ik kernel, gazes", "ik kernel, legs"]
+    with pytest.raises(UnknownName, match="unknown kernel 'leg'.*legs"):
+        nk.ik.warm_up(["leg"])
 
 
 def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:

@@ -65,6 +65,11 @@ class KeptKernel:
         self._compiled: Callable[..., Any] | None = None
 
     @property
+    def name(self) -> str:
+        """Name of the file that says that the kernel has been kept."""
+        return self._name
+
+    @property
     def in_memory(self) -> bool:
         """Whether it can be called at once."""
         return self._compiled is not None

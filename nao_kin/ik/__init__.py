@@ -17,9 +17,10 @@ from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.search.numeric import numeric
 from nao_kin.ik.velocity import velocity
 from nao_kin.ik.velocity_result import TwistMap, VelocityResult
-from nao_kin.ik.warming import warm_up
+from nao_kin.ik.warming import KERNELS, warm_up
 
 __all__ = [
+    "KERNELS",
     "Family",
     "FollowedLimb",
     "FollowedPath",

@@ -25,6 +25,9 @@ _Numbers = TypeVar("_Numbers", bound=tuple[Any, ...])
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _FUNCTIONS: list[Callable[..., Any]] = []
 
+# What the names of this room's kernels begin with.
+KERNEL = "ik kernel, "
+
 # Below this many targets another thread is not worth its start.
 _PER_THREAD = 2000
 
@@ -52,7 +55,7 @@ def kept(
             return signature()
 
         what = f"a kernel of inverse kinematics, {name} ({takes})"
-        return KeptKernel(function, what, f"ik kernel, {name}", Path(__file__).parent, registered)
+        return KeptKernel(function, what, f"{KERNEL}{name}", Path(__file__).parent, registered)
 
     return made
 

@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from nao_kin._common.kernel_cache import KernelState
+from nao_kin.errors import UnknownName
 from nao_kin.ik.body.body_search import BODY_KERNELS
 from nao_kin.ik.closed_forms.arm import ARM_KERNELS
 from nao_kin.ik.closed_forms.head import HEAD_KERNELS
 from nao_kin.ik.closed_forms.leg import LEG_KERNELS
 from nao_kin.ik.closed_forms.legs import LEGS_KERNELS
+from nao_kin.ik.compiling import KERNEL
 from nao_kin.ik.search.least_squares import DESCENT_KERNELS
 from nao_kin.ik.search.limit_regions import LIMIT_KERNELS
 
+_LIMBS = (*LEG_KERNELS, *LEGS_KERNELS, *ARM_KERNELS, *HEAD_KERNELS)
+_KERNELS = {
+    kernel.name.removeprefix(KERNEL): kernel for kernel in (*_LIMBS, *LIMIT_KERNELS, *DESCENT_KERNELS, *BODY_KERNELS)
+}
+KERNELS: tuple[str, ...] = tuple(_KERNELS)
+"""What is compiled: "legs", "both legs", "arms by pose" …"""
 
-def warm_up() -> tuple[KernelState, ...]:
+
+def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
     """Compile the kernels for batches of targets, or read them from the disk, so that no later call waits for it.
+
+    Args:
+        names: which of `KERNELS`; None for all.
 
     Returns:
         The state of each kernel.
+
+    Raises:
+        UnknownName: no such kernel.
     """
-    limbs = (*LEG_KERNELS, *LEGS_KERNELS, *ARM_KERNELS, *HEAD_KERNELS)
-    return tuple(kernel.warm_up() for kernel in (*limbs, *LIMIT_KERNELS, *DESCENT_KERNELS, *BODY_KERNELS))
+    wanted = KERNELS if names is None else tuple(names)
+    for name in wanted:
+        if name not in _KERNELS:
+            raise UnknownName("kernel", name, KERNELS)
+    return tuple(_KERNELS[name].warm_up() for name in wanted)
