@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import nao_kin as nk
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
 
 
@@ -755,3 +756,47 @@ def test_preferences_are_kept_by_domain(virtual: VirtualNao) -> None:
     assert "nearest: colour" in _refused(virtual, "ALPreferenceManager", "removeValue", "my.domain", "color")
     call("removeDomainValues", "my.domain")
     assert call("getDomainList") == []
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments", "kernels"),
+    [
+        ("setPositions", ("LArm", 0, [0.1] * 6, 0.5, 7), {"arms by pose", "arms by place"}),
+        (
+            "setPositions",
+            (["LArm", "Torso"], 0, [[0.1] * 6] * 2, 0.5, 7),
+            {"arms by pose", "arms by place", "both legs"},
+        ),
+        ("moveTo", (0.1, 0.0, 0.0), {"both legs"}),
+        ("moveIsActive", (), set()),
+        ("wbEnable", (True,), {"bodies"}),
+        ("getPosition", ("LArm", 0, True), set()),
+        ("setAngles", ("LArm", [0.0] * 6, 0.5), set()),
+    ],
+)
+def test_what_must_be_compiled_is_so_before_the_lock_is_taken(
+    virtual: VirtualNao,
+    monkeypatch: pytest.MonkeyPatch,
+    method: str,
+    arguments: tuple[Any, ...],
+    kernels: set[str],
+) -> None:
+    asked: list[str] = []
+
+    def warm_up(names: list[str]) -> None:
+        # Another script is served meanwhile.
+        other = threading.Thread(target=lambda: asked.append(virtual.call("ALMotion", "ping")))
+        other.start()
+        other.join(10.0)
+        assert asked == [True]
+        asked[:] = names
+        raise BadArgument("enough")
+
+    monkeypatch.setattr(nk.ik, "warm_up", warm_up)
+    monkeypatch.setattr("nao_kin.naoqi.virtual.service._ready", set())
+    if kernels:
+        with pytest.raises(BadArgument, match="enough"):
+            virtual.services["ALMotion"].invoke(method, *arguments)
+    else:
+        virtual.services["ALMotion"].invoke(method, *arguments)
+    assert set(asked) == kernels

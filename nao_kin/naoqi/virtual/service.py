@@ -75,6 +75,7 @@ class Service:
             takes = ", ".join(self._signatures[name].parameters)
             count = f"{len(given)} argument{'' if len(given) == 1 else 's'}"
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
+        _make_ready(self.kernels_for(name, given))
         try:
             with self.nao.monitor:
                 self.nao.check_open()
@@ -86,6 +87,13 @@ class Service:
             raise
         except NaoKinError as error:
             raise NaoqiError(self.name, name, str(error)) from None
+
+    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
+        """Which compiled kernels of `nk.ik` a call needs; they are made ready before the lock is taken.
+
+        The first time on a machine that takes up to a minute, in which robot time goes on and other scripts are served.
+        """
+        return frozenset()
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
         """The joints that a name, chain or list of them stands for, each once.
@@ -166,3 +174,15 @@ class Service:
         if milliseconds > 0.0:
             self.nao.clock.after(milliseconds / 1000.0, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
         return waiting
+
+
+_ready: set[str] = set()
+
+
+def _make_ready(kernels: frozenset[str]) -> None:
+    """Compile kernels, or read them from the disk; at once where that was done before."""
+    if not kernels <= _ready:
+        from nao_kin import ik
+
+        ik.warm_up(sorted(kernels))
+        _ready.update(kernels)

@@ -22,6 +22,10 @@ from nao_kin.naoqi.virtual.whole_body.tasks import MASKS, WholePathTask
 _NOTEWORTHY = 1e-3
 
 
+# Compiled kernels of nk.ik that effectors need, by a part of their names.
+_KERNELS = {"Arm": ("arms by pose", "arms by place"), "Torso": ("both legs",)}
+
+
 class CartesianControl(Service):
     """The methods of ALMotion that move effectors by poses.
 
@@ -39,6 +43,13 @@ class CartesianControl(Service):
       A leg that is moved takes the other hip with it, as on the robot.
     - What is out of reach raises nothing: the effector goes as near as it can, and the log says so.
     """
+
+    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
+        """Arms go by their closed form where they are set, and the torso by that of both legs."""
+        moves = ("setPosition", "setTransform", "changePosition", "changeTransform", "positionInt", "transformInt")
+        named = str(given[:1]) if name.startswith(moves) else ""
+        needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
+        return super().kernels_for(name, given) | needed
 
     @method
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:

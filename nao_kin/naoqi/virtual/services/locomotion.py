@@ -43,6 +43,11 @@ class Locomotion(Service):
     _walk: Walk | None = None
     _arms = (True, True)
 
+    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
+        """Both legs follow the walk."""
+        walks = name.startswith(("move", "walk", "setFootSteps", "setWalkTarget")) and not name.endswith("Active")
+        return super().kernels_for(name, given) | (frozenset({"both legs"}) if walks else frozenset())
+
     # --- walking --------------------------------------------------------------------------------------------------
 
     @method

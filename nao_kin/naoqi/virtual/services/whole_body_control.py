@@ -36,6 +36,12 @@ class WholeBodyControl(Service):
         self._optimized = dict.fromkeys(HELD, True)
         self._control: EffectorControl | None = None
 
+    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
+        """The whole body holds its balance, and while it is on, effectors too."""
+        paths = name.startswith(("positionInterpolation", "transformInterpolation")) and self.balance.enabled
+        needed = paths or name.startswith("wb")
+        return super().kernels_for(name, given) | (frozenset({"bodies"}) if needed else frozenset())
+
     @method
     def wbEnable(self, isEnabled: Any) -> None:
         """Switch whole-body control on or off; off forgets all constraints."""
