@@ -3,6 +3,8 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -64,3 +66,22 @@ def test_a_model_that_does_not_load_is_a_problem_and_code_1(monkeypatch, capsys:
     monkeypatch.setattr(doctor, "_PROBE", "import os; os.abort()")
     assert run(["doctor", "--json"]) == 1
     assert "the process ended with code -6" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "error"),
+    [
+        (["--help"], 0, ""),
+        (["motion", "--help"], 0, ""),
+        (["doctor"], 1, ""),
+        (["fk", "--posture", "Sit"], 2, "nao-kin: libboost is missing (see nao-kin doctor)\n"),
+    ],
+)
+def test_where_pinocchio_does_not_load_the_program_says_so(
+    tmp_path: Path, arguments: list[str], code: int, error: str
+) -> None:
+    (tmp_path / "pinocchio.py").write_text("raise ImportError('libboost is missing')")
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    command = [sys.executable, "-m", "nao_kin", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
+    assert (done.returncode, done.stderr) == (code, error)

@@ -24,7 +24,6 @@ from nao_kin._common.input_text import read_text
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.cli.output import print_note
-from nao_kin.configuration_files import finite_numbers
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 
@@ -187,6 +186,8 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
 
 
 def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
+    from nao_kin.configuration_files import finite_numbers  # which loads Pinocchio; --help and doctor do without
+
     delimiter = delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])
     records = iter(Records(text.encode(), delimiter))
     line, header, wrong = next(records)
