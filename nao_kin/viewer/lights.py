@@ -22,9 +22,7 @@ _SIDES: Mapping[str, float] = {"LeftEye": 1.0, "RightEye": -1.0}
 _SEGMENTS = 8
 
 # Name of several lights → their names.
-GROUPS: Mapping[str, tuple[str, ...]] = {
-    eye: tuple(f"{eye}{number}" for number in range(_SEGMENTS)) for eye in _SIDES
-}
+GROUPS: Mapping[str, tuple[str, ...]] = {eye: tuple(f"{eye}{number}" for number in range(_SEGMENTS)) for eye in _SIDES}
 
 
 def lights_of(filename: str, mesh: Mesh) -> dict[str, Mesh]:

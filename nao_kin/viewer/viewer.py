@@ -264,11 +264,11 @@ class Viewer:
     def show_lights(self, colours: Mapping[str, ArrayLike]) -> None:
         """Light the robot in colours, instead of those before; lights that are not named have their own look.
 
-            viewer.show_lights({"LeftEye": (0, 1, 0), "RightEye": (0, 1, 0), "RightEye0": (1, 0, 0), "Chest": (0, 0, 0)})
+            viewer.show_lights({"LeftEye": (0, 1, 0), "RightEye": (0, 1, 0), "RightEye0": (1, 0, 0)})
 
-        A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, from the top of each eye
-        towards the nose; LeftEye and RightEye are all eight. Black is a light that is off. Lights are the LEDs of this
-        library's own meshes: other robots have none, and only an empty mapping is no error for them.
+        A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, counted from the top of
+        each eye towards the nose; LeftEye and RightEye are all eight. Black is a light that is off. Lights are the LEDs
+        of this library's own meshes: other robots have none, and for them every name is unknown.
 
         Args:
             colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; empty for none.

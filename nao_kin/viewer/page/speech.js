@@ -29,7 +29,8 @@ NaoKin.Speech = class {
     this.bubble.dataset.side = side;
   }
 
-  // Where the bubble stands in a picture of this size under a bar, how far down its tail is, and on which side.
+  // Where the bubble stands in a picture of this size under a bar, on which side of the head, and where along its edge
+  // the tail is: the first side with room for it, and under the head where there is none.
   spot(width, height, bar) {
     const { gap, corner } = NaoKin.BUBBLE;
     const { offsetWidth: w, offsetHeight: h } = this.bubble;
@@ -38,12 +39,18 @@ NaoKin.Speech = class {
     const ys = seen.map(({ y }) => ((1 - y) / 2) * height);
     const [left, right, top, bottom] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
     const within = (value, least, most) => Math.max(least, Math.min(value, most));
-    const fits = right + gap + w <= width - gap;
-    const side = fits || left < width - right ? "right" : "left";
-    const x = within(side === "right" ? right + gap : left - gap - w, gap, width - gap - w);
-    const mouth = top + 0.62 * (bottom - top);
-    const y = within(mouth - h + 2 * corner, bar + gap, height - gap - h);
-    return { x, y, tail: within(mouth - y, 1.5 * corner, h - 1.5 * corner), side };
+    const rooms = { right: width - right - w, left: left - w, above: top - bar - h };
+    const side = Object.keys(rooms).find((name) => rooms[name] >= 2 * gap) ?? "below";
+    const [across, mouth] = [(left + right) / 2, top + 0.62 * (bottom - top)];
+    const wanted = {
+      right: [right + gap, mouth - h + 2 * corner],
+      left: [left - gap - w, mouth - h + 2 * corner],
+      above: [across - w / 2, top - gap - h],
+      below: [across - w / 2, bottom + gap],
+    }[side];
+    const [x, y] = [within(wanted[0], gap, width - gap - w), within(wanted[1], bar + gap, height - gap - h)];
+    const [at, edge] = side === "above" || side === "below" ? [across - x, w] : [mouth - y, h];
+    return { x, y, side, tail: within(at, 1.5 * corner, edge - 1.5 * corner) };
   }
 
   // The same bubble on a picture.
@@ -64,10 +71,16 @@ NaoKin.Speech = class {
       ink.arcTo(a, b, ...next, r);
     }
     ink.closePath();
-    const [edge, tip] = side === "right" ? [1, -size] : [w - 1, w + size];
-    const ends = [[tip, tail + size / 2], [edge, tail + size / 2]];
-    ink.moveTo(edge, tail - size);
-    for (const end of side === "right" ? ends.reverse() : ends) ink.lineTo(...end); // clockwise, as the rectangle is
+    const [before, after] = [tail - size, tail + size / 2];
+    const corners = {
+      right: [[1, before], [1, after], [-size, after]],
+      left: [[w - 1, before], [w + size, after], [w - 1, after]],
+      above: [[before, h - 1], [after, h + size], [after, h - 1]].reverse(),
+      below: [[before, 1], [after, -size], [after, 1]],
+    }[side]; // clockwise, as the rectangle is
+    ink.moveTo(...corners[0]);
+    ink.lineTo(...corners[1]);
+    ink.lineTo(...corners[2]);
     ink.closePath();
     Object.assign(ink, { shadowColor: "rgba(29,36,51,0.22)", shadowBlur: 22 * scale, shadowOffsetY: 6 * scale });
     ink.fillStyle = style.backgroundColor;
