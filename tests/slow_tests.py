@@ -9,7 +9,7 @@ MODULES = """
     test_ik_whole_body test_installation test_joints_documents test_meshes test_notebooks test_reach_cli
     test_reach_page test_reproduce_paper test_signals test_stream_resumed test_typed_model test_typed_random_robots
     test_typed_whole_turns test_typed_without_intermediate_links test_viewer_browser test_viewer_cli
-    test_viewer_closed_forms test_viewer_drag test_viewer_server test_wheel
+    test_viewer_closed_forms test_viewer_drag test_viewer_lights test_viewer_server test_wheel
 """.split()
 
 # Single tests of the other modules.

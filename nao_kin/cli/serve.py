@@ -106,7 +106,7 @@ def _print_log(change: Change) -> None:
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
-    """Show the robot where it is in the world, until the end.
+    """Show the robot where it is in the world, its lights and what it says, until the end.
 
     Args:
         nao: the virtual NAO.
@@ -115,9 +115,10 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
     """
     import numpy as np
 
+    from nao_kin.naoqi import light_colours, spoken_words
     from nao_kin.rotations import quat_from_matrix
 
-    shown = None
+    shown = lit = said = None
     while not ended.wait(1.0 / _FRAMES_PER_SECOND):
         state = nao.state()
         r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
@@ -125,3 +126,9 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
         if shown is None or not np.array_equal(q, shown):
             viewer.display(q)
             shown = q
+        if state.leds != lit:
+            viewer.show_lights(light_colours(state.leds))
+            lit = state.leds
+        if state.saying != said:
+            viewer.say(spoken_words(state.saying))
+            said = state.saying

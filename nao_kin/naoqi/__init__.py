@@ -30,6 +30,7 @@ from nao_kin.naoqi.names import CHAINS, GROUPS, angles, chain_names, joint_names
 from nao_kin.naoqi.orders import BODY_ORDERS, Hips, from_order, to_order
 from nao_kin.naoqi.poses import pose, pose_from_list, position6d, transform_list
 from nao_kin.naoqi.scripts import run_script
+from nao_kin.naoqi.shown import light_colours, spoken_words
 from nao_kin.naoqi.spaces import (
     EFFECTORS,
     FRAME_ROBOT,
@@ -92,6 +93,7 @@ __all__ = [
     "frame_of",
     "from_order",
     "joint_names",
+    "light_colours",
     "limits",
     "lola_frames",
     "pose",
@@ -103,6 +105,7 @@ __all__ = [
     "robot_frame",
     "run_script",
     "space_number",
+    "spoken_words",
     "to_order",
     "torso_in",
     "transform_list",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel, topology
 from nao_kin.urdf import UrdfTree
-from nao_kin.viewer.scene import link_paths
+from nao_kin.viewer.scene import Drawable, link_paths, numbered
 
 # Whole-body cameras: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
@@ -83,8 +83,10 @@ def presets_of(robot: RobotModel) -> Presets:
     )
 
 
-def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...]) -> dict[str, Any]:
-    """Links, joints, limits, chains, postures, frames, masses, cameras and limbs.
+def describe(
+    robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...], drawables: Iterable[Drawable]
+) -> dict[str, Any]:
+    """Links, joints, limits, chains, postures, frames, masses, cameras, limbs and lights.
 
     Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
     values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry none
@@ -141,6 +143,12 @@ def describe(robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[s
             for name, camera in presets.cameras.items()
         ],
         "limbs": limbs(robot),
+        "head": next((index for name, index in place.items() if "head" in name.lower()), None),
+        "lights": [
+            {"name": drawable.light, "link": place[drawable.link], "visual": index}
+            for index, drawable in numbered(drawables)
+            if drawable.light
+        ],
     }
 
 

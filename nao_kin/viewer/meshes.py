@@ -77,6 +77,25 @@ def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
     return tuple(_scaled(mesh, scale) for mesh in _by_colour(parts))
 
 
+def pieces(mesh: Mesh) -> tuple[Mesh, ...]:
+    """The parts of a mesh that touch nowhere, in the order of their first triangles."""
+    _, point = np.unique(mesh.vertices, axis=0, return_inverse=True)  # vertices at an edge stand there once per face
+    corners = point.reshape(-1)[mesh.faces]
+    labels = np.arange(len(mesh.vertices))
+    while True:  # each triangle gives its points the lowest label among them, until nothing changes
+        lowest = labels[corners].min(axis=1)
+        lower = labels.copy()
+        np.minimum.at(lower, corners, lowest[:, None])
+        if np.array_equal(lower, labels):
+            break
+        labels = lower[lower]
+    found = []
+    for label in dict.fromkeys(lowest.tolist()):
+        used, faces = np.unique(mesh.faces[lowest == label], return_inverse=True)
+        found.append(Mesh(mesh.vertices[used], mesh.normals[used], faces.reshape(-1, 3).astype(np.uint32), mesh.colour))
+    return tuple(found)
+
+
 def _parts(scene: Any, has_normals: bool) -> Iterator[Mesh]:
     for node in scene.graph.nodes_geometry:
         T_file_part, name = scene.graph[node]

@@ -5,7 +5,7 @@ Arguments and errors are those of the methods of `Viewer`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -157,6 +157,30 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         "cut": None if cut is None else _plane(cut),
     }
     return panel_message("reach", content)
+
+
+def lights(known: Sequence[str], groups: Mapping[str, tuple[str, ...]], values: Mapping[str, ArrayLike]) -> bytes:
+    """Lights in colours of their own; a light that is named beside its group has its own."""
+    if not isinstance(values, Mapping):
+        raise BadArgument(f"lights are a mapping from names to colours, got {type(values).__name__}")
+    rgb: dict[str, list[float]] = {}
+    for name in sorted(values, key=lambda name: name not in groups):
+        if name not in known:
+            raise UnknownName("light", name, known)
+        colour = as_floats(values[name], (), f"colour of {name}")
+        if colour.shape != (3,):
+            raise WrongShape(f"colour of {name}", "(3,)", colour.shape)
+        if colour.min() < 0.0 or colour.max() > 1.0:
+            raise BadArgument(f"colour of {name} must be red, green and blue from 0 to 1, got {colour.tolist()}")
+        rgb |= dict.fromkeys(groups.get(name, (name,)), colour.tolist())
+    return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
+
+
+def speech(text: str) -> bytes:
+    """A bubble with words."""
+    if not isinstance(text, str):
+        raise BadArgument(f"text must be words to show, got {quoted(text)}")
+    return panel_message("speech", {"text": text})
 
 
 def _plane(cut: tuple[str, float]) -> dict[str, Any]:

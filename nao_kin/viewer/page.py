@@ -20,6 +20,8 @@ _SCRIPTS = (
     "studio.js",
     "marks.js",
     "ghosts.js",
+    "lights.js",
+    "speech.js",
     "reach.js",
     "follow.js",
     "drag.js",

@@ -18,6 +18,7 @@ from nao_kin._text import abbreviated
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.urdf import MeshFile, Rgba, UrdfJoint, UrdfTree, Visual
+from nao_kin.viewer.lights import lights_of
 from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, mesh_path
 from nao_kin.viewer.messages import node_name, set_object, set_transform
 
@@ -34,16 +35,21 @@ class Drawable:
         T_link_shape: pose of the shape in the link's frame.
         shape: what it is.
         rgba: its colour and opacity, each in [0, 1].
+        light: name of the light that it is; "" for none.
     """
 
     link: str
     T_link_shape: Floats
     shape: Shape
     rgba: Rgba
+    light: str = ""
 
 
 def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ...]]:
-    """The visuals of a robot with their mesh files loaded, one drawable per colour, and a line for each not shown."""
+    """The visuals of a robot with their mesh files loaded, and a line for each not shown.
+
+    There is one drawable per colour, and one per light.
+    """
     found: list[Drawable] = []
     missing: list[str] = []
     notes: list[str] = []
@@ -64,7 +70,9 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
             notes.append(f"a visual of {abbreviated(visual.link)} is not shown: {path.name}: {reason}")
             continue
         for mesh in loaded[path, geometry.scale]:
-            found.append(Drawable(visual.link, T_link_shape, mesh, visual.rgba or mesh.colour or _GREY))
+            rgba = visual.rgba or mesh.colour or _GREY
+            for name, part in (lights_of(geometry.filename, mesh) or {"": mesh}).items():
+                found.append(Drawable(visual.link, T_link_shape, part, rgba, name))
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         notes.insert(0, f"mesh files not found: {abbreviated(missing[0])}{more}")
@@ -97,12 +105,18 @@ def scene_messages(robot: RobotModel, tree: UrdfTree, drawables: tuple[Drawable,
     for joint, T_parent_joint in _placements(robot, tree):
         path = paths[joint.child] if joint.kind == "fixed" else _holder(paths, joint)
         yield f"place {path}", set_transform(path, T_parent_joint)
-    count: dict[str, int] = {}
-    for drawable in drawables:
-        index = count[drawable.link] = count.get(drawable.link, -1) + 1
+    for index, drawable in numbered(drawables):
         path = f"{paths[drawable.link]}/visual:{index}"
         yield f"shape {path}", set_object(path, drawable.shape, drawable.rgba)
         yield f"place {path}", set_transform(path, drawable.T_link_shape)
+
+
+def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
+    """Drawables with their numbers among those of their link."""
+    count: dict[str, int] = {}
+    for drawable in drawables:
+        count[drawable.link] = index = count.get(drawable.link, -1) + 1
+        yield index, drawable
 
 
 def motion(joint: UrdfJoint, value: float) -> Floats:

@@ -23,6 +23,7 @@ from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.browser import Screenshots
 from nao_kin.viewer.description import describe, presets_of
+from nao_kin.viewer.lights import GROUPS
 from nao_kin.viewer.messages import RetainedMessages, panel_message, set_animation, typed_array
 from nao_kin.viewer.page import live_page, static_page
 from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_messages
@@ -56,6 +57,7 @@ class Viewer:
         robot: the robot on show.
         notes: what of its looks cannot be shown, one line each.
         camera_names: names that `camera` takes.
+        light_names: names that `show_lights` takes; none for a robot without lights.
 
     Raises:
         BadModel: the robot's URDF can no longer be read.
@@ -73,12 +75,16 @@ class Viewer:
         self.camera_names = tuple(presets.cameras)
         self._links = {name: index for index, name in enumerate(link_paths(tree))}
         self._carriers = carriers(tree, drawables)
+        names = tuple(drawable.light for drawable in drawables if drawable.light)
+        self._lights = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
+        self.light_names = (*self._lights, *names)
         self._warned: set[str] = set()
         self._screenshots = Screenshots()
         self._messages = RetainedMessages()
         for key, message in scene_messages(robot, tree, drawables):
             self._messages.put(key, message)
-        self._messages.put("robot", panel_message("robot", {"about": describe(robot, tree, presets, self.notes)}))
+        about = describe(robot, tree, presets, self.notes, drawables)
+        self._messages.put("robot", panel_message("robot", {"about": about}))
         self._show_joints(presets.start, None)
 
     # --- the configuration ----------------------------------------------------------------------------------------
@@ -269,6 +275,35 @@ class Viewer:
             BadArgument, NotFinite, WrongShape: no map, one of another robot or an empty one; no cut.
         """
         self._messages.put("reach", overlays.reach(self.robot, reach, by, cut))
+
+    def show_lights(self, colours: Mapping[str, ArrayLike]) -> None:
+        """Light the robot in colours, instead of those before; lights that are not named have their own look.
+
+            viewer.show_lights({"LeftEye": (0, 1, 0), "RightEye": (0, 1, 0), "RightEye0": (1, 0, 0)})
+
+        A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, counted from the top of
+        each eye towards the nose; LeftEye and RightEye are all eight. Black is a light that is off. Lights are the LEDs
+        of this library's own meshes: other robots have none, and for them every name is unknown.
+
+        Args:
+            colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; empty for none.
+
+        Raises:
+            UnknownName: no such light.
+            WrongShape, NotFinite, BadArgument: no colour.
+        """
+        self._messages.put("lights", overlays.lights(self.light_names, self._lights, colours))
+
+    def say(self, text: str) -> None:
+        """Show a speech bubble beside the head, until another text; "" removes it.
+
+        It stands beside the first link with "head" in its name, or beside the whole robot. Screen readers read it. More
+        than 280 characters are cut off in the bubble.
+
+        Raises:
+            BadArgument: no text.
+        """
+        self._messages.put("speech", overlays.speech(text))
 
     def camera(self, name: str) -> None:
         """Look at the robot from one of `camera_names`.

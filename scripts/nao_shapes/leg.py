@@ -82,7 +82,7 @@ def foot() -> Part:
     sole = loft(_SOLE, End(1.0, 0.01, 1), End(1.0, 0.01, 1), around=34, along=0)
     toes = box((62.0, 2.5, -FAR), (FAR, FAR, FAR)) + box((62.0, -FAR, -FAR), (FAR, 0.5, FAR))
     bumper = loft(_BUMPER, End(2.5, 0.02, 2), End(2.5, 0.02, 2), around=34, along=1) ^ toes
-    light = place(lathe(pill(4.6, 4.0, 0.0, 1.2), 16).translate((0, 0, -3)), (47.0, 3.0, -17.5), (0.45, 0.0, 1.0))
+    light = place(lathe(pill(4.6, 4.0, 0.0, 1.2), 16).translate((0, 0, -3)), (47.0, 3.0, -15.5), (0.45, 0.0, 1.0))
     return {
         "white": loft(_DOME, End(1.5, 0.02, 1), End(4.0, 0.25), around=34, along=6),
         "dark": sole,

@@ -14,14 +14,8 @@ NaoKin.Ghosts = class {
     const dropped = [];
     bare.traverse((node) => (node.userData.mark || node.name.startsWith("visual:")) && dropped.push(node));
     dropped.forEach((node) => node.removeFromParent());
-    this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: this.inLink(mesh, link) }));
+    this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: NaoKin.between(mesh, robot.nodes[link]) }));
     robot.root.add(this.group);
-  }
-
-  inLink(mesh, link) {
-    const { Matrix4 } = MeshCat.THREE;
-    mesh.updateWorldMatrix(true, false);
-    return new Matrix4().copy(this.robot.nodes[link].matrixWorld).invert().multiply(mesh.matrixWorld);
   }
 
   // Draw these instead of those before: configurations with a colour and an opacity each; of all links, or of those that
@@ -29,7 +23,7 @@ NaoKin.Ghosts = class {
   show(ghosts, carrier = 0) {
     this.clear();
     const T = MeshCat.THREE;
-    const shapes = this.shapes.filter(({ link }) => this.carries(carrier, link));
+    const shapes = this.shapes.filter(({ link }) => NaoKin.isInside(this.robot.nodes[link], this.robot.nodes[carrier]));
     for (const [i, { q, colour, opacity }] of ghosts.entries()) {
       const material = new T.MeshPhongMaterial({
         color: new T.Color(colour).convertSRGBToLinear(),
@@ -52,13 +46,6 @@ NaoKin.Ghosts = class {
       }
     }
     this.refresh();
-  }
-
-  carries(carrier, link) {
-    const { nodes } = this.robot;
-    let node = nodes[link];
-    while (node && node !== nodes[carrier]) node = node.parent;
-    return Boolean(node);
   }
 
   // Show the links that are not where the robot has them.

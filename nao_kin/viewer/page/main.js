@@ -18,6 +18,7 @@ NaoKin.App = class {
     viewer.render = () => {
       this.settle();
       render();
+      this.speech?.place();
       this.drawn += 1;
     };
     this.studio = new NaoKin.Studio(viewer);
@@ -53,6 +54,8 @@ NaoKin.App = class {
     else if (kind === "ghosts") this.showGhosts(message);
     else if (kind === "targets") this.marks.showTargets(message.targets);
     else if (kind === "colours") this.colour(message);
+    else if (kind === "lights") this.lights.show(message.lights);
+    else if (kind === "speech") this.speech.say(message.text);
     else if (kind === "reach") this.reach.show(message);
     else if (kind === "camera") this.camera(message.name);
     else if (kind === "still") this.still();
@@ -68,6 +71,8 @@ NaoKin.App = class {
     this.robot.apply(this.q);
     this.studio.fit(this.robot);
     this.marks = new NaoKin.Marks(this.viewer, this.studio, this.robot);
+    this.lights = new NaoKin.Lights(this.robot, this.marks);
+    this.speech = new NaoKin.Speech(this.viewer, this.robot, this.byId("speech"), this.byId("top"));
     this.frames = { names: about.effectors, size: 0.075 * Math.min(this.studio.size, 1.5) };
     this.panel = new NaoKin.Panel(this, this.byId("panel"));
     this.reach = new NaoKin.Reach(this, this.byId("cut"));
@@ -285,7 +290,8 @@ NaoKin.App = class {
 
   capture({ id, width, height, camera }) {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
-    this.send({ kind: "picture", id, data: this.studio.picture(width, height, preset, this.robot) });
+    const over = (ink) => this.speech.paint(ink, width, height);
+    this.send({ kind: "picture", id, data: this.studio.picture(width, height, preset, this.robot, over) });
   }
 };
 

@@ -85,14 +85,18 @@ NaoKin.Marks = class {
   tint({ scale = this.scale, red = this.red }) {
     if (scale === this.scale && red.size === 0 && this.red.size === 0) return;
     [this.scale, this.red] = [scale, red];
-    for (const { mesh, link } of this.robot.meshes) {
-      const { color } = mesh.material;
-      const rgb = scale.get(link);
-      if (rgb) color.setRGB(...rgb).convertSRGBToLinear();
-      else color.copy(mesh.userData.own);
-      if (red.has(link)) color.lerp(NaoKin.RED, 0.8);
-    }
+    for (const shape of this.robot.meshes) this.paint(shape);
     this.viewer.set_dirty();
+  }
+
+  // A light that is lit shines in its own colour, whatever its link's.
+  paint({ mesh, link }) {
+    const { color } = mesh.material;
+    const rgb = this.scale.get(link);
+    if (mesh.userData.lit) color.copy(NaoKin.GLASS);
+    else if (rgb) color.setRGB(...rgb).convertSRGBToLinear();
+    else color.copy(mesh.userData.own);
+    if (this.red.has(link) && !mesh.userData.lit) color.lerp(NaoKin.RED, 0.8);
   }
 
   // Centre of mass over its projection, and the hull of what touches the floor: green while the one is in the other.

@@ -43,6 +43,16 @@ NaoKin.child = (node, name) => {
   return made;
 };
 
+// Whether a node is another one, or carried by it.
+NaoKin.isInside = (node, holder) => node === holder || (node.parent !== null && NaoKin.isInside(node.parent, holder));
+
+// Pose of one node in another's frame.
+NaoKin.between = (node, other) => {
+  node.updateWorldMatrix(true, false);
+  other.updateWorldMatrix(true, false);
+  return new MeshCat.THREE.Matrix4().copy(other.matrixWorld).invert().multiply(node.matrixWorld);
+};
+
 // The robot on show: its skeleton, its shapes, its limits and its masses.
 NaoKin.Robot = class extends NaoKin.Skeleton {
   constructor(root, about) {
@@ -141,6 +151,17 @@ NaoKin.Robot = class extends NaoKin.Skeleton {
       const position = mesh.geometry.attributes.position;
       for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix));
     }
+  }
+
+  // The box around some shapes in the frame of a link.
+  boxIn(link, shapes) {
+    const { Box3, Vector3 } = MeshCat.THREE;
+    const box = new Box3();
+    for (const { mesh } of shapes) {
+      if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+      box.union(new Box3().copy(mesh.geometry.boundingBox).applyMatrix4(NaoKin.between(mesh, this.nodes[link])));
+    }
+    return box.isEmpty() ? box.expandByPoint(new Vector3()) : box;
   }
 
   // The box around all shapes, or around those that the given links carry, in the world of three.js.

@@ -149,8 +149,8 @@ NaoKin.Studio = class {
     this.viewer.set_dirty();
   }
 
-  // A picture of the scene on the page's background, as a data URI.
-  picture(width, height, preset, robot) {
+  // A picture of the scene on the page's background, with what `over` draws over it, as a data URI.
+  picture(width, height, preset, robot, over) {
     const { viewer } = this;
     const ratio = viewer.renderer.getPixelRatio();
     viewer.renderer.setPixelRatio(1);
@@ -167,6 +167,7 @@ NaoKin.Studio = class {
     ink.fillStyle = sky;
     ink.fillRect(0, 0, width, height);
     ink.drawImage(viewer.renderer.domElement, 0, 0);
+    over(ink);
     viewer.renderer.setPixelRatio(ratio);
     viewer.set_3d_pane_size();
     return canvas.toDataURL("image/png");

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
+from nao_kin.naoqi.shown import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.calls import Call
 from nao_kin.naoqi.virtual.clock import Timer
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 BEFORE_SPEAKING = 0.3
 CHARACTERS_PER_SECOND = 14.0
 _LANGUAGES = ("English", "French", "German", "Italian", "Spanish", "Japanese", "Chinese")
-_TAG = re.compile(r"\\[a-zA-Z]+=[^\\]*\\|\\(?:pau|rst|mrk)[^\\]*\\|\^[a-zA-Z]+\([^)]*\)")
 _PAUSE = re.compile(r"\\pau=(\d{1,6})\\")
 
 
@@ -135,7 +135,7 @@ class ALTextToSpeech(Service):
     def duration(self, words: str) -> float:
         """How long a text takes [s]."""
         pauses = sum(int(milliseconds) for milliseconds in _PAUSE.findall(words)) / 1000.0
-        letters = len(_TAG.sub("", words).strip())
+        letters = len(spoken_words(words))
         return BEFORE_SPEAKING + pauses + letters / (CHARACTERS_PER_SECOND * self._parameters["speed"] / 100.0)
 
     def _next(self) -> None:

@@ -1,0 +1,33 @@
+"""What of a NAO's LEDs and words a viewer shows: NAOqi's names as the viewer has them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+Colour = tuple[float, float, float]
+
+# NAOqi's name of each LED that the viewer has a shape for → the viewer's; ears and head have none.
+_LIGHTS: Mapping[str, str] = {
+    **{f"FaceLed{side}{number}": f"{side}Eye{number}" for side in ("Left", "Right") for number in range(8)},
+    "ChestLeds": "Chest",
+    "LeftFootLeds": "LeftFoot",
+    "RightFootLeds": "RightFoot",
+}
+_TAG = re.compile(r"\\[a-zA-Z]+=[^\\]*\\|\\(?:pau|rst|mrk)[^\\]*\\|\^[a-zA-Z]+\([^)]*\)")
+
+
+def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
+    """Colours of LEDs as `Viewer.show_lights` takes them; LEDs of the ears and on the head are left out.
+
+        viewer.show_lights(nk.naoqi.light_colours(robot.state().leds))
+
+    Args:
+        leds: name of each LED in ALLeds → red, green, blue from 0 to 1.
+    """
+    return {_LIGHTS[led]: colour for led, colour in leds.items() if led in _LIGHTS}
+
+
+def spoken_words(text: str) -> str:
+    r"""A text for ALTextToSpeech without what is not said: tags such as `\rspd=80\` and `^start(animation)`."""
+    return _TAG.sub("", text).strip()
