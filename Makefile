@@ -11,9 +11,11 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+# One more than there are cores, for tests wait for browsers and servers.
+WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 2) + 1)
 STAMP := $(VENV)/.installed
 LOWEST ?= .venv-lowest
-PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check
+PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
 QUICK := -m "not slow" --hypothesis-profile=quick
 
 .PHONY: demo test quick kernels long-kernels other-kernels lint types unit test-lowest coverage mutate docs generate check-generated bench clean
@@ -57,7 +59,7 @@ types: $(STAMP)
 unit: $(STAMP)
 	@command -v check_urdf >/dev/null || echo "check_urdf is absent (Debian: liburdfdom-tools); its tests are skipped"
 	@command -v chromium chromium-browser google-chrome >/dev/null || echo "no Chromium; the browser tests are skipped"
-	$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder
+	$(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 $(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py | $(STAMP)
 	$(PYTHON) -m venv $(LOWEST)
