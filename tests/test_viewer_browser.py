@@ -447,6 +447,36 @@ def test_a_floating_base_moves_in_the_world(browser: Any, tmp_path: Path) -> Non
         assert np.allclose(page.q[7:], nk.load_nao().posture("Stand"))
 
 
+def test_the_camera_goes_along_with_a_robot_that_walks_away_and_not_with_one_that_sways(
+    browser: Any, tmp_path: Path
+) -> None:
+    nao = nk.load_nao(base="floating")
+    q = nao.neutral()
+    viewer = Viewer(nao)
+    viewer.display(q)
+    seen = """() => {
+        const { viewer, robot } = naoKin;
+        const node = robot.nodes[0].getWorldPosition(new MeshCat.THREE.Vector3()).project(viewer.camera);
+        return [node.x, node.y, ...viewer.camera.position.toArray(), ...viewer.controls.target.toArray()];
+    }"""
+    with opened(browser, viewer.save_html(tmp_path / "walk.html")) as page:
+
+        def walk_to(x: float, y: float) -> list[float]:
+            page.run("(q) => naoKin.set(q)", [x, y, *q[2:].tolist()])
+            page.run("() => { naoKin.settle(); naoKin.viewer.camera.updateWorldMatrix(true, false); }")
+            return list(page.run(seen))
+
+        begin = walk_to(0.0, 0.0)
+        assert walk_to(0.05, -0.05)[2:] == pytest.approx(begin[2:], abs=1e-9)
+        end = walk_to(3.0, -2.0)
+        assert max(map(abs, end[:2])) < 0.6  # still in the picture
+        # The world of three.js has y up: x and −y of the robot's are its x and z.
+        moved = np.subtract(end[2:], begin[2:])
+        assert moved[:3] == pytest.approx(moved[3:], abs=1e-9)
+        assert moved[1] == pytest.approx(0.0, abs=1e-9)
+        assert np.hypot(3.0 - moved[0], 2.0 - moved[2]) < 0.2
+
+
 def test_the_live_page_follows_and_answers(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer:
         one = Page(browser, viewer.url)

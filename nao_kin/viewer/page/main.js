@@ -144,6 +144,7 @@ NaoKin.App = class {
     const { robot } = this;
     robot.apply(this.q);
     if (!robot.about.floating && !this.drag.held) robot.stand(this.up);
+    if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
     if (this.marks.ghost) {
       this.marks.ghost.root.position.copy(robot.root.position);

@@ -23,7 +23,9 @@ NaoKin.Studio = class {
     const rim = new T.DirectionalLight(0xffffff, 0.22);
     rim.position.set(-1.5, 0.5, 1.4);
     scene.add(this.key, this.key.target, fill, rim);
-    scene.add(this.makeFloor());
+    this.floor = this.makeFloor();
+    scene.add(this.floor);
+    this.place = [0, 0];
   }
 
   makeFloor() {
@@ -80,6 +82,30 @@ NaoKin.Studio = class {
     const scale = size < 1.2 ? 1 : size < 6 ? 2.5 : 10;
     this.lines.scale.set(scale, scale, 1);
     this.shade.scale.set(scale, scale, 1);
+  }
+
+  // A robot that walks stays in the picture and in the light: what looks at it goes along over the floor, on a slack
+  // rope, so that one that only sways leaves it where it is.
+  goAlong(x, y) {
+    const way = [x - this.place[0], y - this.place[1]];
+    const length = Math.hypot(...way);
+    const share = 1 - (NaoKin.SLACK * this.size) / length;
+    if (!(share > 0)) return;
+    const [dx, dy] = way.map((step) => share * step);
+    this.place = [this.place[0] + dx, this.place[1] + dy];
+    const { camera, controls } = this.viewer;
+    for (const node of [camera.position, controls.target]) {
+      node.x += dx;
+      node.z -= dy;
+    }
+    for (const node of [this.key.position, this.key.target.position]) {
+      node.x += dx;
+      node.y += dy;
+    }
+    // The grid goes from one of its strong lines to the next, and seems to have no end.
+    const step = NaoKin.GRID_STEP * this.lines.scale.x;
+    const [near, aside] = this.place.map((coordinate) => Math.round(coordinate / step) * step);
+    this.floor.position.set(near, aside, 0);
   }
 
   // Colours in a URDF are those of a screen; light is reckoned in linear ones.
@@ -180,3 +206,8 @@ NaoKin.resize = (viewer, width, height) => {
   viewer.renderer.setSize(width, height);
   viewer.set_dirty();
 };
+
+// Metres between the grid's strong lines, for a small robot; and how far a robot goes before the camera does, as a share
+// of its size.
+NaoKin.GRID_STEP = 0.5;
+NaoKin.SLACK = 0.15;
