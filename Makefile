@@ -103,6 +103,8 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_ik.py
 	$(BIN)/python benchmarks/bench_ik_numeric.py
 	$(BIN)/python benchmarks/bench_whole_body.py
+	$(BIN)/python benchmarks/bench_motion.py
+	$(BIN)/python benchmarks/bench_naoqi.py
 
 clean:
 	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
