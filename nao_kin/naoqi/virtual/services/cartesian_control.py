@@ -16,6 +16,8 @@ from nao_kin.naoqi.virtual.cartesian import effectors as limbs
 from nao_kin.naoqi.virtual.cartesian.forms import Wish, positions, single, transforms, wishes
 from nao_kin.naoqi.virtual.cartesian.tasks import PathTask, Scene, TogetherTask, hold_still, needed_joints
 from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.whole_body.balance import Balance
+from nao_kin.naoqi.virtual.whole_body.tasks import MASKS, WholePathTask
 
 _NOTEWORTHY = 1e-3
 
@@ -164,6 +166,9 @@ class CartesianControl(Service):
         return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
 
     def _follow(self, name: str, found: Sequence[Wish]) -> Call:
+        balance: Balance | None = getattr(self, "balance", None)
+        if balance is not None and balance.enabled and all(wish.mask in MASKS for wish in found):
+            return self.nao.start_task(WholePathTask(name, self.nao, found, balance))
         return self.nao.start_task(PathTask(name, self.nao, found))
 
     def _send(self, name: str, found: Sequence[Wish], fraction: Any) -> None:

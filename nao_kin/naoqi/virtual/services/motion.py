@@ -7,6 +7,7 @@ from nao_kin.naoqi.virtual.services.general_tools import GeneralTools
 from nao_kin.naoqi.virtual.services.joint_control import JointControl
 from nao_kin.naoqi.virtual.services.locomotion import Locomotion
 from nao_kin.naoqi.virtual.services.stiffness_control import StiffnessControl
+from nao_kin.naoqi.virtual.services.whole_body_control import WholeBodyControl
 
 # Methods of ALMotion in NAOqi 1.14 to 2.8; what no topic offers is answered with a list of what there is.
 _NAOQI = """
@@ -22,7 +23,7 @@ _NAOQI = """
 """.split()
 
 
-class ALMotion(JointControl, StiffnessControl, CartesianControl, Locomotion, GeneralTools):
+class ALMotion(JointControl, StiffnessControl, CartesianControl, Locomotion, WholeBodyControl, GeneralTools):
     """Everything that moves: joints, stiffness, effectors, tasks."""
 
     name = "ALMotion"

@@ -1,0 +1,1 @@
+"""Whole-body control: what of feet and balance is kept, and the tasks that keep it."""

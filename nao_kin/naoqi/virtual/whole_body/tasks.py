@@ -1,0 +1,222 @@
+"""The motion tasks of whole-body control: to balance, along paths, and effectors that are held in FRAME_ROBOT."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.naoqi.axis_mask import AXIS_MASK_ALL, AXIS_MASK_ROT, AXIS_MASK_VEL
+from nao_kin.naoqi.names import joint_names
+from nao_kin.naoqi.spaces import FRAME_TORSO
+from nao_kin.naoqi.virtual.cartesian.descent import RADIAN
+from nao_kin.naoqi.virtual.cartesian.effectors import LEGS, TORSO
+from nao_kin.naoqi.virtual.cartesian.forms import Wish
+from nao_kin.naoqi.virtual.cartesian.paths import EffectorPath
+from nao_kin.naoqi.virtual.cartesian.tasks import Scene, hold_still
+from nao_kin.naoqi.virtual.clock import TICK
+from nao_kin.naoqi.virtual.tasks import Task
+from nao_kin.naoqi.virtual.walk.stepping import smooth
+from nao_kin.naoqi.virtual.whole_body.balance import Balance, above, com_above, solve
+from nao_kin.rotations import exp, log, matrix_from_rpy
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
+# The axis masks that whole-body control knows, with weights of metres and of radians.
+MASKS: dict[int, tuple[float, float]] = {
+    AXIS_MASK_VEL: (1.0, 0.0),
+    AXIS_MASK_ROT: (0.0, RADIAN),
+    AXIS_MASK_ALL: (1.0, RADIAN),
+}
+HELD: tuple[str, ...] = ("Head", "LArm", "RArm")
+_ON_TIME = 1e-9
+# How fast targets of effectors that are held move [m/s, rad/s].
+_PLACE_SPEED, _TURN_SPEED = 0.2, 0.8
+_NOTEWORTHY = 1e-3
+
+
+class GoToBalance(Task):
+    """The centre of mass goes above a foot, or between both; what wbGoToBalance does.
+
+    Args:
+        nao: the virtual NAO.
+        name: NAOqi's method.
+        support: "Legs", "LLeg" or "RLeg".
+        duration: how long it takes [s]; or with `fraction` the least.
+        fraction: of the joints' largest speeds; None where the duration is given.
+    """
+
+    def __init__(
+        self, nao: VirtualNao, name: str, support: str, duration: float, fraction: float | None = None
+    ) -> None:
+        super().__init__(name, joint_names(nao.robot, "Joints"))
+        self._support, self._duration, self._fraction = support, duration, fraction
+        self._balance = Balance(enabled=True)
+
+    def start(self, nao: VirtualNao, time: float) -> None:
+        """Note where the centre of mass is, and where it goes."""
+        self._columns = nao.joints.columns(joint_names(nao.robot, "Joints"))
+        scene = Scene(nao)
+        self._posture, self._start = scene.q, time
+        self._feet = np.stack([scene.T_world_torso @ nao.robot.fk(scene.q, foot) for foot in LEGS])
+        self._from = com_above(nao.robot, scene.q, scene.T_world_torso)
+        self._to = above(nao.robot, scene.q, scene.T_world_torso, self._support)
+        if self._fraction is not None:
+            goal = self._solve(nao, self._to, scene.q)
+            ways = np.abs(goal - scene.q) / (self._fraction * nao.robot.velocity_limits)
+            # The smooth way is 15/8 as fast in its middle as on average.
+            self._duration = max(self._duration, 1.875 * float(ways.max()))
+        nao.joints.note_limp(self._columns, self.notes)
+
+    def advance(self, nao: VirtualNao, time: float) -> bool:
+        """The whole robot for this tick's place of the centre of mass."""
+        share = min((time - self._start) / self._duration, 1.0)
+        place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
+        q = self._solve(nao, place, nao.joints.q(sensor=False))
+        nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
+        return share >= 1.0 - _ON_TIME
+
+    def _solve(self, nao: VirtualNao, place: Floats, q: Floats) -> Floats:
+        found = solve(nao.robot, self._balance, self._feet, {}, q, self._posture, com=place)
+        assert found is not None
+        if found.missing > _NOTEWORTHY:
+            self.notes.once("com", "the centre of mass goes as near to its place as it can")
+        return found.q
+
+
+class WholePathTask(Task):
+    """Effectors follow paths, the whole robot after them; what positionInterpolations does in whole-body control.
+
+    Args:
+        name: NAOqi's method.
+        nao: the virtual NAO.
+        wishes: of each effector its path, with masks of `MASKS`.
+        balance: what is kept.
+    """
+
+    def __init__(self, name: str, nao: VirtualNao, wishes: Sequence[Wish], balance: Balance) -> None:
+        super().__init__(name, joint_names(nao.robot, "Joints"))
+        self._wishes, self._balance = tuple(wishes), balance
+
+    def start(self, nao: VirtualNao, time: float) -> None:
+        """Begin where the joints are commanded to be."""
+        self._columns = nao.joints.columns(joint_names(nao.robot, "Joints"))
+        hold_still(nao, self._wishes)
+        scene = Scene(nao)
+        self._posture, self._start = scene.q, time
+        self._feet = np.stack([scene.T_world_torso @ nao.robot.fk(scene.q, foot) for foot in LEGS])
+        self._paths = [EffectorPath(np.concatenate([[0.0], wish.times]), scene.path(wish)) for wish in self._wishes]
+        self._end = max(path.end for path in self._paths)
+        nao.joints.note_limp(self._columns, self.notes)
+
+    def advance(self, nao: VirtualNao, time: float) -> bool:
+        """The whole robot for this tick's poses."""
+        t = time - self._start
+        q = nao.joints.q(sensor=False)
+        T_world_torso = nao.base.torso(q)
+        targets: dict[str, tuple[Floats, tuple[float, float]]] = {}
+        for wish, path in zip(self._wishes, self._paths, strict=True):
+            T = path.pose(t)
+            T_world = T_world_torso @ T if wish.space == FRAME_TORSO else T
+            weights = MASKS[AXIS_MASK_ALL if wish.effector == TORSO else wish.mask]
+            targets[wish.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
+        found = solve(nao.robot, self._balance, self._feet, targets, q, self._posture)
+        if found is None:
+            self.notes.once("feet", "no foot stands: nothing moves (wbFootState says which stay)")
+        else:
+            if found.missing > _NOTEWORTHY:
+                self.notes.once("missed", "an effector goes as near to its target as balance and the feet let it")
+            nao.joints.set(self._columns, nao.robot.to_body(found.q)[self._columns], self.notes)
+        return t >= self._end - _ON_TIME
+
+
+class EffectorControl(Task):
+    """Effectors are held where they were last told to be, by the whole robot; what wbSetEffectorControl does.
+
+    Targets are in FRAME_ROBOT: of an arm the place of its hand [m], of the head its rotation (wx, wy, wz) [rad]. They
+    move at 0.2 m/s and 0.8 rad/s to where they are told.
+
+    Args:
+        nao: the virtual NAO.
+        balance: what is kept; read in every tick.
+    """
+
+    reactive = True
+
+    def __init__(self, nao: VirtualNao, balance: Balance) -> None:
+        super().__init__("wbEnableEffectorControl", joint_names(nao.robot, "Joints"))
+        self._balance = balance
+        self._goals: dict[str, Floats] = {}
+        self._now: dict[str, Floats] = {}
+        self.over = False
+
+    def start(self, nao: VirtualNao, time: float) -> None:
+        """Note how the robot stands."""
+        scene = Scene(nao)
+        self._scene, self._posture = scene, scene.q
+        self._feet = np.stack([scene.T_world_torso @ nao.robot.fk(scene.q, foot) for foot in LEGS])
+        nao.joints.note_limp(nao.joints.columns(sorted(self.resources)), self.notes)
+
+    def hold(self, nao: VirtualNao, effector: str) -> None:
+        """Hold an effector where it is."""
+        scene = Scene(nao)
+        T_world = scene.T_world_torso @ nao.robot.fk(scene.q, effector)
+        self._now[effector] = T_world[:3, :3] if effector == "Head" else T_world[:3, 3]
+        self._goals[effector] = self._now[effector]
+
+    def release(self, effector: str) -> bool:
+        """Do not hold it any longer; whether others are held."""
+        self._now.pop(effector, None)
+        self._goals.pop(effector, None)
+        return bool(self._goals)
+
+    def holds(self, effector: str) -> bool:
+        """Whether it is held."""
+        return effector in self._goals
+
+    def send(self, nao: VirtualNao, effector: str, target: Floats) -> None:
+        """Tell where an effector is to be, shape (3,) in FRAME_ROBOT."""
+        T_world_robot = Scene(nao).T_world_robot
+        if effector == "Head":
+            self._goals[effector] = T_world_robot[:3, :3] @ matrix_from_rpy(target)
+        else:
+            self._goals[effector] = T_world_robot[:3, :3] @ target + T_world_robot[:3, 3]
+
+    def advance(self, nao: VirtualNao, time: float) -> bool:
+        """Move the targets on, and the whole robot after them."""
+        targets: dict[str, tuple[Floats, tuple[float, float]]] = {}
+        for effector, goal in self._goals.items():
+            now = self._now[effector] = _towards(self._now[effector], goal)
+            if effector == "Head":
+                T = np.eye(4)
+                T[:3, :3] = now
+                targets[effector] = T, MASKS[AXIS_MASK_ROT]
+            else:
+                targets[effector] = now, MASKS[AXIS_MASK_VEL]
+        q = nao.joints.q(sensor=False)
+        found = solve(nao.robot, self._balance, self._feet, targets, q, self._posture)
+        if found is None or not self.resources:
+            return False
+        if found.missing > _NOTEWORTHY:
+            self.notes.once("missed", "an effector goes as near to its target as balance lets it")
+        columns = nao.joints.columns(sorted(self.resources))
+        nao.joints.set(columns, nao.robot.to_body(found.q)[columns], self.notes)
+        return False
+
+    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+        """Nothing is held any longer."""
+        self.over = True
+
+
+def _towards(now: Floats, goal: Floats) -> Floats:
+    """One tick's way of a place, shape (3,), or of a rotation, shape (3, 3)."""
+    if now.ndim == 1:
+        way, most = goal - now, _PLACE_SPEED * TICK
+        length = float(np.linalg.norm(way))
+        return goal if length <= most else now + (most / length) * way
+    turn, most = log(now.T @ goal), _TURN_SPEED * TICK
+    angle = float(np.linalg.norm(turn))
+    return goal if angle <= most else np.asarray(now @ exp((most / angle) * turn))

@@ -1,0 +1,215 @@
+"""Whole-body control of the virtual NAO: feet that stay, a centre of mass above them, effectors that are held."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
+
+TORSO, WORLD, ROBOT = 0, 1, 2
+SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
+
+
+class Script:
+    """A virtual NAO that stands, as a script sees it."""
+
+    def __init__(self, posture: str = "StandInit") -> None:
+        self.nao = VirtualNao(stepped=True, posture=posture)
+        self("setStiffnesses", "Body", 1.0)
+
+    def __call__(self, name: str, *given: Any) -> Any:
+        return self.nao.call("ALMotion", name, *given)
+
+    def position(self, name: str, space: int) -> np.ndarray:
+        return np.array(self("getPosition", name, space, True))
+
+    def feet(self) -> np.ndarray:
+        return np.stack([np.array(self("getTransform", foot, WORLD, True)) for foot in ("LLeg", "RLeg")])
+
+    def com(self) -> np.ndarray:
+        return np.array(self("getCOM", "Body", WORLD, True))[:2]
+
+    def soles(self, *feet: str) -> np.ndarray:
+        """The pressure sensors of feet on the floor, shape (n, 2)."""
+        frames = [f"{foot[0]}Foot/FSR/{sensor}" for foot in feet for sensor in SENSORS]
+        T = self.nao.torso_in_world() @ self.nao.robot.fk(self.nao.joints.q(), frames)
+        return T[:, :2, 3]
+
+    def inside(self, *feet: str) -> float:
+        """How far the centre of mass is inside the hull of these soles, by scipy [m]."""
+        planes = ConvexHull(self.soles(*feet)).equations
+        return float(-(planes[:, :2] @ self.com() + planes[:, 2]).max())
+
+    def wait(self, call: Call, least: float = -1.0, *feet: str, slip: float = 1e-6) -> float:
+        """Let time pass until a call is over, both soles staying, and the centre of mass inside where that is asked."""
+        begin, soles = self.nao.clock.now, self.feet()
+        while not call.done():
+            self.nao.step(0.02)
+            assert np.abs(self.feet() - soles).max() < slip
+            assert self.nao.robot.within_limits(self.nao.joints.q()).all()
+            assert not feet or self.inside(*feet) > least
+        call.result()
+        return self.nao.clock.now - begin
+
+
+@pytest.fixture
+def script() -> Iterator[Script]:
+    made = Script()
+    made("moveInit")
+    yield made
+    made.nao.close()
+
+
+@pytest.mark.parametrize(("support", "feet"), [("LLeg", ("LLeg",)), ("RLeg", ("RLeg",)), ("Legs", ("LLeg", "RLeg"))])
+def test_the_centre_of_mass_goes_above_the_middle_of_what_supports_it(
+    script: Script, support: str, feet: tuple[str, ...]
+) -> None:
+    script("wbEnable", True)
+    time = script.wait(script.nao.post("ALMotion", "wbGoToBalance", support, 1.0))
+    assert time == pytest.approx(1.0, abs=0.011)
+    assert np.abs(script.com() - script.soles(*feet).mean(axis=0)).max() < 1e-6
+
+
+def test_with_a_speed_no_joint_is_faster(script: Script) -> None:
+    most = 0.1 * script.nao.joints.max_speed * 0.01
+    call = script.nao.post("ALMotion", "wbGoToBalanceWithSpeed", "LLeg", 0.1)
+    before, fastest = script.nao.joints.sensor, 0.0
+    while not call.done():
+        script.nao.step(0.01)
+        fastest = max(fastest, float((np.abs(script.nao.joints.sensor - before) / most).max()))
+        before = script.nao.joints.sensor
+    assert fastest < 1.05
+    assert fastest > 0.8
+    assert np.abs(script.com() - script.soles("LLeg").mean(axis=0)).max() < 1e-6
+
+
+def test_a_foot_that_is_free_is_moved_in_balance_on_the_other(script: Script) -> None:
+    script("wbEnable", True)
+    script("wbGoToBalance", "LLeg", 1.0)
+    script("wbFootState", "Free", "RLeg")
+    script("wbEnableBalanceConstraint", True, "LLeg")
+    start, standing = script.position("RLeg", WORLD), script.feet()[0]
+    path = [[-0.04, 0.0, 0.03, 0.0, 0.0, 0.0], [0.05, 0.0, 0.03, 0.0, 0.0, 0.0]]
+    call = script.nao.post("ALMotion", "positionInterpolation", "RLeg", WORLD, path, 63, [0.6, 1.2], False)
+    while not call.done():
+        script.nao.step(0.05)
+        assert script.inside("LLeg") > 0.004
+        assert np.abs(script.feet()[0] - standing).max() < 1e-6
+    assert np.abs(script.position("RLeg", WORLD) - start - path[1]).max() < 1e-6
+
+
+def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: Script) -> None:
+    target = script.position("LArm", ROBOT)
+    target[:3] = 0.24, 0.12, 0.3
+    script("positionInterpolations", "LArm", ROBOT, target.tolist(), 7, 1.0)
+    alone = np.linalg.norm(script.position("LArm", ROBOT)[:3] - target[:3])
+    assert alone > 0.01
+    script("wbEnable", True)
+    script("wbFootState", "Fixed", "Legs")
+    script("wbEnableBalanceConstraint", True, "Legs")
+    call = script.nao.post("ALMotion", "positionInterpolations", "LArm", ROBOT, target.tolist(), 7, 2.0)
+    assert script.wait(call, 0.004, "LLeg", "RLeg") == pytest.approx(2.0, abs=0.021)
+    assert np.abs(script.position("LArm", ROBOT)[:3] - target[:3]).max() < 1e-5
+
+
+def test_balance_comes_before_what_is_out_of_reach(script: Script) -> None:
+    script("wbEnable", True)
+    script("wbEnableBalanceConstraint", True, "Legs")
+    call = script.nao.post("ALMotion", "positionInterpolations", "RArm", ROBOT, [0.6, -0.1, 0.3, 0, 0, 0], 7, 2.0)
+    # At the end of their reach joints would have to be too fast; what they are late by, a foot slips.
+    script.wait(call, 0.004, "LLeg", "RLeg", slip=1e-3)
+    assert "as near to its target as balance and the feet let it" in "\n".join(line for _, line in script.nao.log.lines)
+
+
+def test_the_head_is_held_in_its_rotation_and_goes_where_it_is_told(script: Script) -> None:
+    soles = script.feet()
+    script("wbEnableEffectorControl", "Head", True)
+    before = script.position("Head", ROBOT)
+    script.nao.step(0.5)
+    assert np.abs(script.position("Head", ROBOT)[3:] - before[3:]).max() < 1e-6
+    script("wbSetEffectorControl", "Head", [0.1, 0.2, 0.5])
+    script.nao.step(2.0)
+    found = Rotation.from_euler("xyz", script.position("Head", ROBOT)[3:])
+    assert (found.inv() * Rotation.from_euler("xyz", [0.1, 0.2, 0.5])).magnitude() < 1e-5
+    assert np.abs(script.feet() - soles).max() < 1e-6
+    assert script.inside("LLeg", "RLeg") > 0.004
+
+
+def test_hands_are_held_beside_each_other_until_they_are_let_go(script: Script) -> None:
+    goals = {"LArm": [0.17, 0.1, 0.3], "RArm": [0.15, -0.12, 0.28]}
+    for arm in goals:
+        script("wbEnableEffectorControl", arm, True)
+    for arm, goal in goals.items():
+        script("wbSetEffectorControl", arm, goal)
+    speeds, before = [], script.position("LArm", ROBOT)[:3]
+    for _ in range(200):
+        script.nao.step(0.01)
+        now = script.position("LArm", ROBOT)[:3]
+        speeds.append(np.linalg.norm(now - before) / 0.01)
+        before = now
+    for arm, goal in goals.items():
+        assert np.abs(script.position(arm, ROBOT)[:3] - goal).max() < 1e-5
+    assert max(speeds) < 0.21
+    script("wbEnableEffectorControl", "LArm", False)
+    assert len(script("getTaskList")) == 1
+    script("wbEnableEffectorControl", "RArm", False)
+    assert script("getTaskList") == []
+
+
+def test_switching_off_forgets_all(script: Script) -> None:
+    script("wbEnableEffectorControl", "Head", True)
+    script("wbFootState", "Free", "Legs")
+    script("wbEnable", False)
+    assert script("getTaskList") == []
+    with pytest.raises(NaoqiError, match=r"Head is not held: wbEnableEffectorControl\('Head', True\) first"):
+        script("wbSetEffectorControl", "Head", [0.0, 0.0, 0.0])
+    # Without it, an arm moves alone again.
+    legs = script("getAngles", "Legs", True)
+    script("positionInterpolations", "LArm", TORSO, [0.15, 0.12, 0.06, 0, 0, 0], 7, 0.5)
+    assert script("getAngles", "Legs", True) == legs
+
+
+def test_a_later_task_takes_an_arm_from_what_is_held(script: Script) -> None:
+    script("wbEnableEffectorControl", "Head", True)
+    script("angleInterpolation", "RShoulderPitch", 0.5, 0.5, True)
+    assert script("getAngles", "RShoulderPitch", True) == pytest.approx([0.5], abs=1e-9)
+    script("wbSetEffectorControl", "Head", [0.0, 0.2, 0.3])
+    script.nao.step(1.0)
+    assert script("getAngles", "RShoulderPitch", True) == pytest.approx([0.5], abs=1e-9)
+    assert script.position("Head", TORSO)[5] == pytest.approx(0.3, abs=0.05)
+
+
+REFUSED = [
+    (("wbFootState", "Loose", "Legs"), "unknown foot state 'Loose'"),
+    (("wbFootState", "Fixed", "LArm"), "unknown support leg 'LArm'"),
+    (("wbEnableBalanceConstraint", "yes", "Legs"), "isEnable must be True or False"),
+    (("wbGoToBalance", "LLeg", 0.0), "duration must be above 0 s"),
+    (("wbGoToBalanceWithSpeed", "LLeg", 2.0), "fractionMaxSpeed must be above 0"),
+    (("wbEnableEffectorControl", "LLeg", True), "unknown effector 'LLeg'"),
+    (("wbSetEffectorControl", "Head", [0.0, 0.0]), "targetCoordinate must have shape (..., 3)"),
+    (("wbSetEffectorControl", "Head", [[0.0, 0.0, 0.0]]), "targetCoordinate must be three numbers"),
+    (("wbSetEffectorControl", "LArm", [0.0, 0.0, 0.0]), "LArm is not held"),
+]
+
+
+@pytest.mark.parametrize(("given", "expected"), REFUSED, ids=range(len(REFUSED)))
+def test_what_makes_no_sense_is_refused(script: Script, given: tuple, expected: str) -> None:
+    name, *rest = given
+    with pytest.raises(NaoqiError) as error:
+        script(name, *rest)
+    assert str(error.value).startswith(f"ALMotion::{name}\n\t")
+    assert expected in str(error.value)
+
+
+def test_a_robot_that_sits_has_nothing_to_balance_on() -> None:
+    script = Script("Sit")
+    for name, *rest in (("wbGoToBalance", "Legs", 1.0), ("wbEnableEffectorControl", "Head", True)):
+        with pytest.raises(NaoqiError, match="does not stand on its feet"):
+            script(name, *rest)
+    script.nao.close()
