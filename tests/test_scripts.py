@@ -327,6 +327,45 @@ def test_the_command_makes_a_robot_of_its_own(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (3, "0.7 ['nao.local', '--x']\n"), done.stderr
 
 
+MANY = """
+import os, qi
+qi.logging.setLevel(qi.logging.FATAL)
+sessions = []
+for number in range(40):
+    session = qi.Session()
+    session.connect("tcp://nao.local:9559")
+    session.service("ALMotion").angleInterpolation("HeadYaw", 0.1, 5.0, True, _async=True)
+    sessions.append(session)
+os._exit(5)
+"""
+
+
+@pytest.mark.parametrize("turn", range(3))
+def test_a_robot_outlives_a_script_that_drops_many_sessions_and_ends_in_order(tmp_path: Path, turn: int) -> None:
+    # While the sessions were taken down, closing the server crashed every second program, and its end every fourth.
+    script = tmp_path / "many.py"
+    script.write_text(MANY)
+    command = [sys.executable, "-m", "nao_kin", "run", str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (5, "", "")
+
+
+@pytest.mark.parametrize(
+    ("end", "code", "error"),
+    [("", 0, ""), ("sys.exit()", 0, ""), ("sys.exit(300)", 44, ""), ("sys.exit('no arm')", 1, "no arm\n")],
+)
+def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
+    robot: tuple[VirtualNao, str], tmp_path: Path, end: str, code: int, error: str
+) -> None:
+    script = tmp_path / "ends.py"
+    script.write_text(
+        "import atexit, sys, threading, time, qi\natexit.register(print, 'tidied')\n"
+        "threading.Thread(target=lambda: (time.sleep(0.2), print('thread'))).start()\n" + end
+    )
+    done = _run(script, robot[1])
+    assert (done.returncode, done.stdout, done.stderr) == (code, "thread\ntidied\n", error)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -9,6 +9,7 @@ Python 3.
 
 from __future__ import annotations
 
+import atexit
 import io
 import os
 import sys
@@ -25,6 +26,8 @@ ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
 
 def main() -> None:
     """Run the script that the first argument names, with the others as its own."""
+    codes: list[int] = []
+    atexit.register(_leave_qi, codes)  # the first to be registered, and so the last to be called
     script = Path(sys.argv[1])
     sys.argv = sys.argv[1:]
     # Behind everything else: an SDK that is installed, and modules beside the script, come first.
@@ -42,13 +45,34 @@ def main() -> None:
     sys.modules["__main__"] = module
     try:
         exec(code, module.__dict__)
+        codes.append(0)
     except KeyboardInterrupt:
-        sys.exit(130)
+        codes.append(130)
+    except SystemExit as end:
+        if not isinstance(end.code, (int, type(None))):
+            sys.stderr.write(f"{end.code}\n")
+        codes.append((end.code or 0) if isinstance(end.code, (int, type(None))) else 1)
     except Exception as error:
         # From the script on: how it was started is of no interest.
         trace = error.__traceback__
         traceback.print_exception(type(error), error, trace.tb_next if trace else None)
-        sys.exit(1)
+        codes.append(1)
+    sys.exit(codes[0])
+
+
+def _leave_qi(codes: list[int]) -> None:
+    """Leave with the script's exit code, and without the rest of Python's end, where qi is loaded.
+
+    Its threads go on, and want Python's lock for the objects that they still hold: while Python ends, that aborts the
+    program.
+    """
+    if codes and "qi" in sys.modules:
+        for stream in (sys.stdout, sys.stderr):
+            try:
+                stream.flush()
+            except (OSError, ValueError):  # whoever read it has gone
+                continue
+        os._exit(codes[0] & 0xFF)
 
 
 def compiled(script: Path) -> Any:
