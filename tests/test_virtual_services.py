@@ -209,6 +209,19 @@ def test_hands_open_and_close_and_let_go(virtual: VirtualNao) -> None:
     assert "nearest: LHand" in _refused(virtual, "ALMotion", "openHand", "LHnd")
 
 
+def test_a_hand_that_waits_for_itself_has_its_stiffness_when_its_turn_comes(virtual: VirtualNao) -> None:
+    virtual.post("ALMotion", "openHand", "LHand")
+    closing = virtual.post("ALMotion", "closeHand", "LHand")
+    virtual.step(1.0)
+    assert closing.done()
+    assert _angles(virtual, "LHand") == [0.0]
+    assert _motion(virtual, "getStiffnesses", "LHand") == [0.0]
+    virtual.post("ALMotion", "openHand", "LHand")
+    virtual.step(0.05)
+    _motion(virtual, "killAll")
+    assert _motion(virtual, "getStiffnesses", "LHand") == [0.0]
+
+
 BAD_INTERPOLATIONS = [
     (("HeadYow", 0.5, 1.0, True), "nearest: HeadYaw"),
     (("", 0.5, 1.0, True), "unknown joint"),
@@ -398,6 +411,15 @@ def test_the_robot_describes_itself(virtual: VirtualNao) -> None:
 
 
 @pytest.mark.parametrize(
+    ("version", "named"), [("v3.2", "VERSION_32"), ("v3.3", "VERSION_33"), ("v4", "VERSION_40"), ("v6", "VERSION_60")]
+)
+def test_versions_are_written_as_naoqi_writes_them(version: str, named: str) -> None:
+    with VirtualNao(nk.load_nao(version), stepped=True) as robot:
+        config = dict(zip(*robot.call("ALMotion", "getRobotConfig"), strict=True))
+    assert {config[f"{part} Version"] for part in ("Head", "Body", "Arm")} == {named}
+
+
+@pytest.mark.parametrize(
     ("name", "of", "first"),
     [
         ("FallManagerEnabled", (), True),
@@ -467,6 +489,19 @@ def test_a_posture_that_is_not_reached_is_false(virtual: VirtualNao, nao: nk.Nao
     assert "above 0" in _refused(virtual, "ALRobotPosture", "goToPosture", "Stand", 0.0)
     assert virtual.call("ALRobotPosture", "getPostureList") == list(nao.posture_names)
     virtual.call("ALRobotPosture", "setMaxTryNumber", 3)
+
+
+def test_stopping_a_posture_stops_those_that_wait_for_it(virtual: VirtualNao) -> None:
+    calls = [virtual.post("ALRobotPosture", "goToPosture", posture, 0.2) for posture in ("Stand", "Sit", "Stand")]
+    virtual.step(0.2)
+    virtual.call("ALRobotPosture", "stopMove")
+    assert _motion(virtual, "getTaskList") == []
+    assert [call.result(0.0) for call in calls] == [False] * 3
+
+
+def test_a_battery_without_a_number_says_so(virtual: VirtualNao) -> None:
+    virtual.call("ALMemory", "insertData", "Device/SubDeviceList/Battery/Charge/Sensor/Value", "full")
+    assert "charge must be a number, got 'full'" in _refused(virtual, "ALBattery", "getBatteryCharge")
 
 
 # --- ALMemory ---------------------------------------------------------------------------------------------------------
