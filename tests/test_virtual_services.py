@@ -636,6 +636,53 @@ def test_a_colour_is_a_number_a_name_or_three_shares(virtual: VirtualNao, colour
     assert virtual.call("ALLeds", "getIntensity", "ChestLeds") == [0.0, 1.0, 0.0]
 
 
+def test_a_led_does_what_it_was_told_last(virtual: VirtualNao) -> None:
+    def eyes() -> list[float]:
+        return virtual.call("ALLeds", "getIntensity", "FaceLeds")
+
+    slow = virtual.post("ALLeds", "fadeRGB", "AllLeds", "red", 2.0)
+    virtual.step(0.5)
+    quick = virtual.post("ALLeds", "fadeRGB", "FaceLeds", "blue", 0.5)
+    virtual.step(0.6)
+    assert (slow.done(), quick.done(), eyes()) == (False, True, [0.0, 0.0, 1.0])
+    virtual.step(1.0)
+    assert slow.done()
+    assert eyes() == [0.0, 0.0, 1.0]
+    assert virtual.call("ALLeds", "getIntensity", "ChestLeds") == [1.0, 0.0, 0.0]
+    colours = virtual.post("ALLeds", "rasta", 2.0)
+    virtual.step(0.3)
+    virtual.call("ALLeds", "off", "FaceLeds")
+    virtual.step(0.5)
+    assert eyes() == [0.0] * 3
+    virtual.step(2.0)
+    assert colours.done()
+    assert eyes() == [0.0] * 3
+
+
+@pytest.mark.parametrize(
+    ("actuator", "led", "lit"),
+    [
+        ("Face/Led/Red/Left/0Deg/Actuator/Value", "FaceLedLeft1", [0.8, 0.0, 0.0]),
+        ("Face/Led/Blue/Left/90Deg/Actuator/Value", "LeftFaceLed8", [0.0, 0.0, 0.8]),
+        ("Face/Led/Green/Right/0Deg/Actuator/Value", "RightFaceLed1", [0.0, 0.8, 0.0]),
+        ("Device/SubDeviceList/ChestBoard/Led/Green/Actuator/Value", "ChestLeds", [0.0, 0.8, 0.0]),
+        ("LFoot/Led/Red/Actuator/Value", "LeftFootLeds", [0.8, 0.0, 0.0]),
+        ("Ears/Led/Right/36Deg/Actuator/Value", "RightEarLed2", [0.0, 0.0, 0.8]),
+        ("Head/Led/Rear/Left/2/Actuator/Value", "Brain6", [0.8, 0.8, 0.8]),
+    ],
+)
+def test_leds_have_their_actuators_names_too(virtual: VirtualNao, actuator: str, led: str, lit: list[float]) -> None:
+    virtual.call("ALLeds", "off", "AllLeds")
+    virtual.call("ALLeds", "setIntensity", actuator, 0.8)
+    assert virtual.call("ALLeds", "getIntensity", led) == lit
+    assert sum(max(colour) > 0.0 for colour in virtual.state().leds.values()) == 1
+    virtual.call("ALLeds", "off", "AllLeds")
+    virtual.call("ALLeds", "createGroup", "mine", [actuator])
+    virtual.call("ALLeds", "setIntensity", "mine", 0.8)
+    assert virtual.call("ALLeds", "getIntensity", led) == lit
+    assert virtual.call("ALLeds", "listGroup", "mine") == virtual.call("ALLeds", "listGroup", led)
+
+
 def test_leds_go_on_and_off_by_group_led_and_channel(virtual: VirtualNao) -> None:
     def led(name: str) -> tuple[float, float, float]:
         return virtual.state().leds[name]
