@@ -281,6 +281,43 @@ def test_python_2_runs_translated_and_its_exit_code_is_kept(
     assert f"naoqi: {robot[1]} answers for tcp://192.168.1.7:9559" in err
 
 
+def test_python_2_divides_whole_numbers_and_imports_what_is_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "helper.py").write_text("def half(x):\n    print 'half of', x\n    return x / 2\n")
+    script = tmp_path / "old.py"
+    script.write_text(
+        "import helper\nn, d = 7, {'a': [5]}\nn /= 2\nd['a'][0] /= 2\n"
+        "for i in range(n / 2): print i, 1 / 2, -1 / 2, 1.0 / 2, helper.half(5), n, d\n"
+    )
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "half of 5\n0 0 -1 0.5 2 3 {'a': [2]}\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["helper.py", "old.py"]
+    script.write_text("from __future__ import division\nprint 1 / 2\n")
+    assert _run(script, "tcp://127.0.0.1:1").stdout == "0.5\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "translated"),
+    [
+        ("for i in xrange(1): print(3 / 2)", True),
+        ("import ConfigParser\nprint(3 / 2)", True),
+        ("print({1: 2}.has_key(1) and 3 / 2)", True),
+        ("try:\n    xrange\nexcept NameError:\n    xrange = range\nprint(3 / 2)", False),
+        ("try:\n    import Queue\nexcept ImportError:\n    import queue\nprint(3 / 2)", False),
+        ("def xrange(n): return range(n)\nxrange(3)\nprint(3 / 2)", False),
+        ("print(3 / 2, end='\\n')", False),
+    ],
+)
+def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
+    tmp_path: Path, text: str, translated: bool
+) -> None:
+    script = tmp_path / "old.py"
+    script.write_text(text)
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert (done.returncode, done.stdout) == (0, "1\n" if translated else "1.5\n"), done.stderr
+    assert ("runs translated" in done.stderr) == translated
+
+
 @pytest.mark.parametrize(
     ("text", "code", "message"),
     [
