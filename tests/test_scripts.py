@@ -281,6 +281,46 @@ def test_python_2_runs_translated_and_its_exit_code_is_kept(
     assert f"naoqi: {robot[1]} answers for tcp://192.168.1.7:9559" in err
 
 
+LISTENER = """
+import time
+from naoqi import ALBroker, ALModule, ALProxy
+class Listener(ALModule):
+    def __init__(self, name):
+        ALModule.__init__(self, name)
+        self.BIND_PYTHON(self.getName(), "short")
+        self.heard = {}
+    def none(self): self.heard["none"] = ()
+    def short(self, key, value): self.heard["short"] = key, value
+    def full(self, key, value, message="?"): self.heard["full"] = key, value, message
+    def any(self, *all): self.heard["any"] = all
+    def broken(self, key): self.heard["broken"] = key; 1 / 0
+broker = ALBroker("broker", "0.0.0.0", 0, "nao.local", 9559)
+memory, listener = ALProxy("ALMemory"), Listener("listener")
+for name in ("none", "short", "full", "any", "broken"):
+    memory.subscribeToEvent("Demo/" + name, "listener", name)
+    memory.raiseEvent("Demo/" + name, [name])
+end = time.time() + 10
+while len(listener.heard) < 5 and time.time() < end:
+    time.sleep(0.01)
+time.sleep(0.2)
+for name in sorted(listener.heard): print(name, listener.heard[name])
+"""
+
+
+def test_a_modules_methods_take_of_an_event_what_they_need(robot: tuple[VirtualNao, str], tmp_path: Path) -> None:
+    script = tmp_path / "listens.py"
+    script.write_text(LISTENER)
+    done = _run(script, robot[1])
+    assert done.stdout.splitlines() == [
+        "any ('Demo/any', ['any'], 'listener')",
+        "broken Demo/broken",
+        "full ('Demo/full', ['full'], 'listener')",
+        "none ()",
+        "short ('Demo/short', ['short'])",
+    ], done.stderr
+    assert "ZeroDivisionError" in done.stderr  # nobody else tells the script
+
+
 def test_python_2_divides_whole_numbers_and_imports_what_is_beside_it(tmp_path: Path) -> None:
     (tmp_path / "helper.py").write_text("def half(x):\n    print 'half of', x\n    return x / 2\n")
     script = tmp_path / "old.py"

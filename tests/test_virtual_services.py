@@ -588,11 +588,15 @@ def test_old_scripts_have_a_method_of_a_service_called(virtual: VirtualNao) -> N
     virtual.call("ALMemory", "subscribeToEvent", "mine", "Other", "note", "onMine")
     assert virtual.call("ALMemory", "getSubscribers", "mine") == ["Module", "Other"]
     virtual.call("ALMemory", "raiseEvent", "mine", 5)
-    assert called == [("Module", "onMine", "mine", 5, ""), ("Other", "onMine", "mine", 5, "note")]
+    assert called == [("Module", "onMine", "mine", 5, "Module"), ("Other", "onMine", "mine", 5, "note")]
     virtual.call("ALMemory", "unsubscribeToEvent", "mine", "Module")
     virtual.call("ALMemory", "raiseEvent", "mine", 6)
     assert len(called) == 3
     assert "has not subscribed" in _refused(virtual, "ALMemory", "unsubscribeToEvent", "mine", "Module")
+    virtual.call("ALMemory", "unsubscribeToMicroEvent", "mine", "Other")
+    virtual.call("ALMemory", "subscribeToMicroEvent", "mine", "Module", "small", "onMine")
+    virtual.call("ALMemory", "raiseMicroEvent", "mine", 7)
+    assert called[3:] == [("Module", "onMine", "mine", 7, "small")]
 
 
 def test_the_robot_raises_events_of_its_own(asleep: VirtualNao) -> None:
