@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import importlib
 import os
 import sys
 from collections.abc import Sequence
@@ -12,6 +13,9 @@ from typing import NoReturn
 from nao_kin._common.ending import end_on_signals
 
 __all__ = ["main"]
+
+# The commands that talk to NAOqi.
+_WITH_QI = ("serve", "run", "live")
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -26,6 +30,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     end_on_signals()
     codes: list[int] = []
     atexit.register(_leave_qi, codes)  # the first to be registered, and so the last to be called
+    words = sys.argv[1:] if arguments is None else arguments
+    if words and words[0] in _WITH_QI:
+        with suppress(ImportError):
+            importlib.import_module("qi")  # before Pinocchio, see nao_kin.naoqi._qi
     from nao_kin.cli.app import run  # takes a while, in which signals are answered already
 
     codes.append(run(arguments))

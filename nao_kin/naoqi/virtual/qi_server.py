@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import importlib
 import ipaddress
 import socket
 import time
@@ -14,7 +13,8 @@ from typing import Any
 from nao_kin._common.scalars import whole_number
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, MissingExtra, NaoKinError, NaoKinWarning
+from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
+from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.virtual.calls import Call, NaoqiError
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.services.memory import ALMemory, Subscriber
@@ -40,6 +40,8 @@ class QiServer:
     Scripts connect to it as to a robot. Blocking methods hold no thread: they answer with qi's future, so that
     thousands may wait. Angles travel as the doubles that they are; a robot sends floats of 32 bits.
 
+    A program imports `nao_kin.naoqi`, or qi, before it makes a robot: loaded after Pinocchio, qi is not reliable.
+
     Args:
         nao: the virtual NAO.
         host: the address to listen on; "127.0.0.1" lets nobody else in.
@@ -55,7 +57,7 @@ class QiServer:
     """
 
     def __init__(self, nao: VirtualNao, *, host: str = HOST, port: int = PORT, quiet: bool = False) -> None:
-        qi = _qi()
+        qi = load_qi("a server that NAOqi's scripts can connect to")
         if quiet:
             qi.logging.setLevel(qi.logging.FATAL)
         number = whole_number(port, "port", 0, 65535)
@@ -119,14 +121,6 @@ class QiServer:
                 service.value().call(function, key, value, message, _async=True)
 
         session.service(module, _async=True).addCallback(call)
-
-
-def _qi() -> Any:
-    """The module qi."""
-    try:
-        return importlib.import_module("qi")
-    except ImportError:
-        raise MissingExtra("a server that NAOqi's scripts can connect to", "naoqi") from None
 
 
 def _exported(qi: Any, service: Service) -> Any:
