@@ -22,8 +22,8 @@ from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 PORT = 9559
 HOST = "127.0.0.1"
-# libqi corrupts its memory where a session is closed while those of scripts that have just ended are taken down: of
-# programs that ended right after 40 of them, half crashed. A moment later, none did.
+# Where Pinocchio was loaded before qi, libqi corrupts its memory when a session is closed while those of scripts that
+# have just ended are taken down: of programs that ended right after 40 of them, half crashed. A moment later, none did.
 _SECONDS_TO_SETTLE = 0.3
 
 
