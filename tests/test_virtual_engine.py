@@ -389,6 +389,14 @@ def test_a_broken_task_fails_alone(awake: VirtualNao) -> None:
     assert broken.ended == 1
 
 
+def test_a_broken_timer_does_not_stop_time(awake: VirtualNao) -> None:
+    awake.clock.after(0.1, lambda: 1 / 0)
+    waiting = awake.post("ALTextToSpeech", "say", "on")
+    awake.step(1.0)
+    assert waiting.done()
+    assert any("internal error: ZeroDivisionError" in line for _, line in awake.log.lines)
+
+
 # --- watching, threads, the end ---------------------------------------------------------------------------------------
 
 
