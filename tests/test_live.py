@@ -242,6 +242,7 @@ def test_a_robot_that_refuses_is_asked_again_until_a_signal() -> None:
         (("a:99999",), "address must be like tcp://nao.local:9559, got 'a:99999'"),
         (("--lola", "x", "--rate", "0"), "rate must be a positive number, got 0"),
         (("--lola", "x", "--seconds", "-1"), "--seconds must be a positive number, got -1"),
+        (("--lola", "x", "--record", "wave.xyz"), "no motion format for wave.xyz; end it in one of: .csv"),
         (("--lola", "x", "--record", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
     ],
 )
