@@ -214,6 +214,25 @@ def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: 
     silent.close()
 
 
+def test_a_robot_that_refuses_is_asked_again_until_a_signal() -> None:
+    pytest.importorskip("qi")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"  # bound, and nobody listens
+        command = [sys.executable, "-m", "nao_kin", "live", "--no-view", address]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stderr is not None
+            line = process.stderr.readline()
+            assert "refused" in line
+            assert line.endswith("; trying again\n")
+            time.sleep(1.0)
+            process.send_signal(signal.SIGTERM)
+            try:
+                assert process.wait(3) == 143
+            finally:
+                process.kill()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -224,6 +243,7 @@ def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: 
         (("a:99999",), "address must be like tcp://nao.local:9559, got 'a:99999'"),
         (("--lola", "x", "--rate", "0"), "rate must be a positive number, got 0"),
         (("--lola", "x", "--seconds", "-1"), "--seconds must be a positive number, got -1"),
+        (("--lola", "x", "--record", "wave.xyz"), "no motion format for wave.xyz; end it in one of: .csv"),
         (("--lola", "x", "--record", "/no/such/folder/x.json"), "cannot write /no/such/folder/x.json: "),
     ],
 )

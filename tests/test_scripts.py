@@ -282,6 +282,83 @@ def test_python_2_runs_translated_and_its_exit_code_is_kept(
     assert f"naoqi: {robot[1]} answers for tcp://192.168.1.7:9559" in err
 
 
+LISTENER = """
+import time
+from naoqi import ALBroker, ALModule, ALProxy
+class Listener(ALModule):
+    def __init__(self, name):
+        ALModule.__init__(self, name)
+        self.BIND_PYTHON(self.getName(), "short")
+        self.heard = {}
+    def none(self): self.heard["none"] = ()
+    def short(self, key, value): self.heard["short"] = key, value
+    def full(self, key, value, message="?"): self.heard["full"] = key, value, message
+    def any(self, *all): self.heard["any"] = all
+    def broken(self, key): self.heard["broken"] = key; 1 / 0
+broker = ALBroker("broker", "0.0.0.0", 0, "nao.local", 9559)
+memory, listener = ALProxy("ALMemory"), Listener("listener")
+for name in ("none", "short", "full", "any", "broken"):
+    memory.subscribeToEvent("Demo/" + name, "listener", name)
+    memory.raiseEvent("Demo/" + name, [name])
+end = time.time() + 10
+while len(listener.heard) < 5 and time.time() < end:
+    time.sleep(0.01)
+time.sleep(0.2)
+for name in sorted(listener.heard): print(name, listener.heard[name])
+"""
+
+
+def test_a_modules_methods_take_of_an_event_what_they_need(robot: tuple[VirtualNao, str], tmp_path: Path) -> None:
+    script = tmp_path / "listens.py"
+    script.write_text(LISTENER)
+    done = _run(script, robot[1])
+    assert done.stdout.splitlines() == [
+        "any ('Demo/any', ['any'], 'listener')",
+        "broken Demo/broken",
+        "full ('Demo/full', ['full'], 'listener')",
+        "none ()",
+        "short ('Demo/short', ['short'])",
+    ], done.stderr
+    assert "ZeroDivisionError" in done.stderr  # nobody else tells the script
+
+
+def test_python_2_divides_whole_numbers_and_imports_what_is_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "helper.py").write_text("def half(x):\n    print 'half of', x\n    return x / 2\n")
+    script = tmp_path / "old.py"
+    script.write_text(
+        "import helper\nn, d = 7, {'a': [5]}\nn /= 2\nd['a'][0] /= 2\n"
+        "for i in range(n / 2): print i, 1 / 2, -1 / 2, 1.0 / 2, helper.half(5), n, d\n"
+    )
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "half of 5\n0 0 -1 0.5 2 3 {'a': [2]}\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["helper.py", "old.py"]
+    script.write_text("from __future__ import division\nprint 1 / 2\n")
+    assert _run(script, "tcp://127.0.0.1:1").stdout == "0.5\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "translated"),
+    [
+        ("for i in xrange(1): print(3 / 2)", True),
+        ("import ConfigParser\nprint(3 / 2)", True),
+        ("print({1: 2}.has_key(1) and 3 / 2)", True),
+        ("try:\n    xrange\nexcept NameError:\n    xrange = range\nprint(3 / 2)", False),
+        ("try:\n    import Queue\nexcept ImportError:\n    import queue\nprint(3 / 2)", False),
+        ("def xrange(n): return range(n)\nxrange(3)\nprint(3 / 2)", False),
+        ("print(3 / 2, end='\\n')", False),
+    ],
+)
+def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
+    tmp_path: Path, text: str, translated: bool
+) -> None:
+    script = tmp_path / "old.py"
+    script.write_text(text)
+    done = _run(script, "tcp://127.0.0.1:1")
+    assert (done.returncode, done.stdout) == (0, "1\n" if translated else "1.5\n"), done.stderr
+    assert ("runs translated" in done.stderr) == translated
+
+
 @pytest.mark.parametrize(
     ("text", "code", "message"),
     [
@@ -328,11 +405,53 @@ def test_the_command_makes_a_robot_of_its_own(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (3, "0.7 ['nao.local', '--x']\n"), done.stderr
 
 
+MANY = """
+import os, qi
+qi.logging.setLevel(qi.logging.FATAL)
+sessions = []
+for number in range(40):
+    session = qi.Session()
+    session.connect("tcp://nao.local:9559")
+    session.service("ALMotion").angleInterpolation("HeadYaw", 0.1, 5.0, True, _async=True)
+    sessions.append(session)
+os._exit(5)
+"""
+
+
+@pytest.mark.parametrize("turn", range(3))
+def test_a_robot_outlives_a_script_that_drops_many_sessions_and_ends_in_order(tmp_path: Path, turn: int) -> None:
+    # While the sessions were taken down, closing the server crashed every second program, and its end every fourth.
+    script = tmp_path / "many.py"
+    script.write_text(MANY)
+    command = [sys.executable, "-m", "nao_kin", "run", str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (5, "", "")
+
+
+@pytest.mark.parametrize(
+    ("end", "code", "error"),
+    [("", 0, ""), ("sys.exit()", 0, ""), ("sys.exit(300)", 44, ""), ("sys.exit('no arm')", 1, "no arm\n")],
+)
+def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
+    robot: tuple[VirtualNao, str], tmp_path: Path, end: str, code: int, error: str
+) -> None:
+    script = tmp_path / "ends.py"
+    script.write_text(
+        "import atexit, sys, threading, time, qi\natexit.register(print, 'tidied')\n"
+        "threading.Thread(target=lambda: (time.sleep(0.2), print('thread'))).start()\n" + end
+    )
+    done = _run(script, robot[1])
+    assert (done.returncode, done.stdout, done.stderr) == (code, "thread\ntidied\n", error)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("nothing.py",), "no script 'nothing.py'"),
         (("x.py", "--port", "1", "--speed", "2"), "--speed is for a virtual NAO of the script's own; leave out --port"),
+        (("x.py", "--port", "70000"), "port must be at most 65535, got 70000"),
+        (("x.py", "--port", "0"), "port must be at least 1, got 0"),
+        (("x.py", "--host", " "), "--host is empty; expected an address"),
         (("x.py", "--port", "1", "--view"), "--view is for a virtual NAO of the script's own; leave out --port"),
     ],
 )

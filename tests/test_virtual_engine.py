@@ -366,19 +366,35 @@ def test_waiting_for_a_task_ends_with_it_or_with_the_time(awake: VirtualNao) -> 
 
 
 class _Broken(Task):
+    ended = 0
+
     def advance(self, nao: VirtualNao, time: float) -> bool:
         raise RuntimeError("broken on purpose")
+
+    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+        self.ended += 1
+        raise RuntimeError("broken here too")
 
 
 def test_a_broken_task_fails_alone(awake: VirtualNao) -> None:
     with awake.monitor:
-        call = awake.start_task(_Broken("nod", ["HeadPitch"]))
+        broken = _Broken("nod", ["HeadPitch"])
+        call = awake.start_task(broken)
     other = awake.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
     awake.step(1.0)
     assert other.done()
     with pytest.raises(NaoqiError, match=r"ALMotion::nod\n\tbroken on purpose"):
         call.result()
     assert awake.call("ALMotion", "areResourcesAvailable", ["HeadPitch"])
+    assert broken.ended == 1
+
+
+def test_a_broken_timer_does_not_stop_time(awake: VirtualNao) -> None:
+    awake.clock.after(0.1, lambda: 1 / 0)
+    waiting = awake.post("ALTextToSpeech", "say", "on")
+    awake.step(1.0)
+    assert waiting.done()
+    assert any("internal error: ZeroDivisionError" in line for _, line in awake.log.lines)
 
 
 # --- watching, threads, the end ---------------------------------------------------------------------------------------

@@ -178,6 +178,31 @@ def test_calls_that_wait_hold_no_thread_and_may_be_cancelled(shared: Served) -> 
     assert found["left"] == []
 
 
+def test_whatever_waits_may_be_cancelled(shared: Served) -> None:
+    found = _found(
+        shared,
+        """
+        motion.wakeUp()
+        for name, future in {
+            "rest": lambda: motion.rest(_async=True),
+            "event": lambda: memory.getDataOnChange("Demo/Never", 0, _async=True),
+            "wait": lambda: motion.wait(motion.getTaskList()[0][1], 0, _async=True),
+        }.items():
+            motion.angleInterpolation("HeadYaw", 0.1, 100.0, True, _async=True)
+            while not motion.getTaskList():
+                time.sleep(0.01)
+            waiting = future()
+            time.sleep(0.2)
+            waiting.cancel()
+            waiting.wait(5000)
+            found[name] = not waiting.isRunning()
+            motion.killAll()
+        found["stiffness"] = motion.getStiffnesses("HeadYaw")
+        """,
+    )
+    assert found == {"rest": True, "event": True, "wait": True, "stiffness": [0.0]}
+
+
 def test_what_is_refused_arrives_in_naoqis_two_lines_without_a_traceback(shared: Served) -> None:
     found = _found(
         shared,

@@ -210,6 +210,19 @@ def test_hands_open_and_close_and_let_go(virtual: VirtualNao) -> None:
     assert "nearest: LHand" in _refused(virtual, "ALMotion", "openHand", "LHnd")
 
 
+def test_a_hand_that_waits_for_itself_has_its_stiffness_when_its_turn_comes(virtual: VirtualNao) -> None:
+    virtual.post("ALMotion", "openHand", "LHand")
+    closing = virtual.post("ALMotion", "closeHand", "LHand")
+    virtual.step(1.0)
+    assert closing.done()
+    assert _angles(virtual, "LHand") == [0.0]
+    assert _motion(virtual, "getStiffnesses", "LHand") == [0.0]
+    virtual.post("ALMotion", "openHand", "LHand")
+    virtual.step(0.05)
+    _motion(virtual, "killAll")
+    assert _motion(virtual, "getStiffnesses", "LHand") == [0.0]
+
+
 BAD_INTERPOLATIONS = [
     (("HeadYow", 0.5, 1.0, True), "nearest: HeadYaw"),
     (("", 0.5, 1.0, True), "unknown joint"),
@@ -399,6 +412,15 @@ def test_the_robot_describes_itself(virtual: VirtualNao) -> None:
 
 
 @pytest.mark.parametrize(
+    ("version", "named"), [("v3.2", "VERSION_32"), ("v3.3", "VERSION_33"), ("v4", "VERSION_40"), ("v6", "VERSION_60")]
+)
+def test_versions_are_written_as_naoqi_writes_them(version: str, named: str) -> None:
+    with VirtualNao(nk.load_nao(version), stepped=True) as robot:
+        config = dict(zip(*robot.call("ALMotion", "getRobotConfig"), strict=True))
+    assert {config[f"{part} Version"] for part in ("Head", "Body", "Arm")} == {named}
+
+
+@pytest.mark.parametrize(
     ("name", "of", "first"),
     [
         ("FallManagerEnabled", (), True),
@@ -468,6 +490,19 @@ def test_a_posture_that_is_not_reached_is_false(virtual: VirtualNao, nao: nk.Nao
     assert "above 0" in _refused(virtual, "ALRobotPosture", "goToPosture", "Stand", 0.0)
     assert virtual.call("ALRobotPosture", "getPostureList") == list(nao.posture_names)
     virtual.call("ALRobotPosture", "setMaxTryNumber", 3)
+
+
+def test_stopping_a_posture_stops_those_that_wait_for_it(virtual: VirtualNao) -> None:
+    calls = [virtual.post("ALRobotPosture", "goToPosture", posture, 0.2) for posture in ("Stand", "Sit", "Stand")]
+    virtual.step(0.2)
+    virtual.call("ALRobotPosture", "stopMove")
+    assert _motion(virtual, "getTaskList") == []
+    assert [call.result(0.0) for call in calls] == [False] * 3
+
+
+def test_a_battery_without_a_number_says_so(virtual: VirtualNao) -> None:
+    virtual.call("ALMemory", "insertData", "Device/SubDeviceList/Battery/Charge/Sensor/Value", "full")
+    assert "charge must be a number, got 'full'" in _refused(virtual, "ALBattery", "getBatteryCharge")
 
 
 # --- ALMemory ---------------------------------------------------------------------------------------------------------
@@ -554,11 +589,15 @@ def test_old_scripts_have_a_method_of_a_service_called(virtual: VirtualNao) -> N
     virtual.call("ALMemory", "subscribeToEvent", "mine", "Other", "note", "onMine")
     assert virtual.call("ALMemory", "getSubscribers", "mine") == ["Module", "Other"]
     virtual.call("ALMemory", "raiseEvent", "mine", 5)
-    assert called == [("Module", "onMine", "mine", 5, ""), ("Other", "onMine", "mine", 5, "note")]
+    assert called == [("Module", "onMine", "mine", 5, "Module"), ("Other", "onMine", "mine", 5, "note")]
     virtual.call("ALMemory", "unsubscribeToEvent", "mine", "Module")
     virtual.call("ALMemory", "raiseEvent", "mine", 6)
     assert len(called) == 3
     assert "has not subscribed" in _refused(virtual, "ALMemory", "unsubscribeToEvent", "mine", "Module")
+    virtual.call("ALMemory", "unsubscribeToMicroEvent", "mine", "Other")
+    virtual.call("ALMemory", "subscribeToMicroEvent", "mine", "Module", "small", "onMine")
+    virtual.call("ALMemory", "raiseMicroEvent", "mine", 7)
+    assert called[3:] == [("Module", "onMine", "mine", 7, "small")]
 
 
 def test_the_robot_raises_events_of_its_own(asleep: VirtualNao) -> None:
@@ -600,6 +639,53 @@ def test_a_colour_is_a_number_a_name_or_three_shares(virtual: VirtualNao, colour
     virtual.call("ALLeds", "fadeRGB", "ChestLeds", *colour, 0.3)
     assert virtual.clock.now - begin == pytest.approx(0.3, abs=1e-9)
     assert virtual.call("ALLeds", "getIntensity", "ChestLeds") == [0.0, 1.0, 0.0]
+
+
+def test_a_led_does_what_it_was_told_last(virtual: VirtualNao) -> None:
+    def eyes() -> list[float]:
+        return virtual.call("ALLeds", "getIntensity", "FaceLeds")
+
+    slow = virtual.post("ALLeds", "fadeRGB", "AllLeds", "red", 2.0)
+    virtual.step(0.5)
+    quick = virtual.post("ALLeds", "fadeRGB", "FaceLeds", "blue", 0.5)
+    virtual.step(0.6)
+    assert (slow.done(), quick.done(), eyes()) == (False, True, [0.0, 0.0, 1.0])
+    virtual.step(1.0)
+    assert slow.done()
+    assert eyes() == [0.0, 0.0, 1.0]
+    assert virtual.call("ALLeds", "getIntensity", "ChestLeds") == [1.0, 0.0, 0.0]
+    colours = virtual.post("ALLeds", "rasta", 2.0)
+    virtual.step(0.3)
+    virtual.call("ALLeds", "off", "FaceLeds")
+    virtual.step(0.5)
+    assert eyes() == [0.0] * 3
+    virtual.step(2.0)
+    assert colours.done()
+    assert eyes() == [0.0] * 3
+
+
+@pytest.mark.parametrize(
+    ("actuator", "led", "lit"),
+    [
+        ("Face/Led/Red/Left/0Deg/Actuator/Value", "FaceLedLeft1", [0.8, 0.0, 0.0]),
+        ("Face/Led/Blue/Left/90Deg/Actuator/Value", "LeftFaceLed8", [0.0, 0.0, 0.8]),
+        ("Face/Led/Green/Right/0Deg/Actuator/Value", "RightFaceLed1", [0.0, 0.8, 0.0]),
+        ("Device/SubDeviceList/ChestBoard/Led/Green/Actuator/Value", "ChestLeds", [0.0, 0.8, 0.0]),
+        ("LFoot/Led/Red/Actuator/Value", "LeftFootLeds", [0.8, 0.0, 0.0]),
+        ("Ears/Led/Right/36Deg/Actuator/Value", "RightEarLed2", [0.0, 0.0, 0.8]),
+        ("Head/Led/Rear/Left/2/Actuator/Value", "Brain6", [0.8, 0.8, 0.8]),
+    ],
+)
+def test_leds_have_their_actuators_names_too(virtual: VirtualNao, actuator: str, led: str, lit: list[float]) -> None:
+    virtual.call("ALLeds", "off", "AllLeds")
+    virtual.call("ALLeds", "setIntensity", actuator, 0.8)
+    assert virtual.call("ALLeds", "getIntensity", led) == lit
+    assert sum(max(colour) > 0.0 for colour in virtual.state().leds.values()) == 1
+    virtual.call("ALLeds", "off", "AllLeds")
+    virtual.call("ALLeds", "createGroup", "mine", [actuator])
+    virtual.call("ALLeds", "setIntensity", "mine", 0.8)
+    assert virtual.call("ALLeds", "getIntensity", led) == lit
+    assert virtual.call("ALLeds", "listGroup", "mine") == virtual.call("ALLeds", "listGroup", led)
 
 
 def test_leds_go_on_and_off_by_group_led_and_channel(virtual: VirtualNao) -> None:

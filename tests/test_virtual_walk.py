@@ -140,9 +140,10 @@ def test_every_target_is_met_exactly_by_steps_within_bounds(target: tuple, confi
         assert off(foot, foot_beside(target, side)) < 2e-6
 
 
-def test_targets_are_met_one_after_the_other_all_seen_from_the_beginning() -> None:
-    corners = [(0.2, 0.0, 0.0), (0.2, 0.2, 1.5), (0.0, 0.0, 0.0)]
-    plan = ToTargets([np.array(corner) for corner in corners], Gait())
+def test_targets_are_met_one_after_the_other_each_seen_from_the_one_before() -> None:
+    targets = [(0.2, 0.0, 0.5 * np.pi), (0.1, 0.2, 1.0), (0.0, 0.0, -1.0)]
+    corners = [(0.2, 0.0, 0.5 * np.pi), (0.0, 0.1, 0.5 * np.pi + 1.0), (0.0, 0.1, 0.5 * np.pi)]
+    plan = ToTargets([np.array(target) for target in targets], Gait())
     walker = Walker({side: foot_beside(np.zeros(3), side) for side in "LR"}, np.zeros(3))
     plan.begin(walker.body)
     passed = []
@@ -250,8 +251,9 @@ def test_joints_that_would_be_too_fast_make_a_step_longer(script: Script) -> Non
 
 def test_several_targets_are_walked_to_in_turn(script: Script) -> None:
     start = script.place()
-    script("moveTo", [[0.1, 0.0, 0.0], [0.1, 0.05, 0.3], [0.0, 0.0, 0.0]], [["StepHeight", 0.01]])
-    assert off(script.place(), start) < 1e-6
+    script("moveTo", [[0.1, 0.0, 0.5 * np.pi], [0.05, 0.0, 0.0], [0.0, 0.03, -0.3]], [["StepHeight", 0.01]])
+    # Each from the one before: 0.1 m ahead, a quarter turn, 0.05 m that way, and 0.03 m to the left of that, backwards.
+    assert off(script.place(), composed(start, (0.07, 0.05, 0.5 * np.pi - 0.3))) < 1e-6
 
 
 @pytest.mark.parametrize("posture", ["Stand", "StandZero", "Crouch"])

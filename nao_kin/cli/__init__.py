@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import atexit
+import importlib
+import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import NoReturn
 
 from nao_kin._common.ending import end_on_signals
 
 __all__ = ["main"]
+
+# The commands that talk to NAOqi.
+_WITH_QI = ("serve", "run", "live")
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -21,6 +28,26 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         arguments: what stands behind the program's name; those of this process by default.
     """
     end_on_signals()
+    codes: list[int] = []
+    atexit.register(_leave_qi, codes)  # the first to be registered, and so the last to be called
+    words = sys.argv[1:] if arguments is None else arguments
+    if words and words[0] in _WITH_QI:
+        with suppress(ImportError):
+            importlib.import_module("qi")  # before Pinocchio, see nao_kin.naoqi._qi
     from nao_kin.cli.app import run  # takes a while, in which signals are answered already
 
-    sys.exit(run(arguments))
+    codes.append(run(arguments))
+    sys.exit(codes[0])
+
+
+def _leave_qi(codes: list[int]) -> None:
+    """Leave with the exit code and without the rest of Python's end, where qi is loaded.
+
+    Its threads go on, and want Python's lock for the objects that they still hold: while Python ends, that aborts the
+    program.
+    """
+    if codes and "qi" in sys.modules:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(codes[0])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack, closing
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from nao_kin._common import atomic
 from nao_kin._common.ending import uninterrupted
+from nao_kin._text import abbreviated
 from nao_kin.cli.options import JsonOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
@@ -51,6 +53,11 @@ def live(
     if seconds is not None and not seconds > 0.0:
         raise BadArgument(f"--seconds must be a positive number, got {seconds:g}")
     if record is not None:
+        from nao_kin.motion import FORMATS
+
+        suffixes = [suffix for known in FORMATS.values() for suffix in known.suffixes]
+        if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
+            raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
         atomic.check_writable(record)
         existing = atomic.replaced_file(record)
         if existing is not None and existing.exists() and not force:

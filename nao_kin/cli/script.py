@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from nao_kin._common.scalars import whole_number
 from nao_kin.cli.options import VersionOption
 from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument
@@ -71,6 +72,9 @@ def run(
         ):
             if used:
                 raise BadArgument(f"{option} is for a virtual NAO of the script's own; leave out --port and --host")
-        where = _HOST if host is None else host
-        code = run_script(script, given, endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{port or _PORT}")
+        where = _HOST if host is None else host.strip()
+        if not where:
+            raise BadArgument("--host is empty; expected an address, such as 127.0.0.1")
+        number = whole_number(_PORT if port is None else port, "port", 1, 65535)
+        code = run_script(script, given, endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{number}")
     raise typer.Exit(code)

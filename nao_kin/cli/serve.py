@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nao_kin._common.ending import before_ending
 from nao_kin.cli.options import JsonOption, VersionOption
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
@@ -85,7 +84,6 @@ def served(
         watcher = _print_log if log else None
         nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
-        running.callback(before_ending(server.close))
         done = {"endpoint": server.endpoint}
         if view:
             from nao_kin.viewer import Viewer

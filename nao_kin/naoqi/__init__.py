@@ -4,6 +4,7 @@ What stands here needs neither NAOqi nor its Python binding, but for `QiServer`:
 configurations and poses, with leading batch axes, and `VirtualNao`, which `nao_kin.naoqi.virtual` explains.
 """
 
+from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)
 from nao_kin.naoqi.axis_mask import (
     AXES,
     AXIS_MASK_ALL,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 import socket
 import time
@@ -17,8 +16,9 @@ import numpy as np
 from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import unit
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, MissingExtra, NaoKinError
+from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.motion import Motion
+from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.lola import LOLA_SOCKET, LolaFrame, lola_frames
 from nao_kin.naoqi.orders import from_order
 from nao_kin.robot import RobotModel
@@ -97,10 +97,7 @@ class NaoqiSource(JointSource):
 
     def __init__(self, address: str) -> None:
         self.address = _endpoint(address)
-        try:
-            self._qi: Any = importlib.import_module("qi")
-        except ImportError:
-            raise MissingExtra("reading a robot's joints over NAOqi", "naoqi") from None
+        self._qi = load_qi("reading a robot's joints over NAOqi")
         self._qi.logging.setLevel(self._qi.logging.FATAL)
         self._session: Any = None
 

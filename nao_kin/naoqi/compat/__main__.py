@@ -3,19 +3,17 @@
     python nao_kin/naoqi/compat SCRIPT [ARGUMENT ...]
 
 Where NAO_KIN_ENDPOINT is set, proxies of `naoqi` and sessions of `qi` connect there, whatever address the script gives.
-A script that Python 3 cannot read is translated by lib2to3, in memory; its division of whole numbers is then that of
-Python 3.
+A script in Python 2 is translated in memory, with the modules beside it.
 """
 
 from __future__ import annotations
 
-import io
+import atexit
+import importlib
 import os
 import sys
-import tokenize
 import traceback
 import types
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +23,8 @@ ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
 
 def main() -> None:
     """Run the script that the first argument names, with the others as its own."""
+    codes: list[int] = []
+    atexit.register(_leave_qi, codes)  # the first to be registered, and so the last to be called
     script = Path(sys.argv[1])
     sys.argv = sys.argv[1:]
     # Behind everything else: an SDK that is installed, and modules beside the script, come first.
@@ -42,59 +42,54 @@ def main() -> None:
     sys.modules["__main__"] = module
     try:
         exec(code, module.__dict__)
+        codes.append(0)
     except KeyboardInterrupt:
-        sys.exit(130)
+        codes.append(130)
+    except SystemExit as end:
+        if not isinstance(end.code, (int, type(None))):
+            sys.stderr.write(f"{end.code}\n")
+        codes.append((end.code or 0) if isinstance(end.code, (int, type(None))) else 1)
     except Exception as error:
         # From the script on: how it was started is of no interest.
         trace = error.__traceback__
         traceback.print_exception(type(error), error, trace.tb_next if trace else None)
-        sys.exit(1)
+        codes.append(1)
+    sys.exit(codes[0])
+
+
+def _leave_qi(codes: list[int]) -> None:
+    """Leave with the script's exit code, and without the rest of Python's end, where qi is loaded.
+
+    Its threads go on, and want Python's lock for the objects that they still hold: while Python ends, that aborts the
+    program.
+    """
+    if codes and "qi" in sys.modules:
+        for stream in (sys.stdout, sys.stderr):
+            try:
+                stream.flush()
+            except (OSError, ValueError):  # whoever read it has gone
+                continue
+        os._exit(codes[0] & 0xFF)
 
 
 def compiled(script: Path) -> Any:
     """The script's code; ends the program with one line where there is none."""
+    python2 = importlib.import_module("_python2")
     try:
         content = script.read_bytes()
     except OSError as error:
         sys.exit(f"nao-kin: {script}: cannot be read: {error.strerror or error}")
     try:
-        return compile(content, str(script), "exec", dont_inherit=True)
-    except (SyntaxError, ValueError) as error:
-        translated = _translated(content, script)
-        if translated is None:
-            if isinstance(error, SyntaxError):
-                traceback.print_exception(error, limit=0)
-                sys.exit(1)
-            sys.exit(f"nao-kin: {script}: no Python: {error}")
-        return translated
-
-
-def _translated(content: bytes, script: Path) -> Any:
-    """The code of a script in Python 2; None if it is not that either, or there is no translator."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # lib2to3 is deprecated, and part of every Python that qi has wheels for
-        try:
-            from lib2to3.refactor import RefactoringTool, get_fixers_from_package
-        except ImportError:
-            return None
-        try:
-            tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
-            text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", str(script)))
-            code = compile(text, str(script), "exec", dont_inherit=True)
-        except Exception:  # whatever the translator stumbles over, the script is none
-            return None
-    sys.stderr.write(f"nao-kin: {script.name} is Python 2, and runs translated\n")
+        code, translated = python2.compiled(content, str(script))
+    except SyntaxError as error:
+        traceback.print_exception(error, limit=0)
+        sys.exit(1)
+    except ValueError as error:
+        sys.exit(f"nao-kin: {script}: no Python: {error}")
+    if translated:
+        sys.stderr.write(f"nao-kin: {script.name} is Python 2, and runs translated\n")
+        python2.find_modules_in(script.resolve().parent)
     return code
-
-
-def _text(content: bytes) -> str:
-    """A script's text, in the encoding that it names, or Latin-1 where it names none and is no UTF-8."""
-    try:
-        encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
-        text = content.decode(encoding)
-    except (SyntaxError, UnicodeDecodeError):
-        text = content.decode("latin-1")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _lead_qi_to(endpoint: str) -> None:

@@ -135,13 +135,19 @@ class Pose2D(_Numbers):
 
 
 class Transform(_Numbers):
-    """A rigid transform by the twelve numbers r1_c1 … r3_c4 of its upper rows; of sixteen, four do not count."""
+    """A rigid transform by the twelve numbers r1_c1 … r3_c4 of its upper rows; of sixteen, four do not count.
+
+    Three numbers are a translation.
+    """
 
     _names = tuple(f"r{row}_c{column}" for row in (1, 2, 3) for column in (1, 2, 3, 4))
 
     def __init__(self, *values: Any) -> None:
         given = values[0] if len(values) == 1 else values
         given = list(given)[:12] if len(given) == 16 else given
+        if len(values) == 3:
+            x, y, z = values
+            given = [1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z]
         super().__init__(*(given if len(given) else np.eye(4)[:3].ravel()))
 
     @classmethod

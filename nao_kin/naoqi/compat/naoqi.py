@@ -13,10 +13,12 @@ Where the environment variable NAO_KIN_ENDPOINT is set, every proxy goes there, 
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import os
 import sys
 import threading
+import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -195,6 +197,9 @@ class ALModule:
         """The name given."""
         return self._module_name
 
+    def BIND_PYTHON(self, name: str, method: str) -> None:
+        """Offer a method to the robot; all are offered here."""
+
     def exit(self) -> None:
         """The robot calls it no more."""
         number, self._number = self._number, None
@@ -202,17 +207,30 @@ class ALModule:
             _session_of(()).unregisterService(number)
 
 
-_OWN = ("getName", "exit")
+_OWN = ("getName", "exit", "BIND_PYTHON")
 # Methods with lower numbers are those that qi gives every object.
 _FIRST_OWN_METHOD = 100
 
 
 def _method(module: ALModule, name: str) -> Callable[..., Any]:
     def forward(_: Any, *arguments: Any) -> Any:
-        return getattr(module, name)(*arguments)
+        method = getattr(module, name)
+        try:
+            return method(*arguments[: _most_arguments(method)])
+        except Exception:  # the robot does not tell the script; nobody else would
+            traceback.print_exc()
+            raise
 
     forward.__name__, forward.__doc__ = name, getattr(getattr(type(module), name), "__doc__", None)
     return forward
+
+
+def _most_arguments(method: Callable[..., Any]) -> int | None:
+    """How many arguments a method takes, None for any: of an event's three, scripts take the first ones they need."""
+    parameters = inspect.signature(method).parameters.values()
+    if any(one.kind is one.VAR_POSITIONAL for one in parameters):
+        return None
+    return sum(one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) for one in parameters)
 
 
 def _session_of(where: tuple[Any, ...]) -> Any:

@@ -60,6 +60,35 @@ class Interpolation(Task):
         return done
 
 
+class HandMove(Interpolation):
+    """A hand opens or closes with full stiffness, and then has none; what openHand and closeHand do.
+
+    Args:
+        name: NAOqi's method.
+        hand: "LHand" or "RHand".
+        opening: where to, from 0 to 1.
+        speed: how fast [1/s].
+    """
+
+    def __init__(self, name: str, hand: str, opening: float, speed: float) -> None:
+        target, speeds = np.array([opening]), np.array([speed])
+        super().__init__(name, (hand,), lambda start: at_speed((hand,), target, start, speeds))
+
+    def start(self, nao: VirtualNao, time: float) -> None:
+        """Give the hand stiffness now, not before: the task that it waited for may have been a hand's too."""
+        nao.joints.set_stiffness(nao.joints.columns(self.joints), 1.0)
+        super().start(nao, time)
+
+    def end(self, nao: VirtualNao, *, killed: bool) -> None:
+        """Let go of the motor."""
+        if self.started is None:
+            return
+        if killed:
+            nao.joints.set_stiffness(self._columns, 0.0)
+        else:
+            nao.joints.release(self._columns)
+
+
 class Approach(Task):
     """Joints go to angles, each at its own speed; what setAngles and changeAngles do.
 

@@ -54,6 +54,7 @@ class Joints:
         self._sensor = self._command.copy()
         self._stiffness = np.zeros(len(self.names))
         self._set: list[tuple[list[int], Floats, Notes]] = []
+        self._released: list[int] = []
 
     # --- reading --------------------------------------------------------------------------------------------------
 
@@ -117,6 +118,10 @@ class Joints:
         elif self._right in chosen:
             self._stiffness[self._left] = self._stiffness[self._right]
 
+    def release(self, columns: Sequence[int]) -> None:
+        """Take the stiffness of joints away at the end of this tick, when they have followed its commands."""
+        self._released += columns
+
     def hold(self) -> None:
         """Command every joint to stay where it is."""
         self._command = self._sensor.copy()
@@ -141,6 +146,14 @@ class Joints:
         """One tick: take what was set, clip it, and move the joints; whether any moved."""
         if self._set:
             self._take(dt)
+        moved = self._follow(dt)
+        if self._released:
+            self.set_stiffness(self._released, 0.0)
+            self._released.clear()
+        return moved
+
+    def _follow(self, dt: float) -> bool:
+        """Move every stiff joint towards its command; whether any moved."""
         reach = np.where(self._stiffness > 0.0, self.max_speed * dt, 0.0)
         missing = self._command - self._sensor
         if not missing.any():

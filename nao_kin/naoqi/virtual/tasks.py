@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from nao_kin.naoqi.virtual.calls import Call, NaoqiError
@@ -103,7 +104,12 @@ class Tasks:
 
     def listing(self) -> list[list[object]]:
         """NAOqi's task list: [name, id] of each, those that wait last."""
-        return [[task.name, task.id] for task in (*self._running, *self._waiting)]
+        return [[task.name, task.id] for task in self.all]
+
+    @property
+    def all(self) -> tuple[Task, ...]:
+        """All tasks, those that wait last."""
+        return (*self._running, *self._waiting)
 
     @property
     def running(self) -> tuple[Task, ...]:
@@ -112,7 +118,7 @@ class Tasks:
 
     def find(self, number: int) -> Task | None:
         """The task with this id, running or waiting."""
-        return next((task for task in (*self._running, *self._waiting) if task.id == number), None)
+        return next((task for task in self.all if task.id == number), None)
 
     def available(self, resources: Collection[str]) -> bool:
         """Whether no blocking task that runs has booked any of these."""
@@ -190,6 +196,8 @@ class Tasks:
 
     def _fail(self, task: Task, error: Exception) -> None:
         self._remove(task)
+        with suppress(Exception):  # it is broken, and gets its chance to tidy
+            task.end(self._nao, killed=True)
         failure = (
             error if isinstance(error, NaoqiError) else NaoqiError("ALMotion", task.name, str(error) or repr(error))
         )

@@ -174,7 +174,10 @@ class VirtualNao:
     def _tick(self) -> None:
         with self.monitor:
             for action in self.clock.tick():
-                action()
+                try:
+                    action()
+                except Exception as error:  # one broken effect must not stop the robot's time
+                    self.log.write(f"internal error: {error!r}")
             self.tasks.tick()
             if self.joints.advance(TICK):
                 self.base.update(self.joints.q())

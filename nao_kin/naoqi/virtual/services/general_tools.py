@@ -62,16 +62,18 @@ class GeneralTools(Service):
     @method
     def getRobotConfig(self) -> list[list[Any]]:
         """Names and values of what the robot is."""
+        # As NAOqi writes them: VERSION_60 of a V6, VERSION_33 of a V3.3.
+        version = f"VERSION_{self.nao.robot.version.removeprefix('v').replace('.', ''):0<2}"
         config: dict[str, Any] = {
             "Model Type": "naoH25",
-            "Head Version": f"VERSION_{self.nao.robot.version[1:]}0".replace(".", ""),
-            "Body Version": f"VERSION_{self.nao.robot.version[1:]}0".replace(".", ""),
+            "Head Version": version,
+            "Body Version": version,
             "Laser": False,
             "Legs": True,
             "Arms": True,
             "Extended Arms": True,
             "Hands": True,
-            "Arm Version": f"VERSION_{self.nao.robot.version[1:]}0".replace(".", ""),
+            "Arm Version": version,
             "Number of Legs": 2,
             "Number of Arms": 2,
             "Number of Hands": 2,

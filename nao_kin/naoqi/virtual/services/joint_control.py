@@ -12,7 +12,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.calls import Call
-from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation, at_speed, through
+from nao_kin.naoqi.virtual.interpolation import Approach, HandMove, Interpolation, at_speed, through
 from nao_kin.naoqi.virtual.service import Service, method
 
 _HANDS = ("LHand", "RHand")
@@ -158,15 +158,8 @@ class JointControl(Service):
 
     def _hand(self, name: str, hand: Any, opening: float) -> Call:
         chosen = arguments.choice(hand, "hand", _HANDS)
-        columns = self.nao.joints.columns([chosen])
-        self.nao.joints.set_stiffness(columns, 1.0)
-        call = self.go_at_speed(name, (chosen,), np.array([opening]), 1.0)
-        call.add_done_callback(lambda _: self._let_go(columns))
-        return call
-
-    def _let_go(self, columns: list[int]) -> None:
-        with self.nao.monitor:
-            self.nao.joints.set_stiffness(columns, 0.0)
+        speed = float(self.nao.joints.max_speed[self.nao.joints.column[chosen]])
+        return self.nao.start_task(HandMove(name, chosen, opening, speed))
 
     def _several(self, names: Any) -> tuple[str, ...]:
         """Joints by names, of which a list may repeat some."""

@@ -9,21 +9,15 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.calls import Call
 from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.services.led_names import ALL, BLUE, CHANNELS, CHEST, FEET, WHITE, Part, actuators, groups
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 Colour = tuple[float, float, float]
 
-_CHANNELS = ("Red", "Green", "Blue")
-_LEFT_EYE = tuple(f"FaceLedLeft{number}" for number in range(8))
-_RIGHT_EYE = tuple(f"FaceLedRight{number}" for number in range(8))
-_LEFT_EAR = tuple(f"LeftEarLed{number}" for number in range(1, 11))
-_RIGHT_EAR = tuple(f"RightEarLed{number}" for number in range(1, 11))
-_BRAIN = tuple(f"Brain{number}" for number in range(12))
-_CHEST, _FEET = "ChestLeds", ("LeftFootLeds", "RightFootLeds")
-# Those that have one colour only: blue in the ears, white on the head.
-_BLUE, _WHITE = {*_LEFT_EAR, *_RIGHT_EAR}, {*_BRAIN}
+_SUFFIX = "/Actuator/Value"
+_PREFIX = "Device/SubDeviceList/"
 _NAMED = {
     "white": 0xFFFFFF,
     "red": 0xFF0000,
@@ -42,8 +36,12 @@ class ALLeds(Service):
 
     Groups: AllLeds, FaceLeds, LeftFaceLeds, RightFaceLeds, EarLeds, LeftEarLeds, RightEarLeds, BrainLeds, ChestLeds,
     FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one of each eye, and every LED by itself; each also
-    with Red, Green or Blue behind it for one channel, as in FaceLedsRed. The ears have blue alone, and the head has
-    white: they take the brightest channel.
+    with Red, Green or Blue behind it for one channel, as in FaceLedsRed; and the names that actuators have in ALMemory,
+    as in Face/Led/Red/Left/0Deg/Actuator/Value. The ears have blue alone, and the head has white: they take the
+    brightest channel.
+
+    A LED does what it was told last: a call that comes later takes its LEDs from a fade or an effect that is under way,
+    which goes on with the others and takes its time.
 
     Attributes:
         colours: name of each LED → r, g, b.
@@ -54,25 +52,12 @@ class ALLeds(Service):
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
-        eyes, ears = _LEFT_EYE + _RIGHT_EYE, _LEFT_EAR + _RIGHT_EAR
-        self._groups: dict[str, tuple[str, ...]] = {
-            "FaceLeds": eyes,
-            "LeftFaceLeds": _LEFT_EYE,
-            "RightFaceLeds": _RIGHT_EYE,
-            "EarLeds": ears,
-            "LeftEarLeds": _LEFT_EAR,
-            "RightEarLeds": _RIGHT_EAR,
-            "BrainLeds": _BRAIN,
-            "FeetLeds": _FEET,
-            "AllLeds": (*eyes, *ears, *_BRAIN, _CHEST, *_FEET),
-        }
-        # The eyes' LEDs in pairs, and by their other names, which count the other way round in the right eye.
-        for number, (left, right) in enumerate(zip(_LEFT_EYE, _RIGHT_EYE, strict=True)):
-            self._groups |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
-            self._groups[f"RightFaceLed{8 - number}"] = (right,)
-        self.colours: dict[str, Colour] = dict.fromkeys(self._groups["AllLeds"], (1.0, 1.0, 1.0))
+        self._groups = groups()
+        self._actuators = actuators()
+        self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0))
         self._own_groups: set[str] = set()
-        self._effects: list[Call] = []
+        # What each LED was last given to; an effect that began before leaves it alone.
+        self._owners: dict[str, object] = {}
         self._write(dict(self.colours), tell=False)
 
     # --- groups ---------------------------------------------------------------------------------------------------
@@ -80,12 +65,12 @@ class ALLeds(Service):
     @method
     def listGroups(self) -> list[str]:
         """Names of all groups."""
-        return sorted([*self._groups, _CHEST, *_FEET])
+        return sorted([*self._groups, CHEST, *FEET])
 
     @method
     def listGroup(self, groupName: Any) -> list[str]:
         """Names of the LEDs of a group."""
-        return list(self._leds(groupName)[0])
+        return list(dict.fromkeys(led for led, _ in self._parts(groupName)))
 
     @method
     def listLEDs(self) -> list[str]:
@@ -100,7 +85,7 @@ class ALLeds(Service):
             raise BadArgument(f"{name} is there already")
         if not isinstance(ledNames, (list, tuple)) or not ledNames:
             raise BadArgument("ledNames must be a list of LEDs")
-        self._groups[name] = tuple(dict.fromkeys(led for each in ledNames for led in self._leds(each)[0]))
+        self._groups[name] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
         self._own_groups.add(name)
 
     # --- light ----------------------------------------------------------------------------------------------------
@@ -123,16 +108,14 @@ class ALLeds(Service):
     @method
     def getIntensity(self, name: Any) -> list[float]:
         """[r, g, b] of the first LED of a LED or group, from 0 to 1."""
-        return list(self.colours[self._leds(name)[0][0]])
+        return list(self.colours[self._parts(name)[0][0]])
 
     @method
     def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
         """Bring a LED or group to a brightness over some seconds; returns at the end."""
-        leds, channel = self._leds(name)
-        value = arguments.fraction(intensity, "intensity")
-        return self._fade(
-            {led: self._with(led, channel, value) for led in leds}, arguments.duration(duration, "duration", zero=True)
-        )
+        parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
+        seconds = arguments.duration(duration, "duration", zero=True)
+        return self._play([(self._with(parts, (value, value, value)), seconds)])
 
     @method
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
@@ -143,7 +126,7 @@ class ALLeds(Service):
             colour: 0x00RRGGBB and seconds; or the colour's name and seconds; or red, green, blue from 0 to 1 and
                 seconds.
         """
-        leds, _ = self._leds(name)
+        parts = self._parts(name)
         if len(colour) == 4:
             r, g, b = (
                 arguments.fraction(value, what) for value, what in zip(colour, ("red", "green", "blue"), strict=False)
@@ -155,12 +138,12 @@ class ALLeds(Service):
                 f"takes name, rgb, seconds or name, red, green, blue, seconds, got {len(colour) + 1} arguments"
             )
         seconds = arguments.duration(colour[-1], "duration", zero=True)
-        return self._fade(dict.fromkeys(leds, (r, g, b)), seconds)
+        return self._play([(self._with(parts, (r, g, b)), seconds)])
 
     @method
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
         """Bring a LED or group through colours at times from now; returns at the end."""
-        leds, _ = self._leds(name)
+        parts = self._parts(name)
         if not isinstance(rgbList, (list, tuple)) or not rgbList:
             raise BadArgument("rgbList must be a list of colours")
         colours = [_colour(value) for value in rgbList]
@@ -169,21 +152,19 @@ class ALLeds(Service):
         if len(times[0]) != len(colours):
             raise BadArgument(f"timeList must have {len(colours)} times, one for each colour, got {len(times[0])}")
         arguments.check_times(times, ("LEDs",))
-        frames = [(dict.fromkeys(leds, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
+        frames = [(self._with(parts, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
         return self._play(frames)
 
     @method
     def rasta(self, duration: Any) -> Call:
         """Green, yellow and red in the eyes for some seconds; returns at the end."""
-        return self._cycle(
-            self._groups["FaceLeds"], ("green", "yellow", "red"), arguments.duration(duration, "duration")
-        )
+        return self._cycle(("green", "yellow", "red"), arguments.duration(duration, "duration"))
 
     @method
     def randomEyes(self, duration: Any) -> Call:
         """Changing colours in the eyes for some seconds, always the same ones; returns at the end."""
         order = ("cyan", "magenta", "yellow", "blue", "green", "red")
-        return self._cycle(self._groups["FaceLeds"], order, arguments.duration(duration, "duration"))
+        return self._cycle(order, arguments.duration(duration, "duration"))
 
     @method
     def rotateEyes(self, rgb: Any, timeForRotation: Any, totalDuration: Any) -> Call:
@@ -191,7 +172,7 @@ class ALLeds(Service):
         colour = _colour(rgb)
         turn = arguments.duration(timeForRotation, "timeForRotation")
         total = arguments.duration(totalDuration, "totalDuration", zero=True)
-        before = {led: self.colours[led] for led in self._groups["FaceLeds"]}
+        before = {led: self.colours[led] for led, _ in self._groups["FaceLeds"]}
         frames: list[tuple[dict[str, Colour], float]] = []
         for step in range(min(math.ceil(total / turn * 8), 10_000)):
             lit = {led: colour if int(led[-1]) == step % 8 else (0.0, 0.0, 0.0) for led in before}
@@ -200,39 +181,44 @@ class ALLeds(Service):
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _leds(self, name: Any) -> tuple[tuple[str, ...], int | None]:
-        """The LEDs of a name, and which channel of them it means: 0 red, 1 green, 2 blue, None all."""
+    def _parts(self, name: Any) -> tuple[Part, ...]:
+        """The LEDs of a name, each with the channel that it means."""
         wanted = arguments.text(name, "name")
-        for candidate, channel in ((wanted, None), *((wanted.removesuffix(c), i) for i, c in enumerate(_CHANNELS))):
-            if candidate in self._groups:
-                return self._groups[candidate], channel
-            if candidate in self.colours:
-                return (candidate,), channel
+        actuator = self._actuators.get(wanted.removeprefix(_PREFIX).removesuffix(_SUFFIX))
+        if actuator is not None:
+            return (actuator,)
+        for candidate, channel in ((wanted, None), *((wanted.removesuffix(c), i) for i, c in enumerate(CHANNELS))):
+            parts = ((candidate, None),) if candidate in self.colours else self._groups.get(candidate)
+            if parts is not None:
+                return parts if channel is None else tuple((led, channel) for led, _ in parts)
         raise UnknownName("LED or group", wanted, (*self._groups, *self.colours))
 
-    def _with(self, led: str, channel: int | None, value: float) -> Colour:
-        if channel is None:
-            return (value, value, value)
-        colour = list(self.colours[led])
-        colour[channel] = value
-        return (colour[0], colour[1], colour[2])
+    def _with(self, parts: tuple[Part, ...], colour: Colour) -> dict[str, Colour]:
+        """The colours of LEDs when some or all of their channels are those of a colour."""
+        found: dict[str, Colour] = {}
+        for led, channel in parts:
+            mixed = list(found.get(led, self.colours[led]))
+            for index in range(3) if channel is None else (channel,):
+                mixed[index] = colour[index]
+            found[led] = (mixed[0], mixed[1], mixed[2])
+        return found
 
     def _intensity(self, name: Any, value: float) -> None:
-        leds, channel = self._leds(name)
-        self._write({led: self._with(led, channel, value) for led in leds})
+        colours = self._with(self._parts(name), (value, value, value))
+        self._owners |= dict.fromkeys(colours)
+        self._write(colours)
 
     def _write(self, colours: dict[str, Colour], *, tell: bool = True) -> None:
         for led, colour in colours.items():
             most = max(colour)
-            shown = (0.0, 0.0, most) if led in _BLUE else (most, most, most) if led in _WHITE else colour
+            shown = (0.0, 0.0, most) if led in BLUE else (most, most, most) if led in WHITE else colour
             self.colours[led] = shown
         if tell:
             self.nao.log.change("leds", {led: self.colours[led] for led in colours})
 
-    def _fade(self, goal: dict[str, Colour], seconds: float) -> Call:
-        return self._play([(goal, seconds)])
-
-    def _cycle(self, leds: tuple[str, ...], names: tuple[str, ...], seconds: float) -> Call:
+    def _cycle(self, names: tuple[str, ...], seconds: float) -> Call:
+        """The eyes in one colour after the other, and then as they were."""
+        leds = [led for led, _ in self._groups["FaceLeds"]]
         before = {led: self.colours[led] for led in leds}
         count = min(math.ceil(seconds * 4), 10_000)
         frames = [(dict.fromkeys(leds, _colour(names[i % len(names)])), i * seconds / count) for i in range(count)]
@@ -244,6 +230,12 @@ class ALLeds(Service):
         call = Call(lambda: call.finish())
         start = {led: self.colours[led] for led in frames[-1][0]}
         last = 0.0
+        self._owners |= dict.fromkeys(start, call)
+
+        def write(colours: dict[str, Colour]) -> None:
+            mine = {led: colour for led, colour in colours.items() if self._owners[led] is call}
+            if mine:
+                self._write(mine)
 
         def show(index: int) -> None:
             nonlocal start, last
@@ -251,7 +243,7 @@ class ALLeds(Service):
                 return
             now = self.nao.clock.now - begin
             while index < len(frames) and now >= frames[index][1] - 1e-9:
-                self._write(frames[index][0])
+                write(frames[index][0])
                 start, last = frames[index]
                 index += 1
             if index == len(frames):
@@ -260,7 +252,7 @@ class ALLeds(Service):
             goal, end = frames[index]
             if smooth and now > last:
                 share = (now - last) / (end - last)
-                self._write({led: _mixed(start[led], goal[led], share) for led in goal})
+                write({led: _mixed(start[led], goal[led], share) for led in goal})
             wait = min(1.0 / _STEPS_PER_SECOND, end - now) if smooth else end - now
             self.nao.clock.after(wait, lambda: show(index))
 

@@ -149,7 +149,7 @@ class ALBattery(Service):
     def getBatteryCharge(self) -> int:
         """Per cent of the charge."""
         value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
-        return round(100.0 * float(value))
+        return round(100.0 * arguments.number(value, "the battery's charge"))
 
 
 class ALPreferenceManager(Service):

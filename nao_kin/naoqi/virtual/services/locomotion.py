@@ -60,7 +60,8 @@ class Locomotion(Service):
         """Walk to a pose relative to where the robot is; returns when it stands there.
 
         Args:
-            x: forwards [m]; or a list of poses [x, y, theta], all relative to where the robot is now.
+            x: forwards [m]; or a list of poses [x, y, theta], each relative to the one before, as Aldebaran's tutorial
+                of Dubins curves has them.
             y: to the left [m]; after a list of poses, the move configuration.
             theta: to the left, along the shorter arc [rad].
             moveConfig: the move configuration.

@@ -83,8 +83,8 @@ class ALMemory(Service):
 
     name = "ALMemory"
     absent = tuple(
-        "getDataPtr unsubscribeToMicroEvent subscribeToMicroEvent getEventHistory getTimestamp getListTimestamp "
-        "insertMapping addMapping getMicroEventList getType".split()
+        "getDataPtr getEventHistory getTimestamp getListTimestamp insertMapping addMapping getMicroEventList "
+        "getType".split()
     )
 
     def __init__(self, nao: VirtualNao) -> None:
@@ -199,11 +199,11 @@ class ALMemory(Service):
     def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
         """Have a method of a service called with key, value and message whenever the event is raised.
 
-        With four arguments they are key, service, message and method; with three there is no message.
+        With four arguments they are key, service, message and method; with three, the message is the service's name.
         """
         if len(more) > 1:
             raise BadArgument("takes an event, a service, a message or none, and a method")
-        message = callbackMethod if more else ""
+        message = callbackMethod if more else callbackModule
         function, note = (
             arguments.text([callbackMethod, *more][-1], "callbackMethod"),
             arguments.text(message, "message"),
@@ -218,6 +218,16 @@ class ALMemory(Service):
         module = arguments.text(callbackModule, "callbackModule")
         if self._modules.get(_key(name), {}).pop(module, None) is None:
             raise BadArgument(f"{module} has not subscribed to {name}")
+
+    @method
+    def subscribeToMicroEvent(self, name: Any, callbackModule: Any, callbackMessage: Any, callbackMethod: Any) -> None:
+        """As subscribeToEvent with a message."""
+        self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
+
+    @method
+    def unsubscribeToMicroEvent(self, name: Any, callbackModule: Any) -> None:
+        """As unsubscribeToEvent."""
+        self.unsubscribeToEvent(name, callbackModule)
 
     @method
     def getSubscribers(self, name: Any) -> list[str]:

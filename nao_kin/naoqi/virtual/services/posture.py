@@ -91,7 +91,7 @@ class ALRobotPosture(Service):
     """
 
     name = "ALRobotPosture"
-    absent = ("setMaxTryNumber", "getRobotPosture", "isStandCompatible")
+    absent = ("getRobotPosture", "isStandCompatible")
 
     @method
     def getPostureList(self) -> list[str]:
@@ -143,10 +143,9 @@ class ALRobotPosture(Service):
 
     @method
     def stopMove(self) -> None:
-        """End the way to a posture where it is."""
-        for task in self.nao.tasks.running:
-            if isinstance(task, GoToPosture):
-                self.nao.tasks.kill(task.id)
+        """End the way to a posture where it is, and those that wait for it."""
+        for number in [task.id for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture)]:
+            self.nao.tasks.kill(number)
 
     @method
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:

@@ -48,7 +48,13 @@ class ALTextToSpeech(Service):
         self._timer: Timer | None = None
         self._language, self._voice, self._volume = "English", "naoenu", 1.0
         self._parameters = {"pitchShift": 1.0, "doubleVoice": 0.0, "doubleVoiceLevel": 0.0, "doubleVoiceTimeShift": 0.0}
-        self._parameters |= {"speed": 100.0, "defaultVoiceSpeed": 100.0, "volume": 100.0, "pitch": 100.0}
+        self._parameters |= {
+            "enableCompression": 0.0,
+            "speed": 100.0,
+            "defaultVoiceSpeed": 100.0,
+            "volume": 100.0,
+            "pitch": 100.0,
+        }
 
     @method
     def say(self, stringToSay: Any, language: Any = None) -> Call:

@@ -33,7 +33,6 @@ class StiffnessControl(Service):
         self.nao.tasks.kill_all()
         posture = self.nao.services["ALRobotPosture"]
         stiff = bool((self.nao.joints.stiffness > 0.0).any())
-        done = Call()
 
         def let_go(_: object = None) -> None:
             with self.nao.monitor:
@@ -42,9 +41,11 @@ class StiffnessControl(Service):
             done.finish()
 
         if not stiff:
+            done = Call()
             self.nao.monitor.later(let_go)
         else:
             crouching: Call = posture.go_to("rest", "Crouch", REST_SPEED)  # type: ignore[attr-defined]
+            done = Call(crouching.cancel)
             crouching.add_done_callback(let_go)
         return done
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -60,7 +61,7 @@ class ToTargets(Plan):
     """Walk to poses one after the other, straight and turning evenly, and stand there with the feet side by side.
 
     Args:
-        targets: poses relative to FRAME_ROBOT at the beginning, each of shape (3,).
+        targets: poses of shape (3,), the first relative to FRAME_ROBOT at the beginning, each other to the one before.
         gait: of the steps.
     """
 
@@ -70,7 +71,7 @@ class ToTargets(Plan):
 
     def begin(self, body: Floats) -> None:
         """Take the targets into the world."""
-        self._targets = [composed(body, target) for target in self._targets]
+        self._targets = list(accumulate(self._targets, composed, initial=np.array(body)))[1:]
 
     def step(self, walker: Walker) -> Step | None:
         """A step towards the first target that is not reached."""

@@ -1,0 +1,172 @@
+"""Python 2 read as Python 3: scripts, and the modules beside them.
+
+What Python 3 cannot read, or what uses names that only Python 2 has, is translated by lib2to3 in memory. There, the
+division of two whole numbers is Python 2's. Nothing is written: no file, no bytecode.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import io
+import re
+import sys
+import tokenize
+import types
+import warnings
+from collections.abc import Iterator
+from importlib import machinery
+from pathlib import Path
+from typing import Any
+
+_NAMES = frozenset("raw_input xrange unicode basestring unichr execfile long reduce".split())
+_METHODS = frozenset(("has_key", "iteritems", "itervalues"))
+_MODULES = frozenset(
+    "BaseHTTPServer ConfigParser Queue SocketServer StringIO Tkinter cPickle cStringIO commands httplib thread "
+    "tkFileDialog tkMessageBox urllib2 urlparse".split()
+)
+_DIVIDE = "__divide_as_python_2__"
+_TRUE_DIVISION = re.compile(rb"^\s*from\s+__future__\s+import\s.*\bdivision\b", re.MULTILINE)
+
+
+def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.CodeType, bool]:
+    """The code of a script or module, and whether it was translated.
+
+    Args:
+        content: of the file.
+        path: for messages.
+        old: it belongs to a script in Python 2, and so is Python 2 where it can be read as that.
+
+    Raises:
+        SyntaxError, ValueError: neither Python 3 nor Python 2.
+    """
+    try:
+        tree = ast.parse(content, path)
+    except (SyntaxError, ValueError):
+        translated = _translated(content, path)
+        if translated is None:
+            raise
+        return translated, True
+    if old or _only_in_python_2(tree):
+        translated = _translated(content, path)
+        if translated is not None:
+            return translated, True
+    return compile(tree, path, "exec", dont_inherit=True), False
+
+
+def find_modules_in(folder: Path) -> None:
+    """Have the modules of a Python 2 script's folder translated too, when they are imported."""
+
+    def finder(path: str) -> machinery.FileFinder:
+        inside = Path(path).resolve()
+        if folder not in (inside, *inside.parents) or "site-packages" in inside.parts:
+            raise ImportError(f"{path} is not the script's")
+        return machinery.FileFinder(
+            path,
+            (machinery.ExtensionFileLoader, machinery.EXTENSION_SUFFIXES),
+            (_Loader, machinery.SOURCE_SUFFIXES),
+        )
+
+    sys.path_hooks.insert(0, finder)
+    sys.path_importer_cache.clear()
+
+
+class _Loader(machinery.SourceFileLoader):
+    """Loads modules, translated where they are Python 2."""
+
+    def path_stats(self, path: Any) -> Any:
+        """None: what is translated is not kept as bytecode, which another Python would take for the file's own."""
+        raise OSError
+
+    def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> Any:  # type: ignore[override]
+        """The code of a module."""
+        return compiled(bytes(data), str(path), old=True)[0]
+
+
+def _only_in_python_2(tree: ast.AST) -> bool:
+    """Whether a tree uses what Python 3 lacks; what is tried, with an except for it, does not count."""
+    nodes = list(_untried(tree))
+    bound = {node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)}
+    bound |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    bound |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    for node in nodes:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            bound |= {alias.asname or alias.name for alias in node.names}
+    for node in nodes:
+        if isinstance(node, ast.Name) and node.id in _NAMES - bound:
+            return True
+        if isinstance(node, ast.Attribute) and node.attr in _METHODS:
+            return True
+        if isinstance(node, ast.Import) and any(alias.name in _MODULES for alias in node.names):
+            return True
+        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module in _MODULES:
+            return True
+    return False
+
+
+def _untried(node: ast.AST) -> Iterator[ast.AST]:
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Try) and any(_is_for_other_versions(handler) for handler in child.handlers):
+            continue
+        yield from _untried(child)
+
+
+def _is_for_other_versions(handler: ast.ExceptHandler) -> bool:
+    names = {node.id for node in ast.walk(handler.type) if isinstance(node, ast.Name)} if handler.type else set()
+    return bool(names & {"ImportError", "ModuleNotFoundError", "NameError", "AttributeError"})
+
+
+def _translated(content: bytes, path: str) -> types.CodeType | None:
+    """The code of a script in Python 2; None if it is not that either, or there is no translator."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # lib2to3 is deprecated, and part of every Python that qi has wheels for
+        try:
+            from lib2to3.refactor import RefactoringTool, get_fixers_from_package
+        except ImportError:
+            return None
+        try:
+            tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
+            text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", path))
+            tree = ast.parse(text, path)
+        except Exception:  # whatever the translator stumbles over, the script is none
+            return None
+        if not _TRUE_DIVISION.search(content):
+            setattr(builtins, _DIVIDE, _divide)
+            tree = ast.fix_missing_locations(_Divisions().visit(tree))
+        return compile(tree, path, "exec", dont_inherit=True)
+
+
+def _text(content: bytes) -> str:
+    """A script's text, in the encoding that it names, or Latin-1 where it names none and is no UTF-8."""
+    try:
+        encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
+        text = content.decode(encoding)
+    except (SyntaxError, UnicodeDecodeError):
+        text = content.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _divide(one: Any, other: Any) -> Any:
+    """Python 2's division: of two whole numbers the whole part, rounded down."""
+    return one // other if isinstance(one, int) and isinstance(other, int) else one / other
+
+
+class _Divisions(ast.NodeTransformer):
+    """Every division as a call of `_divide`."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        return self._call(node, node.left, node.right) if isinstance(node.op, ast.Div) else node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Div):
+            return node
+        read = ast.parse(ast.unparse(node.target), mode="eval").body
+        divided = self._call(node, ast.copy_location(read, node), node.value)
+        return ast.copy_location(ast.Assign([node.target], divided), node)
+
+    def _call(self, node: ast.AST, one: ast.expr, other: ast.expr) -> ast.Call:
+        function = ast.copy_location(ast.Name(_DIVIDE, ast.Load()), node)
+        return ast.copy_location(ast.Call(function, [one, other], []), node)
