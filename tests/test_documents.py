@@ -58,6 +58,8 @@ def test_commands_run(page: str, command: str, tmp_path: Path, nao: nk.NaoModel)
     rows = "\n".join(",".join(map(str, row)) for row in nao.random(0, 3))
     (tmp_path / "walk.csv").write_text(f"{names}\n{rows}\n")
     (tmp_path / "walk.json").write_text(json.dumps([nao.angles(row) for row in nao.random(0, 3)]))
+    wave = nk.Motion([[0.0, 1.0, 2.0], [0.5, 1.5]], ["LShoulderRoll", "LHand"], [[0.2, 1.0, 0.2], [0.0, 1.0]], "smooth")
+    nk.motion.write_motion(wave, tmp_path / "wave.xar")
     program = f"{shlex.quote(sys.executable)} -m nao_kin"
     done = subprocess.run(
         ["bash", "-c", re.sub(r"\bnao-kin\b", program, command)],

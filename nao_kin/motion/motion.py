@@ -22,6 +22,7 @@ from nao_kin.motion.interpolation import (
     segment_of,
     segments,
 )
+from nao_kin.motion.shared_times import MOST_KEPT, SharedTimes
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
@@ -205,9 +206,23 @@ class Motion:
         rows = zip(self.times, self.keys, handles, strict=True)
         return tuple(segments(self.interpolation, *row) for row in rows)
 
+    @cached_property
+    def _together(self) -> SharedTimes | None:
+        """All joints at once, where they have their keys at the same times and are polynomials in time."""
+        times = self.times[0]
+        if len(times) < 2 or len(self.keys) < 2 or any(column is not times for column in self.times[1:]):
+            return None
+        if 4 * sum(map(len, self.keys)) > MOST_KEPT or any(curve.lengths is not None for curve in self._segments):
+            return None
+        return SharedTimes(times, self.keys, self._segments, straight=self.interpolation == "linear")
+
     def _evaluated(self, t: ArrayLike, *, speed: bool) -> Floats:
         wanted = as_floats(t, (), "t")
         flat = wanted.reshape(-1)
+        together = self._together
+        if together is not None:
+            rows = together.speed(flat) if speed else together.sample(flat)
+            return rows.reshape(*wanted.shape, len(self.keys))
         # Column by column in memory, as it is filled.
         result = np.empty((len(self.keys), len(flat)))
         found, place = None, np.zeros(0, dtype=np.intp)
