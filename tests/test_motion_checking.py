@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from made_up_robots import J, made_up
 from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin._common.arrays import Floats
-from nao_kin.motion import INTERPOLATIONS, MotionReport, check
+from nao_kin.motion import HIPS, INTERPOLATIONS, MotionReport, check, share_motors
 from nao_kin.robot import COUPLING_TOLERANCE
 
 # Pairs of a coupled limit, both hips of one motor, and a ratio.
@@ -230,3 +232,32 @@ def test_joints_of_another_robot_are_refused(nao: nk.NaoModel) -> None:
         check(nao, nk.Motion([0.0], ["HeadJaw"], [[0.0]]))
     with pytest.raises(nk.errors.BadArgument, match="RobotModel"):
         check("nao", random_motion(0, "linear"))  # type: ignore[arg-type]
+
+
+def test_two_fast_segments_beside_a_slow_one_are_two_stretches(nao: nk.NaoModel) -> None:
+    motion = nk.Motion([0.0, 0.1, 1.0, 1.1], ["HeadYaw"], [[0.0], [1.0], [1.1], [2.0]])
+    rows = check(nao, motion).violations
+    assert [(row.kind, row.start, row.end) for row in rows] == [("speed", 0.0, 0.1), ("speed", 1.0, 1.1)]
+
+
+def test_a_million_keys_are_checked_and_sampled_in_seconds(nao: nk.NaoModel) -> None:
+    times = np.arange(1_000_000) * 0.01
+    keys = 0.2 * np.sin(times)
+    motion = nk.Motion(times, ["HeadYaw", "HeadPitch"], np.stack([keys, keys], axis=-1))
+    assert check(nao, motion).ok
+
+
+def test_two_followers_without_their_driver_are_held_against_each_other(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("drive"), J("one", follows=("drive", 2.0, 0.1)), J("two", follows=("drive", -0.5, 0.3)))
+    driver = np.array([0.0, 0.2, -0.1])
+    fits = nk.Motion([0.0, 5.0, 9.0], ["one", "two"], np.stack([2.0 * driver + 0.1, 0.3 - 0.5 * driver], axis=-1))
+    assert not [row for row in check(robot, fits).violations if row.kind == "motor"]
+    assert np.allclose(fits.configurations(robot).q[:, 0], driver, rtol=0, atol=1e-15)
+    apart = nk.Motion([0.0, 5.0], ["one", "two"], [[0.1, 0.3], [0.1, 0.4]])
+    (row,) = (row for row in check(robot, apart).violations if row.kind == "motor")
+    assert (row.joint, row.of) == ("two", "one")
+    assert row.excess == pytest.approx(0.1)
+    for rule in HIPS:
+        assert not [
+            row for row in check(robot, share_motors(robot, apart, rule).motion).violations if row.kind == "motor"
+        ]

@@ -6,7 +6,9 @@ import builtins
 import csv
 import io
 import json
+import os
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -285,6 +287,19 @@ def test_fk_reads_a_motion_from_standard_input(
         assert capsys.readouterr().out == expected[file]
 
 
+def test_a_pipe_of_configurations_is_read_once_and_whole(
+    capsys: pytest.CaptureFixture, plain: str, tmp_path: Path
+) -> None:
+    assert run(["fk", plain, "--frame", "Head", "--csv"]) == 0
+    expected = capsys.readouterr().out
+    os.mkfifo(tmp_path / "pipe")
+    writer = threading.Thread(target=(tmp_path / "pipe").write_bytes, args=(Path(plain).read_bytes(),))
+    writer.start()
+    assert run(["fk", str(tmp_path / "pipe"), "--frame", "Head", "--csv"]) == 0
+    writer.join()
+    assert capsys.readouterr().out == expected
+
+
 def test_fk_writes_the_poses_of_a_motion_to_a_file(
     capsys: pytest.CaptureFixture, nod: str, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
@@ -352,6 +367,9 @@ def test_plain_configurations_are_no_motion(plain: str, tmp_path: Path, nod: str
     assert is_motion_file(tmp_path / "nowhere.xar")  # of which the reader says what is wrong
     (tmp_path / "long.csv").write_text("time,HeadYaw\n" + "0.1,0.2\n" * 20_000, encoding="utf-8")
     assert is_motion_file(tmp_path / "long.csv")
+    write_motion(_nod(), tmp_path / "long.json", rate=5000.0)
+    (tmp_path / "nameless").write_bytes((tmp_path / "long.json").read_bytes())
+    assert is_motion_file(tmp_path / "nameless")
 
 
 # --- the viewer -------------------------------------------------------------------------------------------------------

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_up_robots import J, made_up
 from test_motion import random_motion
 from test_motion_checking import JOINTS, _motion
 
@@ -404,3 +406,49 @@ def test_changes_are_said_in_degrees_and_as_json(nao: nk.NaoModel) -> None:
     mended = clamp(nao, motion)
     assert mended.describe(degrees=True) == "HeadYaw: moved into its limits by up to 10° (10 s)"
     assert mended.changes[0].as_dict()["amount"] == pytest.approx(math.radians(10.0))
+
+
+def test_bezier_motions_that_meet_keep_the_handles_on_both_sides() -> None:
+    handles = np.zeros((2, 2, 2))
+    handles[0, 1], handles[1, 0] = (0.6, 0.3), (-0.5, -0.2)
+    one = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [1.0]], "bezier", [handles])
+    two = nk.Motion([0.0, 1.0], ["HeadYaw"], [[1.0], [0.0]], "bezier", [handles])
+    both = concatenate([one, two])
+    assert len(both.keys[0]) == 3
+    t = np.linspace(0.0, 1.0, 101)
+    assert _close(both.sample(t), one.sample(t))
+    assert _close(both.sample(1.0 + t), two.sample(t))
+
+
+def test_only_what_is_too_fast_takes_longer(nao: nk.NaoModel) -> None:
+    times = [0.0, 1.0, 2.0, 2.05, 3.0, 4.0]
+    keys = [[0.0], [0.1], [0.2], [1.2], [1.3], [1.2]]
+    for kind in INTERPOLATIONS:
+        motion = nk.Motion(times, ["HeadYaw"], keys, kind)
+        widths = np.diff(slow_down(nao, motion).motion.times[0])
+        assert widths[2] > 0.1
+        assert _close(widths[[0, 4]], 1.0, 1e-12), kind
+
+
+def test_the_mirror_reads_the_axes_of_any_robot(tmp_path: Path) -> None:
+    tilt = (0.3, 0.2, 0.1)
+    robot = made_up(
+        tmp_path,
+        J("waist", axis=(0.0, 0.0, 1.0)),
+        J("left_lift", kind="prismatic", axis=(0.0, 1.0, 1.0), xyz=(0.0, 0.1, 0.0), parent="waist"),
+        J("right_lift", kind="prismatic", axis=(0.0, 1.0, -1.0), xyz=(0.0, -0.1, 0.0), parent="waist"),
+        J("left_turn", axis=(1.0, 0.5, 0.2), rpy=tilt, xyz=(0.1, 0.2, 0.0), parent="left_lift"),
+        J("right_turn", axis=(1.0, -0.5, 0.2), rpy=(-0.3, 0.2, -0.1), xyz=(0.1, -0.2, 0.0), parent="right_lift"),
+        J("right_odd", axis=(1.0, 0.0, 0.0), parent="right_turn"),
+        J("left_odd", axis=(0.0, 1.0, 0.0), parent="left_turn"),
+    )
+    names = ["waist", "left_lift", "right_lift", "left_turn", "right_turn"]
+    motion = nk.Motion(np.arange(5.0), names, np.random.default_rng(0).normal(size=(5, 5)) * 0.5)
+    mirrored = mirror(motion, robot)
+    assert mirror(mirrored, robot) == motion
+    q, images = motion.configurations(robot).q, mirrored.configurations(robot).q
+    # The links' frames are not mirrored onto each other, but their origins are.
+    for frame, other in (("left_turn", "right_turn"), ("right_turn", "left_turn"), ("left_lift", "right_lift")):
+        assert _close(robot.position(images, other), robot.position(q, frame) * (1.0, -1.0, 1.0), 1e-12), frame
+    with pytest.raises(nk.errors.BadArgument, match="left_odd and right_odd are no mirror images"):
+        mirror(nk.Motion([0.0], ["left_odd"], [[0.1]]), robot)
