@@ -259,6 +259,8 @@ def test_motions_are_equal_to_their_copies_and_pickles_only(interpolation: str) 
         (([[0.0, 1.0]], ["a"], [[0, 1, 2]]), nk.errors.BadArgument, "a has 2 times and 3 keys"),
         (([[0.0, 1.0]], ["a", "b"], [[0, 1], [0, 1]]), nk.errors.BadArgument, "for each of 2 joints, got 1"),
         (([0.0, 1e-320], ["a"], [[0], [1]]), nk.errors.BadArgument, "no speed that floating point can hold"),
+        (([0.0, 5.0], ["a"], [[0], [-1e308]], "smooth"), nk.errors.BadArgument, "at most 1e+100 in size, got -1e+308"),
+        (([0.0, 1.0], ["a"], [[0], [1]], "bezier", [np.full((2, 2, 2), 1e200)]), nk.errors.BadArgument, "handles of a"),
         (([0.0, 1.0], ["a"], [["x"], [1]]), nk.errors.BadArgument, "real numbers"),
         ((None, ["a"], [[0]]), nk.errors.BadArgument, "times must be a list"),
         (([0.0, 1.0], ["a"], [[0], [1]], "cubic"), nk.errors.UnknownName, "unknown interpolation 'cubic'"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -183,6 +184,17 @@ def test_a_vertical_curve_is_infinitely_fast_and_still_json(nao: nk.NaoModel) ->
     (row,) = report.violations
     assert row.value == math.inf
     assert json.loads(json.dumps(report.as_dict(), allow_nan=False))["violations"][0]["value"] is None
+
+
+def test_a_vertical_curve_under_a_coupled_limit_is_checked_without_noise(nao: nk.NaoModel) -> None:
+    handles = np.zeros((2, 2, 2))
+    handles[0, 1] = 0.0, 0.5
+    times, names = [0.0, 1.0], ["HeadYaw", "HeadPitch"]
+    motion = nk.Motion(times, names, [[0.0, 0.0], [1.2, 0.4]], "bezier", [handles, handles])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        report = check(nao, motion)
+    assert {row.kind for row in report.violations} >= {"speed", "coupled limit"}
 
 
 def test_a_report_is_said_in_degrees_and_as_json(nao: nk.NaoModel) -> None:

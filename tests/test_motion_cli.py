@@ -17,7 +17,7 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.motion import check, is_motion_file, read_motion, write_motion
+from nao_kin.motion import FORMATS, check, is_motion_file, read_motion, write_motion
 
 COMMANDS = ("convert", "check", "info", "plot")
 
@@ -82,6 +82,19 @@ def test_motion_alone_says_what_there_is(capsys: pytest.CaptureFixture) -> None:
     assert run(["motion"]) == 0
     out = capsys.readouterr().out
     assert all(command in out for command in COMMANDS)
+    assert all(f" {name}" in " ".join(out.split()) for name in FORMATS)
+
+
+def test_convert_writes_to_standard_output_for_a_hyphen(
+    capfd: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch, nod: str, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["motion", "convert", nod, "-", "--to", "naoqi"]) == 0
+    out, _ = capfd.readouterr()
+    assert json.loads(out)[0] == ["HeadYaw", "LHand"]
+    assert [path.name for path in tmp_path.iterdir()] == ["nod.json"]
+    assert run(["motion", "convert", nod, "-"]) == 2
+    assert "name one with format= or --to" in capfd.readouterr().err
 
 
 def test_info_has_joints_keys_times_and_ranges(capsys: pytest.CaptureFixture, nod: str) -> None:

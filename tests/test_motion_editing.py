@@ -18,6 +18,7 @@ import nao_kin as nk
 from nao_kin.motion import (
     HIPS,
     INTERPOLATIONS,
+    Mended,
     check,
     clamp,
     complete,
@@ -340,8 +341,46 @@ def test_slowed_motions_keep_every_speed_limit(nao: nk.NaoModel, kind: str, how:
     assert not [row for row in check(nao, mended.motion).violations if row.kind == "speed"]
     assert mended.motion.start == motion.start
     assert mended.motion.duration > motion.duration
-    assert [keys.tolist() for keys in mended.motion.keys] == [keys.tolist() for keys in motion.keys]
     assert sum(change.amount > 1.0 for change in mended.changes) == len(mended.changes) > 0
+
+
+def _slowed(mended: Mended, t: Any) -> Any:
+    """When a slowed motion is where it was at times t."""
+    longer = [(row.amount - 1.0) * np.clip(t - row.start, 0.0, row.end - row.start) for row in mended.changes]
+    return t + sum(longer)
+
+
+@pytest.mark.parametrize("how", ["local", "uniform"])
+@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("seed", range(3))
+def test_slowed_motions_go_through_the_same_configurations(nao: nk.NaoModel, kind: str, how: Any, seed: int) -> None:
+    motion = time_warp(_motion(nao, seed, kind), 0.3)
+    mended = slow_down(nao, motion, how=how)
+    t = np.linspace(motion.start, motion.end, 3001)
+    assert _close(mended.motion.sample(_slowed(mended, t)), motion.sample(t), 1e-7)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_clamped_and_slowed_down_keeps_coupled_limits(nao: nk.NaoModel, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    names = ["HeadYaw", "HeadPitch", "LShoulderPitch", "RElbowRoll"]
+    times = [np.cumsum(rng.uniform(0.05, 0.2, 6)) for _ in names]
+    motion = nk.Motion(times, names, [rng.uniform(-reach, reach, 6) for reach in (2.0, 0.6, 2.0, 1.5)])
+    tame = clamp(nao, motion).motion
+    assert slow_down(nao, tame).changes
+    assert check(nao, slow_down(nao, tame).motion).ok
+
+
+def test_a_curve_that_is_almost_vertical_is_slowed_down_as_it_is(nao: nk.NaoModel) -> None:
+    """Its pieces would have handles that are longer than themselves, were it not cut where its time runs slowest."""
+    steep = np.zeros((2, 2, 2))
+    steep[0, 1], steep[1, 0] = (0.9, 0.01), (-0.95, -0.02)
+    fast = nk.Motion([0.0, 0.5, 0.6, 1.0], ["LShoulderPitch"], [[0.0], [0.0], [1.5], [1.5]]).as_bezier()
+    times, keys = [[0.0, 1.0], *fast.times], [[0.0, 0.05], *fast.keys]
+    motion = nk.Motion(times, ["HeadYaw", "LShoulderPitch"], keys, "bezier", [steep, *(fast.handles or ())])
+    mended = slow_down(nao, motion)
+    t = np.linspace(0.0, 1.0, 3001)
+    assert _close(mended.motion.sample(_slowed(mended, t)), motion.sample(t), 1e-7)
 
 
 def test_a_straight_line_is_stretched_to_exactly_its_limit(nao: nk.NaoModel) -> None:

@@ -244,6 +244,18 @@ def test_xar_counts_frames_from_its_start_and_says_what_is_not_played() -> None:
     assert _column(motion, "LHipPitch") == ([0.0, 1.0], pytest.approx(_degrees(-9, -45)))
 
 
+def test_xar_says_once_that_keys_of_several_joints_are_not_played(tmp_path: Path) -> None:
+    keys = '<Key frame="5" value="1"/><Key frame="9" value="2"/>'
+    curves = "".join(f'<ActuatorCurve actuator="{joint}">{keys}</ActuatorCurve>' for joint in ("HeadYaw", "HeadPitch"))
+    xml = f'<Box name="root"><Timeline fps="25" start_frame="1" end_frame="8">{curves}</Timeline></Box>'
+    (tmp_path / "a.xar").write_text(xml)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        motion = read_motion(tmp_path / "a.xar")
+    assert [len(keys) for keys in motion.keys] == [1, 1]
+    assert len(said) == 1
+
+
 def test_xar_with_several_timelines_lists_them() -> None:
     with pytest.raises(BadInputFile, match=r"2 timelines; choose one .* 1: Dance/wave, 2: Dance/bow"):
         read_motion(DATA / "timelines.xar")

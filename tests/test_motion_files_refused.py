@@ -174,6 +174,24 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     ),
     (
         "a.json",
+        '{"joint_names": [], "times": [], "keys": []}',
+        "joint_names: no joints",
+        (1, 17),
+    ),
+    (
+        "a.json",
+        '{"joint_names": ["HeadYaw"], "times": [], "keys": []}',
+        "times: no times",
+        (1, 39),
+    ),
+    (
+        "a.json",
+        '{"joint_names": ["HeadYaw"], "times": [[]], "keys": [[]]}',
+        "keys[0]: HeadYaw has no keys",
+        (1, 54),
+    ),
+    (
+        "a.json",
         '{"joint_names": ["HeadYaw"], "times": [[0, 1]], "keys": [[0]]}',
         "has 2 times and 1 keys",
         (1, 58),

@@ -266,7 +266,9 @@ def test_a_rate_is_a_sensible_number(whole_body: Motion, tmp_path: Path, rate: A
 
 
 def test_a_name_without_a_known_suffix_needs_a_format(whole_body: Motion, tmp_path: Path) -> None:
-    with pytest.raises(BadArgument, match=r"no motion format for .*a\.dat; end it in one of: csv \(\.csv"):
+    with pytest.raises(
+        BadArgument, match=r"no motion format for .*a\.dat; name one with .* end it in one of: csv \(\.csv"
+    ):
         write_motion(whole_body, tmp_path / "a.dat")
     with pytest.raises(UnknownName, match="nearest: webots"):
         write_motion(whole_body, tmp_path / "a.dat", format="webot")

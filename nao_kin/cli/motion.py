@@ -41,7 +41,6 @@ InputDegOption = Annotated[
 
 app = typer.Typer(
     name="motion",
-    help="Motion files: converted, checked, described and drawn.",
     epilog="Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down",
     invoke_without_command=True,
     rich_markup_mode=None,
@@ -62,7 +61,7 @@ def _motion(context: typer.Context) -> None:
 @app.command("convert", epilog="Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
 def convert(
     source: Annotated[str, typer.Argument(metavar="IN", help="A motion file, - for standard input.")],
-    sink: Annotated[str, typer.Argument(metavar="OUT", help="The file to write.")],
+    sink: Annotated[str, typer.Argument(metavar="OUT", help="The file to write, - for standard output.")],
     from_: FromOption = None,
     to: Annotated[
         str | None, typer.Option("--to", metavar="FORMAT", help="Format of OUT. Default: by its suffix.")
@@ -103,6 +102,7 @@ def convert(
 
     if gap is not None and loop is None:
         raise BadArgument("--gap is the pause of --loop; give both")
+    sink = "/dev/stdout" if sink == "-" else sink
     _check_sink(sink, force, json)
     model = load(version, urdf, robot)
     check_posture(model, posture)

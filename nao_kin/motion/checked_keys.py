@@ -14,6 +14,9 @@ from nao_kin.errors import BadArgument, NotFinite, WrongShape
 # A handle that leaves its segment by no more than rounding, or by what single precision makes of it.
 _HANDLE_ROUNDING = 1e-6
 
+# No joint is there, and products of three such numbers are still numbers.
+_LARGEST = 1e100
+
 Columns = tuple[Floats, ...]
 
 
@@ -87,6 +90,7 @@ def checked_keys(keys: Any, names: tuple[str, ...], times: Columns, *, shared: b
         if not all_finite(array):
             row, column = np.argwhere(~np.isfinite(array))[0].tolist()
             raise NotFinite("keys", (row, column), float(array[row, column]), names[column])
+        _check_size(array, "keys")
         # One row for each joint in memory.
         return tuple(np.array(array.T, order="C"))
     rows = _rows(keys, "keys")
@@ -118,6 +122,7 @@ def checked_handles(handles: Any, names: tuple[str, ...], times: Columns, interp
         values = np.array(as_floats(row, (), f"handles of {name}"))
         if values.shape != (len(column), 2, 2):
             raise WrongShape(f"handles of {name}", f"({len(column)}, 2, 2)", values.shape)
+        _check_size(values, f"handles of {name}")
         _check_within(values, column, name)
         columns.append(values)
     return tuple(columns)
@@ -172,7 +177,15 @@ def _checked_column(values: Any, what: str) -> Floats:
         raise WrongShape(what, "(k,)", array.shape)
     if len(array) == 0:
         raise BadArgument(f"{what} must have at least one key, got none")
+    _check_size(array, what)
     return array
+
+
+def _check_size(values: Floats, what: str) -> None:
+    """Refuse numbers with which floating point cannot compute."""
+    far = np.abs(values) > _LARGEST
+    if far.any():
+        raise BadArgument(f"{what} must be at most {_LARGEST:g} in size, got {float(values[far][0]):g}")
 
 
 def _rows(values: Any, what: str) -> list[Any]:

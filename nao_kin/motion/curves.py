@@ -125,7 +125,8 @@ def combination(one: Segments, other: Segments, times: Floats, slope: Floats, va
     middle = times[:-1] + 0.5 * width
     inner = []
     for end in (times[:-1], times[1:]):
-        speed = _speed_within(one, middle, end) - slope * _speed_within(other, middle, end)
+        with np.errstate(invalid="ignore"):
+            speed = _speed_within(one, middle, end) - slope * _speed_within(other, middle, end)
         # A speed without bound, and the straight line instead.
         inner.append(np.where(np.isfinite(speed), speed * width, rise) / 3.0)
     return Segments(times[:-1], width, values[:-1], np.stack([inner[0], rise - inner[1], rise], axis=-1))

@@ -97,7 +97,7 @@ def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Piec
     turns = np.sort(np.clip(_roots(a, b, c), 0.0, 1.0), axis=0)
     if quantity == "speed":
         # And where the time stands still for a moment, beside which the speed has no bound.
-        turns = np.sort(np.concatenate([turns, _slowest(time)[None]]), axis=0)
+        turns = np.sort(np.concatenate([turns, slowest(time)[None]]), axis=0)
     bounds = np.concatenate([np.zeros((1, len(chosen))), turns, np.ones((1, len(chosen)))])
     ends = np.stack([bounds[:-1], bounds[1:]], axis=-1)
     length = ends[..., 1] > ends[..., 0]
@@ -176,8 +176,8 @@ def _roots(a: Floats, b: Floats, c: Floats) -> Floats:
     return np.where(np.isfinite(roots), roots, 0.0)
 
 
-def _slowest(time: Floats) -> Floats:
-    """Where the derivative of x by u, of Bernstein coefficients (3, n), is least."""
+def slowest(time: Floats) -> Floats:
+    """Where the derivative of x by u, of Bernstein coefficients (3, n), is least; 0 where that is at an end."""
     bend = time[0] - 2.0 * time[1] + time[2]
     with np.errstate(divide="ignore", invalid="ignore"):
         u = (time[0] - time[1]) / bend

@@ -11,13 +11,12 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.changes import Change, Mended
 from nao_kin.motion.checking import largest_speed
 from nao_kin.motion.configurations import check_joints
+from nao_kin.motion.cutting import cut
 from nao_kin.motion.editing import time_warp
 from nao_kin.motion.monotone import pieces_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot import RobotModel, check_robot
 
-# Smooth curves change with their times, and are stretched again.
-_MOST_ROUNDS = 40
 # Times are rounded when they are added up; a check allows ten times as much.
 _FITS = 1.0 + 1e-10
 
@@ -27,8 +26,11 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
 
     A segment with the largest speed v of a joint of limit v_max needs v / v_max times its time, if that is more than
     one. "local" gives all time during it that factor, of overlapping segments the largest: every joint is slowed down
-    together, and only where one is too fast. Smooth curves change shape with their times and are stretched again until
-    they fit. "uniform" stretches all by one factor, and keeps the shape of every curve over time.
+    together, and only where one is too fast. "uniform" stretches all by one factor.
+
+    The joints go through the same configurations in either way, and so keep coupled limits and shared motors. With
+    "local" the speed jumps where the factor changes; a joint without a key there gets one, and a smooth motion becomes
+    a Bezier one.
 
     Args:
         robot: which has all the joints named.
@@ -43,18 +45,17 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
     check_joints(robot, motion)
     if how not in ("local", "uniform"):
         raise UnknownName("way to slow down", how, ("local", "uniform"))
-    result = motion
-    rounds = 0 if how == "uniform" else _MOST_ROUNDS if motion.interpolation == "smooth" else 1
-    for _ in range(rounds):
-        knots, factors = _needed(robot, result)
-        if factors.max(initial=1.0) <= _FITS:
-            break
-        new = np.concatenate([[result.start], result.start + np.cumsum(np.diff(knots) * factors)])
-        result = time_warp(result, _Stretched(knots, new))
+    knots, factors = _needed(robot, motion)
+    if how == "uniform":
+        factors = np.full_like(factors, factors.max(initial=1.0))
+    if not (factors > 1.0).any():
+        return Mended(motion, ())
+    new = np.concatenate([[motion.start], motion.start + np.cumsum(np.diff(knots) * factors)])
+    changes = knots[1:-1][factors[1:] != factors[:-1]]
+    result = time_warp(cut(motion, changes) if len(changes) else motion, _Stretched(knots, new))
+    # The sum of many times is rounded.
     left = float(_needed(robot, result)[1].max(initial=1.0))
-    if left > _FITS:
-        result = time_warp(result, left)
-    return Mended(result, _slower(motion, result))
+    return Mended(result if left == 1.0 else time_warp(result, left), _slower(knots, factors * left))
 
 
 class _Stretched:
@@ -87,7 +88,7 @@ def _needed(robot: RobotModel, motion: Motion) -> tuple[Floats, Floats]:
         covers = np.clip(np.searchsorted(curve.start, knots[:-1], side="right") - 1, 0, None)
         during = (knots[:-1] >= motion.times[column][0]) & (knots[:-1] < motion.times[column][-1])
         factors = np.maximum(factors, np.where(during, share[covers], 1.0))
-    return knots, factors
+    return knots, np.where(factors > _FITS, factors, 1.0)
 
 
 def _check_possible(robot: RobotModel, motion: Motion, joint: str, fastest: Floats) -> None:
@@ -102,12 +103,10 @@ def _check_possible(robot: RobotModel, motion: Motion, joint: str, fastest: Floa
         raise BadArgument(f"{joint} is to move, and its speed limit is 0: no time is long enough")
 
 
-def _slower(before: Motion, after: Motion) -> tuple[Change, ...]:
-    """The stretches of time that take longer than they did."""
-    old, new = before.key_times, after.key_times
-    factors = np.diff(new) / np.diff(old)
+def _slower(knots: Floats, factors: Floats) -> tuple[Change, ...]:
+    """The stretches of time that take longer than they did, by a factor between each two knots."""
     changes = list[Change]()
-    for start, end, factor in zip(old[:-1].tolist(), old[1:].tolist(), factors.tolist(), strict=True):
+    for start, end, factor in zip(knots[:-1].tolist(), knots[1:].tolist(), factors.tolist(), strict=True):
         if factor <= 1.0 + 1e-9:
             continue
         last = changes[-1] if changes else None

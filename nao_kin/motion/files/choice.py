@@ -36,7 +36,9 @@ def chosen(source: Source, names: Sequence[str], what: str) -> int:
     listed = ", ".join(f"{index + 1}: {abbreviated(names[index], 60)}" for index in shown[:_MOST_LISTED])
     more = f" and {len(shown) - _MOST_LISTED} more" if len(shown) > _MOST_LISTED else ""
     if wanted is None:
-        raise source.error(f"{len(names)} {what}; choose one with timeline=, by name or number: {listed}{more}")
+        raise source.error(
+            f"{len(names)} {what}; choose one with timeline= or --timeline, by name or number: {listed}{more}"
+        )
     if fitting:
         raise source.error(
             f"timeline {quoted(wanted)} stands for {len(fitting)} of the {what}; choose by number: {listed}{more}"

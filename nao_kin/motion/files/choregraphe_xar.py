@@ -83,6 +83,11 @@ def read(source: Source) -> Motion:
             curved |= bends
             if len(track.keys):
                 tracks.append(track)
+    if sum(len(track.keys) for track in tracks) < sum(len(curve.frames) for curve in timeline.curves):
+        warn_caller(
+            f"{abbreviated(source.name)}: keys outside of frames {timeline.first:g} to {timeline.last:g} are left out",
+            MotionFileWarning,
+        )
     return motion_of(source, tracks, "bezier" if curved else "linear")
 
 
@@ -104,11 +109,6 @@ def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, boo
     straight(frames, values, handles, kinds == LINEAR)
     inner = np.concatenate([kinds[1:, 0], kinds[:-1, 1]])
     played = (frames >= timeline.first) & ((frames <= timeline.last) | (timeline.last < 1.0))
-    if not played.all():
-        warn_caller(
-            f"{abbreviated(source.name)}: keys outside of frames {timeline.first:g} to {timeline.last:g} are left out",
-            MotionFileWarning,
-        )
     kept = np.flatnonzero(played)
 
     def place(key: int) -> Place:

@@ -57,6 +57,8 @@ def read(source: Source) -> Motion:
     if document.get("format", TITLE) != TITLE:
         raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", source.place(["format"]))
     names = _list(source, ["joint_names"])
+    if not names:
+        raise source.error("no joints", source.place(["joint_names"]))
     joints: list[str] = []
     for row, name in enumerate(names):
         joint = source.check_joint(name, lambda row=row: source.place(["joint_names", row]))  # type: ignore[misc]
@@ -106,8 +108,12 @@ def _times_and_keys(source: Source, joints: list[str]) -> tuple[list[Floats], li
                 raise source.error(
                     f"{joints[row]} has {len(one)} times and {len(two)} keys", source.place(["keys", row])
                 )
+            if not len(one):
+                raise source.error(f"{joints[row]} has no keys", source.place(["keys", row]))
         return own, columns
     shared = _numbers(source, ["times"], "time")
+    if not len(shared):
+        raise source.error("no times", source.place(["times"]))
     if len(keys) != len(shared):
         raise source.error(f"{len(keys)} rows for {len(shared)} times", source.place(["keys"]))
     rows = []

@@ -114,7 +114,7 @@ def _recognised(source: Source) -> Format:
         return fitting[0]
     if fitting:
         listed = ", ".join(known.name for known in fitting)
-        raise source.error(f"may be {listed}; choose one with format=")
+        raise source.error(f"may be {listed}; choose one with format= or --from")
     if len(by_suffix) == 1:
         return by_suffix[0]
     if by_suffix or source.data.lstrip()[:1] in (b"{", b"["):

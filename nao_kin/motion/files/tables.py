@@ -63,7 +63,7 @@ def warn_of_curves(motion: Motion, what: str) -> None:
     if motion.interpolation != "linear" and any(len(keys) > 1 for keys in motion.keys):
         warn_caller(
             f"{what} files know straight lines only: the {motion.interpolation} curves between the keys are lost; "
-            "rate= samples them",
+            "rate= or --rate samples them",
             MotionFileWarning,
         )
 
@@ -81,7 +81,7 @@ def milliseconds(times: Floats, what: str) -> list[int]:
         row = int(np.argmin(np.diff(whole))) + 1
         raise BadArgument(
             f"{what} files count milliseconds: {times[row - 1]:.9g} s and {times[row]:.9g} s become the same; "
-            "rate= spaces them evenly"
+            "rate= or --rate spaces them evenly"
         )
     if whole[-1] >= 2**31:
         raise BadArgument(f"{what} files count milliseconds in 31 bits, the motion ends at {times[-1]:g} s")
@@ -132,6 +132,6 @@ def columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *,
         shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise BadArgument(
             f"{what} files hold all {len(wanted)} joints, the motion lacks {shown}; "
-            "nao_kin.motion.complete fills them from a posture"
+            "nao_kin.motion.complete or --posture fills them in"
         )
     return np.stack([given[joint] for joint in wanted], axis=-1)

@@ -41,7 +41,10 @@ def write_motion(
     if format is None:
         known = formats_of_suffix(os.fspath(path))
         if not known:
-            raise BadArgument(f"no motion format for {abbreviated(path)}; end it in one of: {described_formats()}")
+            raise BadArgument(
+                f"no motion format for {abbreviated(path)}; name one with format= or --to, or end it in one of: "
+                f"{described_formats()}"
+            )
         chosen = known[0]
     else:
         chosen = format_named(format)
