@@ -322,6 +322,17 @@ def test_a_modules_methods_take_of_an_event_what_they_need(robot: tuple[VirtualN
     assert "ZeroDivisionError" in done.stderr  # nobody else tells the script
 
 
+def test_what_tutorials_ask_for_is_there(robot: tuple[VirtualNao, str], tmp_path: Path) -> None:
+    script = tmp_path / "asks.py"
+    script.write_text(
+        "import almath\nfrom naoqi import ALProxy\nT = almath.Transform(0.1, 0.2, 0.3)\n"
+        "print(T.toVector()[3::4], T.toVector()[0::5])\nvoice = ALProxy('ALTextToSpeech', 'nao.local', 9559)\n"
+        "voice.setParameter('enableCompression', 0)\nprint(voice.getParameter('enableCompression'))\n"
+    )
+    done = _run(script, robot[1])
+    assert done.stdout == "[0.1, 0.2, 0.3, 1.0] [1.0, 1.0, 1.0, 1.0]\n0.0\n", done.stderr
+
+
 def test_python_2_divides_whole_numbers_and_imports_what_is_beside_it(tmp_path: Path) -> None:
     (tmp_path / "helper.py").write_text("def half(x):\n    print 'half of', x\n    return x / 2\n")
     script = tmp_path / "old.py"

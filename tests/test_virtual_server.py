@@ -266,7 +266,7 @@ def test_events_reach_other_scripts(shared: Served) -> None:
     found = _result(listener)
     assert found["heard"] == ["hello", [1, 2.5, "three"]]
     assert sorted(found["called"], key=str) == sorted(
-        [["greeting", "hello", ""], ["greeting", [1, 2.5, "three"], ""]], key=str
+        [["greeting", "hello", "Listener"], ["greeting", [1, 2.5, "three"], "Listener"]], key=str
     )
 
 
