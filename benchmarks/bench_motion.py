@@ -4,6 +4,8 @@
 the motion, and scipy's interpolator of all columns at once; they take turns, and the best turn counts. scipy has no
 curve that is a cubic in time and value: the Bezier motion with handles of a third of their segment, which is a
 polynomial in time, stands beside BPoly, the one with handles of other lengths alone.
+
+With --files, also how long a file of a million keys takes to be written and read in each format.
 """
 
 from __future__ import annotations
@@ -11,8 +13,10 @@ from __future__ import annotations
 import argparse
 import json
 import platform
+import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
 
 import nao_kin as nk
-from nao_kin.motion import check, smooth_slopes
+from nao_kin.motion import FORMATS, check, read_motion, smooth_slopes, write_motion
 from nao_kin.parameters import BODY_ORDER
 
 Array = NDArray[Any]
@@ -36,6 +40,7 @@ def main() -> None:
     parser.add_argument("--keys", type=int, default=1000, help="keys of each joint")
     parser.add_argument("--times", type=int, default=100_000, help="times to sample at")
     parser.add_argument("--turns", type=int, default=5, help="of which the best counts")
+    parser.add_argument("--files", action="store_true", help="also files of a million keys in each format")
     parser.add_argument("--json", action="store_true", help="print JSON")
     chosen = parser.parse_args()
     rng = np.random.default_rng(0)
@@ -44,6 +49,8 @@ def main() -> None:
     at = rng.uniform(times[0], times[-1], chosen.times)
     rows = [_measured(row, at, chosen.turns) for row in _contenders(times, keys)]
     rows += [_checked(times, keys, chosen.turns)]
+    if chosen.files:
+        rows += _files()
     if chosen.json:
         print(json.dumps({"machine": platform.processor(), "scipy": scipy.__version__, "rows": rows}, indent=2))
         return
@@ -94,6 +101,32 @@ def _checked(times: Array, keys: Array, turns: int) -> dict[str, Any]:
     motion = nk.Motion(times, BODY_ORDER, 0.1 * np.tanh(keys), "smooth")
     best = min(_seconds(lambda _: check(nao, motion), times) for _ in range(turns))
     return {"what": "check of the smooth motion", "ours_ms": best * 1e3, "scipy_ms": None, "difference": None}
+
+
+def _files() -> list[dict[str, Any]]:
+    """A million keys, written and read."""
+    count = 1_000_000 // JOINTS + 1
+    keys = np.random.default_rng(0).uniform(-0.3, 0.0, (count, JOINTS)).round(4)
+    keys[:, BODY_ORDER.index("RHipYawPitch")] = keys[:, BODY_ORDER.index("LHipYawPitch")]
+    motion = nk.Motion(np.arange(count) / 100, BODY_ORDER, keys)
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, form in FORMATS.items():
+            path = Path(folder) / f"motion{form.suffixes[0]}"
+            for what, call in (
+                ("written", lambda _, p=path, n=name: write_motion(motion, p, format=n, overwrite=True)),
+                ("read", lambda _, p=path: read_motion(p)),
+            ):
+                milliseconds = 1e3 * _seconds(call, keys)
+                rows.append(
+                    {
+                        "what": f"{name}, a million keys {what}",
+                        "ours_ms": milliseconds,
+                        "scipy_ms": None,
+                        "difference": None,
+                    }
+                )
+    return rows
 
 
 def _seconds(call: Callable[[Array], Any], at: Array) -> float:
