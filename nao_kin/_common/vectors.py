@@ -83,6 +83,15 @@ def cross_matrix(v: Floats) -> Floats:
     return V
 
 
+def rigid_inverse(T: Floats) -> Floats:
+    """The inverses of rigid transforms, shape (..., 4, 4)."""
+    found = np.zeros(T.shape)
+    found[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
+    found[..., :3, 3] = -np.einsum("...ji,...j->...i", T[..., :3, :3], T[..., :3, 3])
+    found[..., 3, 3] = 1.0
+    return found
+
+
 def common_batch(what: str, *batch_shapes: tuple[int, ...]) -> tuple[int, ...]:
     """The batch shape that all of `batch_shapes` broadcast to.
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import rigid_inverse
 from nao_kin.errors import UnknownName
 from nao_kin.lines import PluckerLine, geometric_jacobian
 from nao_kin.robot import Expression, RobotModel, check_robot, expression_named
@@ -92,7 +93,7 @@ class JointAxes:
         axes, pose = self.lines(q), self.robot.fk(q, frame)
         at = pose[..., :3, 3] if expressed_in == "mixed" else np.zeros(3)
         if expressed_in == "frame":
-            axes = axes.transformed(_inverse(pose)[..., None, :, :])
+            axes = axes.transformed(rigid_inverse(pose)[..., None, :, :])
         return geometric_jacobian(axes, at=at, coupling=coupling, sliding=self.sliding)
 
     def _carrying(self, frame: str) -> set[str]:
@@ -106,12 +107,3 @@ class JointAxes:
             carrying.add(self._above[link].name)
             link = self._above[link].parent
         return carrying
-
-
-def _inverse(T: Floats) -> Floats:
-    inverse = np.zeros_like(T)
-    R_transposed = np.swapaxes(T[..., :3, :3], -1, -2)
-    inverse[..., :3, :3] = R_transposed
-    inverse[..., :3, 3] = -np.einsum("...ij,...j->...i", R_transposed, T[..., :3, 3])
-    inverse[..., 3, 3] = 1.0
-    return inverse

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch
+from nao_kin._common.vectors import as_batch, rigid_inverse
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.names import CHAINS
@@ -130,16 +130,7 @@ def torso_in(
     T_world_torso = _torso_in_world(robot, q, torso_in_world)
     if number == FRAME_WORLD:
         return T_world_torso
-    return np.asarray(inverse(robot_frame(robot, q, torso_in_world=T_world_torso)) @ T_world_torso)
-
-
-def inverse(T: Floats) -> Floats:
-    """The inverses of rigid transforms, shape (..., 4, 4)."""
-    found = np.zeros(T.shape)
-    found[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
-    found[..., :3, 3] = -np.einsum("...ji,...j->...i", T[..., :3, :3], T[..., :3, 3])
-    found[..., 3, 3] = 1.0
-    return found
+    return np.asarray(rigid_inverse(robot_frame(robot, q, torso_in_world=T_world_torso)) @ T_world_torso)
 
 
 def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike | None) -> Floats:

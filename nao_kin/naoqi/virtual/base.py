@@ -8,7 +8,8 @@ import numpy as np
 
 from nao_kin import NaoModel
 from nao_kin._common.arrays import Floats
-from nao_kin.naoqi.spaces import inverse, robot_frame
+from nao_kin._common.vectors import rigid_inverse
+from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.rotations import rot_z
 
 FEET = ("LLeg", "RLeg")
@@ -53,7 +54,7 @@ class Base:
             self.stand_on(self.standing_foot(q), q, np.eye(4))
             T_world_robot = robot_frame(robot, q, torso_in_world=self.torso(q))
             T_world_robot[2, 3] = 0.0
-            self._T_world_sole = inverse(T_world_robot) @ self._T_world_sole
+            self._T_world_sole = rigid_inverse(T_world_robot) @ self._T_world_sole
         else:
             self.rest(up, q, np.eye(4))
 
@@ -61,7 +62,7 @@ class Base:
         """T_world_torso in a configuration, with what stands on the floor as it is now; shape (4, 4)."""
         if self.support is not None:
             T_torso_sole = self._robot.fk(q, self.support)
-            return np.asarray(self._T_world_sole @ inverse(T_torso_sole))
+            return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
         T = np.eye(4)
         T[:3, :3] = rot_z(self._yaw) @ _upright(self._up)
         T[:2, 3] = self._place
@@ -122,8 +123,8 @@ class Base:
         """The foot that carries the robot: `before`, unless the other is lower, and is so on its own sole too."""
         other = FEET[1 - FEET.index(before)]
         T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
-        T_before_other = inverse(T_torso_before) @ T_torso_other
-        lower = T_before_other[2, 3] < -_LOWER and inverse(T_before_other)[2, 3] > -_LOWER
+        T_before_other = rigid_inverse(T_torso_before) @ T_torso_other
+        lower = T_before_other[2, 3] < -_LOWER and rigid_inverse(T_before_other)[2, 3] > -_LOWER
         return other if lower else before
 
 

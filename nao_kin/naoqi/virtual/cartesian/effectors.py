@@ -8,10 +8,10 @@ import numpy as np
 
 from nao_kin import NaoModel, ik
 from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import rigid_inverse
 from nao_kin.naoqi.axis_mask import AXIS_MASK_ALL, AXIS_MASK_ROT, AXIS_MASK_VEL, controlled_axes
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.poses import pose, position6d
-from nao_kin.naoqi.spaces import inverse
 from nao_kin.naoqi.virtual.cartesian.descent import RADIAN, Solution, Target, descend
 from nao_kin.rotations import log
 
@@ -139,4 +139,4 @@ def _better(one: Solution, other: Solution) -> Solution:
 
 def in_torso(T_world_torso: Floats, T_world: Floats) -> Floats:
     """A pose in the world as the torso sees it."""
-    return np.asarray(inverse(T_world_torso) @ T_world)
+    return np.asarray(rigid_inverse(T_world_torso) @ T_world)

@@ -13,7 +13,7 @@ from nao_kin.naoqi.spaces import pose_in, space_number
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.calls import Call
 from nao_kin.naoqi.virtual.cartesian import effectors as limbs
-from nao_kin.naoqi.virtual.cartesian.forms import Wish, positions, single, transforms, wishes
+from nao_kin.naoqi.virtual.cartesian.forms import ToPoses, Wish, positions, single, transforms, wishes
 from nao_kin.naoqi.virtual.cartesian.tasks import PathTask, Scene, TogetherTask, hold_still, needed_joints
 from nao_kin.naoqi.virtual.service import Service, method
 from nao_kin.naoqi.virtual.whole_body.balance import Balance
@@ -84,9 +84,8 @@ class CartesianControl(Service):
             times: of one effector a time or a list of times, of several a list for each or one for all [s].
             isAbsolute: False for changes of where the effectors are at the beginning.
         """
-        relative = not arguments.flag(isAbsolute, "isAbsolute")
-        found = wishes(effectorNames, space, paths, axisMasks, times, positions, relative=relative)
-        return self._follow("positionInterpolations", found)
+        asked = (effectorNames, space, paths, axisMasks, times)
+        return self._follow("positionInterpolations", positions, asked, isAbsolute)
 
     @method
     def positionInterpolation(
@@ -94,18 +93,16 @@ class CartesianControl(Service):
     ) -> Call:
         """The same for one effector."""
         arguments.text(chainName, "chainName")
-        relative = not arguments.flag(isAbsolute, "isAbsolute")
-        found = wishes(chainName, space, path, axisMask, durations, positions, relative=relative)
-        return self._follow("positionInterpolation", found)
+        asked = (chainName, space, path, axisMask, durations)
+        return self._follow("positionInterpolation", positions, asked, isAbsolute)
 
     @method
     def transformInterpolations(
         self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
     ) -> Call:
         """Move effectors through transforms at times; else as positionInterpolations."""
-        relative = not arguments.flag(isAbsolute, "isAbsolute")
-        found = wishes(effectorNames, space, paths, axisMasks, times, transforms, relative=relative)
-        return self._follow("transformInterpolations", found)
+        asked = (effectorNames, space, paths, axisMasks, times)
+        return self._follow("transformInterpolations", transforms, asked, isAbsolute)
 
     @method
     def transformInterpolation(
@@ -113,9 +110,8 @@ class CartesianControl(Service):
     ) -> Call:
         """The same for one effector."""
         arguments.text(chainName, "chainName")
-        relative = not arguments.flag(isAbsolute, "isAbsolute")
-        found = wishes(chainName, space, path, axisMask, duration, transforms, relative=relative)
-        return self._follow("transformInterpolation", found)
+        asked = (chainName, space, path, axisMask, duration)
+        return self._follow("transformInterpolation", transforms, asked, isAbsolute)
 
     # --- at once --------------------------------------------------------------------------------------------------
 
@@ -174,7 +170,13 @@ class CartesianControl(Service):
         number = space_number(space)
         return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
 
-    def _follow(self, name: str, found: Sequence[Wish]) -> Call:
+    def _follow(self, name: str, poses: ToPoses, asked: tuple[Any, Any, Any, Any, Any], is_absolute: Any) -> Call:
+        """Have effectors follow paths, of which `poses` reads positions or transforms.
+
+        `asked` are names, space, paths, masks and times, as the methods take them.
+        """
+        relative = not arguments.flag(is_absolute, "isAbsolute")
+        found = wishes(*asked, poses, relative=relative)
         balance: Balance | None = getattr(self, "balance", None)
         if balance is not None and balance.enabled and all(wish.mask in MASKS for wish in found):
             return self.nao.start_task(WholePathTask(name, self.nao, found, balance))
