@@ -6,7 +6,7 @@
 #   make test-lowest  the fast tests with the lowest versions of all dependencies that pyproject.toml allows
 #   make coverage     all tests with branch coverage, 95 % at least
 #   make mutate       faults planted one by one, each of which a test must notice
-#   make generate     meshes, URDFs and drawings anew
+#   make generate     meshes, URDFs, drawings and the page's bundle anew (needs npm)
 #   make bench        ratios to plain Pinocchio and others
 PYTHON ?= python3
 VENV ?= .venv
@@ -18,7 +18,7 @@ LOWEST ?= .venv-lowest
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
 QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test quick kernels long-kernels other-kernels lint types unit test-lowest coverage mutate docs generate check-generated bench clean
+.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest coverage mutate docs generate check-generated bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -33,7 +33,7 @@ demo: $(STAMP)
 	$(BIN)/nao-kin view --posture StandInit --html nao.html
 
 test: $(STAMP)
-	$(MAKE) -j3 lint types check-generated docs kernels
+	$(MAKE) -j3 lint types check-generated docs kernels web
 	$(MAKE) unit
 
 quick: lint
@@ -55,6 +55,12 @@ lint: $(STAMP)
 
 types: $(STAMP)
 	$(BIN)/mypy
+
+# The page: lint, format, types and tests of its modules, and whether the bundle in nao_kin/viewer/page is built from them.
+web:
+	@if command -v npm >/dev/null; then \
+	  cd web && npm ci --silent --no-audit --no-fund && npm run --silent check; \
+	else echo "no npm; the page's modules are not checked"; fi
 
 unit: $(STAMP)
 	@command -v check_urdf >/dev/null || echo "check_urdf is absent (Debian: liburdfdom-tools); its tests are skipped"
@@ -81,6 +87,7 @@ docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
 
 generate: $(STAMP)
+	cd web && npm ci --silent --no-audit --no-fund && npm run --silent build
 	$(BIN)/python scripts/generate_meshes.py
 	$(BIN)/python scripts/generate_urdf.py
 	$(BIN)/python scripts/generate_joint_diagram.py
@@ -107,4 +114,4 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_naoqi.py
 
 clean:
-	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist web/node_modules .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -23,7 +23,7 @@ from mutations import MUTATIONS, Mutation
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = ("README.md", "CITATION.cff", "pyproject.toml", "Makefile")
-COPIED = ("nao_kin", "urdf", "tests", "scripts", "examples", "docs", *FILES)
+COPIED = ("nao_kin", "urdf", "tests", "scripts", "examples", "docs", "web", *FILES)
 
 # What pytest's exit codes mean here; others (nothing collected, an import that breaks) tell nothing about the fault.
 PASSED, FAILED = 0, 1
@@ -54,10 +54,18 @@ def copy_project(target: Path) -> None:
     for name in COPIED:
         source = ROOT / name
         if source.is_dir():
-            ignored = shutil.ignore_patterns("__pycache__", "_build", "_generated")
+            ignored = shutil.ignore_patterns("__pycache__", "_build", "_generated", "node_modules")
             shutil.copytree(source, target / name, ignore=ignored)
         elif source.is_file():
             shutil.copy2(source, target / name)
+
+
+def build_page(root: Path) -> None:
+    """Bundle the page's modules, of which one has a fault."""
+    packages = root / "web" / "node_modules"
+    if not packages.exists():
+        packages.symlink_to(ROOT / "web" / "node_modules")
+    subprocess.run(["node", "build.js"], cwd=root / "web", check=True)
 
 
 def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
@@ -88,8 +96,12 @@ def run(mutations: Sequence[Mutation], timeout: float) -> int:
             path = root / mutation.file
             original = path.read_text(encoding="utf-8")
             path.write_text(sources[mutation.name], encoding="utf-8")
+            if path.suffix == ".js":
+                build_page(root)
             code = run_tests(root, mutation.tests, timeout)
             path.write_text(original, encoding="utf-8")
+            if path.suffix == ".js":
+                build_page(root)
             killed += code == FAILED
             print(f"{VERDICTS.get(code, f'no verdict (pytest ended with {code})'):9} {mutation.name}", flush=True)
     print(f"{killed} of {len(mutations)} killed")

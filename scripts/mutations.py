@@ -28,15 +28,16 @@ class Mutation:
 
 
 def _faults(file: str, tests: str, *texts: tuple[str, str, str]) -> tuple[Mutation, ...]:
-    """Faults of one file under `nao_kin` that the same tests notice.
+    """Faults of one file that the same tests notice.
 
     Args:
-        file: the source file.
+        file: the source file, under `nao_kin` or in `web`.
         tests: arguments for pytest, without the folder, separated by blanks.
         texts: name, old text and new text of each fault.
     """
     arguments = tuple(f"tests/{test}" for test in tests.split())
-    return tuple(Mutation(name, f"nao_kin/{file}", old, new, arguments) for name, old, new in texts)
+    path = file if file.startswith("web/") else f"nao_kin/{file}"
+    return tuple(Mutation(name, path, old, new, arguments) for name, old, new in texts)
 
 
 CHANGES_NOTHING = {
@@ -760,17 +761,21 @@ _BATCH = (
 
 _VIEWER = (
     *_faults(
-        "viewer/page/limb.js",
+        "web/src/ik/limb.js",
         "test_viewer_closed_forms.py",
         (
             "page-forgets-the-coupled-limit",
             "    if (!this.table) return true;\n    const [low, high] = this.tableRange",
             "    return true;\n    const [low, high] = this.tableRange",
         ),
+    ),
+    *_faults(
+        "web/src/ik/answer.js",
+        "test_viewer_closed_forms.py",
         ("page-sorts-branches-the-other-way", "].distance > branch.distance", "].distance < branch.distance"),
     ),
     *_faults(
-        "viewer/page/leg.js",
+        "web/src/ik/leg.js",
         "test_viewer_closed_forms.py",
         (
             "other-foot-turns-the-other-way-round",
@@ -784,23 +789,23 @@ _VIEWER = (
         ),
     ),
     *_faults(
-        "viewer/page/follow.js",
+        "web/src/drag/follow.js",
         "test_viewer_drag.py",
         ("other-foot-carried-along-by-the-shared-motor", "q: other.merged(moved, others)", "q: moved"),
     ),
     *_faults(
-        "viewer/page/drag.js",
+        "web/src/drag/drag.js",
         "test_viewer_drag.py",
         ("camera-turns-while-a-handle-is-held", "    this.app.viewer.controls.enabled = false;\n", ""),
         ("ghosts-stay-when-a-handle-is-let-go", '    this.say("");\n    this.ghosts.clear();\n', '    this.say("");\n'),
     ),
     *_faults(
-        "viewer/page/ghosts.js",
+        "web/src/scene/ghosts.js",
         "test_viewer_drag.py",
         (
             "ghosts-not-looked-at-again-when-the-robot-moves",
-            "> NaoKin.Ghosts.SAME);",
-            "> NaoKin.Ghosts.SAME || copy.visible);",
+            "> Ghosts.SAME);",
+            "> Ghosts.SAME || copy.visible);",
         ),
     ),
     *_faults(

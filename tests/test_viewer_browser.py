@@ -151,7 +151,7 @@ def test_every_posture_rests_on_the_floor_without_falling_over(page: Page, nao: 
     for name in nao.posture_names:
         page.run("(name) => naoKin.posture(name)", name)
         page.run("() => naoKin.settle()")
-        hull = np.array(page.run("() => naoKin.marks.hull().map(({x, y}) => [x, y])"))
+        hull = np.array(page.run("() => naoKin.balance.hull().map(({x, y}) => [x, y])"))
         centre = page.run(
             "() => { const c = naoKin.robot.com().applyMatrix4(naoKin.robot.root.matrix); return [c.x, c.y, c.z]; }"
         )
@@ -213,20 +213,9 @@ def test_the_read_out_gives_position_and_roll_pitch_yaw(page: Page, nao: nk.NaoM
             assert float(text.rstrip("° m")) == pytest.approx(scale * expected[name], abs=0.051)
 
 
-@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 1.5707, 0.0])
-def test_the_read_out_keeps_its_digits_where_the_pitch_is_a_right_angle(page: Page, pitch: float) -> None:
-    R = nk.rotations.matrix_from_rpy([0.4, pitch, -1.1])
-    T = np.eye(4)
-    T[:3, :3] = R
-    angles = page.run(
-        "(elements) => NaoKin.rollPitchYaw(new MeshCat.THREE.Matrix4().fromArray(elements))", T.T.reshape(-1).tolist()
-    )
-    assert np.abs(nk.rotations.matrix_from_rpy(angles) - R).max() < 1e-14
-
-
 def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("StandInit"))
-    drawn = "() => [naoKin.marks.frames.length, naoKin.marks.axes.length, naoKin.marks.balance.children.length]"
+    drawn = "() => [naoKin.frames.triads.length, naoKin.axes.screws.length, naoKin.balance.group.children.length]"
     assert page.run(drawn) == [0, 0, 0]
     for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
         page.tab.get_by_role("button", name=name, exact=True).click()
@@ -283,7 +272,7 @@ def test_a_clip_does_not_lie_down_with_the_posture_before_it(page: Page) -> None
 
 
 def test_the_legend_holds_colours_and_kinds_of_joints_at_once(page: Page) -> None:
-    colour = "(stops) => naoKin.colour({links: [], label: 'heat', low: '1', high: '2', stops})"
+    colour = "(stops) => naoKin.receive({kind: 'colours', links: [], label: 'heat', low: '1', high: '2', stops})"
     axes = "(on) => naoKin.show({axes: on})"
     legend, stops = page.tab.locator("#legend"), [[0, 0, 1], [1, 0, 0]]
     both = {"heat", "1", "2", "revolute", "spherical", "universal"}
@@ -304,7 +293,7 @@ def test_joints_outside_their_limits_are_red(page: Page, nao: nk.NaoModel) -> No
     angles = nao.angles(nao.posture("StandInit")) | {"HeadYaw": 2.0, "HeadPitch": 0.45, "LKneePitch": -1.0}
     page.set(nao.configuration(angles, limits="ignore"))
     assert page.run(red) == ["HeadPitch", "LKneePitch"]  # the head by its table, the knee by its box
-    tinted = page.run("() => naoKin.robot.meshes.filter(({link}) => naoKin.marks.red.has(link)).length")
+    tinted = page.run("() => naoKin.robot.meshes.filter(({link}) => naoKin.colours.outside.has(link)).length")
     assert tinted >= 2
     page.set(nao.posture("StandInit"))
     assert page.run(red) == []
@@ -419,13 +408,13 @@ def test_a_ghost_targets_and_colours_are_drawn(browser: Any, nao: nk.NaoModel, t
     viewer.camera("front")
     with opened(browser, viewer.save_html(tmp_path / "more.html")) as page:
         ghost = page.run(
-            "(links) => links.map((link) => naoKin.marks.ghost.pose(link).transpose().toArray())",
+            "(links) => links.map((link) => naoKin.ghost.skeleton.pose(link).transpose().toArray())",
             list(range(len(nao.link_names))),
         )
         names = [link["name"] for link in page.run("() => naoKin.robot.about.links")]
         assert np.abs(np.reshape(ghost, (-1, 4, 4)) - nao.fk(other, names)).max() < 1e-6
         assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
-        assert page.run("() => naoKin.marks.targets.children.length") == 2
+        assert page.run("() => naoKin.targets.group.children.length") == 2
         assert "torque" in page.tab.locator("#legend").inner_text()
         head, foot = (names.index(name) for name in ("Head", "l_ankle"))  # LFoot has no shape: it is fixed to l_ankle
         colours = "(link) => naoKin.robot.meshes.find((m) => m.link === link).mesh.material.color.toArray()"

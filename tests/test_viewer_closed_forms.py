@@ -17,22 +17,27 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument
 from nao_kin.ik import Family, IKResult, Reason
 from nao_kin.rotations import exp
-from nao_kin.viewer.page import CLOSED_FORMS, FOLDER
+
+SOURCES = Path(__file__).resolve().parent.parent / "web" / "src"
 
 # What the page does for each target; numbers that are no numbers do not go through JSON.
-DRIVER = """
+DRIVER = f"""
+import {{ readFileSync }} from "node:fs";
+import {{ ArmPlace }} from "{(SOURCES / "ik" / "arm_place.js").as_uri()}";
+import {{ LIMB_CLASSES }} from "{(SOURCES / "ik" / "limbs.js").as_uri()}";
+"""
+DRIVER += """
 const solvers = {
   leg: (limb, [T], reference, enforce) => limb.solve(T, reference, enforce),
   arm: (limb, [T], reference, enforce) => limb.solve(T, reference, enforce),
   direction: (limb, [p, d], reference, enforce) => limb.solveDirection(p, d, reference, enforce),
-  place: (limb, [p], reference, enforce) => new NaoKin.ArmPlace(limb, p, reference, enforce).solve(),
+  place: (limb, [p], reference, enforce) => new ArmPlace(limb, p, reference, enforce).solve(),
   head: (limb, [T], reference, enforce) => limb.solve(T, reference, enforce),
   gaze: (limb, [p], reference, enforce) => limb.solveGaze(p, reference, enforce),
   stand: (limb, [T, hip], reference) => limb.stand(T, hip, reference),
 };
-const started = require("fs").readFileSync(0, "utf8");
-const jobs = JSON.parse(started).map(({ limb, solver, enforce, targets, references }) => {
-  const made = new NaoKin.LIMB_CLASSES[limb.kind](limb);
+const jobs = JSON.parse(readFileSync(0, "utf8")).map(({ limb, solver, enforce, targets, references }) => {
+  const made = new LIMB_CLASSES[limb.kind](limb);
   return targets.map((target, i) => {
     const { branches, reason, joint, needed, limit, nearest } = solvers[solver](made, target, references[i], enforce);
     return { branches, reason, joint, needed, limit, nearest };
@@ -71,13 +76,12 @@ def node() -> str:
 
 def answered(*jobs: Job) -> None:
     """Let one Node solve all of them."""
-    source = "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in CLOSED_FORMS) + DRIVER
     rows = [
         {"limb": job.limb, "solver": job.solver, "enforce": job.enforce, "targets": job.targets}
         | {"references": job.references[:, job.limb["columns"]].tolist()}
         for job in jobs
     ]
-    command = [node(), "-e", source]
+    command = [node(), "--input-type=module", "-e", DRIVER]
     done = subprocess.run(command, input=json.dumps(rows), capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr
     for job, answers in zip(jobs, json.loads(done.stdout), strict=True):
@@ -338,14 +342,18 @@ def test_what_is_no_rigid_transform_is_refused_in_the_page_too(nao: nk.NaoModel)
     assert {answer["reason"] for job in jobs for answer in job.answers} == {"NOT_RIGID"}
 
 
-def test_a_fault_planted_in_the_page_is_no_mistake_in_its_grammar(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_planted_in_the_page_is_no_mistake_in_its_grammar(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.syspath_prepend(Path(__file__).resolve().parent.parent / "scripts")
     mutate = importlib.import_module("mutate")
-    sources = [mutate.planted(mutation) for mutation in mutate.MUTATIONS if mutation.file.endswith(".js")]
-    assert sources
-    check = "JSON.parse(require('fs').readFileSync(0, 'utf8')).forEach((source) => new (require('vm').Script)(source))"
-    done = subprocess.run([node(), "-e", check], input=json.dumps(sources), capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    faults = [mutation for mutation in mutate.MUTATIONS if mutation.file.endswith(".js")]
+    assert faults
+    for number, mutation in enumerate(faults):
+        path = tmp_path / f"{number}.mjs"
+        path.write_text(mutate.planted(mutation), encoding="utf-8")
+        done = subprocess.run([node(), "--check", str(path)], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
 
 
 def test_limbs_are_plain_and_those_of_the_robot(nao: nk.NaoModel) -> None:

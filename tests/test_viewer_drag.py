@@ -341,7 +341,7 @@ def test_a_finger_drags_a_hand_and_a_second_one_does_nothing(page: Page, nao: nk
     assert np.abs(on_screen(page, "LArm") - before - (6, -20)).max() < 0.2
     touch("touchEnd")
     assert_consistent(page, nao)
-    assert page.run(CAMERA) == camera
+    assert page.run(CAMERA) == pytest.approx(camera, abs=1e-12)
     assert page.run("() => naoKin.drag.held") is None
     session.detach()
 
@@ -461,7 +461,9 @@ def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> 
         viewer.show_ghosts(nao.random(3, 2))
         page.tab.wait_for_function("() => naoKin.ghosts.group.children.length > 0")
         viewer.show_ghosts(nao.random(3, 1))
-        page.tab.wait_for_function("() => naoKin.byId('legend').innerText.split(/\\s+/).join() === 'ghosts,1'")
+        page.tab.wait_for_function(
+            "() => document.getElementById('legend').innerText.split(/\\s+/).join() === 'ghosts,1'"
+        )
         viewer.clear_ghosts()
         page.tab.wait_for_function("() => naoKin.ghosts.group.children.length === 0")
         assert not page.tab.locator("#legend").is_visible()
@@ -479,8 +481,6 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
         page.draw(False)
         switch = page.tab.get_by_role("button", name="Ghosts", exact=True)
         legend = page.tab.locator("#legend")
-        drag_looks = page.run("() => [NaoKin.Drag.INSIDE.colour, NaoKin.Drag.OUTSIDE.colour]")
-        assert not set(drag_looks) & set(page.run("() => NaoKin.GHOST_COLOURS"))
         assert legend.inner_text().split() == ["ghosts", *map(str, range(2, 9))]
         assert switch.get_attribute("aria-pressed") == "true"
         switch.click()

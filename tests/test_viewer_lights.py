@@ -136,7 +136,7 @@ def test_lights_that_are_not_named_any_more_have_their_own_look(page: Page) -> N
 
 def test_a_lit_light_outshines_the_colour_of_its_link_and_red(page: Page, nao: nk.NaoModel) -> None:
     head = "() => [{ link: naoKin.robot.about.links.findIndex(({ name }) => name === 'Head'), rgb: [1, 1, 0] }]"
-    colour = "(links) => naoKin.colour({ links, label: '', low: '', high: '', stops: null })"
+    colour = "(links) => naoKin.receive({ kind: 'colours', links, label: '', low: '', high: '', stops: null })"
     _show(page, {"LeftEye0": (0.0, 0.0, 1.0)})
     page.run(colour, page.run(head))
     assert max(page.run(LOOK, "LeftEye0")[0]) < 0.25
@@ -155,14 +155,14 @@ def test_a_lit_light_outshines_the_colour_of_its_link_and_red(page: Page, nao: n
 def test_neither_ghosts_nor_the_size_of_the_robot_have_glows(page: Page, nao: nk.NaoModel) -> None:
     _show(page, {})
     sprites = "(root) => { let n = 0; root().traverse((node) => (n += node.isSprite ? 1 : 0)); return n; }"
-    count = f"() => ({sprites})(() => naoKin.marks.ghost.root)"
+    count = f"() => ({sprites})(() => naoKin.ghost.skeleton.root)"
     box = "() => { const { min, max } = naoKin.robot.box([]); return [...min.toArray(), ...max.toArray()]; }"
     dark = page.run(box)
     _show(page, COLOURS)
-    page.run("(q) => naoKin.marks.showGhost(q)", nao.posture("Crouch").tolist())
+    page.run("(q) => naoKin.ghost.show(q)", nao.posture("Crouch").tolist())
     assert page.run(count) == 0
     assert page.run(box) == dark
-    page.run("() => naoKin.marks.showGhost(null)")
+    page.run("() => naoKin.ghost.show(null)")
 
 
 def test_the_picture_shows_each_segment_in_its_colour(page: Page, nao: nk.NaoModel) -> None:

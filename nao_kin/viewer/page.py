@@ -12,23 +12,7 @@ from pathlib import Path
 
 from nao_kin.errors import BadModel
 
-FOLDER = Path(__file__).resolve().parent / "page"
-CLOSED_FORMS = ("limb.js", "leg.js", "arm.js", "arm_place.js", "head.js")
-_SCRIPTS = (
-    *CLOSED_FORMS,
-    "robot.js",
-    "studio.js",
-    "marks.js",
-    "ghosts.js",
-    "lights.js",
-    "speech.js",
-    "reach.js",
-    "follow.js",
-    "drag.js",
-    "player.js",
-    "panel.js",
-    "main.js",
-)
+_FOLDER = Path(__file__).resolve().parent / "page"
 
 # Everything is inside the document; a page that nothing can lead out of needs no trust.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
@@ -56,9 +40,11 @@ def _document(title: str, policy: str, scene: str) -> str:
 
 @cache
 def _parts() -> tuple[string.Template, str, str, str]:
-    files = {name: (FOLDER / name).read_text(encoding="utf-8") for name in ("page.html", "style.css", *_SCRIPTS)}
-    scripts = "\n".join(files[name] for name in _SCRIPTS)
-    return string.Template(files["page.html"]), files["style.css"], _meshcat(), scripts
+    """The document, its styles, meshcat's library and our scripts, which are built from the sources in web/."""
+    template, style, scripts = (
+        (_FOLDER / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js")
+    )
+    return string.Template(template), style, _meshcat(), scripts
 
 
 def _meshcat() -> str:

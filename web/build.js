@@ -1,0 +1,31 @@
+// Bundles the page's modules and styles into nao_kin/viewer/page; with --check says whether the committed ones are these.
+import { readFile, writeFile } from "node:fs/promises";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+
+import { build } from "esbuild";
+
+const HERE = path.dirname(fileURLToPath(import.meta.url));
+const TARGET = path.join(HERE, "..", "nao_kin", "viewer", "page");
+
+const { outputFiles } = await build({
+  absWorkingDir: HERE,
+  entryPoints: { page: "src/main.js" },
+  outdir: TARGET,
+  bundle: true,
+  charset: "utf8",
+  format: "iife",
+  legalComments: "none",
+  minify: true,
+  target: "es2022",
+  write: false,
+});
+const stale = [];
+for (const { path: file, text } of outputFiles) {
+  if (!process.argv.includes("--check")) await writeFile(file, text);
+  else if ((await readFile(file, "utf8").catch(() => "")) !== text) stale.push(path.basename(file));
+}
+if (stale.length > 0) {
+  console.error(`out of step with web/src: ${stale.join(", ")}; run npm run build in web/`);
+  process.exitCode = 1;
+}

@@ -1,0 +1,302 @@
+import { Connection } from "./connection.js";
+import { Drag } from "./drag/drag.js";
+import { Legend, entry } from "./legend.js";
+import { HANDLERS } from "./messages.js";
+import { Panel } from "./panel/panel.js";
+import { Player } from "./panel/player.js";
+import { element } from "./panel/element.js";
+import { Robot } from "./robot/robot.js";
+import { stand } from "./robot/standing.js";
+import { Balance } from "./scene/balance.js";
+import { Frames } from "./scene/frames.js";
+import { Ghost } from "./scene/ghost.js";
+import { GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
+import { JointAxes } from "./scene/joint_axes.js";
+import { Lights } from "./scene/lights.js";
+import { LinkColours } from "./scene/link_colours.js";
+import { takePicture } from "./scene/picture.js";
+import { Reach } from "./scene/reach.js";
+import { Speech } from "./scene/speech.js";
+import { Studio, resize } from "./scene/studio.js";
+import { Targets } from "./scene/targets.js";
+import { MeshCat } from "./three.js";
+import { Toggles } from "./toggles.js";
+
+/** @typedef {import("./types.js").About} About */
+/** @typedef {import("./types.js").Message} Message */
+
+/** @param {string} id */
+const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
+
+/**
+ * One page: meshcat's viewer, the robot in it, the panel beside it, and where its messages come from.
+ *
+ * Events: "started" when the robot is there, "settled" when the scene has been brought up to date with a new
+ * configuration.
+ */
+export class App extends EventTarget {
+  // What comes with the robot, in `start`.
+  /** @type {Robot} */ robot;
+  /** @type {Frames} */ frames;
+  /** @type {JointAxes} */ axes;
+  /** @type {Targets} */ targets;
+  /** @type {Balance} */ balance;
+  /** @type {Ghost} */ ghost;
+  /** @type {Ghosts} */ ghosts;
+  /** @type {LinkColours} */ colours;
+  /** @type {Lights} */ lights;
+  /** @type {Speech} */ speech;
+  /** @type {Reach} */ reach;
+  /** @type {Panel} */ panel;
+  /** @type {Drag} */ drag;
+
+  /** The configuration that the scene was last brought up to date with. @type {number[] | null} */
+  settled = null;
+  /** The vertical in the root's frame, where it is given. @type {ArrayLike<number> | null} */
+  up = null;
+  /** The camera chosen last. @type {string | null} */
+  view = null;
+  /** Whether the configuration comes from this page, and nobody has been told. */
+  unreported = false;
+
+  constructor() {
+    super();
+    this.role = new URLSearchParams(location.search).get("role") ?? "";
+    document.body.dataset.role = this.role;
+    this.received = this.drawn = 0;
+    this.pane = byId("pane");
+    this.viewer = new MeshCat.Viewer(this.pane);
+    this.adaptViewer();
+    this.studio = new Studio(this.viewer);
+    this.legend = new Legend(byId("legend"));
+    this.toggles = new Toggles(this, byId("shown"));
+    this.player = new Player(this.viewer, byId("player"), () => (this.up = null));
+    this.connection = new Connection(this);
+    this.source = String(Math.random());
+  }
+
+  // Our messages go to us, all else to meshcat; before each picture the scene is brought up to date.
+  adaptViewer() {
+    const { viewer, pane } = this;
+    const resizeToPane = () => resize(viewer, pane.clientWidth, pane.clientHeight);
+    viewer.set_3d_pane_size = resizeToPane;
+    // The pane is smaller where the legend stands under it.
+    new ResizeObserver(resizeToPane).observe(pane);
+    const handle = viewer.handle_command.bind(viewer);
+    viewer.handle_command = (message) => {
+      if (message.type === "nao_kin") return this.receive(message);
+      handle(message);
+      if (message.type === "set_animation") this.player.load(message.options);
+    };
+    const render = viewer.render.bind(viewer);
+    viewer.render = () => {
+      this.settle();
+      render();
+      this.speech?.place();
+      this.drawn += 1;
+    };
+  }
+
+  // --- messages ------------------------------------------------------------------------------------------------
+
+  /** @param {Message} message */
+  receive(message) {
+    this.received += 1;
+    if (Object.hasOwn(HANDLERS, message.kind)) HANDLERS[message.kind](this, message);
+    this.viewer.set_dirty();
+  }
+
+  /** @param {About} about */
+  start(about) {
+    const root = this.viewer.scene_tree.find(["robot"]).object;
+    this.robot = new Robot(root, about);
+    for (const { mesh } of this.robot.meshes) this.studio.setMaterial(mesh);
+    this.robot.apply(this.q);
+    this.studio.fit(this.robot);
+    this.frames = new Frames(this.robot, about.effectors, 0.075 * this.studio.markScale);
+    this.axes = new JointAxes(this.robot, this.studio);
+    this.targets = new Targets(this.robot, this.studio);
+    this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
+    this.ghost = new Ghost(this.robot, this.viewer.scene);
+    this.colours = new LinkColours(this.robot);
+    this.lights = new Lights(this.robot, this.colours);
+    this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
+    this.panel = new Panel(this, byId("panel"));
+    this.reach = new Reach(this, byId("cut"));
+    this.ghosts = new Ghosts(this.robot);
+    this.drag = new Drag(this, this.pane, byId("drag"));
+    this.toggles.offer("handles", this.drag.possible);
+    byId("cameras").replaceChildren(
+      ...about.cameras.map(({ name }) => element("button", { type: "button", onclick: () => this.camera(name) }, name)),
+    );
+    this.viewer.set_3d_pane_size();
+    this.toggles.apply();
+    this.settle();
+    this.camera("three-quarter");
+    this.view = null;
+    this.dispatchEvent(new Event("started"));
+  }
+
+  // The scene is all here.
+  complete() {
+    this.settle();
+    this.viewer.set_3d_pane_size();
+    if (this.view === null) this.camera("three-quarter");
+    this.viewer.set_dirty();
+    document.body.dataset.ready = "true";
+    this.send({ kind: "ready" });
+  }
+
+  /** @param {object} answer */
+  send(answer) {
+    this.connection.send(answer);
+  }
+
+  /** @param {...(string | Node)} children */
+  notice(...children) {
+    byId("notice").replaceChildren(...children);
+    byId("notice").hidden = false;
+  }
+
+  // --- the configuration ---------------------------------------------------------------------------------------
+
+  get q() {
+    return this.robot.q;
+  }
+
+  /**
+   * Show a configuration.
+   *
+   * @param {number[]} q
+   * @param {ArrayLike<number> | null} up the vertical in the root's frame; null for what the robot stands on by itself
+   * @param {boolean} report it to whoever serves the page: it comes from here
+   */
+  set(q, up = this.up, report = true) {
+    if (this.player.loaded) this.player.pause();
+    this.robot.q.splice(0, q.length, ...q);
+    this.up = up;
+    this.unreported = report;
+    this.viewer.set_dirty();
+  }
+
+  // No clip any more. meshcat's animator then puts back what it found before the clip, which is out of date.
+  still() {
+    const q = [...this.q];
+    this.player.unload();
+    this.set(q, this.up, false);
+  }
+
+  /**
+   * @param {number} column of q
+   * @param {number} value
+   */
+  move(column, value) {
+    const q = [...this.q];
+    q[column] = value;
+    this.set(q);
+  }
+
+  /** @param {string} name */
+  posture(name) {
+    const posture = this.robot.about.postures.find((candidate) => candidate.name === name);
+    if (!posture) return;
+    this.set(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q, posture.up);
+  }
+
+  // Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn.
+  settle() {
+    if (!this.robot) return;
+    this.player.refresh();
+    const now = [...this.q, ...Array.from(this.up ?? [])];
+    if (this.settled?.length === now.length && now.every((value, i) => value === this.settled?.[i])) return;
+    this.settled = now;
+    const { robot } = this;
+    robot.apply(this.q);
+    if (!robot.about.floating && !this.drag.held) stand(robot, this.up);
+    if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
+    this.ghosts.refresh();
+    this.ghost.follow();
+    this.viewer.renderer.shadowMap.needsUpdate = true;
+    this.balance.draw();
+    const outside = robot.outside(this.q);
+    this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
+    this.panel.refresh();
+    if (this.unreported) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
+    this.unreported = false;
+    this.dispatchEvent(new Event("settled"));
+  }
+
+  // Put the robot on the floor again, which it keeps off while it is dragged.
+  restand() {
+    this.settled = null;
+    this.viewer.set_dirty();
+  }
+
+  /**
+   * Pose of a frame in the robot's root, row by row.
+   *
+   * @param {string} frame
+   */
+  pose(frame) {
+    this.settle();
+    return this.robot.pose(this.robot.linkOf(frame)).transpose().toArray();
+  }
+
+  com() {
+    this.settle();
+    return this.robot.com()?.toArray() ?? null;
+  }
+
+  // --- what is shown -------------------------------------------------------------------------------------------
+
+  /** @param {Record<string, boolean>} changes */
+  show(changes) {
+    this.toggles.set(changes);
+  }
+
+  /** @param {{ names: string[], size: number | null }} chosen */
+  chooseFrames({ names, size }) {
+    Object.assign(this.frames, { names, size: size ?? this.frames.size });
+    this.show({ frames: names.length > 0 });
+  }
+
+  /** @param {string} name */
+  camera(name) {
+    this.view = name;
+    const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
+    this.settle();
+    const bar = byId("top");
+    this.studio.look(preset, this.robot, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+  }
+
+  /**
+   * Configurations, each in a colour of its own; the legend numbers them.
+   *
+   * @param {{ qs: Float64Array, count: number, opacity: number, first: number }} message one after another; number of the first
+   */
+  showGhosts({ qs, count, opacity, first }) {
+    const width = qs.length / count;
+    const ghosts = Array.from({ length: count }, (_, i) => {
+      const colour = GHOST_COLOURS[i % GHOST_COLOURS.length];
+      return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
+    });
+    this.settle();
+    this.ghosts.show(ghosts);
+    this.ghosts.entries = ghosts.map(({ colour }, i) => entry(`${first + i}`, colour));
+    this.toggles.offer("ghosts", count > 0);
+    this.show({ ghosts: true });
+  }
+
+  // They were other answers to what is asked no more.
+  clearGhosts() {
+    if (this.ghosts.entries.length > 0) this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: 1 });
+  }
+
+  /** @param {{ id: number, width: number, height: number, camera: string }} message */
+  capture({ id, width, height, camera }) {
+    const preset = this.robot.about.cameras.find(({ name }) => name === camera);
+    /** @param {CanvasRenderingContext2D} ink */
+    const over = (ink) => this.speech.paint(ink, width, height);
+    this.send({ kind: "picture", id, data: takePicture(this.studio, width, height, preset, this.robot, over) });
+  }
+}

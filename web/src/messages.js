@@ -1,0 +1,32 @@
+import { scaleBar } from "./scene/colour_scale.js";
+
+/**
+ * What each kind of message does that Python's `panel_message` makes.
+ *
+ * @type {Record<string, (app: import("./app.js").App, message: any) => void>}
+ */
+export const HANDLERS = {
+  robot: (app, { about }) => app.start(about),
+  joints: (app, { q, up, source }) => {
+    // What this page reported itself comes back to it.
+    if (source !== app.source) app.set([...q], up, false);
+  },
+  still: (app) => app.still(),
+  shown: (app, { shown }) => app.show(shown),
+  frames: (app, message) => app.chooseFrames(message),
+  camera: (app, { name }) => app.camera(name),
+  ghost: (app, { q }) => app.ghost.show(q),
+  ghosts: (app, message) => app.showGhosts(message),
+  targets: (app, { targets }) => app.targets.show(targets),
+  colours: (app, { links, label, low, high, stops }) => {
+    /** @type {{ link: number, rgb: import("./types.js").Vector }[]} */
+    const coloured = links;
+    app.colours.setScale(new Map(coloured.map(({ link, rgb }) => [link, rgb])));
+    app.legend.set("colours", stops ? [`${label} ${low}`.trim(), scaleBar(stops), `${high}`] : []);
+  },
+  lights: (app, { lights }) => app.lights.show(lights),
+  speech: (app, { text }) => app.speech.say(text),
+  reach: (app, message) => app.reach.show(message),
+  capture: (app, message) => app.capture(message),
+  complete: (app) => app.complete(),
+};

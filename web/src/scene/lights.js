@@ -1,0 +1,88 @@
+// @ts-nocheck
+import { between, isInside } from "../robot/nodes.js";
+import { asMark } from "./marking.js";
+import { THREE } from "../three.js";
+
+// Sizes in radii of the light.
+const GLOW = { size: 5.5, lift: 4, opacity: 0.3 };
+
+// Lights of the robot, each dark glass that shines in a colour, with a glow around it.
+export class Lights {
+  constructor(robot, colours) {
+    this.colours = colours;
+    this.shapes = new Map();
+    for (const { name, link, visual } of robot.about.lights) {
+      const node = robot.nodes[link].children.find((child) => child.name === `visual:${visual}`);
+      const shape = robot.meshes.find(({ mesh }) => isInside(mesh, node));
+      const box = robot.boxIn(
+        link,
+        robot.meshes.filter((other) => other.link === link),
+      );
+      this.shapes.set(name, { ...shape, glow: makeGlow(shape.mesh, box, robot.nodes[link]) });
+    }
+  }
+
+  // Light these, and no others: names with red, green and blue.
+  show(lights) {
+    const colours = new Map(lights.map(({ name, rgb }) => [name, rgb]));
+    for (const [name, { mesh, link, glow }] of this.shapes) {
+      const rgb = colours.get(name);
+      mesh.userData.lit = Boolean(rgb);
+      mesh.material.emissive.setRGB(...(rgb ?? [0, 0, 0])).convertSRGBToLinear();
+      this.colours.paint({ mesh, link });
+      const brightest = Math.max(...(rgb ?? [0]));
+      glow.visible = brightest > 0;
+      glow.userData.strength = brightest;
+      if (glow.visible) glow.material.color.setRGB(...rgb.map((value) => value / brightest)).convertSRGBToLinear();
+    }
+  }
+}
+
+// A soft disc around a light, that faces the camera and fades where the light looks away from it. The light looks away
+// from the middle of its link.
+function makeGlow(mesh, box, node) {
+  const { Sprite, SpriteMaterial, Vector3 } = THREE;
+  const glow = new Sprite(new SpriteMaterial({ map: softDisc(), depthWrite: false, toneMapped: false }));
+  if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
+  const { center, radius } = mesh.geometry.boundingSphere;
+  const toNode = between(mesh, node);
+  glow.position.copy(center).applyMatrix4(toNode);
+  glow.scale.setScalar(GLOW.size * radius);
+  glow.visible = false;
+  const outwards = glow.position.clone().sub(box.getCenter(new Vector3())).normalize();
+  const [towards, facing] = [new Vector3(), new Vector3()];
+  glow.onBeforeRender = (renderer, scene, camera) => {
+    const { elements } = glow.matrixWorld;
+    const place = new Vector3().setFromMatrixPosition(glow.matrixWorld);
+    towards.setFromMatrixPosition(camera.matrixWorld).sub(place).normalize();
+    facing.copy(outwards).transformDirection(node.matrixWorld);
+    glow.material.opacity = GLOW.opacity * glow.userData.strength * Math.min(Math.max(2 * facing.dot(towards), 0), 1);
+    // Before the shape that the light is in, and behind what stands before that.
+    place.addScaledVector(towards, GLOW.lift * radius);
+    [elements[12], elements[13], elements[14]] = place.toArray();
+  };
+  node.add(asMark(glow));
+  return glow;
+}
+
+function softDisc() {
+  if (!softDisc.texture) {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 128;
+    const ink = canvas.getContext("2d");
+    const fade = ink.createRadialGradient(64, 64, 0, 64, 64, 64);
+    for (const [at, alpha] of [
+      [0, 1],
+      [0.25, 0.62],
+      [0.5, 0.24],
+      [0.75, 0.06],
+      [1, 0],
+    ]) {
+      fade.addColorStop(at, `rgba(255,255,255,${alpha})`);
+    }
+    ink.fillStyle = fade;
+    ink.fillRect(0, 0, 128, 128);
+    softDisc.texture = new THREE.CanvasTexture(canvas);
+  }
+  return softDisc.texture;
+}

@@ -1,0 +1,80 @@
+import { entry } from "./legend.js";
+import { element } from "./panel/element.js";
+
+/**
+ * What may be drawn over the robot: the button's text, and what a new state does.
+ *
+ * @type {Record<string, { text: string, show(app: import("./app.js").App, on: boolean): void }>}
+ */
+const TOGGLES = {
+  frames: {
+    text: "Frames",
+    show: ({ frames }, on) => frames.show(on),
+  },
+  axes: {
+    text: "Joint axes",
+    show: ({ axes, legend }, on) =>
+      legend.set(
+        "pairs",
+        [...axes.show(on)].map(([kind, colour]) => entry(kind, colour)),
+      ),
+  },
+  com: { text: "Centre of mass", show: ({ balance }, on) => balance.show({ com: on }) },
+  support: { text: "Support", show: ({ balance }, on) => balance.show({ support: on }) },
+  ghosts: {
+    text: "Ghosts",
+    show: ({ ghosts, legend }, on) => {
+      ghosts.group.visible = on;
+      legend.set("ghosts", on && ghosts.entries.length > 0 ? ["ghosts", ...ghosts.entries] : []);
+    },
+  },
+  handles: { text: "Handles", show: ({ drag }, on) => drag.show(on) },
+};
+
+/** The buttons of what may be drawn over the robot. */
+export class Toggles {
+  /**
+   * @param {import("./app.js").App} app
+   * @param {HTMLElement} bar
+   */
+  constructor(app, bar) {
+    this.app = app;
+    /** @type {Record<string, boolean>} */
+    this.shown = { frames: false, axes: false, com: false, support: false, ghosts: true, handles: app.role === "" };
+    /** @type {Map<string, HTMLButtonElement>} */
+    this.buttons = new Map();
+    for (const [name, { text }] of Object.entries(TOGGLES)) {
+      const flip = () => this.set({ [name]: !this.shown[name] });
+      const button = element("button", { type: "button", onclick: flip }, text);
+      button.dataset.shown = name;
+      this.buttons.set(name, button);
+      bar.append(button);
+    }
+    this.offer("ghosts", false);
+  }
+
+  /**
+   * Whether there is anything to show, and so a button for it.
+   *
+   * @param {string} name
+   * @param {boolean} on
+   */
+  offer(name, on) {
+    /** @type {HTMLButtonElement} */ (this.buttons.get(name)).hidden = !on;
+  }
+
+  /** @param {Record<string, boolean>} changes */
+  set(changes) {
+    for (const [name, on] of Object.entries(changes).filter(([key]) => Object.hasOwn(TOGGLES, key))) {
+      this.shown[name] = on;
+      TOGGLES[name].show(this.app, on);
+      this.buttons.get(name)?.setAttribute("aria-pressed", String(on));
+    }
+    this.app.viewer.set_dirty();
+  }
+
+  /** Show everything as it is to be, when the robot has just come. */
+  apply() {
+    this.set(this.shown);
+  }
+}
