@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 import weakref
 import webbrowser
@@ -25,6 +24,7 @@ from nao_kin.viewer.browser import Screenshots
 from nao_kin.viewer.description import describe, presets_of
 from nao_kin.viewer.lights import GROUPS
 from nao_kin.viewer.messages import RetainedMessages, panel_message, set_animation, typed_array
+from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.page import live_page, static_page
 from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_messages
 from nao_kin.viewer.server import Answer, LiveServer
@@ -80,6 +80,7 @@ class Viewer:
         self.light_names = (*self._lights, *names)
         self._warned: set[str] = set()
         self._screenshots = Screenshots()
+        self._bridges: list[Bridge] = []
         self._messages = RetainedMessages()
         for key, message in scene_messages(robot, tree, drawables):
             self._messages.put(key, message)
@@ -353,6 +354,9 @@ class Viewer:
 
     def close(self) -> None:
         """End the server, and with it the connection of every open page; does nothing when there is none."""
+        bridges, self._bridges = self._bridges, []
+        for bridge in bridges:
+            bridge.close()
         server, self._server = self._server, None
         if server is not None:
             server.close()
@@ -367,9 +371,22 @@ class Viewer:
         self.close()
 
     def _repr_html_(self) -> str:
-        """In a notebook: the live page while the server runs, else the page with the scene inside."""
-        source = f'src="{self.url}"' if self._server is not None else f'srcdoc="{html.escape(self.static_html())}"'
-        return f'<iframe {source} style="width: 100%; height: 620px; border: 0"></iframe>'
+        """For whoever shows HTML: the page with the scene inside, which needs nobody."""
+        return frame(self.static_html())
+
+    def _ipython_display_(self) -> None:
+        """In a notebook: the page with the scene inside, and with anywidget what joins it to this program."""
+        from IPython import get_ipython
+        from IPython.display import HTML, display
+
+        if not hasattr(get_ipython(), "kernel"):  # a terminal
+            print(repr(self))  # noqa: T201
+        elif not has_bridge():
+            display(HTML(self._repr_html_() + NOT_LIVE))
+        else:
+            bridge = bridge_of(self, self._messages, self._receive)
+            self._bridges.append(bridge)
+            display(HTML(frame(self.static_html(), bridge.name)), bridge.widget)
 
     # --- files ----------------------------------------------------------------------------------------------------
 
