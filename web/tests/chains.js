@@ -15,6 +15,13 @@ export const unlimited = (numbers) => ({
   table: null,
 });
 
+/** The same limb with its frame turned in the link, as CameraBottom is in the head. */
+export function turnedFrame(numbers) {
+  const { a00, a01, a02, a10, a11, a12, a20, a21, a22 } = numbersOf("CameraBottom").geometry;
+  const geometry = { ...numbers.geometry, a00, a01, a02, a10, a11, a12, a20, a21, a22, turned: 1 };
+  return { ...numbers, geometry };
+}
+
 const [X, Y, Z] = [
   [1, 0, 0],
   [0, 1, 0],

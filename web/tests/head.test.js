@@ -25,6 +25,14 @@ const head = new Head(numbers);
 const GRID = Array.from({ length: 80 }, (_, i) => numbers.lower[YAW] + (i / 79) * (2 * numbers.upper[YAW])).flatMap(
   (yaw) => Array.from({ length: 40 }, (_, j) => [yaw, -0.68 + (j / 39) * 1.2]),
 );
+const BESIDE = [-1e-2, -1e-3, -1e-4, 1e-4, 1e-3, 1e-2];
+
+// Joint values inside the limits that are a little beside others.
+const around = ([yaw, pitch]) =>
+  [0, ...BESIDE]
+    .flatMap((dy) => [0, ...BESIDE].map((dp) => [yaw + dy, pitch + dp]))
+    .filter((q) => areInside(numbers, q, 0));
+
 const INSIDE = GRID.filter((q) => areInside(numbers, q));
 
 // The angle of the rotation from one pose to another, from the trace.
@@ -53,6 +61,12 @@ test("an orientation of the head is made by one yaw and pitch", () => {
   }
 });
 
+test("a frame that is turned in the head is turned back", () => {
+  const turned = { ...numbersOf("CameraTop"), kind: "head" };
+  const q = [0.4, -0.2];
+  assertClose(new Head(turned).solve(poseOf(turned, q), [0, 0]).branches[0].values, q);
+});
+
 test("what leans to a side or is outside the limits gets the nearest orientation inside them", () => {
   const leaning = poseOf(numbers, [0.4, 0.1]);
   // Turned by 0.2 about its own x axis.
@@ -70,7 +84,7 @@ test("what leans to a side or is outside the limits gets the nearest orientation
     const { values, error } = answers[i].nearest;
     assert.ok(areInside(numbers, values));
     assert.ok(Math.abs(error - angleBetween(poseOf(numbers, values), T)) < 1e-7);
-    assert.ok(INSIDE.every((q) => error <= angleBetween(poseOf(numbers, q), T) + 1e-9));
+    assert.ok([...INSIDE, ...around(values)].every((q) => error <= angleBetween(poseOf(numbers, q), T) + 1e-9));
   });
 });
 
@@ -113,7 +127,8 @@ for (const camera of ["CameraTop", "CameraBottom"]) {
       assert.equal(branches.length, 0);
       assert.ok(areInside(cameraNumbers, nearest.values));
       assertClose([nearest.error], [missed(cameraNumbers, nearest.values, point)], 1e-7);
-      assert.ok(INSIDE.every((q) => nearest.error <= missed(cameraNumbers, q, point) + 1e-9));
+      const others = [...INSIDE, ...around(nearest.values)];
+      assert.ok(others.every((q) => nearest.error <= missed(cameraNumbers, q, point) + 1e-9));
     }
   });
 

@@ -14,6 +14,7 @@ import {
   poseOf,
   randomValues,
   turnedAbout,
+  turnedFrame,
   unlimited,
 } from "./chains.js";
 
@@ -44,6 +45,16 @@ for (const frame of ["LLeg", "RLeg"]) {
         assert.ok(values.every((value, k) => Math.abs(value - references[i][k]) <= Math.PI + 1e-12));
       }
     });
+  });
+
+  test(`${frame} places a frame that is turned in its link`, () => {
+    const turned = turnedFrame(numbers);
+    for (const q of configurations.slice(0, 20)) {
+      const T = poseOf(turned, q);
+      const answer = new Leg(turned).solve(T, q, false);
+      assertClose(answer.branches[0].values, q, 1e-7);
+      assertMet(turned, answer, T);
+    }
   });
 
   test(`with limits ${frame} has those of its branches that are inside them`, () => {

@@ -29,7 +29,7 @@ test("values of joints go into a configuration and come out of it again", () => 
 
 test("a joint without a limit is inside wherever it is", () => {
   const open = new Limb({ ...unlimited(numbersOf("Head")), lower: [null, -1], upper: [null, 1] });
-  assert.ok(open.isInside([1e9, 0.5]));
+  assert.ok(open.isInside([1e9, 0.5]) && open.isInside([-1e9, 0.5]));
   assert.ok(!open.isInside([1e9, 1.5]));
   assert.deepEqual(open.tableRange(0), [-Infinity, Infinity]);
 });
@@ -69,6 +69,8 @@ test("the pair of two joints about one line keeps its total, inside the ranges a
   limb.lockPair([0, 1], 0.5, 1, new Answer(limb, [7, 0.1], false), values);
   const more = 7.1 - 0.5 - 2 * Math.PI;
   assertClose(values, [7 - more / 2, 0.1 - more / 2], 1e-12);
+  limb.lockPair([0, 1], 0.5, -1, new Answer(limb, [7, -0.1], false), values);
+  assertClose(values, [7 - more / 2, -0.1 + more / 2], 1e-12);
   // No pair is inside: the one that is least outside.
   limb.lockPair([0, 1], 3.1, 1, new Answer(limb, [0, 0], true), values);
   assertClose(values, [2, 1.1], 1e-12);
