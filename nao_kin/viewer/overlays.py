@@ -62,6 +62,20 @@ def direction(value: ArrayLike, what: str) -> list[float]:
     return [float(component) for component in unit(vector, what)[0]]
 
 
+def blanks(robot: RobotModel) -> dict[str, bytes]:
+    """Under the key of each message that draws something, the one that takes it away."""
+    return {
+        "clip": panel_message("still", {}),
+        "ghost": ghost(robot, None),
+        "ghosts": ghosts(robot, np.zeros((0, robot.nq)), 1.0, 1),
+        "targets": targets({}),
+        "colours": colours({}, {}, {}, None, None, ""),
+        "reach": reach(robot, None, "best", None),
+        "lights": lights((), {}, {}),
+        "speech": speech(""),
+    }
+
+
 def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     """`q` as a fresh array of shape (nq,).
 

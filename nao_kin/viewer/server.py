@@ -83,7 +83,7 @@ class LiveServer:
             listening.close()
             raise
         self._access, self.token = access, access.token
-        self._messages, self._on_answer = messages, on_answer
+        self._messages, self._document, self._on_answer = messages, document, on_answer
         self._pages: set[_Page] = set()
         self._changed: dict[str, None] = {}
         self._update_scheduled = False
@@ -205,8 +205,19 @@ class LiveServer:
 
     def _page_opened(self, page: _Page) -> None:
         self._pages.add(page)
-        page.refresh(dict.fromkeys(self._messages.names()))
-        page.send_once(panel_message("complete", {}))
+        messages = self._messages
+        version = f"{self._document.tag}{messages.scene_tag}"
+        had = page.get_query_argument("have", "")
+        page.send_once(panel_message("version", {"version": version}))
+        if had in ("", version):
+            # A page that has the scene, from here or from a program before, keeps it and where it is looked at from.
+            kept = messages.scene | {"camera"} if had else frozenset[str]()
+            shown = messages.names()
+            if had:
+                for key in messages.blanks.keys() - set(shown):
+                    page.send_once(messages.blanks[key])
+            page.refresh(dict.fromkeys(key for key in shown if key not in kept))
+            page.send_once(panel_message("complete", {}))
 
     def _page_closed(self, page: _Page) -> None:
         self._pages.discard(page)

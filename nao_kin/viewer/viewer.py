@@ -101,6 +101,8 @@ class Viewer:
             self._messages.put(key, message)
         about = describe(robot, tree, presets, self.notes, drawables)
         self._messages.put("robot", panel_message("robot", {"about": about}))
+        self._messages.scene_is_complete()
+        self._messages.blanks = overlays.blanks(robot)
         self._show_joints(presets.start, None)
 
     # --- the configuration ----------------------------------------------------------------------------------------
