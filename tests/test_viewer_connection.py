@@ -6,6 +6,9 @@ import re
 import socket
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -15,6 +18,7 @@ from viewer_pages import Page, chromium, opened
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
+from nao_kin.viewer.document import PageHandler
 
 
 @pytest.fixture(scope="module")
@@ -181,7 +185,7 @@ def test_a_page_reaches_its_own_server_and_no_other(browser: Any, nao: nk.NaoMod
             assert page.errors == []
             tries = """async (port) => {
                 const refused = [];
-                addEventListener("securitypolicyviolation", ({ effectiveDirective }) => refused.push(effectiveDirective));
+                addEventListener("securitypolicyviolation", (event) => refused.push(event.effectiveDirective));
                 const shut = (address) => new Promise((resolve) => {
                     try {
                         const socket = new WebSocket(address);
@@ -194,58 +198,61 @@ def test_a_page_reaches_its_own_server_and_no_other(browser: Any, nao: nk.NaoMod
                     await shut("ws://evil.example/live"),
                     await fetch(`http://${location.hostname}:${port}/`).then(() => false, () => true),
                 ];
+                await new Promise((resolve) => setTimeout(resolve, 200));
                 return { closed, refused };
             }"""
             found = page.run(tries, urlsplit(other.url).port)
             assert found["closed"] == [True, True, True]
-            assert found["refused"] == ["connect-src"] * 3
+            assert len(found["refused"]) >= 3
+            assert set(found["refused"]) == {"connect-src"}
         finally:
             page.close()
 
 
-def test_self_in_the_policy_covers_the_socket_behind_a_proxy_that_changes_the_name(
-    browser: Any, nao: nk.NaoModel
+def test_self_in_the_policy_covers_the_socket_where_a_proxy_changes_the_name(
+    browser: Any, nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The policy then names an address that the browser does not know, and the page has a folder before it."""
-    with Viewer(nao, allow_hosts=["nao.localhost"], token=False) as viewer:
-        port = urlsplit(viewer.url).port
-        context = browser.new_context()
-        tab = context.new_page()
-        errors: list[str] = []
-        tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+    """The other address in the policy is then one that the browser does not know."""
+    policy = PageHandler._policy
 
-        def renamed(route: Any) -> None:
-            response = route.fetch()
-            policy = response.headers["content-security-policy"]
-            headers = {
-                **response.headers,
-                "content-security-policy": re.sub(r" wss?://[^ ;]+", " ws://inner:1", policy),
-            }
-            route.fulfill(response=response, headers=headers)
+    def renamed(handler: PageHandler) -> str:
+        return re.sub(r" wss?://[^ ;]+", " ws://inner:1", policy(handler))
 
-        tab.route(f"http://nao.localhost:{port}/", renamed)
-        try:
-            tab.goto(f"http://nao.localhost:{port}/")
-            tab.wait_for_selector('body[data-ready][data-live="live"]', timeout=30_000)
-            assert errors == []
-        finally:
-            context.close()
+    monkeypatch.setattr(PageHandler, "_policy", renamed)
+    with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
+        page.draw(False)
+        _live(page, "live")
+        viewer.display(nao.posture("Sit"))
+        assert _shows(page, nao.posture("Sit"))
 
 
 def test_a_notebook_of_this_machine_may_frame_the_page_and_a_stranger_may_not(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao, token=True) as viewer:
-        context = browser.new_context(viewport={"width": 760, "height": 420})
-        tab = context.new_page()
+    with Viewer(nao, token=True) as viewer, ExitStack() as running:
         frame = f'<!DOCTYPE html><iframe src="{viewer.url}" width="700" height="400"></iframe>'
-        tab.route("**/notebook", lambda route: route.fulfill(body=frame, content_type="text/html"))
-        try:
-            tab.goto("http://localhost:8888/notebook")
-            tab.frame_locator("iframe").locator('body[data-live="live"][data-ready]').wait_for(timeout=30_000)
-            tab.goto("http://evil.example/notebook")
-            tab.wait_for_timeout(1500)
-            assert tab.frame_locator("iframe").locator("#panel").count() == 0
-        finally:
-            context.close()
+
+        class Notebook(BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                self.send_response(200)
+                self.send_header("Content-Type", "text/html")
+                self.end_headers()
+                self.wfile.write(frame.encode())
+
+            def log_message(self, *_: object) -> None:
+                pass
+
+        server = running.enter_context(ThreadingHTTPServer(("127.0.0.1", 0), Notebook))
+        Thread(target=server.serve_forever, daemon=True).start()
+        running.callback(server.shutdown)
+        context = browser.new_context(viewport={"width": 760, "height": 420})
+        running.callback(context.close)
+        tab = context.new_page()
+        tab.goto(f"http://localhost:{server.server_port}/")
+        inside = tab.frame_locator("iframe").locator('body[data-live="live"][data-ready]')
+        inside.wait_for(state="attached", timeout=30_000)
+        tab.goto("about:blank")
+        tab.set_content(frame)
+        tab.wait_for_timeout(1500)
+        assert tab.frame_locator("iframe").locator("#panel").count() == 0
 
 
 def test_the_browser_asks_again_and_is_told_that_it_has_the_page(browser: Any, nao: nk.NaoModel) -> None:
