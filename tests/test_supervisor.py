@@ -71,11 +71,20 @@ def _picture(folder: Path, *, before: str = "") -> subprocess.Popen[bytes]:
     )
 
 
-@pytest.mark.parametrize(
-    "before",
-    ["", "import os, time\nif os.fork() == 0: time.sleep(20); os._exit(0)"],
-    ids=["alone", "with a copy of itself that holds every pipe"],
-)
+# A copy of the program, as multiprocessing makes them, holds every pipe that was open.
+_FORKING = """
+import os, subprocess, time
+class Forking(subprocess.Popen):
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        if os.fork() == 0:
+            time.sleep(15)
+            os._exit(0)
+subprocess.Popen = Forking
+"""
+
+
+@pytest.mark.parametrize("before", ["", _FORKING], ids=["alone", "forked"])
 @pytest.mark.usefixtures("needs_browser")
 def test_sigkill_leaves_neither_browser_nor_folder(short_folder: Path, before: str) -> None:
     process = _picture(short_folder, before=before)

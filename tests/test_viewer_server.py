@@ -294,48 +294,62 @@ def test_a_page_with_too_much_to_say_is_shown_out(viewer: Viewer, nao: nk.NaoMod
     assert _answers(viewer.url)
 
 
+def _handshake(port: int) -> bytes:
+    return (
+        f"GET /live HTTP/1.1\r\nHost: localhost:{port}\r\nOrigin: http://localhost:{port}\r\nUpgrade: websocket\r\n"
+        "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+    ).encode()
+
+
 def test_a_page_that_floods_neither_fills_the_memory_nor_keeps_others_waiting(viewer: Viewer, nao: nk.NaoModel) -> None:
-    text = json.dumps({"kind": "joints", "q": nao.posture("Sit").tolist(), "source": "s" * 100_000})
+    port = int(viewer.url.rstrip("/").rpartition(":")[2])
+    text = json.dumps({"kind": "joints", "q": nao.posture("Sit").tolist(), "source": "s" * 500}).encode()
+    frame = b"\x81\xfe" + len(text).to_bytes(2, "big") + bytes(4) + text  # masked by zeros, as it is
+    taken: list[float] = []
+    take = viewer._server._on_answer
+    viewer._server._on_answer = lambda answer: (taken.append(time.monotonic()), take(answer))
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        with socket.create_connection(("127.0.0.1", port), timeout=0.2) as loud:
+            loud.sendall(_handshake(port))
+            ended = threading.Event()
 
-    async def flood() -> tuple[int, float]:
-        async with _client(viewer) as loud, _client(viewer) as quiet:
+            def shout() -> None:
+                rest = b""
+                while not ended.is_set():
+                    rest = rest or 200 * frame
+                    with suppress(TimeoutError):
+                        rest = rest[loud.send(rest) :]
 
-            async def shout() -> None:
-                with suppress(Exception):
-                    while True:
-                        await loud.connection.write_message(text)
-
-            shouting = asyncio.create_task(shout())
-            await quiet.receive("joints")
-            tracemalloc.start()
-            waited, start = 0.0, time.monotonic()
-            while time.monotonic() - start < 2.0:
-                before = time.monotonic()
-                await asyncio.to_thread(_answers, viewer.url)
-                waited = max(waited, time.monotonic() - before)
-            message = await quiet.receive("joints")
-            grown = tracemalloc.get_traced_memory()[0]
-            tracemalloc.stop()
-            shouting.cancel()
-            assert len(message["source"]) == 64
-            return grown, waited
-
-    grown, waited = asyncio.run(flood())
-    assert grown < 20_000_000
+            shouting = threading.Thread(target=shout)
+            shouting.start()
+            try:
+                assert _until(lambda: np.array_equal(viewer.q, nao.posture("Sit")))
+                waited, start = 0.0, time.monotonic()
+                while time.monotonic() - start < 1.5:
+                    asked = time.monotonic()
+                    assert _answers(viewer.url)
+                    waited = max(waited, time.monotonic() - asked)
+                assert len(viewer._server._pages) == 1
+            finally:
+                ended.set()
+                shouting.join()
+        assert tracemalloc.get_traced_memory()[0] - before < 20_000_000
+    finally:
+        tracemalloc.stop()
     assert waited < 1.0
+    assert 10 < len(taken) <= 1.0 + 500.0 * (taken[-1] - taken[0])
+    assert _until(lambda: len(viewer._server._pages) == 0)
 
 
 def test_no_more_than_so_many_pages_are_served(viewer: Viewer) -> None:
     port = int(viewer.url.rstrip("/").rpartition(":")[2])
-    upgrade = (
-        f"GET /live HTTP/1.1\r\nHost: localhost:{port}\r\nOrigin: http://localhost:{port}\r\nUpgrade: websocket\r\n"
-        "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
-    )
     with ExitStack() as open_ones:
         answers = []
         for _ in range(65):
             connection = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=5.0))
-            connection.sendall(upgrade.encode())
+            connection.sendall(_handshake(port))
             answers.append(connection.recv(12))
         assert answers == [b"HTTP/1.1 101"] * 64 + [b"HTTP/1.1 503"]
     assert _until(lambda: len(viewer._server._pages) == 0)

@@ -12,8 +12,8 @@ import typer
 from nao_kin._common import atomic
 from nao_kin._common.ending import uninterrupted
 from nao_kin._text import abbreviated
-from nao_kin.cli.options import AllowHostOption, JsonOption, TokenOption, VersionOption, load
-from nao_kin.cli.output import print_json, print_note, print_notes_on_access
+from nao_kin.cli.options import ELSEWHERE, EVERYWHERE, AllowHostOption, JsonOption, TokenOption, VersionOption, load
+from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -88,7 +88,8 @@ def live(
             page = Viewer(robot, host=page_host, port=port, allow_hosts=allow_host or (), token=token)
             viewer = running.enter_context(closing(page))
             print_note(f"{viewer.url}  (Ctrl-C ends)")
-            print_notes_on_access(page_host, viewer.url)
+            if page_host in EVERYWHERE:
+                print_note(ELSEWHERE)
         # A signal ends the reading, and what was read is still written.
         ended = running.enter_context(uninterrupted())
         for reading in readings(source, robot, rate=rate, wanted=lambda: not ended(), on_state=print_note):

@@ -42,6 +42,10 @@ TokenOption = Annotated[
     ),
 ]
 
+# Said with the address of a page that is served on all addresses of this machine, which names one of them.
+ELSEWHERE = "on another machine, put the name or the address of this one into the page's address"
+EVERYWHERE = ("", "0.0.0.0", "::")
+
 # Options of any command that cannot stand beside each other, by the names of their parameters, and why.
 _CONTRADICTIONS = (
     ("urdf", "robot", "--urdf and --robot name two robots; give one"),

@@ -18,18 +18,6 @@ def print_note(message: str) -> None:
     print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
 
 
-def print_notes_on_access(host: str, url: str) -> None:
-    """Say on standard error who may open a live page that was asked for at an address, and how."""
-    from nao_kin.viewer.access import is_loopback
-
-    if is_loopback(host):
-        return
-    if host in ("", "0.0.0.0", "::"):
-        print_note("on another machine, put the name or the address of this one into the page's address")
-    if "token=" not in url:
-        print_note("the page has no token: whoever reaches this machine sees and moves the robot")
-
-
 def print_json(document: Any) -> None:
     """One JSON document on standard output; NaN has no place in it."""
     print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))

@@ -14,6 +14,8 @@ from nao_kin._common import atomic
 from nao_kin.cli.fk import one_configuration
 from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory
 from nao_kin.cli.options import (
+    ELSEWHERE,
+    EVERYWHERE,
     AllowHostOption,
     DegOption,
     HipsOption,
@@ -26,7 +28,7 @@ from nao_kin.cli.options import (
     VersionOption,
     load,
 )
-from nao_kin.cli.output import print_json, print_note, print_notes_on_access
+from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -140,7 +142,8 @@ def view(
             done["png"] = str(viewer.save_png(png, camera=camera))
         if live:
             done["url"] = viewer.url
-            print_notes_on_access(address, viewer.url)
+            if address in EVERYWHERE:
+                print_note(ELSEWHERE)
         _report(done, json, serving=live and wait is not False)
         if open_:
             viewer.open()
