@@ -94,8 +94,8 @@ def test_sigkill_leaves_neither_browser_nor_folder(short_folder: Path, before: s
         process.kill()
         process.wait()
         process.stderr.close()
-    assert _until(lambda: processes(str(short_folder)) == [], 2.0)
-    assert _until(lambda: list(short_folder.iterdir()) == [], 2.0)
+    assert _until(lambda: processes(str(short_folder)) == [], 6.0)
+    assert _until(lambda: list(short_folder.iterdir()) == [], 6.0)
 
 
 @pytest.mark.usefixtures("needs_browser")
@@ -106,14 +106,14 @@ def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Pa
         os.kill(min(_processes_of_chromium(short_folder)), signal.SIGKILL)
         start = time.monotonic()
         _, err = process.communicate(timeout=20.0)
-        assert time.monotonic() - start < 2.0
+        assert time.monotonic() - start < 6.0
         last = err.decode().splitlines()[-1]
         assert last.startswith("nao_kin.errors.NoBrowser: the browser ")
         assert " was ended by SIGKILL before it " in last
     finally:
         process.kill()
         process.wait()
-    assert _until(lambda: processes(str(short_folder)) == [], 2.0)
+    assert _until(lambda: processes(str(short_folder)) == [], 6.0)
     assert list(short_folder.iterdir()) == []
 
 
@@ -138,7 +138,7 @@ def test_a_program_that_is_no_browser_is_noticed_at_once(
     start = time.monotonic()
     with pytest.raises(NoBrowser) as caught:
         Viewer(nao).save_png(tmp_path / "x.png")
-    assert time.monotonic() - start < 2.0
+    assert time.monotonic() - start < 6.0
     assert str(caught.value) == f"the browser {program} {line}"
     assert not (tmp_path / "x.png").exists()
     assert list(short_folder.iterdir()) == []
@@ -154,7 +154,7 @@ def test_the_command_line_says_so_in_one_line(tmp_path: Path) -> None:
         text=True,
         check=False,
     )
-    assert time.monotonic() - start < 10.0
+    assert time.monotonic() - start < 14.0
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "nao-kin: the browser /bin/true ended with exit code 0 before it showed the scene\n"
 
