@@ -20,17 +20,19 @@ from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
+from nao_kin.viewer.access import checked_names, checked_token
 from nao_kin.viewer.browser import Screenshots
 from nao_kin.viewer.description import describe, presets_of
+from nao_kin.viewer.document import Document
 from nao_kin.viewer.lights import GROUPS
 from nao_kin.viewer.messages import RetainedMessages, panel_message, set_animation, typed_array
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
-from nao_kin.viewer.page import live_page, static_page
+from nao_kin.viewer.page import POLICY, live_page, static_page
 from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_messages
 from nao_kin.viewer.server import Answer, LiveServer
 
-# A browser asked for an address that stands for all addresses would not know where to go.
-_HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+# A page names itself in what it sends, and is sent it back.
+_MOST_OF_A_SOURCE = 64
 
 
 class OutsideLimitsWarning(NaoKinWarning):
@@ -52,6 +54,10 @@ class Viewer:
         robot: any robot.
         host: the address to listen on; "127.0.0.1" lets nobody else in.
         port: the port to listen on; None for the first free one from 7000.
+        allow_hosts: names under which the page is asked for, beside those of this machine, its loopback names and the
+            address: of a proxy before it, for one. All others get 403. "*" is every name, and needs a token.
+        token: text of at least 8 letters that the page's address must carry to see and move the robot; True for a
+            random one, False for none. None: a random one where the address or an allowed name is not loopback.
 
     Attributes:
         robot: the robot on show.
@@ -61,11 +67,20 @@ class Viewer:
 
     Raises:
         BadModel: the robot's URDF can no longer be read.
-        BadArgument: no robot; and when the server starts, a port or an address that cannot be had.
+        BadArgument: no robot, no names, no token; and when the server starts, a port or an address that cannot be had.
     """
 
-    def __init__(self, robot: RobotModel, *, host: str = "127.0.0.1", port: int | None = None) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        *,
+        host: str = "127.0.0.1",
+        port: int | None = None,
+        allow_hosts: Iterable[str] = (),
+        token: bool | str | None = None,
+    ) -> None:
         self._server: LiveServer | None = None
+        self._allow_hosts, self._token = checked_names(allow_hosts), checked_token(token)
         if not isinstance(robot, RobotModel):
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
         tree = robot.tree
@@ -86,6 +101,8 @@ class Viewer:
             self._messages.put(key, message)
         about = describe(robot, tree, presets, self.notes, drawables)
         self._messages.put("robot", panel_message("robot", {"about": about}))
+        self._messages.scene_is_complete()
+        self._messages.blanks = overlays.blanks(robot)
         self._show_joints(presets.start, None)
 
     # --- the configuration ----------------------------------------------------------------------------------------
@@ -99,7 +116,9 @@ class Viewer:
         """Show a configuration.
 
         A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`) unless
-        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside.
+        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside. Values
+        beyond ±1e6 rad or m are refused, from here and from the page: they are no place of a joint, and not wrapped
+        because q would be another one.
 
         Args:
             q: one configuration, shape (nq,).
@@ -159,6 +178,7 @@ class Viewer:
         array = np.array(qs, dtype=np.float64)
         if array.ndim != 2 or len(array) == 0:
             raise WrongShape("qs", f"(n, {self.robot.nq}) with n ≥ 1", array.shape)
+        overlays.check_size(self.robot, array)
         rate = overlays.number(fps, "fps")
         if rate <= 0.0:
             raise BadArgument(f"fps must be positive, got {rate:g}")
@@ -319,14 +339,12 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """The address of the live page; asking for it starts the server.
+        """The address of the live page, with its token if it has one; asking for it starts the server.
 
         Raises:
             BadArgument: the port is in use, or the address cannot be had.
         """
-        server = self._started()
-        host = _HERE.get(server.host, server.host)
-        return f"http://{f'[{host}]' if ':' in host else host}:{server.port}/"
+        return self._started().url
 
     def open(self) -> None:
         """Open the live page in this machine's web browser.
@@ -335,7 +353,7 @@ class Viewer:
             NoBrowser: there is none that Python knows of.
         """
         if not webbrowser.open(self.url):
-            raise NoBrowser(f"no web browser to open {self.url} with")
+            raise NoBrowser(f"no web browser to open {self._started().address} with")
 
     def wait(self, timeout: float | None = None) -> None:
         """Wait until a browser shows the scene.
@@ -435,7 +453,7 @@ class Viewer:
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:
-            picture = self._screenshots.picture(self._started(), self.url, camera, size, seconds)
+            picture = self._screenshots.picture(self._started(), camera, size, seconds)
         finally:
             if not running:
                 self.close()
@@ -454,8 +472,15 @@ class Viewer:
                 if receive is not None:
                     receive(answer)
 
-            page = live_page(self.robot.name)
-            self._server = LiveServer(self._messages, page, host=self.host, port=self._port, on_answer=on_answer)
+            self._server = LiveServer(
+                self._messages,
+                Document(live_page(self.robot.name), POLICY),
+                host=self.host,
+                port=self._port,
+                on_answer=on_answer,
+                allow_hosts=self._allow_hosts,
+                token=self._token,
+            )
             weakref.finalize(self, self._server.close)
         return self._server
 
@@ -469,7 +494,7 @@ class Viewer:
                 up = None if answer.get("up") is None else overlays.direction(answer["up"], "up")
             except NaoKinError:
                 return
-            self._show_joints(q, up, str(answer.get("source", "")))
+            self._show_joints(q, up, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
 
     def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
         self._q = q
@@ -493,7 +518,8 @@ class Viewer:
             raise UnknownName("camera", name, self.camera_names)
 
     def __repr__(self) -> str:
-        where = f"live at {self.url}" if self._server is not None else "not live"
+        # Not the token, for what is printed is logged and shared.
+        where = f"live at {self._server.address}" if self._server is not None else "not live"
         return f"<Viewer of {self.robot.name}, {where}>"
 
 

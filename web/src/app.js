@@ -72,7 +72,9 @@ export class App extends EventTarget {
     this.toggles = new Toggles(this, byId("shown"));
     this.player = new Player(this.viewer, byId("player"), () => (this.up = null));
     this.connection = new Connection(this);
+    // Who this page is, and how often it has told the program a configuration.
     this.source = String(Math.random());
+    this.reports = 0;
   }
 
   // Our messages go to us, all else to meshcat; before each picture the scene is brought up to date.
@@ -152,10 +154,10 @@ export class App extends EventTarget {
     this.connection.send(answer);
   }
 
-  /** @param {...(string | Node)} children */
+  /** @param {...(string | Node)} children none for no notice */
   notice(...children) {
     byId("notice").replaceChildren(...children);
-    byId("notice").hidden = false;
+    byId("notice").hidden = children.length === 0;
   }
 
   // --- the configuration ---------------------------------------------------------------------------------------
@@ -221,9 +223,14 @@ export class App extends EventTarget {
     const outside = robot.outside(this.q);
     this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
     this.panel.refresh();
-    if (this.unreported) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
+    if (this.unreported) this.report();
     this.unreported = false;
     this.dispatchEvent(new Event("settled"));
+  }
+
+  report() {
+    this.reports += 1;
+    this.send({ kind: "joints", q: [...this.q], up: this.up, source: `${this.source} ${this.reports}` });
   }
 
   // Put the robot on the floor again, which it keeps off while it is dragged.
@@ -292,7 +299,7 @@ export class App extends EventTarget {
     if (this.ghosts.entries.length > 0) this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: 1 });
   }
 
-  /** @param {{ id: number, width: number, height: number, camera: string }} message */
+  /** @param {{ id: string, width: number, height: number, camera: string }} message */
   capture({ id, width, height, camera }) {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
     /** @param {CanvasRenderingContext2D} ink */
