@@ -13,6 +13,7 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.typing import NDArray
 
+from nao_shapes.decimate import decimated
 from nao_shapes.solids import Y
 
 Floats = NDArray[np.float64]
@@ -22,9 +23,10 @@ Corner = tuple[int, int]
 
 # Vertices stand on a grid of 10 µm, so that the last bits of a platform's arithmetic do not reach the file.
 _DECIMALS_MM = 2
-_DECIMALS_NORMAL = 2
-# Detail smaller than this is dropped [mm].
-_TOLERANCE_MM = 0.04
+_DECIMALS_NORMAL = 3
+# Detail smaller than this is dropped [mm], and how far the surface may move where that saves triangles.
+_DETAIL_MM = 0.02
+TOLERANCE_MM = 0.4
 # Faces that meet at a flatter angle than this share a normal and look like one curved surface.
 _CREASE = math.radians(35.0)
 _NOTHING = 1e-9
@@ -47,25 +49,35 @@ class Surface:
     corners: Ints
 
 
-def surface_of(solid: Manifold, *, symmetric: bool = False) -> Surface:
-    """The surface of a solid.
+def surface_of(solid: Manifold, *, symmetric: bool = False, tolerance: float = TOLERANCE_MM) -> Surface:
+    """The surface of a solid, with fewer triangles where it is nearly flat.
 
     Args:
         solid: the solid.
         symmetric: draw the left half alone and mirror it, for a part that is its own mirror image.
+        tolerance: how far the surface may move [mm].
     """
     if symmetric:
         solid = solid.trim_by_plane(Y, 0.0)
-    mesh = solid.simplify(_TOLERANCE_MM).to_mesh()
+    mesh = solid.simplify(_DETAIL_MM).to_mesh()
     vertices = np.round(np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3], _DECIMALS_MM) + 0.0
-    vertices, triangles = _canonical(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    vertices, dense = _canonical(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    triangles = decimated(vertices, dense, tolerance)
     if symmetric:
-        cut = (vertices[triangles, 1] == 0.0).all(axis=1)
-        half = triangles[~cut]
+        vertices, dense, triangles = _whole(vertices, dense, triangles)
+    return _with_normals(vertices, dense, triangles)
+
+
+def _whole(vertices: Floats, *surfaces: Ints) -> tuple[Floats, ...]:
+    """Left halves and their mirror images, without the cut between them."""
+    mirrored = np.where(vertices[:, 1] == 0.0, np.arange(len(vertices)), np.arange(len(vertices)) + len(vertices))
+    both = np.concatenate([vertices, vertices * (1.0, -1.0, 1.0) + 0.0])
+    found = []
+    for triangles in surfaces:
+        half = triangles[~(vertices[triangles, 1] == 0.0).all(axis=1)]
         # Mirroring turns triangles inside out, so they are listed the other way round.
-        whole = np.concatenate([half, half[:, ::-1] + len(vertices)])
-        vertices, triangles = _canonical(np.concatenate([vertices, vertices * (1.0, -1.0, 1.0) + 0.0]), whole)
-    return _with_normals(vertices, triangles)
+        found.append(np.concatenate([half, mirrored[half[:, ::-1]]]))
+    return both, *found
 
 
 def _canonical(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
@@ -88,27 +100,51 @@ def _without_folds(triangles: Ints) -> Ints:
     return alone
 
 
-def _with_normals(vertices: Floats, triangles: Ints) -> Surface:
-    """Each corner's normal: the mean of the faces around its vertex within the crease angle of its own face."""
-    corners = vertices[triangles]
+def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
+    """Each corner's normal: the mean of the dense faces around its vertex within the crease angle of its own face.
+
+    So the shading is that of the surface as it was drawn, whatever triangles are left of it.
+    """
+    vertices, triangles, dense = _sorted(vertices, triangles, dense)
+    facing, weight = _facing(vertices[dense])
+    own, _ = _facing(vertices[triangles])
+    vertex, face = dense.reshape(-1), np.repeat(np.arange(len(dense)), 3)
+    order = np.argsort(vertex, kind="stable")
+    groups = np.split(order, np.searchsorted(vertex[order], np.arange(1, len(vertices))))
+    means = np.zeros((*triangles.shape, 3))
+    for i, corners in enumerate(triangles):
+        for k, corner in enumerate(corners):
+            here = groups[corner]
+            around = facing[face[here]]
+            means[i, k] = ((around @ own[i] > math.cos(_CREASE)) * weight[here]) @ around
+    length = np.linalg.norm(means, axis=2, keepdims=True)
+    # Where no face around points its way, a triangle has its own direction.
+    means = np.where(length < _NOTHING, own[:, None], means / np.maximum(length, _NOTHING))
+    normals, inverse = np.unique(np.round(means.reshape(-1, 3), _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
+    return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))
+
+
+def _sorted(vertices: Floats, triangles: Ints, dense: Ints) -> tuple[Floats, Ints, Ints]:
+    """Only the vertices in use, first those of `triangles`, and the triangles in a fixed order."""
+    used = np.unique(triangles)
+    rank = np.full(len(vertices), -1)
+    order = used[np.lexsort(vertices[used].T[::-1])]
+    rank[order] = np.arange(len(order))
+    rest = np.setdiff1d(np.unique(dense), used)
+    rank[rest] = len(order) + np.arange(len(rest))
+    triangles, dense = rank[triangles], rank[dense]
+    first = triangles.argmin(axis=1)
+    triangles = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
+    return vertices[np.concatenate([order, rest])], triangles[np.lexsort(triangles.T[::-1])], dense
+
+
+def _facing(corners: Floats) -> tuple[Floats, Floats]:
+    """Unit normals of triangles, and what each counts at its corners, one after another: its angle, slivers less."""
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cross = np.cross(ahead, behind)
     sine, cosine = np.linalg.norm(cross, axis=-1), (ahead * behind).sum(axis=-1)
-    facing = cross[:, 0] / np.maximum(sine[:, :1], _NOTHING)
-    # A face counts by its angle at the vertex, and slivers count less.
     weight = (np.arctan2(sine, cosine) * np.sqrt(sine[:, :1])).reshape(-1)
-
-    vertex, face = triangles.reshape(-1), np.repeat(np.arange(len(triangles)), 3)
-    order = np.argsort(vertex, kind="stable")
-    means = np.zeros((len(vertex), 3))
-    for here in np.split(order, np.searchsorted(vertex[order], np.arange(1, len(vertices)))):
-        around = facing[face[here]]
-        means[here] = ((around @ around.T > math.cos(_CREASE)) * weight[here]) @ around
-    length = np.linalg.norm(means, axis=1, keepdims=True)
-    # A triangle of no area has no direction of its own; it takes z, and nobody sees it.
-    means = np.where(length < _NOTHING, (0.0, 0.0, 1.0), means / np.maximum(length, _NOTHING))
-    normals, inverse = np.unique(np.round(means, _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
-    return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))
+    return cross[:, 0] / np.maximum(sine[:, :1], _NOTHING), weight
 
 
 def obj_text(name: str, surface: Surface, *, mirrored: bool = False) -> str:
@@ -122,7 +158,7 @@ def obj_text(name: str, surface: Surface, *, mirrored: bool = False) -> str:
     flip = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
     lines = ["# nao_kin: generated by scripts/generate_meshes.py", f"o {name}"]
     lines += ["v " + " ".join(_short(value / 1000, 5) for value in vertex) for vertex in surface.vertices * flip]
-    lines += ["vn " + " ".join(_short(value, 2) for value in normal) for normal in surface.normals * flip]
+    lines += ["vn " + " ".join(_short(value, _DECIMALS_NORMAL) for value in normal) for normal in surface.normals * flip]
     for face in _faces(surface):
         lines.append("f " + " ".join(f"{v + 1}//{n + 1}" for v, n in (face[::-1] if mirrored else face)))
     return "\n".join(lines) + "\n"
