@@ -35,7 +35,7 @@ def _upper_arm(length: float, offset: float, grow: float) -> Manifold:
         Section(0.65 * length, (28.0 + 0.6 * offset, 26.5 - 0.45 * offset, 28.0, 28.0)),
         Section(length - 14.0, (24.0 + offset, 24.0 - offset, 25.0, 25.0)),
     ]
-    return loft(sections, End(_CAP, 1.0, 8), End(5.0, 0.14, 2), axis="x", grow=grow, around=44, along=7)
+    return loft(sections, End(_CAP, 1.0, 8), End(5.0, 0.14, 2), axis="x", grow=grow, around=42, along=6)
 
 
 def elbow() -> Part:
@@ -50,8 +50,8 @@ def hinge() -> Part:
 
 def forearm(length: float) -> Part:
     """What LElbowRoll turns, wrist at length: open towards the upper arm on the side where the elbow bends."""
-    ball_and_bend = ball(_ELBOW + 0.7, segments=24) + slab((1.0, 0.55, 0.0), -FAR, 1.0)
-    inside = ball_and_bend + rod((length + 5.0, 0.0, 0.0), (length + 40.0, 0.0, 0.0), 26.0, 0.0, 28)
+    bend = slab((1.0, 0.55, 0.0), -FAR, 1.0)
+    inside = bend + rod((length + 5.0, 0.0, 0.0), (length + 40.0, 0.0, 0.0), 26.0, 0.0, 32)
     outline = [(2.0, 9.0), (2.0, -9.0), (0.45 * length, -22.0), (length + 30.0, -26.0), (length + 30.0, 26.0), (0.45 * length, 20.0)]
     # Drawn in the x-z plane and turned up, to lie on the upper side.
     cover = _forearm(length, 0.9) ^ prism(outline, 15.0, FAR, 6.0).rotate((90.0, 0.0, 0.0))
@@ -66,4 +66,4 @@ def _forearm(length: float, grow: float) -> Manifold:
         Section(0.85 * length, (33.5, 30.5, 33.0, 32.0)),
         Section(length + 12.0, (30.5, 28.0, 30.5, 30.0), 2.2),
     ]
-    return loft(sections, End(12.0, 0.6, 3), End(4.0, 0.12, 2), axis="x", grow=grow, around=44, along=7)
+    return loft(sections, End(12.0, 0.6, 3), End(4.0, 0.12, 2), axis="x", grow=grow, around=42, along=6)

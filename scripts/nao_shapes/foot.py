@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nao_shapes.loft import End, Section, loft
-from nao_shapes.solids import FAR, Part, ball, box, lathe, pill, place
+from nao_shapes.solids import FAR, Part, box, lathe, pill, place
 
 # Reaches to the front, back, outside and inside by height over the ankle joint [mm].
 _DOME = (
@@ -27,8 +27,8 @@ _AROUND = 60
 def foot() -> Part:
     """What LAnkleRoll turns."""
     sole = loft(_SOLE, End(1.0, 0.01, 1), End(1.0, 0.01, 1), around=_AROUND, along=0)
-    dome = loft(_DOME, End(1.5, 0.02, 1), End(2.5, 0.1, 2), around=_AROUND, along=8)
+    dome = loft(_DOME, End(1.5, 0.02, 1), End(2.5, 0.1, 2), around=_AROUND, along=7)
     toes = box((60.0, 2.2, -FAR), (FAR, FAR, FAR)) + box((60.0, -FAR, -FAR), (FAR, 0.8, FAR))
     bumper = loft(_BUMPER, End(2.5, 0.03, 2), End(3.0, 0.04, 2), around=_AROUND, along=2) ^ toes
     light = place(lathe(pill(4.6, 4.0, 0.0, 1.2, 1), 20).translate((0, 0, -3)), (44.0, 3.0, -16.6), (0.30, 0.0, 1.0))
-    return {"white": dome - ball(27.8, segments=24), "dark": sole, "accent": bumper, "led": light}
+    return {"white": dome, "dark": sole, "accent": bumper, "led": light}

@@ -93,8 +93,8 @@ def sensors(cameras: Mapping[str, tuple[Point, float]], microphones: tuple[Point
         look = (math.cos(down), 0.0, -math.sin(down))
         start = (at[0] - 12.0 * look[0], 0.0, at[2] - 12.0 * look[2])
         end = (at[0] + 25.0 * look[0], 0.0, at[2] + 25.0 * look[2])
-        rims.append((_skull(0.7) ^ rod(start, end, 6.4, 0.0, 28)) - rod(start, end, 4.3, 0.0, 20))
-        lenses.append(_skull(0.35) ^ rod(start, end, 4.4, 0.0, 20))
+        rims.append(_skull(0.5) ^ rod(start, end, 6.4, 0.0, 32))
+        lenses.append(_skull(0.8) ^ rod(start, end, 4.4, 0.0, 24))
     middle = np.array((0.0, 0.0, 45.0))
     holes = []
     for at in np.array(microphones):

@@ -11,7 +11,7 @@ from manifold3d import Manifold
 from nao_shapes.loft import End, Floats, Section, loft
 from nao_shapes.solids import FAR, Part, Y, Z, ball, lathe, pill, place, prism, rod, slab
 
-_THIGH_LENGTH, _SHIN_LENGTH = 100.0, 102.9
+_THIGH_LENGTH = 100.0
 # Radii of the knee's drum and the ankle's ball, and the gap around them [mm].
 _KNEE, _ANKLE, _GAP = 31.5, 27.0, 0.8
 # Reaches to the front, back, outside and inside by height over the hip joint [mm].
@@ -57,9 +57,8 @@ def thigh() -> Part:
 def shin() -> Part:
     """What LKneePitch turns."""
     plate = prism([(-14.0, -34.0), (17.0, -30.0), (18.0, -66.0), (-16.0, -74.0)], 34.0, FAR, 7.0)
-    socket = ball(_ANKLE + _GAP, (0.0, 0.0, -_SHIN_LENGTH), 24)
     return {
-        "white": _shin(0.0) + rod((0.0, -33.0, 0.0), (0.0, 36.0, 0.0), _KNEE, 5.0, 48) - socket,
+        "white": _shin(0.0) + rod((0.0, -33.0, 0.0), (0.0, 36.0, 0.0), _KNEE, 5.0, 48),
         "accent": _shin(0.9) ^ plate,
         "grey": rod((0.0, -34.0, 0.0), (0.0, 37.2, 0.0), 13.0, 1.5, 24),
     }

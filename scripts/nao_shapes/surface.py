@@ -5,6 +5,7 @@ The triangles are rounded, welded and sorted, with normals that keep edges sharp
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -101,7 +102,7 @@ def _without_folds(triangles: Ints) -> Ints:
 
 
 def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
-    """Each corner's normal: the mean of the dense faces around its vertex within the crease angle of its own face.
+    """Each corner's normal: the mean of the dense faces around its vertex that smooth edges join, on its own side.
 
     So the shading is that of the surface as it was drawn, whatever triangles are left of it.
     """
@@ -111,17 +112,28 @@ def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
     vertex, face = dense.reshape(-1), np.repeat(np.arange(len(dense)), 3)
     order = np.argsort(vertex, kind="stable")
     groups = np.split(order, np.searchsorted(vertex[order], np.arange(1, len(vertices))))
+    sides = [_sides(dense[face[here]], facing[face[here]], weight[here]) for here in groups[: triangles.max() + 1]]
     means = np.zeros((*triangles.shape, 3))
     for i, corners in enumerate(triangles):
         for k, corner in enumerate(corners):
-            here = groups[corner]
-            around = facing[face[here]]
-            means[i, k] = ((around @ own[i] > math.cos(_CREASE)) * weight[here]) @ around
-    length = np.linalg.norm(means, axis=2, keepdims=True)
-    # Where no face around points its way, a triangle has its own direction.
-    means = np.where(length < _NOTHING, own[:, None], means / np.maximum(length, _NOTHING))
+            likeness = sides[corner] @ own[i]
+            # Where no side around points its way, a triangle has its own direction.
+            means[i, k] = sides[corner][likeness.argmax()] if likeness.max() > 0.3 else own[i]
     normals, inverse = np.unique(np.round(means.reshape(-1, 3), _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
     return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))
+
+
+def _sides(faces: Ints, facing: Floats, weight: Floats) -> Floats:
+    """The unit normals of the smooth sides that meet at a vertex, whose faces these are."""
+    label = list(range(len(faces)))
+    corners = [set(face) for face in faces.tolist()]
+    smooth = facing @ facing.T > math.cos(_CREASE)
+    for i, j in itertools.combinations(range(len(faces)), 2):
+        if label[i] != label[j] and smooth[i, j] and len(corners[i] & corners[j]) == 2:
+            label = [label[i] if one == label[j] else one for one in label]
+    sums = np.array([weight[np.equal(label, one)] @ facing[np.equal(label, one)] for one in dict.fromkeys(label)])
+    length = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray(sums / np.maximum(length, _NOTHING))
 
 
 def _sorted(vertices: Floats, triangles: Ints, dense: Ints) -> tuple[Floats, Ints, Ints]:
