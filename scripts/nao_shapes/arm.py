@@ -18,7 +18,7 @@ def shoulder() -> Part:
 
 def shoulder_pad() -> Part:
     """The coloured cap on the shoulder, fixed to the upper arm: over the top and the outside."""
-    return {"accent": _upper_arm(100.0, 0.0, 1.0) ^ slab((-0.35, 0.86, 0.40), 10.0, FAR)}
+    return {"accent": _upper_arm(100.0, 0.0, 1.0) ^ slab((-0.62, 0.68, 0.38), 7.0, FAR)}
 
 
 def upper_arm(length: float, offset: float) -> Part:

@@ -40,12 +40,12 @@ def _pin(at: Point, radius: float, half_width: float) -> Manifold:
 
 def phalanx() -> Part:
     """A finger bone between two hinges, in the frame of the finger: x along it, z the hinge."""
-    return {"dark": _bone(6.7, 6.3, 6.2)}
+    return {"dark": _bone(6.5, 6.0, 6.2)}
 
 
 def fingertip() -> Part:
     """The last bone: round at its end."""
-    return {"dark": _bone(6.3, 5.4, 5.6)}
+    return {"dark": _bone(6.0, 5.0, 5.6)}
 
 
 def _bone(near: float, far: float, half_width: float) -> Manifold:

@@ -9,19 +9,19 @@ import numpy as np
 from manifold3d import Manifold
 
 from nao_shapes.loft import End, Floats, Section, loft
-from nao_shapes.solids import FAR, Part, Y, Z, ball, lathe, pill, place, prism, rod, slab
+from nao_shapes.solids import FAR, Part, Y, Z, ball, box, lathe, pill, place, prism, rod, slab
 
 _THIGH_LENGTH = 100.0
 # Radii of the knee's drum and the ankle's ball, and the gap around them [mm].
 _KNEE, _ANKLE, _GAP = 31.5, 27.0, 0.8
 # Reaches to the front, back, outside and inside by height over the hip joint [mm].
 _THIGH = (
-    Section(-100.0, (29.0, 24.0, 36.0, 33.5), 2.7),
-    Section(-78.0, (35.5, 27.0, 38.5, 35.0), 2.7),
-    Section(-55.0, (40.5, 31.0, 42.0, 37.0), 2.6),
-    Section(-25.0, (42.0, 35.0, 44.0, 37.0), 2.5),
-    Section(0.0, (40.0, 35.0, 43.0, 34.0), 2.4),
-    Section(26.0, (37.0, 33.0, 40.0, 30.0), 2.3),
+    Section(-100.0, (29.0, 25.0, 36.0, 33.5), 2.7),
+    Section(-78.0, (35.5, 30.0, 38.5, 35.0), 2.7),
+    Section(-55.0, (40.5, 36.0, 42.0, 37.0), 2.6),
+    Section(-28.0, (42.0, 43.0, 44.0, 37.5), 2.6),
+    Section(0.0, (40.0, 41.0, 43.0, 35.0), 2.5),
+    Section(26.0, (37.0, 36.0, 40.0, 30.0), 2.4),
 )
 # The same over the knee joint.
 _SHIN = (
@@ -41,9 +41,9 @@ def pelvis() -> Part:
 
 
 def hip() -> Part:
-    """What LHipRoll turns: the motor behind the hip, under its cover."""
-    cap = rod((-48.6, 0.0, -1.0), (-40.0, 0.0, -1.0), 11.0, 1.2, 20)
-    return {"white": rod((-47.5, 0.0, -1.0), (12.0, 0.0, -1.0), 24.0, 8.0, 32), "grey": cap}
+    """What LHipRoll turns: the motor behind the hip, under the cover that the robot sits on."""
+    cap = rod((-50.6, 0.0, -1.0), (-40.0, 0.0, -1.0), 11.0, 1.2, 20)
+    return {"white": box((-49.5, -25.0, -44.0), (12.0, 25.0, 24.0), 14.0, 4), "grey": cap}
 
 
 def thigh() -> Part:
