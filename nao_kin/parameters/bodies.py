@@ -9,6 +9,7 @@ from nao_kin._common.arrays import Vector
 from nao_kin.parameters.rows import (
     InertialRow,
     ShapeRow,
+    Version,
     VisualRow,
 )
 
@@ -81,6 +82,12 @@ COLOURS: dict[str, tuple[float, float, float, float]] = {
     "accent": (0.87, 0.33, 0.11, 1.0),
     "led": (0.70, 0.89, 1.0, 1.0),
 }
+_V6_ACCENT = (0.34, 0.36, 0.39, 1.0)
+
+
+def colours_of(version: Version) -> dict[str, tuple[float, float, float, float]]:
+    """The colours of a version's meshes: V6 was sold with dark grey accents, those before it in orange among others."""
+    return COLOURS | ({"accent": _V6_ACCENT} if version == "v6" else {})
 
 
 def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, VisualRow]:

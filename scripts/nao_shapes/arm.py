@@ -1,4 +1,4 @@
-"""Arm of the left side, shoulder to wrist: a cap around the shoulder, and a shell that flows over the elbow to the hand."""
+"""Arm of the left side, shoulder to wrist: a cap around the shoulder, a shell that flows from the elbow to the hand."""
 
 from __future__ import annotations
 
@@ -52,7 +52,14 @@ def forearm(length: float) -> Part:
     """What LElbowRoll turns, wrist at length: open towards the upper arm on the side where the elbow bends."""
     bend = slab((1.0, 0.55, 0.0), -FAR, 1.0)
     inside = bend + rod((length + 5.0, 0.0, 0.0), (length + 40.0, 0.0, 0.0), 26.0, 0.0, 32)
-    outline = [(2.0, 9.0), (2.0, -9.0), (0.45 * length, -22.0), (length + 30.0, -26.0), (length + 30.0, 26.0), (0.45 * length, 20.0)]
+    outline = [
+        (2.0, 9.0),
+        (2.0, -9.0),
+        (0.45 * length, -22.0),
+        (length + 30.0, -26.0),
+        (length + 30.0, 26.0),
+        (0.45 * length, 20.0),
+    ]
     # Drawn in the x-z plane and turned up, to lie on the upper side.
     cover = _forearm(length, 0.9) ^ prism(outline, 15.0, FAR, 6.0).rotate((90.0, 0.0, 0.0))
     return {"white": _forearm(length, 0.0) - inside, "accent": cover - inside}

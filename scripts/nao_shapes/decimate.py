@@ -70,8 +70,12 @@ class _Surface:
     def cost(self, gone: int, kept: int) -> float:
         """Sum of the squared distances of `kept` from the planes that both stand for."""
         x, y, z = self.at[kept]
-        xx, xy, xz, xw, yy, yz, yw, zz, zw, ww = (p + q for p, q in zip(self.quadrics[gone], self.quadrics[kept], strict=True))
-        square = x * (xx * x + 2 * (xy * y + xz * z + xw)) + y * (yy * y + 2 * (yz * z + yw)) + z * (zz * z + 2 * zw) + ww
+        xx, xy, xz, xw, yy, yz, yw, zz, zw, ww = (
+            p + q for p, q in zip(self.quadrics[gone], self.quadrics[kept], strict=True)
+        )
+        square = (
+            x * (xx * x + 2 * (xy * y + xz * z + xw)) + y * (yy * y + 2 * (yz * z + yw)) + z * (zz * z + 2 * zw) + ww
+        )
         return max(square, 0.0)
 
     def allows(self, gone: int, kept: int) -> bool:

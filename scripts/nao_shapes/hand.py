@@ -5,7 +5,7 @@ from __future__ import annotations
 from manifold3d import Manifold
 
 from nao_shapes.loft import End, Section, loft
-from nao_shapes.solids import Part, Point, ball, both, rod, union
+from nao_shapes.solids import Part, Point, ball, both, lathe, pill, rod, union
 
 # Reaches to the left, right, up and down along the hand [mm].
 _PALM = (
@@ -50,4 +50,5 @@ def fingertip() -> Part:
 
 def _bone(near: float, far: float, half_width: float) -> Manifold:
     ends = ((0.0, near), (_PHALANX, far))
-    return Manifold.batch_hull([rod((x, 0, -half_width), (x, 0, half_width), r, 3.0, 14) for x, r in ends])
+    rods = (lathe(pill(r, 2 * half_width, 4.5, 4.5, 3), 16).translate((x, 0.0, -half_width)) for x, r in ends)
+    return Manifold.batch_hull(list(rods))

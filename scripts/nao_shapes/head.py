@@ -6,7 +6,7 @@ The cameras and microphones stand where the frames of each version have them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -14,7 +14,7 @@ from manifold3d import Manifold
 from scipy.interpolate import PchipInterpolator
 
 from nao_shapes.loft import End, Floats, Section, loft
-from nao_shapes.solids import FAR, Part, Point, X, Y, Z, ball, both, box, lathe, pill, place, prism, rod, slab, union
+from nao_shapes.solids import FAR, Part, Point, X, Y, ball, both, box, lathe, place, prism, rod, slab, union
 
 # Reaches to the front, back, left and right by height above the neck joint [mm]. The front is pressed into the face.
 _SKULL = (
@@ -39,7 +39,16 @@ _EYE_TURN = math.radians(19.0)
 _EYE_LOOKS: Point = (math.cos(_EYE_TURN), math.sin(_EYE_TURN), 0.0)
 _EAR: Point = (3.8, 55.5, 52.6)
 _EAR_RADIUS = 26.5
-_TOUCH = [(-37.0, 6.0), (-37.0, -6.0), (-34.0, -9.0), (37.0, -9.0), (40.0, -6.0), (40.0, 6.0), (37.0, 9.0), (-34.0, 9.0)]
+_TOUCH = [
+    (-37.0, 6.0),
+    (-37.0, -6.0),
+    (-34.0, -9.0),
+    (37.0, -9.0),
+    (40.0, -6.0),
+    (40.0, 6.0),
+    (37.0, 9.0),
+    (-34.0, 9.0),
+]
 # Where the shell of the face meets that of the back: behind the ears, over the crown.
 _SEAM: Point = (1.0, 0.0, 0.16)
 
@@ -81,7 +90,7 @@ def ears(ring: str) -> Part:
     return found | {ring: found[ring] + rings if ring in found else rings}
 
 
-def sensors(cameras: Mapping[str, tuple[Point, float]], microphones: tuple[Point, ...]) -> Part:
+def sensors(cameras: Sequence[tuple[Point, float]], microphones: Sequence[Point]) -> Part:
     """The two cameras and the holes of the microphones.
 
     Args:
@@ -89,7 +98,7 @@ def sensors(cameras: Mapping[str, tuple[Point, float]], microphones: tuple[Point
         microphones: where they are; the holes are drawn on the shell.
     """
     rims, lenses = [], []
-    for at, down in cameras.values():
+    for at, down in cameras:
         look = (math.cos(down), 0.0, -math.sin(down))
         start = (at[0] - 12.0 * look[0], 0.0, at[2] - 12.0 * look[2])
         end = (at[0] + 25.0 * look[0], 0.0, at[2] + 25.0 * look[2])

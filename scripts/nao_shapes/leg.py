@@ -36,22 +36,24 @@ _SHIN = (
 
 def pelvis() -> Part:
     """What LHipYawPitch turns: the cover of the slanted axle, over the ball of the hip."""
-    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 28.0, 3.0, 32)
-    return {"white": Manifold.batch_hull([disc, ball(30.0, segments=28)])}
+    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.0, 3.0, 32)
+    return {"white": Manifold.batch_hull([disc, ball(28.0, segments=28)])}
 
 
 def hip() -> Part:
     """What LHipRoll turns: the motor behind the hip, under the cover that the robot sits on."""
     cap = rod((-50.6, 0.0, -1.0), (-40.0, 0.0, -1.0), 11.0, 1.2, 20)
-    return {"white": box((-49.5, -25.0, -44.0), (12.0, 25.0, 24.0), 14.0, 4), "grey": cap}
+    return {"white": box((-49.5, -25.0, -44.0), (12.0, 25.0, 24.0), 16.0, 4), "grey": cap}
 
 
 def thigh() -> Part:
     """What LHipPitch turns: hollow below, where the knee's drum turns in it."""
     plate = prism([(-15.0, -24.0), (20.0, -24.0), (14.0, -62.0), (-10.0, -62.0)], 36.0, FAR, 7.0)
-    disc = place(lathe(pill(15.0, 6.5, 0.0, 2.0), 28), (0.0, 40.0, 2.0), Y)
+    disc = place(lathe(pill(15.0, 5.0, 0.0, 1.6), 28), (0.0, 40.0, 2.0), Y)
     drum = rod((0.0, -60.0, -_THIGH_LENGTH), (0.0, 60.0, -_THIGH_LENGTH), _KNEE + _GAP, 0.0, 48)
-    return {"white": _thigh(0.0) - drum, "accent": _thigh(0.9) ^ plate, "grey": disc}
+    # Seen through the gap alone.
+    fork = rod((0.0, 0.0, -60.0), (0.0, 0.0, -_THIGH_LENGTH), 12.0, 0.0, 12)
+    return {"white": _thigh(0.0) - drum, "accent": _thigh(0.9) ^ plate, "grey": disc + fork}
 
 
 def shin() -> Part:

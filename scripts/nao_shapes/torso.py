@@ -5,7 +5,7 @@ from __future__ import annotations
 from manifold3d import Manifold
 
 from nao_shapes.loft import End, Section, loft
-from nao_shapes.solids import FAR, Part, Point, X, Z, ball, both, box, lathe, pill, place, prism, rod, slab, union
+from nao_shapes.solids import FAR, Part, Point, ball, both, box, lathe, place, prism, rod, union
 
 # Reaches to the front, back, left and right by height above the torso's origin [mm].
 _CHEST = (
