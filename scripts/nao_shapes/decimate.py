@@ -19,7 +19,9 @@ Vector = tuple[float, float, float]
 # A collapse may turn a triangle by this much, and make none whose longest edge is so many times its height.
 _TURN = math.cos(math.radians(25.0))
 _SLIVER = 12.0
-_NEEDLE = 200.0
+_NEEDLE = 50.0
+# A triangle of less height is a sliver.
+_THIN = 0.05
 
 
 def decimated(vertices: Floats, triangles: Ints, tolerance: float) -> Ints:
@@ -62,7 +64,32 @@ class _Surface:
                     cost = self.cost(a, b)
                     if cost <= most:
                         heapq.heappush(queue, (cost, a, b, self.age[a], self.age[b]))
+        self.flip_slivers()
         return np.array(list(self.corners.values()), dtype=np.int64).reshape(-1, 3)
+
+    def flip_slivers(self) -> None:
+        """Turn the longest edge of every sliver, so that two better triangles lie across it."""
+        for face in list(self.corners):
+            a, b, c = self.corners[face]
+            if _Shape(self.at[a], self.at[b], self.at[c]).height > _THIN:
+                continue
+            # Turned until c lies opposite to the longest edge.
+            while math.dist(self.at[a], self.at[b]) < max(
+                math.dist(self.at[b], self.at[c]), math.dist(self.at[c], self.at[a])
+            ):
+                a, b, c = b, c, a
+            (beyond,) = (self.around[a] & self.around[b]) - {face}
+            (d,) = set(self.corners[beyond]) - {a, b}
+            new = (a, d, c), (d, b, c)
+            if d in self.neighbours(c) or min(_Shape(*(self.at[v] for v in one)).height for one in new) < _THIN:
+                continue
+            for one in (face, beyond):
+                for vertex in self.corners[one]:
+                    self.around[vertex].discard(one)
+            for one, corners in zip((face, beyond), new, strict=True):
+                self.corners[one] = corners
+                for vertex in corners:
+                    self.around[vertex].add(one)
 
     def neighbours(self, vertex: int) -> set[int]:
         return {other for face in self.around[vertex] for other in self.corners[face]} - {vertex}
@@ -108,7 +135,7 @@ class _Surface:
 
 
 class _Shape:
-    """A triangle's normal, as long as twice its area, and its longest edge by its height."""
+    """A triangle's normal, as long as twice its area, its height on its longest edge, and that edge by it."""
 
     def __init__(self, a: Vector, b: Vector, c: Vector) -> None:
         (ux, uy, uz), (vx, vy, vz) = ((q - p for p, q in zip(a, end, strict=True)) for end in (b, c))
@@ -116,6 +143,7 @@ class _Shape:
         self.area = math.hypot(*self.normal)
         longest = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, math.dist(b, c) ** 2)
         self.slenderness = longest / self.area if self.area > 1e-9 else math.inf
+        self.height = self.area / math.sqrt(longest)
 
 
 def _dot(a: Vector, b: Vector) -> float:

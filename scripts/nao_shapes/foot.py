@@ -26,7 +26,7 @@ _AROUND = 60
 
 def foot() -> Part:
     """What LAnkleRoll turns."""
-    sole = loft(_SOLE, End(1.0, 0.01, 1), End(1.0, 0.01, 1), around=_AROUND, along=0)
+    sole = loft(_SOLE, End(1.0, 0.01, 1), End(1.0, 0.01, 1), around=44, along=0)
     dome = loft(_DOME, End(1.5, 0.02, 1), End(2.5, 0.1, 2), around=_AROUND, along=7)
     toes = box((60.0, 2.2, -FAR), (FAR, FAR, FAR)) + box((60.0, -FAR, -FAR), (FAR, 0.8, FAR))
     bumper = loft(_BUMPER, End(2.5, 0.03, 2), End(3.0, 0.04, 2), around=_AROUND, along=2) ^ toes

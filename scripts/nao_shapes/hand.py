@@ -50,5 +50,5 @@ def fingertip() -> Part:
 
 def _bone(near: float, far: float, half_width: float) -> Manifold:
     ends = ((0.0, near), (_PHALANX, far))
-    rods = (lathe(pill(r, 2 * half_width, 4.5, 4.5, 3), 16).translate((x, 0.0, -half_width)) for x, r in ends)
+    rods = (lathe(pill(r, 2 * half_width, 4.5, 4.5, 3), 14).translate((x, 0.0, -half_width)) for x, r in ends)
     return Manifold.batch_hull(list(rods))

@@ -18,8 +18,8 @@ from nao_shapes.solids import FAR, Part, Point, X, Y, ball, both, box, lathe, pl
 
 # Reaches to the front, back, left and right by height above the neck joint [mm]. The front is pressed into the face.
 _SKULL = (
-    Section(-9.0, (52.0, 38.0, 37.0, 37.0), 2.3),
-    Section(4.0, (58.0, 47.0, 48.0, 48.0), 2.4),
+    Section(-8.0, (50.0, 36.0, 36.0, 36.0), 2.3),
+    Section(4.0, (58.0, 46.0, 47.5, 47.5), 2.4),
     Section(22.0, (64.0, 55.5, 57.5, 57.5), 2.5),
     Section(42.0, (68.0, 60.0, 61.5, 61.5), 2.5),
     Section(60.0, (69.0, 62.0, 62.0, 62.0), 2.5),
@@ -28,8 +28,8 @@ _SKULL = (
 )
 # How far the middle of the face stands out, from the chin over the mouth and the eyes to the brow.
 _FACE = PchipInterpolator(
-    [-12.0, -2.0, 7.0, 17.0, 30.0, 46.0, 56.0, 64.0, 76.0, 92.0, 115.0],
-    [37.0, 44.0, 50.0, 53.0, 55.0, 57.0, 59.0, 61.0, 60.5, 55.0, 36.0],
+    [-12.0, -4.0, 6.0, 17.0, 30.0, 46.0, 56.0, 64.0, 76.0, 92.0, 115.0],
+    [33.0, 39.5, 48.0, 53.0, 55.0, 57.0, 59.0, 61.0, 60.5, 55.0, 36.0],
 )
 # Radius of the face seen from above, and how softly it goes over into the cheeks [mm].
 _FACE_RADIUS, _FACE_EDGE = 82.0, 2.2
@@ -61,16 +61,16 @@ def neck() -> Part:
 
 def head() -> Part:
     """Everything that nods but the ears and the sensors, in the frame of HeadPitch."""
-    socket = place(lathe([(0, -9.0), (17.4, -9.0), (17.4, -1.6), (21.5, 4.0), (0, 4.0)], 48), _EYE, _EYE_LOOKS)
+    socket = place(lathe([(0, -4.4), (17.4, -4.4), (17.4, -1.6), (21.5, 4.0), (0, 4.0)], 48), _EYE, _EYE_LOOKS)
     well = place(lathe([(0, -2.0), (_EAR_RADIUS + 0.8, -2.0), (_EAR_RADIUS + 0.8, 16.0), (0, 16.0)], 48), _EAR, Y)
     # Turned up from the x-z plane.
     outline = prism(_TOUCH, 80.0, FAR, 4.0).rotate((90.0, 0.0, 0.0))
     gaps = union(slab(X, x - 0.7, x + 0.7) for x in (-10.5, 15.0))
-    seam = _skull(0.15) ^ slab(_SEAM, 3.4, 4.3)
+    seam = _skull(0.15) ^ slab(_SEAM, 3.25, 4.3)
     return {
         "white": _skull(0.0) - both(socket) - both(well),
-        "dark": both(_eye((0.0, 17.0), -0.9, -8.0, 40)) + ((_skull(0.8) ^ outline) - gaps),
-        "black": both(_eye((0.0, 4.5, 8.2), 0.7, -4.0, 32)),
+        "dark": both(_eye((0.0, 17.0), -0.9, -4.2, 40)) + ((_skull(0.8) ^ outline) - gaps),
+        "black": both(_eye((0.0, 4.5, 8.2), 0.7, -3.5, 32)),
         "led": both(_eye_leds()),
         "grey": seam - both(well),
     }
@@ -134,4 +134,4 @@ def _eye(radii: tuple[float, ...], lift: float, depth: float, segments: int) -> 
 def _eye_leds() -> Manifold:
     """Eight segments of a ring."""
     gaps = union(box((0.0, -0.5, -30.0), (FAR, 0.5, 30.0)).rotate((0.0, 0.0, 22.5 + 45.0 * i)) for i in range(8))
-    return _eye((9.4, 15.4), 0.3, -4.5, 40) - place(gaps, _EYE, _EYE_LOOKS)
+    return _eye((9.4, 15.4), 0.3, -3.5, 40) - place(gaps, _EYE, _EYE_LOOKS)

@@ -36,8 +36,8 @@ _SHIN = (
 
 def pelvis() -> Part:
     """What LHipYawPitch turns: the cover of the slanted axle, over the ball of the hip."""
-    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.0, 3.0, 32)
-    return {"white": Manifold.batch_hull([disc, ball(28.0, segments=28)])}
+    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.5, 3.0, 28)
+    return {"white": Manifold.batch_hull([disc, ball(27.0, segments=24)])}
 
 
 def hip() -> Part:
@@ -68,7 +68,7 @@ def shin() -> Part:
 
 def ankle() -> Part:
     """What LAnklePitch turns: the ball between shin and foot, and in it the cross of the two axles."""
-    return {"grey": ball(_ANKLE, segments=32) ^ slab(Z, -20.0, 22.0)}
+    return {"grey": ball(_ANKLE, segments=28) ^ slab(Z, -20.0, 22.0)}
 
 
 def _thigh(grow: float) -> Manifold:

@@ -17,7 +17,7 @@ from nao_shapes.surface import TOLERANCE_MM, obj_text, surface_of
 from nao_shapes.torso import torso
 
 # Head and fingers have finer curves than the rest: how far its surface may move [mm].
-_FINE_MM = 0.2
+_FINE_MM = 0.25
 
 
 def mesh_texts() -> Iterator[tuple[str, str]]:
