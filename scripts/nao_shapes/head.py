@@ -1,5 +1,8 @@
 """The neck and the head: a skull with a flat face under a brow, round eyes with their LED rings, and speaker ears.
 
+What lies in the skull reaches little below its surface: rasterizers let dots of long hidden walls through that are seen
+from their edge.
+
 The cameras and microphones stand where the frames of each version have them.
 """
 
@@ -64,7 +67,7 @@ def head() -> Part:
     socket = place(lathe([(0, -4.4), (17.4, -4.4), (17.4, -1.6), (21.5, 4.0), (0, 4.0)], 48), _EYE, _EYE_LOOKS)
     well = place(lathe([(0, -2.0), (_EAR_RADIUS + 0.8, -2.0), (_EAR_RADIUS + 0.8, 16.0), (0, 16.0)], 48), _EAR, Y)
     # Turned up from the x-z plane.
-    outline = prism(_TOUCH, 80.0, FAR, 4.0).rotate((90.0, 0.0, 0.0))
+    outline = prism(_TOUCH, 95.0, FAR, 4.0).rotate((90.0, 0.0, 0.0))
     gaps = union(slab(X, x - 0.7, x + 0.7) for x in (-10.5, 15.0))
     seam = _skull(0.15) ^ slab(_SEAM, 3.25, 4.3)
     return {
@@ -100,14 +103,14 @@ def sensors(cameras: Sequence[tuple[Point, float]], microphones: Sequence[Point]
     rims, lenses = [], []
     for at, down in cameras:
         look = (math.cos(down), 0.0, -math.sin(down))
-        start = (at[0] - 12.0 * look[0], 0.0, at[2] - 12.0 * look[2])
+        start = (at[0] - look[0], 0.0, at[2] - look[2])
         end = (at[0] + 25.0 * look[0], 0.0, at[2] + 25.0 * look[2])
         rims.append(_skull(0.5) ^ rod(start, end, 6.4, 0.0, 32))
         lenses.append(_skull(0.8) ^ rod(start, end, 4.4, 0.0, 24))
     middle = np.array((0.0, 0.0, 45.0))
     holes = []
     for at in np.array(microphones):
-        start, end = (tuple(middle + share * (at - middle)) for share in (0.8, 3.0))
+        start, end = (tuple(middle + share * (at - middle)) for share in (0.93, 3.0))
         holes.append(_skull(0.25) ^ rod(start, end, 1.4, 0.0, 10))
     return {"dark": union(rims) + union(holes), "black": union(lenses)}
 
