@@ -43,7 +43,7 @@ def pelvis() -> Part:
 def hip() -> Part:
     """What LHipRoll turns: the motor behind the hip, under the cover that the robot sits on."""
     cap = rod((-50.6, 0.0, -1.0), (-40.0, 0.0, -1.0), 11.0, 1.2, 20)
-    return {"white": box((-49.5, -25.0, -44.0), (12.0, 25.0, 24.0), 16.0, 4), "grey": cap}
+    return {"white": box((-49.5, -25.0, -45.5), (12.0, 25.0, 24.0), 16.0, 4), "grey": cap}
 
 
 def thigh() -> Part:
