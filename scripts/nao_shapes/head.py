@@ -137,4 +137,4 @@ def _eye(radii: tuple[float, ...], lift: float, depth: float, segments: int) -> 
 def _eye_leds() -> Manifold:
     """Eight segments of a ring."""
     gaps = union(box((0.0, -0.5, -30.0), (FAR, 0.5, 30.0)).rotate((0.0, 0.0, 22.5 + 45.0 * i)) for i in range(8))
-    return _eye((9.4, 15.4), 0.3, -3.5, 40) - place(gaps, _EYE, _EYE_LOOKS)
+    return _eye((9.4, 15.4), 0.3, -3.5, 32) - place(gaps, _EYE, _EYE_LOOKS)
