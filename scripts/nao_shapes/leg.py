@@ -49,7 +49,7 @@ def hip() -> Part:
 def thigh() -> Part:
     """What LHipPitch turns: hollow below, where the knee's drum turns in it."""
     plate = prism([(-15.0, -24.0), (20.0, -24.0), (14.0, -62.0), (-10.0, -62.0)], 36.0, FAR, 7.0)
-    disc = place(lathe(pill(15.0, 5.0, 0.0, 1.6), 28), (0.0, 40.0, 2.0), Y)
+    disc = place(lathe(pill(14.0, 4.9, 0.0, 1.6), 28), (0.0, 40.0, -9.0), Y)
     drum = rod((0.0, -60.0, -_THIGH_LENGTH), (0.0, 60.0, -_THIGH_LENGTH), _KNEE + _GAP, 0.0, 48)
     # Seen through the gap alone.
     fork = rod((0.0, 0.0, -60.0), (0.0, 0.0, -_THIGH_LENGTH), 12.0, 0.0, 12)
