@@ -298,15 +298,17 @@ def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk
     assert not orbited(on_screen(page, "LArm"))
     assert np.abs(page.q - q).max() > 0.01
     assert orbited((90, 560))
-    # With the handles hidden there is nothing to hold.
-    switch = page.tab.get_by_role("button", name="Handles", exact=True)
-    switch.click()
-    assert switch.get_attribute("aria-pressed") == "false"
+    # With the handles hidden, and links left alone, there is nothing to hold.
+    switches = [page.tab.get_by_role("button", name=name, exact=True) for name in ("Handles", "Drag joints")]
+    for switch in switches:
+        switch.click()
+        assert switch.get_attribute("aria-pressed") == "false"
     q = page.q
     assert orbited(on_screen(page, "LArm"))
     assert np.array_equal(page.q, q)
-    switch.click()
-    assert switch.get_attribute("aria-pressed") == "true"
+    for switch in switches:
+        switch.click()
+        assert switch.get_attribute("aria-pressed") == "true"
     assert not orbited(on_screen(page, "LArm"))
 
 

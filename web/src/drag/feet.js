@@ -1,0 +1,44 @@
+import { convexHull, overlap } from "../math/polygon.js";
+import { THREE } from "../three.js";
+
+/** @typedef {import("./types.js").Limb} Limb */
+/** @typedef {{ low: number, high: number, outline: import("../math/polygon.js").Point[] }} Foot */
+
+/**
+ * The outline of a leg's last link from above, and its lowest and highest vertex, in the world of three.js.
+ *
+ * @param {import("../robot/robot.js").Robot} robot
+ * @param {Limb} limb
+ * @returns {Foot}
+ */
+export function footOf(robot, limb) {
+  const foot = robot.linkOf(limb.joints[limb.joints.length - 1]);
+  const vertex = new THREE.Vector3();
+  const points = [];
+  let [low, high] = [Infinity, -Infinity];
+  for (const { mesh } of robot.meshes.filter(({ link }) => link === foot)) {
+    const { position } = mesh.geometry.attributes;
+    for (let i = 0; i < position.count; i++) {
+      const { x, y, z } = vertex.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
+      points.push({ x, y: -z });
+      [low, high] = [Math.min(low, y), Math.max(high, y)];
+    }
+  }
+  return { low: Number.isFinite(low) ? low : 0, high, outline: convexHull(points) };
+}
+
+/**
+ * Whether a foot is where that of another leg is: their outlines from above, and their heights.
+ *
+ * @param {import("../robot/robot.js").Robot} robot
+ * @param {Limb} limb the leg of the foot
+ * @param {Limb[]} limbs
+ */
+export function feetCross(robot, limb, limbs) {
+  if (limb.kind !== "leg") return false;
+  const own = footOf(robot, limb);
+  return limbs
+    .filter((other) => other.kind === "leg" && other !== limb)
+    .map((other) => footOf(robot, other))
+    .some((other) => own.low < other.high && other.low < own.high && overlap(own.outline, other.outline));
+}

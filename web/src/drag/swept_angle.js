@@ -1,0 +1,112 @@
+import { cross, dot } from "../math/numbers.js";
+
+// How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is where
+// the camera is and a unit direction. Nothing here needs the page or three.js.
+
+/** @typedef {number[]} Triple */
+/** @typedef {{ origin: Triple, direction: Triple }} Ray */
+/** @typedef {{ origin: Triple, direction: Triple }} Line a point on an axis and its unit direction */
+
+// An axis within 20° of the view plane is seen from the side.
+const FROM_THE_SIDE = Math.sin((20 * Math.PI) / 180);
+
+// Something thin is rolled as if it were so many times thicker than the least distance from the axis.
+const THIN = 2.5;
+
+/** @type {(a: Triple, b: Triple) => Triple} */
+const minus = (a, b) => a.map((value, k) => value - b[k]);
+
+/** @type {(a: Triple, s: number, b: Triple) => Triple} */
+const plus = (a, s, b) => a.map((value, k) => value + s * b[k]);
+
+/** @type {(a: Triple) => Triple} */
+const unit = (a) => plus([0, 0, 0], 1 / Math.hypot(...a), a);
+
+/**
+ * Where a ray meets the plane through a point; null where it does not.
+ *
+ * @param {Ray} ray
+ * @param {Triple} point
+ * @param {Triple} normal
+ */
+function meet(ray, point, normal) {
+  const along = dot(minus(point, ray.origin), normal) / dot(ray.direction, normal);
+  return along > 0 && Number.isFinite(along) ? plus(ray.origin, along, ray.direction) : null;
+}
+
+/**
+ * The angle from one pointer to the next about an axis, for something grabbed at a point.
+ *
+ * Where the camera sees the axis from the front, the angle is that between the places at which both rays meet the plane
+ * across the axis at the point. Where it sees it from the side, the surface is taken along by its near side, as a ball is
+ * under a hand: the way of the pointer across the axis, in the plane through the point that faces the camera, over the
+ * distance of the point from the axis.
+ */
+export class SweptAngle {
+  /**
+   * @param {Line} axis
+   * @param {Triple} point where it is grabbed
+   * @param {Triple} eye where the camera is
+   * @param {number} least distance from the axis [m] within which a pointer says no angle
+   */
+  constructor(axis, point, eye, least) {
+    this.axis = axis;
+    this.least = least;
+    const along = dot(minus(point, axis.origin), axis.direction);
+    this.centre = plus(axis.origin, along, axis.direction);
+    this.point = point;
+    this.radius = Math.hypot(...minus(point, this.centre));
+    this.view = unit(minus(point, eye));
+    this.fromTheSide = Math.abs(dot(this.view, axis.direction)) < FROM_THE_SIDE;
+  }
+
+  /**
+   * @param {Ray} before
+   * @param {Ray} now
+   * @returns {number} [rad]; 0 where the pointer says nothing
+   */
+  between(before, now) {
+    return this.fromTheSide ? this.rolled(before, now) : this.turned(before, now);
+  }
+
+  /** @type {(before: Ray, now: Ray) => number} */
+  turned(before, now) {
+    const { direction } = this.axis;
+    const [a, b] = [before, now].map((ray) => {
+      const met = meet(ray, this.centre, direction);
+      return met && minus(met, this.centre);
+    });
+    if (!a || !b || Math.hypot(...a) < this.least || Math.hypot(...b) < this.least) return 0;
+    return Math.atan2(dot(cross(a, b), direction), dot(a, b));
+  }
+
+  /** @type {(before: Ray, now: Ray) => number} */
+  rolled(before, now) {
+    const [a, b] = [before, now].map((ray) => meet(ray, this.point, this.view));
+    const near = cross(this.view, this.axis.direction);
+    const size = Math.hypot(...near);
+    // Seen along the axis, at the axis: the pointer turns nothing.
+    if (!a || !b || size < 1e-6) return 0;
+    return dot(minus(b, a), near) / size / Math.max(this.radius, THIN * this.least);
+  }
+}
+
+/**
+ * How far a pointer has come along an axis: between the places on the line through a grabbed point that are nearest to
+ * the two rays. Seen end on, an axis says nothing.
+ *
+ * @param {Triple} direction of the axis, a unit vector
+ * @param {Triple} point where it is grabbed
+ * @param {Ray} before
+ * @param {Ray} now
+ * @returns {number} [m]
+ */
+export function sweptDistance(direction, point, before, now) {
+  const [a, b] = [before, now].map((ray) => {
+    const c = dot(direction, ray.direction);
+    const w = minus(ray.origin, point);
+    const squared = 1 - c * c;
+    return squared > 1e-3 ? (dot(direction, w) - c * dot(ray.direction, w)) / squared : NaN;
+  });
+  return Number.isFinite(b - a) ? b - a : 0;
+}
