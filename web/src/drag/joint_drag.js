@@ -79,6 +79,9 @@ export class JointDrag {
     const line = { origin: motion.origin.toArray(), direction: motion.direction.toArray() };
     const least = NEAR_AXIS * app.pick.viewport.metresPerPixel(point);
     this.angle = new SweptAngle(line, this.point, triples(ray).origin, least);
+    const { column } = motion.joint;
+    const [most, fewest] = [Infinity, -Infinity].map((end) => farthest(app.robot.about, app.q, column, end).value);
+    this.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);
   }
 
   /** @param {THREE.Ray} ray */

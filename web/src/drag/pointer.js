@@ -35,7 +35,7 @@ export class Pointer {
     pane.addEventListener("pointermove", (event) => this.move(event));
     pane.addEventListener("pointerup", (event) => this.up(event));
     pane.addEventListener("pointercancel", (event) => this.up(event));
-    pane.addEventListener("pointerleave", () => this.leave());
+    pane.addEventListener("pointerleave", (event) => this.leave(event));
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -129,8 +129,10 @@ export class Pointer {
     else hover.follow(event);
   }
 
-  leave() {
-    if (this.press) return;
+  /** @param {PointerEvent} event */
+  leave({ pointerType }) {
+    // A finger that is lifted leaves too.
+    if (this.press || pointerType === "touch") return;
     this.drag.marks.light(null);
     this.app.pick.hover.clear();
   }

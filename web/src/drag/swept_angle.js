@@ -10,6 +10,9 @@ import { cross, dot } from "../math/numbers.js";
 // An axis within 20° of the view plane is seen from the side.
 const FROM_THE_SIDE = Math.sin((20 * Math.PI) / 180);
 
+// A point is above or below the axis where the angle from there is less than 20°, by the cosine of the other one.
+const EDGE = FROM_THE_SIDE;
+
 // Something thin is rolled as if it were so many times thicker than the least distance from the axis.
 const THIN = 2.5;
 
@@ -40,7 +43,8 @@ function meet(ray, point, normal) {
  * Where the camera sees the axis from the front, the angle is that between the places at which both rays meet the plane
  * across the axis at the point. Where it sees it from the side, the surface is taken along by its near side, as a ball is
  * under a hand: the way of the pointer across the axis, in the plane through the point that faces the camera, over the
- * distance of the point from the axis.
+ * distance of the point from the axis. Above or below the axis, where the point is as near to its far side as to its near
+ * side, `prefer` says which way it turns when it is pulled towards the axis.
  */
 export class SweptAngle {
   /**
@@ -57,7 +61,24 @@ export class SweptAngle {
     this.point = point;
     this.radius = Math.hypot(...minus(point, this.centre));
     this.view = unit(minus(point, eye));
+    this.sign = 1;
     this.fromTheSide = Math.abs(dot(this.view, axis.direction)) < FROM_THE_SIDE;
+  }
+
+  /** The direction on the screen, in the world, in which the near side goes with a positive angle; its length is a sine. */
+  get near() {
+    return cross(this.view, this.axis.direction);
+  }
+
+  /**
+   * Turn this way, if both are as good, when the point is pulled towards the axis.
+   *
+   * @param {1 | -1} way
+   */
+  prefer(way) {
+    const arm = minus(this.point, this.centre);
+    if (!this.fromTheSide || Math.abs(dot(arm, this.view)) > EDGE * this.radius) return;
+    this.sign = dot(arm, this.near) > 0 ? -way : way;
   }
 
   /**
@@ -83,11 +104,11 @@ export class SweptAngle {
   /** @type {(before: Ray, now: Ray) => number} */
   rolled(before, now) {
     const [a, b] = [before, now].map((ray) => meet(ray, this.point, this.view));
-    const near = cross(this.view, this.axis.direction);
+    const { near } = this;
     const size = Math.hypot(...near);
     // Seen along the axis, at the axis: the pointer turns nothing.
     if (!a || !b || size < 1e-6) return 0;
-    return dot(minus(b, a), near) / size / Math.max(this.radius, THIN * this.least);
+    return (this.sign * dot(minus(b, a), near)) / size / Math.max(this.radius, THIN * this.least);
   }
 }
 

@@ -1,6 +1,7 @@
 import { element } from "../panel/element.js";
 import { jointOf, pairOf } from "./link_facts.js";
 import { unitText } from "./unit_text.js";
+import "./tip.css";
 
 // Between the pointer and the tip [px].
 const BESIDE = 16;
