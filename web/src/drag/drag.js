@@ -5,13 +5,15 @@ import { Handles } from "./handles.js";
 import { JointDrag } from "./joint_drag.js";
 import { LimbDrag } from "./limb_drag.js";
 import { Pointer } from "./pointer.js";
+import { Rings } from "./rings.js";
+import { TurnDrag } from "./turn_drag.js";
 
 /** @typedef {import("./types.js").Gesture} Gesture */
 /** @typedef {import("./types.js").Limb} Limb */
 
 /**
- * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, or of a link, which its
- * joint follows. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
+ * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
+ * or a foot, or of a link, which its joint follows. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
  * again. Event of the app: "gesture" with `held`, when something is taken hold of and when it is let go: all that happens
  * in between is one change.
  */
@@ -32,6 +34,7 @@ export class Drag {
     /** @type {Limb[]} */
     this.limbs = app.robot.about.limbs.map((limb) => new /** @type {any} */ (LIMB_CLASSES)[limb.kind](limb));
     this.marks = new Handles(app, this.limbs);
+    this.rings = new Rings(app, this.marks);
     this.ghosts = new Ghosts(app.robot);
     this.pointer = new Pointer(app, this, pane);
     this.keys = new HandleKeys(this, bar);
@@ -54,6 +57,7 @@ export class Drag {
   /** @param {boolean} on whether the handles are there */
   show(on) {
     this.marks.show(on);
+    this.rings.refresh();
     this.keys.show(on);
   }
 
@@ -72,6 +76,15 @@ export class Drag {
    */
   takeJoint(motion, point, ray) {
     this.begin(() => new JointDrag(this.app, motion, point, ray));
+  }
+
+  /**
+   * @param {import("./rings.js").Ring} ring
+   * @param {import("three").Vector3} point on it
+   * @param {import("three").Ray} ray
+   */
+  takeRing(ring, point, ray) {
+    this.begin(() => new TurnDrag(this.app, this.limbs, ring, point, ray));
   }
 
   /** @param {() => Gesture} make */

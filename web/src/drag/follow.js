@@ -1,5 +1,6 @@
 import { degrees, sentence } from "./sentence.js";
 import { ArmPlace } from "../ik/arm_place.js";
+import { product, turned } from "../math/rotations.js";
 
 /** @typedef {import("./types.js").Answer} Answer */
 /** @typedef {import("./types.js").Branch} Branch */
@@ -33,6 +34,8 @@ export class HandFollower {
   constructor(limb, poseOf) {
     this.limb = limb;
     const pose = poseOf(limb.frame);
+    this.place = [pose[3], pose[7], pose[11]];
+    /** @type {[number, number, number]} */
     this.direction = [pose[0], pose[4], pose[8]];
   }
 
@@ -40,10 +43,7 @@ export class HandFollower {
   follow(target, q) {
     const { limb, direction } = this;
     const reference = limb.values(q);
-    // An arm outside its limits may come back inside.
-    const most = JUMP + Math.max(0, limb.excess(reference));
-    /** @param {Branch} branch */
-    const isNear = ({ values }) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
+    const isNear = this.nearTo(reference);
     /** @type {Answer} */
     const kept = limb.solveDirection(target, direction, reference);
     const next = kept.branches.find(isNear);
@@ -56,6 +56,28 @@ export class HandFollower {
     }
     const says = `the forearm turns: ${isExplained(kept) ? sentence(kept) : "its direction cannot be kept here"}`;
     return { q: limb.merged(q, answer.branches[0].values), says };
+  }
+
+  /** @type {(rotation: number[], q: number[]) => Followed} */
+  turn(rotation, q) {
+    const { limb } = this;
+    const reference = limb.values(q);
+    /** @type {Answer} */
+    const answer = limb.solveDirection(this.place, turned(rotation, this.direction), reference);
+    const next = answer.branches.find(this.nearTo(reference));
+    if (next) return { q: limb.merged(q, next.values), says: "" };
+    return { says: isExplained(answer) ? sentence(answer) : "the forearm cannot turn farther from here" };
+  }
+
+  /**
+   * Whether a branch is so near that the arm can go on to it. An arm outside its limits may come back inside.
+   *
+   * @param {number[]} reference
+   */
+  nearTo(reference) {
+    const most = JUMP + Math.max(0, this.limb.excess(reference));
+    /** @param {Branch} branch */
+    return ({ values }) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
   }
 
   /** @type {(target: number[], q: number[]) => Branch[]} */
@@ -87,6 +109,17 @@ export class FootFollower {
   /** @type {(target: number[], q: number[]) => Followed} */
   follow(target, q) {
     return this.followPose(this.poseAt(target), q);
+  }
+
+  /** @type {(rotation: number[], q: number[]) => Followed} */
+  turn(rotation, q) {
+    const { pose } = this;
+    const R = product(
+      rotation,
+      [0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]),
+    );
+    const rows = [0, 1, 2].flatMap((row) => [...R.slice(3 * row, 3 * row + 3), pose[4 * row + 3]]);
+    return this.followPose([...rows, 0, 0, 0, 1], q);
   }
 
   /** @type {(pose: number[], q: number[]) => Followed} */

@@ -3,14 +3,12 @@ import { unitText } from "../pick/unit_text.js";
 import { THREE } from "../three.js";
 import { farthest } from "./stops.js";
 import { SweptAngle, sweptDistance } from "./swept_angle.js";
+import { triples } from "./triples.js";
 
 /** @typedef {import("./types.js").Gesture} Gesture */
 
 // A pointer so near to an axis [px] says no angle about it.
 const NEAR_AXIS = 10;
-
-/** @param {THREE.Ray} ray */
-const triples = ({ origin, direction }) => ({ origin: origin.toArray(), direction: direction.toArray() });
 
 /**
  * How a link moves with the coordinate of the joint that carries it: about a line in the world, or along a direction; per

@@ -7,10 +7,10 @@ import { motionOf } from "./joint_drag.js";
 const [STILL, TAP] = [4, 10];
 
 /**
- * Where a pointer went down, and on what.
+ * Where a pointer went down, and on what; `take` is how the robot is taken hold of there, null where that is for the camera.
  *
  * @typedef {{ id: number, clientX: number, clientY: number, shift: boolean, handle: Handle | null, hit: Hit | null,
- *   motion: ReturnType<typeof motionOf>, still: boolean }} Press
+ *   take: (() => void) | null, still: boolean }} Press
  */
 
 /**
@@ -48,14 +48,31 @@ export class Pointer {
     this.app.settle();
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
     const handle = this.drag.marks.at(event);
-    const hit = handle ? null : this.app.pick.picker.at(event);
-    const motion = hit && this.mayMove(event, hit) ? motionOf(this.app.robot, hit.link, hit.point) : null;
-    this.press = { id, clientX, clientY, shift, handle, hit, motion, still: true };
-    if (!handle && !motion) return;
+    const grip = handle ? null : this.drag.rings.at(event);
+    const hit = handle || grip ? null : this.app.pick.picker.at(event);
+    const take = this.taking(event, handle, grip, hit);
+    this.press = { id, clientX, clientY, shift, handle, hit, take, still: true };
+    if (!take) return;
     this.app.viewer.controls.enabled = false;
     this.pane.setPointerCapture(id);
     this.pane.style.cursor = "grabbing";
-    if (handle) this.drag.takeHandle(handle, this.app.pick.viewport.ray(event));
+  }
+
+  /**
+   * How the robot is taken hold of, once the pointer moves.
+   *
+   * @param {PointerEvent} event
+   * @param {Handle | null} handle
+   * @param {ReturnType<import("./rings.js").Rings["at"]>} grip
+   * @param {Hit | null} hit
+   */
+  taking(event, handle, grip, hit) {
+    const { drag } = this;
+    const ray = this.app.pick.viewport.ray(event);
+    if (handle) return () => drag.takeHandle(handle, ray);
+    if (grip) return () => drag.takeRing(grip.ring, grip.point, ray);
+    const motion = hit && this.mayMove(event, hit) ? motionOf(this.app.robot, hit.link, hit.point) : null;
+    return hit && motion ? () => drag.takeJoint(motion, hit.point, ray) : null;
   }
 
   /**
@@ -80,11 +97,9 @@ export class Pointer {
     if (event.pointerId !== press.id) return;
     const way = Math.hypot(event.clientX - press.clientX, event.clientY - press.clientY);
     if (way > (event.pointerType === "touch" ? TAP : STILL)) press.still = false;
-    const { viewport } = this.app.pick;
-    if (press.motion && press.hit && !press.still && !drag.held) {
-      drag.takeJoint(press.motion, press.hit.point, viewport.ray(press));
-    }
-    if (drag.held && (press.handle || press.motion)) drag.move(viewport.ray(event), { level: event.shiftKey });
+    if (press.still || !press.take) return;
+    if (!drag.held) press.take();
+    drag.move(this.app.pick.viewport.ray(event), { level: event.shiftKey });
   }
 
   /** @param {PointerEvent} event */
@@ -108,13 +123,13 @@ export class Pointer {
    * @param {Press} press
    * @param {PointerEvent} event
    */
-  click({ handle, hit, shift }, event) {
+  click({ handle, hit, shift, take }, event) {
     const { measure, selection, hover } = this.app.pick;
     if (hit && (measure.picking || shift)) return measure.pick(hit);
     if (measure.picking) return;
     if (handle) selection.select(handle.limb.frame);
     else if (hit) selection.selectLink(hit.link);
-    else selection.select(null);
+    else if (!take) selection.select(null);
     // A finger does not hover: what it is on is told when it taps.
     if (event.pointerType === "touch") hover.show(hit?.link ?? null, event);
   }
@@ -124,8 +139,9 @@ export class Pointer {
     const { hover } = this.app.pick;
     const handle = this.drag.marks.at(event);
     this.drag.marks.light(handle);
-    this.pane.style.cursor = handle ? "grab" : "";
-    if (handle) hover.clear();
+    const isHeld = handle || this.drag.rings.at(event);
+    this.pane.style.cursor = isHeld ? "grab" : "";
+    if (isHeld) hover.clear();
     else hover.follow(event);
   }
 
@@ -144,7 +160,7 @@ export class Pointer {
     const { measure, selection } = this.app.pick;
     if (this.drag.held) {
       this.drag.cancel();
-      if (this.press) this.press.handle = this.press.motion = null;
+      if (this.press) this.press.take = null;
       this.app.viewer.controls.enabled = true;
       this.pane.style.cursor = "";
     } else if (event.target instanceof HTMLInputElement) return;

@@ -40,6 +40,8 @@ export interface Follower {
   follow(target: number[], q: number[]): Followed;
   /** All branches for the same target, whatever the limits. */
   branches(target: number[], q: number[]): Branch[];
+  /** At the place where it was, with its frame turned by a rotation of the torso, row by row. */
+  turn?(rotation: number[], q: number[]): Followed;
 }
 
 export interface Handle {
