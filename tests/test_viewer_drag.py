@@ -301,10 +301,11 @@ def test_a_ring_stops_where_the_limb_does_and_escape_gives_back(page: Page, nao:
     page.tab.mouse.up()
 
 
-@pytest.mark.parametrize(("axis", "angle"), [(1, 0.2), (2, -0.2)])
+@pytest.mark.parametrize(("axis", "angle"), [(1, 0.2), (2, 0.06)])
 def test_the_rings_of_a_hand_turn_its_forearm(page: Page, nao: nk.NaoModel, axis: int, angle: float) -> None:
     before = nao.fk(page.q, "LArm")
-    turn(page, "LArm", axis, np.linspace(-0.7, -0.7 + angle, 9))
+    # Beyond what is wanted, and back: the pointer may be where the arm does not follow.
+    turn(page, "LArm", axis, np.array([-0.7, -0.6, -0.5, -0.3, -0.5, -0.7 + angle]))
     after = nao.fk(assert_consistent(page, nao), "LArm")
     assert np.abs(after[:3, 3] - before[:3, 3]).max() < 1e-9
     assert said(page) == ""
