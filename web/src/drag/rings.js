@@ -6,7 +6,7 @@ import { THREE } from "../three.js";
 /** @typedef {{ handle: Handle, axis: THREE.Vector3, mesh: THREE.Mesh }} Ring a turn of a handle's frame about its own axis */
 
 // Sizes in metres for a small robot; the points of a ring that are looked at; how near to it a pointer is on it [px].
-const [RADIUS, THICKNESS, SAMPLES, POINT, FINGER] = [0.072, 0.0017, 64, 6, 16];
+const [RADIUS, THICKNESS, SAMPLES, POINT, FINGER] = [0.072, 0.0011, 64, 6, 16];
 
 const AXES = [
   { axis: [1, 0, 0], colour: "#e0433a" },

@@ -4,7 +4,7 @@ import { asMark, dispose } from "../scene/marking.js";
 import { THREE } from "../three.js";
 import { frameOf } from "./link_facts.js";
 
-const SIZE = 0.1;
+const SIZE = 0.062;
 
 /** The frame that is looked at: drawn as a triad with its name. Event of the app: "selected". */
 export class Selection {
