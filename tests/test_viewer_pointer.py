@@ -347,6 +347,20 @@ def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel
     assert not turned(seen(page, "LThigh"))
 
 
+def test_a_turn_of_the_camera_may_end_over_the_panel(page: Page, nao: nk.NaoModel) -> None:
+    press(page, (60, 600), (SIZE[0] - 120, -300))
+    page.tab.mouse.up()
+    look(page, "three-quarter")
+    before = page.q
+    press(page, seen(page, "LThigh"), (-20, -10))
+    assert moved(nao, before, page.q) == {"LHipPitch"}
+    page.tab.mouse.move(SIZE[0] - 60, 300)
+    page.tab.mouse.up()
+    assert page.run("() => naoKin.drag.held") is None
+    page.tab.mouse.move(*seen(page, "LTibia"))
+    assert tip(page).startswith("LTibia")
+
+
 def test_escape_gives_back_what_was_before_the_drag(page: Page, nao: nk.NaoModel) -> None:
     for place in (seen(page, "LThigh"), np.array(page.run(SHOWN_AT, ["l_gripper", [0, 0, 0]]))):
         page.run("() => { window.gestures.length = 0; }")

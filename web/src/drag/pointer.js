@@ -33,8 +33,9 @@ export class Pointer {
     // Before the camera's own control, which listens on the canvas inside.
     pane.addEventListener("pointerdown", (event) => this.down(event), true);
     pane.addEventListener("pointermove", (event) => this.move(event));
-    pane.addEventListener("pointerup", (event) => this.up(event));
-    pane.addEventListener("pointercancel", (event) => this.up(event));
+    // What begins on the picture may end anywhere: the camera's control takes the pointer with it.
+    window.addEventListener("pointerup", (event) => this.up(event));
+    window.addEventListener("pointercancel", (event) => this.up(event));
     pane.addEventListener("pointerleave", (event) => this.leave(event));
     document.addEventListener("keydown", (event) => this.key(event));
   }
@@ -110,7 +111,8 @@ export class Pointer {
     this.drag.end();
     const isUp = event.type === "pointerup";
     if (isUp && press.still) this.click(press, event);
-    if (isUp && event.pointerType !== "touch") this.hover(event);
+    const isOver = event.target instanceof Node && this.pane.contains(event.target);
+    if (isUp && isOver && event.pointerType !== "touch") this.hover(event);
   }
 
   release() {
