@@ -798,10 +798,35 @@ _VIEWER = (
         ("other-foot-carried-along-by-the-shared-motor", "q: other.merged(moved, others)", "q: moved"),
     ),
     *_faults(
-        "web/src/drag/drag.js",
+        "web/src/drag/pointer.js",
         "test_viewer_drag.py",
         ("camera-turns-while-a-handle-is-held", "    this.app.viewer.controls.enabled = false;\n", ""),
-        ("ghosts-stay-when-a-handle-is-let-go", '    this.say("");\n    this.ghosts.clear();\n', '    this.say("");\n'),
+    ),
+    *_faults(
+        "web/src/drag/limb_drag.js",
+        "test_viewer_drag.py",
+        ("ghosts-stay-when-a-handle-is-let-go", "    this.ghosts.clear();\n", ""),
+    ),
+    *_faults(
+        "web/src/drag/drag.js",
+        "test_viewer_pointer.py",
+        ("escape-lets-go-and-gives-nothing-back", "    this.app.set(q, up);\n", ""),
+        ("history-not-told-that-it-is-let-go", "    this.announce(false);\n", ""),
+    ),
+    *_faults(
+        "web/src/drag/stops.js",
+        "test_viewer_pointer.py",
+        ("coupled-partner-of-a-dragged-joint-left-out", "      if (share >= 1) continue;\n", "      continue;\n"),
+    ),
+    *_faults(
+        "web/src/drag/joint_drag.js",
+        "test_viewer_pointer.py",
+        ("mimic-joints-dragged-without-their-multiplier", ".multiplyScalar(multiplier);", ";"),
+    ),
+    *_faults(
+        "web/src/pick/picker.js",
+        "test_viewer_pointer.py",
+        ("search-ends-at-the-first-shape", "if (entry > least) break;", "if (least < Infinity) break;"),
     ),
     *_faults(
         "web/src/scene/ghosts.js",

@@ -59,7 +59,7 @@ def page(shared: Page, nao: nk.NaoModel) -> Page:
     """The page with the robot standing before the camera."""
     shared.tab.mouse.up()
     shared.tab.keyboard.up("Shift")
-    shared.run("() => naoKin.show({ handles: true })")
+    shared.run("() => { naoKin.show({ handles: true }); naoKin.pick.selection.select(null); }")
     shared.set(nao.posture("StandInit"))
     shared.tab.get_by_role("button", name="three-quarter", exact=True).click()
     return shared
@@ -251,6 +251,72 @@ def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: 
     assert page.run("() => naoKin.drag.ghosts.group.children.length") == 0
 
 
+# The place of a ring's point on the screen, so far round about its axis.
+ON_RING = """([axis, angle]) => {
+    const ring = naoKin.drag.rings.list.find((one) => one.axis.getComponent(axis) === 1);
+    const radius = ring.mesh.geometry.parameters.radius;
+    ring.mesh.updateWorldMatrix(true, false);
+    const point = new MeshCat.THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
+    const { clientX, clientY } = naoKin.pick.viewport.place(ring.mesh.localToWorld(point));
+    return [clientX, clientY];
+}"""
+
+
+def turn(page: Page, frame: str, axis: int, angles: np.ndarray) -> None:
+    """Select a handle, take hold of its ring about an axis and go round as the ring is at the start."""
+    page.tab.mouse.click(*on_screen(page, frame))
+    places = [page.run(ON_RING, [axis, float(angle)]) for angle in angles]
+    page.tab.mouse.move(*places[0])
+    page.tab.mouse.down()
+    for place in places[1:]:
+        page.tab.mouse.move(*place)
+
+
+@pytest.mark.parametrize(("frame", "axis"), [("LLeg", 2), ("RLeg", 2), ("RLeg", 1)])
+def test_a_ring_turns_a_foot_about_its_axis_at_its_place(page: Page, nao: nk.NaoModel, frame: str, axis: int) -> None:
+    other = {"LLeg": "RLeg", "RLeg": "LLeg"}[frame]
+    before = nao.fk(page.q, (frame, other))
+    root = page.run(ROOT)
+    turn(page, frame, axis, np.linspace(-0.9, -0.5, 13))
+    after = nao.fk(assert_consistent(page, nao), (frame, other))
+    E = before[0, :3, :3].T @ after[0, :3, :3]
+    about, angle = nk.rotations.natural_invariants(E)
+    assert abs(about[axis]) == pytest.approx(1.0, abs=1e-6)
+    assert float(angle * about[axis]) == pytest.approx(0.4, abs=0.01)
+    assert np.abs(after[0, :3, 3] - before[0, :3, 3]).max() < 1e-9
+    assert np.abs(after[1, :3, 2:] - before[1, :3, 2:]).max() < 1e-9
+    assert page.run(ROOT) == pytest.approx(root, abs=1e-12)
+    page.tab.mouse.up()
+    assert page.run("() => naoKin.pick.selection.frame") == frame
+
+
+def test_a_ring_stops_where_the_limb_does_and_escape_gives_back(page: Page, nao: nk.NaoModel) -> None:
+    before = page.q
+    turn(page, "LLeg", 2, np.linspace(-0.6, 1.4, 30))
+    q = assert_consistent(page, nao)
+    assert np.abs(q - before).max() > 0.1
+    assert re.fullmatch(r"LLeg: .*\S+ needs \S+°, at (least|most) \S+°.*", said(page))
+    page.tab.keyboard.press("Escape")
+    assert np.array_equal(page.q, before)
+    page.tab.mouse.up()
+
+
+@pytest.mark.parametrize(("axis", "angle"), [(1, 0.2), (2, 0.06)])
+def test_the_rings_of_a_hand_turn_its_forearm(page: Page, nao: nk.NaoModel, axis: int, angle: float) -> None:
+    before = nao.fk(page.q, "LArm")
+    # Beyond what is wanted, and back: the pointer may be where the arm does not follow.
+    turn(page, "LArm", axis, np.array([-0.7, -0.6, -0.5, -0.3, -0.5, -0.7 + angle]))
+    after = nao.fk(assert_consistent(page, nao), "LArm")
+    assert np.abs(after[:3, 3] - before[:3, 3]).max() < 1e-9
+    assert said(page) == ""
+    turned = nk.rotations.matrix_from_natural(before[:3, axis], angle) @ before[:3, 0]
+    assert np.abs(after[:3, 0] - turned).max() < 0.01
+    assert page.run("() => naoKin.drag.rings.list.length") == 2
+    page.tab.mouse.up()
+    page.tab.keyboard.press("Escape")
+    assert page.run("() => naoKin.drag.rings.list.length") == 0
+
+
 def test_the_camera_looks_at_what_is_dragged(page: Page, nao: nk.NaoModel) -> None:
     before = page.q
     pointer = drag(page, "CameraTop", (50, 30))
@@ -298,15 +364,17 @@ def test_the_camera_turns_about_the_robot_where_no_handle_is(page: Page, nao: nk
     assert not orbited(on_screen(page, "LArm"))
     assert np.abs(page.q - q).max() > 0.01
     assert orbited((90, 560))
-    # With the handles hidden there is nothing to hold.
-    switch = page.tab.get_by_role("button", name="Handles", exact=True)
-    switch.click()
-    assert switch.get_attribute("aria-pressed") == "false"
+    # With the handles hidden, and links left alone, there is nothing to hold.
+    switches = [page.tab.get_by_role("button", name=name, exact=True) for name in ("Handles", "Drag joints")]
+    for switch in switches:
+        switch.click()
+        assert switch.get_attribute("aria-pressed") == "false"
     q = page.q
     assert orbited(on_screen(page, "LArm"))
     assert np.array_equal(page.q, q)
-    switch.click()
-    assert switch.get_attribute("aria-pressed") == "true"
+    for switch in switches:
+        switch.click()
+        assert switch.get_attribute("aria-pressed") == "true"
     assert not orbited(on_screen(page, "LArm"))
 
 

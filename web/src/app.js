@@ -5,6 +5,7 @@ import { HANDLERS } from "./messages.js";
 import { Panel } from "./panel/panel.js";
 import { Player } from "./panel/player.js";
 import { element } from "./panel/element.js";
+import { Pick } from "./pick/pick.js";
 import { Robot } from "./robot/robot.js";
 import { stand } from "./robot/standing.js";
 import { Balance } from "./scene/balance.js";
@@ -32,7 +33,7 @@ const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
  * One page: meshcat's viewer, the robot in it, the panel beside it, and where its messages come from.
  *
  * Events: "started" when the robot is there, "settled" when the scene has been brought up to date with a new
- * configuration.
+ * configuration; "gesture" of the drag, "selected" of the selection, "measured" of the measurement.
  */
 export class App extends EventTarget {
   // What comes with the robot, in `start`.
@@ -47,6 +48,7 @@ export class App extends EventTarget {
   /** @type {Lights} */ lights;
   /** @type {Speech} */ speech;
   /** @type {Reach} */ reach;
+  /** @type {Pick} */ pick;
   /** @type {Panel} */ panel;
   /** @type {Drag} */ drag;
 
@@ -123,11 +125,13 @@ export class App extends EventTarget {
     this.colours = new LinkColours(this.robot);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
+    this.pick = new Pick(this, this.pane);
     this.panel = new Panel(this, byId("panel"));
     this.reach = new Reach(this, byId("cut"));
     this.ghosts = new Ghosts(this.robot);
-    this.drag = new Drag(this, this.pane, byId("drag"));
+    this.drag = new Drag(this, this.pane, byId("drag"), byId("handles"));
     this.toggles.offer("handles", this.drag.possible);
+    this.toggles.offer("joints", about.joints.length > 0);
     byId("cameras").replaceChildren(
       ...about.cameras.map(({ name }) => element("button", { type: "button", onclick: () => this.camera(name) }, name)),
     );

@@ -29,6 +29,7 @@ const TOGGLES = {
     },
   },
   handles: { text: "Handles", show: ({ drag }, on) => drag.show(on) },
+  joints: { text: "Drag joints", show: ({ drag }, on) => (drag.movesJoints = on) },
 };
 
 /** The buttons of what may be drawn over the robot. */
@@ -40,7 +41,8 @@ export class Toggles {
   constructor(app, bar) {
     this.app = app;
     /** @type {Record<string, boolean>} */
-    this.shown = { frames: false, axes: false, com: false, support: false, ghosts: true, handles: app.role === "" };
+    this.shown = { frames: false, axes: false, com: false, support: false, ghosts: true };
+    this.shown.handles = this.shown.joints = app.role === "";
     /** @type {Map<string, HTMLButtonElement>} */
     this.buttons = new Map();
     for (const [name, { text }] of Object.entries(TOGGLES)) {

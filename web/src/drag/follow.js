@@ -1,112 +1,198 @@
-// @ts-nocheck
 import { degrees, sentence } from "./sentence.js";
 import { ArmPlace } from "../ik/arm_place.js";
+import { product, turned } from "../math/rotations.js";
+
+/** @typedef {import("./types.js").Answer} Answer */
+/** @typedef {import("./types.js").Branch} Branch */
+/** @typedef {import("./types.js").Followed} Followed */
+/** @typedef {import("./types.js").Follower} Follower */
+/** @typedef {import("./types.js").Limb} Limb */
+/** @typedef {import("../math/types.js").Rotation} Rotation */
+/** @typedef {import("../math/types.js").Vector} Vector */
 
 // How a limb follows what is dragged, by its closed form: from a target in the torso's frame to a configuration inside
-// the limits, the other branches, and what there is to say. Each has `follow(target, q)`, whose `answer` tells whether
-// the target is reached; it changes nothing. One with a `stride` [m] is to be taken to a target in steps of that length.
+// the limits, the other branches, and what there is to say.
 
-// A hand keeps the direction of its forearm where that is possible, and else only its place counts. Either way the arm goes
-// on from where it is: what would take a joint farther than JUMP at once, to another posture that meets the place too, is
-// refused, and so the way to a place is gone in steps of STRIDE.
+// The most [rad] that a joint of the arm moves in a step, and the length of a step [m].
+const [JUMP, STRIDE] = [0.3, 0.005];
+
+/** @param {Answer} answer */
+const isExplained = ({ reason }) => reason !== "REACHED" && reason !== "NOT_ENOUGH_JOINTS";
+
+/**
+ * A hand keeps the direction of its forearm where that is possible, and else only its place counts. Either way the arm
+ * goes on from where it is: what would take a joint farther than JUMP at once, to another posture that meets the place
+ * too, is refused, and so the way to a place is gone in steps of STRIDE.
+ *
+ * @implements {Follower}
+ */
 export class HandFollower {
+  stride = STRIDE;
+
+  /**
+   * @param {any} limb an Arm
+   * @param {(frame: string) => number[]} poseOf
+   */
   constructor(limb, poseOf) {
     this.limb = limb;
-    this.stride = HandFollower.STRIDE;
     const pose = poseOf(limb.frame);
+    /** @type {Vector} */
+    this.place = [pose[3], pose[7], pose[11]];
+    /** @type {Vector} */
     this.direction = [pose[0], pose[4], pose[8]];
   }
 
+  /** @type {(target: number[], q: number[]) => Followed} */
   follow(target, q) {
     const { limb, direction } = this;
     const reference = limb.values(q);
-    // An arm outside its limits may come back inside.
-    const most = HandFollower.JUMP + Math.max(0, limb.excess(reference));
-    const isNear = ({ values }) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
+    const isNear = this.nearTo(reference);
+    /** @type {Answer} */
     const kept = limb.solveDirection(target, direction, reference);
     const next = kept.branches.find(isNear);
-    if (next) return { answer: kept, q: limb.merged(q, next.values), says: "" };
-    const answer = new ArmPlace(limb, target, reference).solve({ near: true });
+    if (next) return { q: limb.merged(q, next.values), says: "" };
+    const answer = /** @type {Answer} */ (
+      /** @type {any} */ (new ArmPlace(limb, /** @type {Vector} */ (target), reference).solve({ near: true }))
+    );
     if (!answer.branches.some(isNear)) {
-      const isKnown = answer.reason !== "REACHED" && answer.reason !== "NOT_ENOUGH_JOINTS";
-      return { answer, says: isKnown ? sentence(answer) : "cannot be reached from here" };
+      return { says: isExplained(answer) ? sentence(answer) : "cannot be reached from here" };
     }
-    const isKnown = kept.reason !== "REACHED" && kept.reason !== "NOT_ENOUGH_JOINTS";
-    const says = `the forearm turns: ${isKnown ? sentence(kept) : "its direction cannot be kept here"}`;
-    return { answer, q: limb.merged(q, answer.branches[0].values), says };
+    const says = `the forearm turns: ${isExplained(kept) ? sentence(kept) : "its direction cannot be kept here"}`;
+    return { q: limb.merged(q, answer.branches[0].values), says };
   }
 
-  // All branches for the same target, whatever the limits.
+  /** @type {(rotation: Rotation, q: number[]) => Followed} */
+  turn(rotation, q) {
+    const { limb } = this;
+    const reference = limb.values(q);
+    /** @type {Answer} */
+    const answer = limb.solveDirection(this.place, turned(rotation, this.direction), reference);
+    const next = answer.branches.find(this.nearTo(reference));
+    if (next) return { q: limb.merged(q, next.values), says: "" };
+    return { says: isExplained(answer) ? sentence(answer) : "the forearm cannot turn farther from here" };
+  }
+
+  /**
+   * Whether a branch is so near that the arm can go on to it. An arm outside its limits may come back inside.
+   *
+   * @param {number[]} reference
+   */
+  nearTo(reference) {
+    const most = JUMP + Math.max(0, this.limb.excess(reference));
+    /** @param {Branch} branch */
+    return ({ values }) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
+  }
+
+  /** @type {(target: number[], q: number[]) => Branch[]} */
   branches(target, q) {
     return this.limb.solveDirection(target, this.direction, this.limb.values(q), false).branches;
   }
 }
 
-// The most [rad] that a joint of the arm moves in a step, and the length of a step [m].
-Object.assign(HandFollower, { JUMP: 0.3, STRIDE: 0.005 });
-
-// A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: that foot stays on its place and its
-// sole as it is, and only turns about the sole's normal.
+/**
+ * A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: that foot stays on its place and its
+ * sole as it is, and only turns about the sole's normal.
+ *
+ * @implements {Follower}
+ */
 export class FootFollower {
+  /**
+   * @param {any} limb a Leg
+   * @param {(frame: string) => number[]} poseOf
+   * @param {Limb[]} limbs
+   */
   constructor(limb, poseOf, limbs) {
     this.limb = limb;
     this.pose = poseOf(limb.frame);
+    /** The leg on the same motor. @type {any} */
     this.other = limbs.find((other) => other.kind === "leg" && other !== limb && other.columns[0] === limb.columns[0]);
-    if (this.other) this.otherPose = poseOf(this.other.frame);
+    this.otherPose = this.other && poseOf(this.other.frame);
   }
 
+  /** @type {(target: number[], q: number[]) => Followed} */
   follow(target, q) {
+    return this.followPose(this.poseAt(target), q);
+  }
+
+  /** @type {(rotation: Rotation, q: number[]) => Followed} */
+  turn(rotation, q) {
+    const { pose } = this;
+    const before = /** @type {Rotation} */ ([0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]));
+    const R = product(rotation, before);
+    const rows = [0, 1, 2].flatMap((row) => [...R.slice(3 * row, 3 * row + 3), pose[4 * row + 3]]);
+    return this.followPose([...rows, 0, 0, 0, 1], q);
+  }
+
+  /** @type {(pose: number[], q: number[]) => Followed} */
+  followPose(pose, q) {
     const { limb, other } = this;
-    const answer = limb.solve(this.poseAt(target), limb.values(q));
-    if (answer.reason !== "REACHED") return { answer, says: sentence(answer) };
+    /** @type {Answer} */
+    const answer = limb.solve(pose, limb.values(q));
+    if (answer.reason !== "REACHED") return { says: sentence(answer) };
+    /** @type {Answer | null} */
     let blocked = null;
     for (const { values } of answer.branches) {
       const moved = limb.merged(q, values);
-      if (!other) return { answer, q: moved, says: "" };
+      if (!other) return { q: moved, says: "" };
       const reference = other.values(moved);
+      /** @type {Answer} */
       const stood = other.stand(this.otherPose, reference[0], reference);
       if (stood.reason === "REACHED") {
-        const [{ values: others, yaw }] = stood.branches;
+        const [{ values: others, yaw = 0 }] = stood.branches;
         const turn = degrees(yaw, 1);
         const isSeen = Number.parseFloat(turn) !== 0;
         const says = isSeen ? `${other.frame} turns by ${turn} with the hip motor that both legs share` : "";
-        return { answer, q: other.merged(moved, others), says };
+        return { q: other.merged(moved, others), says };
       }
       blocked ??= stood;
     }
-    return { answer: blocked, says: `${other.frame} cannot stay where it is: ${sentence(blocked)}` };
+    return { says: `${other.frame} cannot stay where it is: ${sentence(blocked ?? answer)}` };
   }
 
+  /** @type {(place: number[]) => number[]} */
   poseAt([x, y, z]) {
     const pose = [...this.pose];
     [pose[3], pose[7], pose[11]] = [x, y, z];
     return pose;
   }
 
+  /** @type {(target: number[], q: number[]) => Branch[]} */
   branches(target, q) {
     return this.limb.solve(this.poseAt(target), this.limb.values(q), false).branches;
   }
 }
 
-// A camera looks at what is dragged, or as near past it as the limits allow.
+/**
+ * A camera looks at what is dragged, or as near past it as the limits allow.
+ *
+ * @implements {Follower}
+ */
 export class GazeFollower {
+  /** @param {any} limb a Head */
   constructor(limb) {
     this.limb = limb;
   }
 
+  /** @type {(target: number[], q: number[]) => Followed} */
   follow(target, q) {
     const { limb } = this;
+    /** @type {Answer} */
     const answer = limb.solveGaze(target, limb.values(q));
-    if (answer.reason === "REACHED") return { answer, q: limb.merged(q, answer.branches[0].values), says: "" };
-    if (!answer.nearest) return { answer, says: sentence(answer) };
+    if (answer.reason === "REACHED") return { q: limb.merged(q, answer.branches[0].values), says: "" };
+    if (!answer.nearest) return { says: sentence(answer) };
     const { values, error } = answer.nearest;
-    const says = `${sentence(answer)}; looks ${degrees(error, 1)} past it`;
-    return { answer, q: limb.merged(q, values), says };
+    return { q: limb.merged(q, values), says: `${sentence(answer)}; looks ${degrees(error, 1)} past it` };
   }
 
+  /** @type {(target: number[], q: number[]) => Branch[]} */
   branches(target, q) {
     return this.limb.solveGaze(target, this.limb.values(q), false).branches;
   }
 }
 
+/**
+ * By the kind of limb.
+ *
+ * @type {Record<string, new (limb: Limb, poseOf: (frame: string) => number[], limbs: Limb[]) => Follower>}
+ */
 export const FOLLOWERS = { arm: HandFollower, leg: FootFollower, gaze: GazeFollower };

@@ -1,7 +1,11 @@
-// @ts-nocheck
+/** @type {(angle: number, digits: number) => string} */
 export const degrees = (angle, digits) => `${((angle * 180) / Math.PI).toFixed(digits)}°`;
 
-// Why there is no branch, in degrees.
+/**
+ * Why there is no branch, in degrees.
+ *
+ * @param {import("./types.js").Answer} answer
+ */
 export function sentence({ reason, joint, needed, limit, limb }) {
   if (reason === "OUT_OF_REACH") return `out of reach by ${millimetres(needed)}`;
   if (reason === "NOT_ENOUGH_JOINTS") return `${limb.joints.length} joints do not make this pose`;
@@ -13,6 +17,7 @@ export function sentence({ reason, joint, needed, limit, limb }) {
   return `${limb.joints[joint]} needs ${degrees(needed, digits)}, ${bound} ${degrees(limit, digits)}${where}`;
 }
 
+/** @param {number} metres */
 export function millimetres(metres) {
   const digits = metres < 0.001 ? 3 : metres < 0.01 ? 1 : 0;
   return `${(1000 * metres).toFixed(digits)} mm`;

@@ -1,6 +1,7 @@
 // @ts-nocheck
 import { rollPitchYaw } from "../math/roll_pitch_yaw.js";
 import { element } from "./element.js";
+import { SelectionSection } from "./selection.js";
 import { DECIMAL, UNITS } from "./units.js";
 
 // The panel beside the view: postures, one slider per joint, and where an effector is.
@@ -26,6 +27,7 @@ export class Panel {
       this.postures(about),
       element("section", { className: "joints" }, ...about.chains.map((chain) => this.chain(chain))),
       this.readout(about),
+      new SelectionSection(app).section,
     );
   }
 

@@ -1,11 +1,10 @@
-// @ts-nocheck
 import { THREE } from "../three.js";
 
-// A ring that keeps its size on the screen.
+/** A ring that keeps its size on the screen. */
 export function makeKnob() {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 96;
-  const ink = canvas.getContext("2d");
+  const ink = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   ink.beginPath();
   ink.arc(48, 48, 34, 0, 2 * Math.PI);
   ink.fillStyle = "rgba(255, 255, 255, 0.78)";
@@ -22,14 +21,23 @@ export function makeKnob() {
   return knob;
 }
 
-// A handle under the pointer is larger and brighter.
+/**
+ * A handle under the pointer is larger and brighter.
+ *
+ * @param {THREE.Sprite} knob
+ * @param {boolean} on
+ */
 export function highlight(knob, on) {
   const [size, opacity] = on ? [0.018, 1] : [0.013, 0.75];
   knob.scale.set(size, size, 1);
   knob.material.opacity = opacity;
 }
 
-// A faint line along x, from the camera to its handle.
+/**
+ * A faint line along x, from the camera to its handle.
+ *
+ * @param {number} length
+ */
 export function makeSight(length) {
   const ends = [new THREE.Vector3(), new THREE.Vector3(length, 0, 0)];
   const line = new THREE.Line(

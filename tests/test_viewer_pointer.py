@@ -1,0 +1,707 @@
+"""Links under a real pointer: told, dragged, selected, measured; and handles moved by real keys."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from made_up_robots import J, made_up
+from viewer_pages import Page, chromium, opened
+
+import nao_kin as nk
+from nao_kin.viewer import Viewer
+
+SIZE = (1100, 640)
+
+# A place on the screen [px] at which a link is seen: as far inside its picture as a coarse grid tells.
+SEEN = """(link) => {
+    naoKin.settle();
+    const { picker } = naoKin.pick;
+    const number = naoKin.robot.about.links.findIndex(({ name }) => name === link);
+    const { left, top, width, height } = document.getElementById("pane").getBoundingClientRect();
+    const { Box2, Vector2 } = MeshCat.THREE;
+    const box = new Box2();
+    for (const { mesh } of naoKin.robot.meshes.filter((shape) => shape.link === number)) {
+        const { position } = mesh.geometry.attributes;
+        const vertex = new MeshCat.THREE.Vector3();
+        for (let i = 0; i < position.count; i += 7) {
+            const place = naoKin.pick.viewport.place(mesh.localToWorld(vertex.fromBufferAttribute(position, i)));
+            box.expandByPoint(new Vector2(place.clientX, place.clientY));
+        }
+    }
+    const found = [];
+    for (let i = 1; i < 24; i++) for (let j = 1; j < 24; j++) {
+        const x = box.min.x + (i / 24) * (box.max.x - box.min.x);
+        const y = box.min.y + (j / 24) * (box.max.y - box.min.y);
+        const at = { clientX: x, clientY: y, pointerType: "touch" };
+        if (!naoKin.drag.marks.at(at) && picker.at(at)?.link === number) found.push([x, y]);
+    }
+    const middle = [0, 1].map((k) => found.reduce((sum, place) => sum + place[k], 0) / found.length);
+    const away = (place) => Math.hypot(place[0] - middle[0], place[1] - middle[1]);
+    return found.sort((a, b) => away(a) - away(b))[0] ?? null;
+}"""
+# The point of a link that is under a place of the screen, in the link, and where on the screen such a point is.
+GRABBED = "([clientX, clientY]) => naoKin.pick.picker.at({ clientX, clientY }).local.toArray()"
+SHOWN_AT = """([link, local]) => {
+    const node = naoKin.robot.nodes[naoKin.robot.about.links.findIndex(({ name }) => name === link)];
+    const point = node.localToWorld(new MeshCat.THREE.Vector3(...local));
+    const { clientX, clientY } = naoKin.pick.viewport.place(point);
+    return [clientX, clientY];
+}"""
+CAMERA = "() => naoKin.drag.camera.matrixWorld.elements"
+LISTEN = """() => {
+    window.gestures = [];
+    naoKin.addEventListener("gesture", ({ detail }) => window.gestures.push(detail.held));
+}"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Viewer(nao).save_html(tmp_path_factory.mktemp("pointer") / "nao.html")
+
+
+@pytest.fixture(scope="module")
+def shared(browser: Any, document: Path) -> Iterator[Page]:
+    with opened(browser, document, SIZE) as page:
+        page.draw(False)
+        page.run(LISTEN)
+        yield page
+
+
+@pytest.fixture
+def page(shared: Page, nao: nk.NaoModel) -> Page:
+    """The page with the robot standing before the camera, nothing selected, nothing measured."""
+    shared.tab.mouse.up()
+    shared.tab.mouse.move(5, 5)
+    for _ in range(3):
+        shared.tab.keyboard.press("Escape")
+    shared.run("() => { naoKin.show({ handles: true, joints: true }); window.gestures.length = 0; }")
+    shared.set(nao.posture("StandInit"))
+    look(shared, "three-quarter")
+    return shared
+
+
+def look(page: Page, camera: str) -> None:
+    page.tab.get_by_role("button", name=camera, exact=True).click()
+
+
+def seen(page: Page, link: str) -> np.ndarray:
+    place = page.run(SEEN, link)
+    assert place is not None, f"{link} is not seen"
+    return np.array(place)
+
+
+def press(page: Page, place: Any, by: Any, steps: int = 10) -> None:
+    """Press and move, in steps, and hold."""
+    page.tab.mouse.move(*map(float, place))
+    page.tab.mouse.down()
+    page.tab.mouse.move(*map(float, np.add(place, by)), steps=steps)
+
+
+def said(page: Page) -> str:
+    line = page.tab.locator("#drag")
+    return str(line.inner_text()) if line.is_visible() else ""
+
+
+def tip(page: Page) -> str:
+    page.animation_frames(2)
+    card = page.tab.locator(".tip")
+    return str(card.inner_text()) if card.is_visible() else ""
+
+
+def moved(nao: nk.RobotModel, before: np.ndarray, after: np.ndarray) -> set[str]:
+    return {nao.joint_names[column] for column in np.flatnonzero(np.abs(after - before) > 1e-9)}
+
+
+# --- what is under the pointer ---------------------------------------------------------------------------------------
+
+
+def test_a_link_under_the_pointer_is_told_with_its_joint_its_pair_its_value_and_its_range(
+    page: Page, nao: nk.NaoModel
+) -> None:
+    page.tab.mouse.move(*seen(page, "LTibia"))
+    column = nao.joint_names.index("LKneePitch")
+    value, low, high = (f"{math.degrees(x):.1f}°" for x in (page.q[column], nao.lower[column], nao.upper[column]))
+    assert tip(page).splitlines() == ["LTibia", "LKneePitch", "revolute pair", f"{value}, range {low} … {high}"]
+    page.slide("LKneePitch", 0.5)
+    page.animation_frames(3)
+    assert tip(page).splitlines()[3].startswith("28.6°, ")
+    page.tab.mouse.move(30, 600)
+    assert tip(page) == ""
+
+
+@pytest.mark.parametrize(
+    ("link", "lines"),
+    [
+        ("torso", ["torso", "fixed to the base"]),
+        ("Neck", ["Neck", "HeadYaw", "revolute, of a universal pair"]),
+        ("RPelvis", ["RPelvis", "RHipYawPitch", "revolute, of a spherical pair", r"follows LHipYawPitch: 0\.0°, .*"]),
+        (
+            "LFinger12_link",
+            ["LFinger12_link", "LHandFinger12", "revolute pair", "follows LHand: 25 %, range 0 % … 100 %"],
+        ),
+    ],
+)
+def test_the_tip_says_what_carries_a_link(page: Page, link: str, lines: list[str]) -> None:
+    look(page, "front" if link in ("Neck", "RPelvis") else "three-quarter")
+    page.tab.mouse.move(*seen(page, link))
+    found = tip(page).splitlines()
+    assert len(found) >= len(lines)
+    assert all(re.fullmatch(pattern, line) for pattern, line in zip(lines, found, strict=False)), found
+
+
+def test_the_range_of_the_head_is_that_of_its_table(page: Page, nao: nk.NaoModel) -> None:
+    page.slide("HeadYaw", 1.2)
+    page.tab.mouse.move(*seen(page, "Head"))
+    found = re.search(r"range (-?[\d.]+)° … (-?[\d.]+)°", tip(page))
+    assert found
+    [table] = [table for table in nao.coupled_limits if table.joint == "HeadPitch"]
+    bounds = [np.degrees(np.interp(1.2, table.at, side)) for side in (table.lower, table.upper)]
+    assert [float(found[1]), float(found[2])] == pytest.approx(bounds, abs=0.06)
+    assert bounds[1] < math.degrees(nao.upper[nao.joint_names.index("HeadPitch")]) - 1.0
+
+
+def test_nothing_is_drawn_while_the_pointer_stays_on_a_link(page: Page) -> None:
+    place = seen(page, "LThigh")
+    page.tab.mouse.move(*place)
+    page.animation_frames(4)
+    drawn = page.run("() => naoKin.drawn")
+    for step in range(1, 5):
+        page.tab.mouse.move(*(place + 0.5 * step))
+    page.animation_frames(4)
+    assert page.run("() => naoKin.drawn") == drawn
+    page.tab.mouse.move(*seen(page, "LTibia"))
+    page.animation_frames(4)
+    assert page.run("() => naoKin.drawn") > drawn
+
+
+def test_what_is_found_first_is_what_a_search_through_all_triangles_finds(page: Page) -> None:
+    found = page.run("""() => {
+        const { Raycaster } = MeshCat.THREE;
+        const { left, top, width, height } = document.getElementById("pane").getBoundingClientRect();
+        const caster = new Raycaster();
+        const shapes = naoKin.robot.meshes;
+        const both = [];
+        for (let i = 0; i < 24; i++) for (let j = 0; j < 16; j++) {
+            const at = { clientX: left + width * (0.3 + 0.4 * i / 24), clientY: top + height * (0.1 + 0.85 * j / 16) };
+            caster.ray.copy(naoKin.pick.viewport.ray(at));
+            const [first] = caster.intersectObjects(shapes.map(({ mesh }) => mesh));
+            const link = first ? shapes.find(({ mesh }) => mesh === first.object).link : null;
+            const hit = naoKin.pick.picker.at(at);
+            const apart = hit && first ? hit.point.distanceTo(first.point) : 0;
+            both.push([link, hit ? hit.link : null, apart]);
+        }
+        return both;
+    }""")
+    assert sum(link is not None for link, _, _ in found) > 60
+    assert all(link == own and apart < 1e-12 for link, own, apart in found)
+
+
+# --- a link is dragged -----------------------------------------------------------------------------------------------
+
+LINKS = [
+    ("side", "LThigh", "LHipPitch", -0.3),
+    ("side", "LTibia", "LKneePitch", 0.4),
+    ("side", "LBicep", "LShoulderRoll", 0.2),
+    ("front", "Head", "HeadPitch", 0.25),
+    ("front", "RBicep", "RShoulderRoll", -0.3),
+    ("three-quarter", "RTibia", "RKneePitch", 0.3),
+    ("three-quarter", "LForeArm", "LElbowRoll", -0.25),
+    ("three-quarter", "Head", "HeadPitch", -0.2),
+]
+
+
+def on_screen(page: Page, pose: np.ndarray, local: list[float]) -> np.ndarray:
+    """Where on the screen a point of a link would be with the link at a pose in the root."""
+    to_screen = """(point) => {
+        const at = new MeshCat.THREE.Vector3(...point).applyMatrix4(naoKin.robot.root.matrixWorld);
+        const { clientX, clientY } = naoKin.pick.viewport.place(at);
+        return [clientX, clientY];
+    }"""
+    return np.array(page.run(to_screen, (pose @ [*local, 1.0])[:3].tolist()))
+
+
+@pytest.mark.parametrize(("camera", "link", "joint", "angle"), LINKS)
+def test_a_link_goes_with_the_pointer_by_its_own_joint_and_no_other(
+    page: Page, nao: nk.NaoModel, camera: str, link: str, joint: str, angle: float
+) -> None:
+    look(page, camera)
+    before, root, view = page.q, page.run("() => naoKin.robot.root.matrixWorld.elements"), page.run(CAMERA)
+    place = seen(page, link)
+    local = page.run(GRABBED, place.tolist())
+    column = nao.joint_names.index(joint)
+    page.tab.mouse.move(*place)
+    page.tab.mouse.down()
+    for share in np.linspace(0, 1, 13)[1:]:
+        wanted = before.copy()
+        wanted[column] += share * angle
+        pointer = on_screen(page, nao.fk(wanted, link), local)
+        page.tab.mouse.move(*pointer)
+    q = page.q
+    assert moved(nao, before, q) == {joint}
+    assert nao.within_limits(q)
+    assert np.abs(page.poses((link,)) - nao.fk(q, link)).max() < 1e-6
+    assert page.run("() => naoKin.robot.root.matrixWorld.elements") == root
+    # Where the axis is seen from the side the link rolls under the pointer, which is the same only near the front.
+    assert q[column] - before[column] == pytest.approx(angle, rel=0.35)
+    assert np.linalg.norm(on_screen(page, nao.fk(q, link), local) - pointer) < 0.35 * np.linalg.norm(pointer - place)
+    if camera == "side" and "Pitch" in joint:
+        assert q[column] - before[column] == pytest.approx(angle, abs=0.002)
+    page.tab.mouse.up()
+    assert np.array_equal(page.q, q)
+    assert page.run(CAMERA) == view
+    assert page.run("() => window.gestures") == [True, False]
+
+
+def test_at_its_limit_a_joint_stops_and_the_page_says_so(page: Page, nao: nk.NaoModel) -> None:
+    look(page, "side")
+    place = seen(page, "LTibia")
+    press(page, place, (150, -130), 24)
+    q = page.q
+    column = nao.joint_names.index("LKneePitch")
+    assert q[column] in (nao.lower[column], nao.upper[column])
+    bound = "at least" if q[column] == nao.lower[column] else "at most"
+    assert said(page) == f"LKneePitch stops: {bound} {math.degrees(q[column]):.1f}°"
+    # And it comes back when the pointer does.
+    page.tab.mouse.move(*place, steps=24)
+    assert page.q[column] == pytest.approx(nao.posture("StandInit")[column], abs=1e-3)
+    assert said(page) == ""
+    page.tab.mouse.up()
+
+
+def test_the_coupled_limit_of_the_head_stops_the_pitch_and_the_yaw(page: Page, nao: nk.NaoModel) -> None:
+    look(page, "side")
+    page.slide("HeadYaw", 1.2)
+    press(page, seen(page, "Head"), (160, 60), 16)
+    q = page.q
+    assert nao.within_limits(q)
+    assert re.fullmatch(r"HeadPitch stops: at (most|least) -?[\d.]+° here \(coupled limit\)", said(page))
+    page.tab.mouse.up()
+    # The pitch does not yield when the yaw would leave it out.
+    page.set(nao.configuration(nao.angles(nao.posture("StandInit")) | {"HeadPitch": -0.6}))
+    look(page, "front")
+    press(page, seen(page, "Neck"), (250, 0), 20)
+    q = page.q
+    assert q[1] == -0.6
+    assert abs(q[0]) > 0.2
+    assert nao.within_limits(q)
+    assert re.fullmatch(r"HeadYaw stops: HeadPitch may be at least -34\.4° there \(coupled limit\)", said(page))
+    page.tab.mouse.up()
+
+
+def test_a_link_that_follows_another_joint_moves_both(page: Page, nao: nk.NaoModel) -> None:
+    look(page, "front")
+    before = page.q
+    press(page, seen(page, "RPelvis"), (12, 8))
+    q = page.q
+    assert moved(nao, before, q) == {"LHipYawPitch"}
+    assert nao.within_limits(q)
+    assert np.abs(page.poses(("LPelvis", "RPelvis")) - nao.fk(q, ("LPelvis", "RPelvis"))).max() < 1e-6
+    page.tab.mouse.up()
+    look(page, "hands")
+    before = page.q
+    press(page, seen(page, "LFinger12_link"), (15, 15))
+    assert moved(nao, before, page.q) == {"LHand"}
+    page.tab.mouse.up()
+
+
+def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel) -> None:
+    def turned(place: Any, button: str = "left", key: str | None = None) -> bool:
+        view, q = np.array(page.run(CAMERA)), page.q
+        if key:
+            page.tab.keyboard.down(key)
+        page.tab.mouse.move(*map(float, place))
+        page.tab.mouse.down(button=button)
+        page.tab.mouse.move(*map(float, np.add(place, (40, 15))), steps=4)
+        page.tab.mouse.up(button=button)
+        if key:
+            page.tab.keyboard.up(key)
+        page.animation_frames(2)
+        kept = bool(np.array_equal(page.q, q))
+        changed = bool(np.abs(np.array(page.run(CAMERA)) - view).max() > 1e-3)
+        assert kept == changed
+        look(page, "three-quarter")
+        return changed
+
+    assert turned((60, 600))
+    assert turned(seen(page, "torso"))
+    assert turned(seen(page, "LThigh"), "right")
+    assert turned(seen(page, "LThigh"), key="Alt")
+    assert not turned(seen(page, "LThigh"))
+    switch = page.tab.get_by_role("button", name="Drag joints", exact=True)
+    switch.click()
+    assert turned(seen(page, "LThigh"))
+    switch.click()
+    page.set(nao.posture("StandInit"))
+    assert not turned(seen(page, "LThigh"))
+
+
+def test_a_turn_of_the_camera_may_end_over_the_panel(page: Page, nao: nk.NaoModel) -> None:
+    press(page, (60, 600), (SIZE[0] - 120, -300))
+    page.tab.mouse.up()
+    look(page, "three-quarter")
+    before = page.q
+    press(page, seen(page, "LThigh"), (-20, -10))
+    assert moved(nao, before, page.q) == {"LHipPitch"}
+    page.tab.mouse.move(SIZE[0] - 60, 300)
+    page.tab.mouse.up()
+    assert page.run("() => naoKin.drag.held") is None
+    page.tab.mouse.move(*seen(page, "LTibia"))
+    assert tip(page).startswith("LTibia")
+
+
+def test_escape_gives_back_what_was_before_the_drag(page: Page, nao: nk.NaoModel) -> None:
+    for place in (seen(page, "LThigh"), np.array(page.run(SHOWN_AT, ["l_gripper", [0, 0, 0]]))):
+        page.run("() => { window.gestures.length = 0; }")
+        before = page.q
+        press(page, place, (15, -12))
+        assert np.abs(page.q - before).max() > 0.01
+        page.tab.keyboard.press("Escape")
+        assert np.array_equal(page.q, before)
+        page.tab.mouse.move(*map(float, np.add(place, (40, -40))), steps=3)
+        assert np.array_equal(page.q, before)
+        page.tab.mouse.up()
+        assert np.array_equal(page.q, before)
+        assert page.run("() => window.gestures") == [True, False]
+        assert page.run("() => naoKin.viewer.controls.enabled") is True
+
+
+def test_a_finger_turns_the_camera_until_the_link_is_selected_by_a_tap(page: Page, nao: nk.NaoModel) -> None:
+    session = page.tab.context.new_cdp_session(page.tab)
+
+    def touch(kind: str, *points: Any) -> None:
+        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+
+    def swipe(place: np.ndarray) -> None:
+        touch("touchStart", place)
+        for share in (0.3, 0.6, 1.0):
+            touch("touchMove", place + share * np.array((30, -6)))
+        touch("touchEnd")
+        page.animation_frames(2)
+
+    place, before, view = seen(page, "LThigh"), page.q, np.array(page.run(CAMERA))
+    swipe(place)
+    assert np.array_equal(page.q, before)
+    assert np.abs(np.array(page.run(CAMERA)) - view).max() > 1e-3
+    look(page, "three-quarter")
+    assert tip(page) == ""
+    touch("touchStart", place)
+    touch("touchEnd")
+    assert page.run("() => naoKin.pick.selection.frame") == "LThigh"
+    assert tip(page).splitlines()[:2] == ["LThigh", "LHipPitch"]
+    view = page.run(CAMERA)
+    swipe(place)
+    assert moved(nao, before, page.q) == {"LHipPitch"}
+    assert page.run(CAMERA) == view
+    # Another link is not selected: there the camera turns.
+    before = page.q
+    swipe(seen(page, "RTibia"))
+    assert np.array_equal(page.q, before)
+    session.detach()
+
+
+# --- a frame is selected ---------------------------------------------------------------------------------------------
+
+
+def numbers(page: Page, row: int, kind: str = ".pose") -> np.ndarray:
+    outputs = page.tab.locator(f".selection {kind} .numbers").nth(row).locator("output")
+    return np.array([float(value) for value in outputs.evaluate_all("(all) => all.map((o) => o.dataset.value)")])
+
+
+def test_a_click_selects_the_frame_of_a_link_and_another_beside_the_robot_lets_it_go(page: Page) -> None:
+    page.tab.mouse.click(*seen(page, "LThigh"))
+    frame = page.tab.get_by_label("Selected frame")
+    assert frame.evaluate("(select) => select.selectedOptions[0].text") == "LThigh"
+    assert page.run("() => naoKin.pick.selection.triad.parent === naoKin.robot.frameNode('LThigh')")
+    assert page.run("() => window.gestures") == []
+    page.tab.mouse.click(60, 600)
+    assert page.run("() => [naoKin.pick.selection.frame, naoKin.pick.selection.triad]") == [None, None]
+    page.tab.mouse.click(*np.array(page.run(SHOWN_AT, ["l_gripper", [0, 0, 0]])))
+    assert page.run("() => naoKin.pick.selection.frame") == "LArm"
+    page.tab.keyboard.press("Escape")
+    assert frame.evaluate("(select) => select.selectedOptions[0].text") == "none selected"
+
+
+@pytest.mark.parametrize("reference", ["torso", "LForeArm", "RLeg", "CameraTop"])
+def test_the_pose_is_that_of_forward_kinematics_in_any_frame(page: Page, nao: nk.NaoModel, reference: str) -> None:
+    page.set(nao.random(5))
+    page.tab.mouse.click(*seen(page, "Head"))
+    page.tab.get_by_label("Selected frame").select_option("LHand")
+    page.tab.get_by_label("Reference frame").select_option(reference)
+    for q in nao.random(6, 3):
+        page.set(q)
+        T = nao.fk(q, "LHand", reference=reference)
+        assert numbers(page, 0) == pytest.approx([*T[:3, 3], *nk.rotations.rpy_from_matrix(T[:3, :3])], abs=1e-6)
+        assert numbers(page, 1) == pytest.approx(nk.rotations.quat_from_matrix(T[:3, :3]), abs=1e-6)
+        axis, angle = nk.rotations.natural_invariants(T[:3, :3])
+        assert numbers(page, 2) == pytest.approx([float(angle), *axis], abs=1e-6)
+    page.tab.get_by_label("Reference frame").select_option("torso")
+
+
+def test_over_the_floor_a_sole_of_a_standing_robot_is_at_height_zero(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.mouse.click(*seen(page, "Head"))
+    page.tab.get_by_label("Selected frame").select_option("l_sole")
+    page.tab.get_by_label("Reference frame").select_option("floor")
+    _, _, *height_and_tilt, _ = numbers(page, 0)
+    assert height_and_tilt == pytest.approx([0, 0, 0], abs=1e-3)
+    page.tab.get_by_label("Reference frame").select_option("torso")
+
+
+def test_what_is_copied_is_the_pose_in_metres_and_radians(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.tab.mouse.click(*seen(page, "LForeArm"))
+    T = nao.fk(page.q, "LForeArm")
+    rpy = nk.rotations.rpy_from_matrix(T[:3, :3])
+    for name, expected in {
+        "4×4 matrix": T,
+        "position6d": [*T[:3, 3], *rpy],
+        "rpy": rpy,
+        "quaternion": nk.rotations.quat_from_matrix(T[:3, :3]),
+    }.items():
+        page.tab.get_by_role("button", name=name, exact=True).click()
+        page.tab.get_by_text(f"Copied: {name}.").wait_for()
+        text = page.run("() => navigator.clipboard.readText()")
+        assert np.abs(np.array(eval(text, {"np": np})) - expected).max() < 1e-6
+    page.tab.context.clear_permissions()
+
+
+def test_where_the_clipboard_is_shut_the_text_is_there_to_be_copied_by_hand(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => { navigator.clipboard.writeText = () => Promise.reject(new Error('shut')); }")
+    page.tab.mouse.click(*seen(page, "LForeArm"))
+    page.tab.get_by_role("button", name="position6d", exact=True).click()
+    field = page.tab.get_by_role("textbox", name="position6d")
+    field.wait_for()
+    values = [float(value) for value in field.input_value().strip("[]").split(",")]
+    assert values[:3] == pytest.approx(nao.fk(page.q, "LForeArm")[:3, 3], abs=1e-6)
+    page.animation_frames(2)
+    assert page.run("() => String(getSelection())") or page.run("() => document.activeElement.selectionEnd") > 10
+    page.run("() => { delete navigator.clipboard.writeText; }")
+
+
+# --- measuring -------------------------------------------------------------------------------------------------------
+
+
+def points(page: Page) -> list[tuple[str, list[float]]]:
+    return page.run("""() => naoKin.pick.measure.ends.map(({ link, local }) =>
+        [naoKin.robot.about.links[link].name, local.toArray()])""")  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("way", ["shift", "button"])
+def test_two_points_of_the_surface_stay_on_their_links(page: Page, nao: nk.NaoModel, way: str) -> None:
+    if way == "shift":
+        page.tab.keyboard.down("Shift")
+    else:
+        if not page.tab.get_by_role("button", name="Measure", exact=True).is_visible():
+            page.tab.get_by_text("Frame and measure").click()
+        page.tab.get_by_role("button", name="Measure", exact=True).click()
+    for link in ("LThigh", "Head"):
+        page.tab.mouse.click(*seen(page, link))
+    if way == "shift":
+        page.tab.keyboard.up("Shift")
+    (one, p), (other, r) = points(page)
+    assert (one, other) == ("LThigh", "Head")
+    for q in (page.q, *nao.random(8, 2)):
+        page.set(q)
+        a, b = ((nao.fk(q, link) @ [*local, 1.0])[:3] for link, local in ((one, p), (other, r)))
+        assert numbers(page, 0, ".results") == pytest.approx([np.linalg.norm(b - a), *(b - a)], abs=1e-6)
+        label = page.run("() => naoKin.pick.measure.text")
+        assert label == f"{1000 * np.linalg.norm(b - a):.1f} mm"
+    assert page.run("() => naoKin.pick.measure.thread.visible")
+    page.tab.keyboard.press("Escape")
+    assert not page.tab.locator(".results").is_visible()
+    assert not page.run("() => naoKin.pick.measure.thread.visible")
+    # What was a click to measure selects again.
+    page.tab.mouse.click(*seen(page, "LThigh"))
+    assert page.run("() => naoKin.pick.selection.frame") == "LThigh"
+
+
+def test_frames_are_measured_from_the_keyboard(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.mouse.click(*seen(page, "Head"))
+    for label, keys in (("Measure from", "LArm"), ("Measure to", "RLeg")):
+        page.tab.get_by_label(label).focus()
+        page.tab.keyboard.type(keys)
+    q = page.q
+    T_a, T_b = nao.fk(q, ("LArm", "RLeg"))
+    v = T_b[:3, 3] - T_a[:3, 3]
+    assert numbers(page, 0, ".results") == pytest.approx([np.linalg.norm(v), *v], abs=1e-6)
+    E = nao.fk(q, "RLeg", reference="LArm")
+    assert numbers(page, 1, ".results") == pytest.approx(
+        [float(nk.rotations.natural_invariants(E[:3, :3])[1])], abs=1e-6
+    )
+    expected = [*E[:3, 3], *nk.rotations.rpy_from_matrix(E[:3, :3])]
+    assert numbers(page, 2, ".results") == pytest.approx(expected, abs=1e-6)
+    assert page.tab.get_by_text("RLeg in LArm").is_visible()
+
+
+# --- handles by keyboard ---------------------------------------------------------------------------------------------
+
+
+def test_a_hand_is_moved_by_arrow_keys_and_let_go_by_enter(page: Page, nao: nk.NaoModel) -> None:
+    look(page, "side")
+    before = page.q
+    button = page.tab.locator("#handles").get_by_role("button", name="LArm")
+    button.focus()
+    page.tab.keyboard.press("ArrowUp")
+    page.tab.keyboard.press("Shift+ArrowUp")
+    page.tab.keyboard.press("ArrowRight")
+    assert button.get_attribute("aria-pressed") == "true"
+    q = page.q
+    by = nao.position(q, "LArm") - nao.position(before, "LArm")
+    assert np.linalg.norm(by) == pytest.approx(math.hypot(0.011, 0.001), abs=2e-4)
+    assert by[2] == pytest.approx(0.011, abs=1e-3)
+    assert np.abs(page.poses(("LArm",)) - nao.fk(q, "LArm")).max() < 1e-6
+    x, y, z = (f"{1000 * value:.0f}" for value in nao.position(q, "LArm"))
+    assert said(page).endswith(f"at {x}, {y}, {z} mm in torso")
+    page.tab.keyboard.press("Enter")
+    assert np.array_equal(page.q, q)
+    assert button.get_attribute("aria-pressed") == "false"
+    assert page.run("() => window.gestures") == [True, False]
+    assert page.run("() => document.activeElement.textContent") == "LArm"
+
+
+def test_escape_puts_a_hand_back_that_keys_have_moved(page: Page) -> None:
+    before = page.q
+    page.tab.locator("#handles").get_by_role("button", name="RArm").focus()
+    for _ in range(4):
+        page.tab.keyboard.press("Shift+ArrowDown")
+    assert np.abs(page.q - before).max() > 0.01
+    page.tab.keyboard.press("Escape")
+    assert np.array_equal(page.q, before)
+    assert said(page) == ""
+    assert page.run("() => window.gestures") == [True, False]
+
+
+def test_the_tab_key_reaches_the_handles_and_leaving_one_lets_it_go(page: Page, nao: nk.NaoModel) -> None:
+    page.tab.locator("#handles").get_by_role("button", name="LArm").focus()
+    page.tab.keyboard.press("ArrowUp")
+    page.tab.keyboard.press("Tab")
+    assert page.run("() => document.activeElement.textContent") == "RArm"
+    assert page.run("() => naoKin.drag.held") is None
+    assert page.run("() => window.gestures") == [True, False]
+    page.tab.get_by_role("button", name="Handles", exact=True).click()
+    assert page.tab.locator("#handles").is_hidden()
+    page.tab.get_by_role("button", name="Handles", exact=True).click()
+
+
+# --- other robots ----------------------------------------------------------------------------------------------------
+
+BOX = '<visual><geometry><box size="0.05 0.05 0.12"/></geometry></visual></link>'
+
+
+@pytest.fixture
+def crane(tmp_path: Path) -> nk.RobotModel:
+    """A mast that turns, a slide along x on it, and a second slide that goes half as far the other way."""
+    made_up(
+        tmp_path,
+        J("mast", (0.0, 0.0, 1.0), (0.0, 0.0, 0.1), limits=(-1.0, 1.0)),
+        J("slide", (1.0, 0.0, 0.0), (0.0, 0.0, 0.25), kind="prismatic", limits=(-0.1, 0.2)),
+        J("weight", (1.0, 0.0, 0.0), (0.0, 0.0, 0.25), kind="prismatic", parent="mast", follows=("slide", -0.5, 0.01)),
+    )
+    path = tmp_path / "robot.urdf"
+    path.write_text(path.read_text(encoding="utf-8").replace("</link>", BOX), encoding="utf-8")
+    return nk.RobotModel.from_urdf(path)
+
+
+def test_slides_and_what_follows_them_are_dragged_along_their_axes(
+    browser: Any, crane: nk.RobotModel, tmp_path: Path
+) -> None:
+    with opened(browser, Viewer(crane).save_html(tmp_path / "crane.html"), SIZE) as page:
+        page.draw(False)
+        look(page, "side")
+        for link, factor in (("slide_l", 1.0), ("weight_l", -0.5)):
+            page.set(crane.neutral())
+            place = seen(page, link)
+            local = page.run(GRABBED, place.tolist())
+            before = crane.fk(page.q, link)
+            towards = np.array(page.run(SHOWN_AT, [link, np.add(local, (0.03, 0, 0)).tolist()])) - place
+            press(page, place, towards)
+            q = page.q
+            assert moved(crane, crane.neutral(), q) == {"slide"}
+            assert (crane.fk(q, link) - before)[0, 3] == pytest.approx(0.03, abs=1e-3)
+            assert q[crane.joint_names.index("slide")] == pytest.approx(0.03 / factor, abs=2e-3)
+            assert np.abs(page.poses((link,)) - crane.fk(q, link)).max() < 1e-6
+            page.tab.mouse.move(*(place + 30 * towards / np.linalg.norm(towards) * factor * 20), steps=8)
+            assert said(page) == "slide stops: at most 200.0 mm"
+            page.tab.mouse.up()
+        # The mast turns within its limits, whose axis is seen from the side.
+        page.set(crane.neutral())
+        press(page, seen(page, "mast_l"), (30, 0))
+        assert moved(crane, crane.neutral(), page.q) == {"mast"}
+        page.tab.mouse.up()
+
+
+@pytest.mark.parametrize("limits", [(-0.1, 2.0), (-2.0, 0.1)])
+def test_a_pendulum_is_pulled_up_the_way_that_it_can_go(
+    browser: Any, tmp_path: Path, limits: tuple[float, float]
+) -> None:
+    made_up(tmp_path, J("swing", (0.0, 1.0, 0.0), (0.0, 0.0, 0.6), limits=limits))
+    path = tmp_path / "robot.urdf"
+    weight = BOX.replace("<geometry>", '<origin xyz="0 0 -0.3"/><geometry>')
+    path.write_text(path.read_text(encoding="utf-8").replace("</link>", weight), encoding="utf-8")
+    pendulum = nk.RobotModel.from_urdf(path)
+    with opened(browser, Viewer(pendulum).save_html(tmp_path / "pendulum.html"), SIZE) as page:
+        page.draw(False)
+        look(page, "front")
+        press(page, seen(page, "swing_l"), (0, -30))
+        assert page.q[0] * sum(limits) > 0.1
+        page.tab.mouse.up()
+
+
+def test_romeo_is_taken_by_its_links(browser: Any, tmp_path: Path) -> None:
+    romeo = nk.load_robot("romeo")
+    with opened(browser, Viewer(romeo).save_html(tmp_path / "romeo.html"), SIZE) as page:
+        page.draw(False)
+        links = page.run(
+            "() => [...new Set(naoKin.robot.meshes.map(({ link }) => naoKin.robot.about.links[link].name))]"
+        )
+        tried = 0
+        for link in links:
+            if tried == 5 or page.run(SEEN, link) is None:
+                continue
+            before = page.q
+            press(page, seen(page, link), (12, 9), 4)
+            q = page.q
+            changed = moved(romeo, before, q)
+            assert len(changed) <= 1
+            assert np.abs(page.poses((link,)) - romeo.fk(q, link)).max() < 1e-6
+            page.tab.mouse.up()
+            tried += bool(changed)
+        assert tried >= 3
+
+
+def test_names_of_other_peoples_making_are_shown_as_text(browser: Any, tmp_path: Path) -> None:
+    link = "<b>" + "x" * 3000
+    path = tmp_path / "hostile.urdf"
+    text = (
+        '<robot name="r"><link name="__proto__">BOX<link name="NAME">BOX'
+        '<joint name="&lt;/script&gt;" type="revolute"><parent link="__proto__"/><child link="NAME"/>'
+        '<origin xyz="0 0 0.2"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        "</robot>"
+    )
+    escaped = link.replace("<", "&lt;").replace(">", "&gt;")
+    path.write_text(text.replace("BOX", BOX).replace("NAME", escaped), encoding="utf-8")
+    robot = nk.RobotModel.from_urdf(path)
+    with opened(browser, Viewer(robot).save_html(tmp_path / "hostile.html"), SIZE) as page:
+        page.draw(False)
+        place = seen(page, link)
+        page.tab.mouse.move(*place)
+        assert tip(page).startswith("<b>xxx")
+        card = page.tab.locator(".tip").bounding_box()
+        assert card["height"] < 200
+        page.tab.mouse.click(*place)
+        assert page.run("() => naoKin.pick.selection.frame") == link
+        page.tab.mouse.click(*seen(page, "__proto__"))
+        assert page.run("() => naoKin.pick.selection.frame") == "__proto__"
+        assert numbers(page, 1) == pytest.approx([1, 0, 0, 0], abs=1e-12)

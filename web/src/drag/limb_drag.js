@@ -1,0 +1,188 @@
+import { squaredDistance } from "../math/numbers.js";
+import { THREE } from "../three.js";
+import { feetCross, footOf } from "./feet.js";
+import { FOLLOWERS } from "./follow.js";
+import { LAST_STEP, between, directionsAround, nearestPlace } from "./nearest_place.js";
+
+/** @typedef {import("./types.js").Gesture} Gesture */
+/** @typedef {import("./types.js").Handle} Handle */
+/** @typedef {import("./types.js").Limb} Limb */
+
+// Branches whose squared distance is above OTHER are two; the looks of their ghosts.
+const OTHER = 1e-6;
+const INSIDE = { colour: "#2f6fe0", opacity: 0.3 };
+const OUTSIDE = { colour: "#5c6678", opacity: 0.1 };
+
+/**
+ * A handle that is held: the limb follows it in the plane that the camera faces, by its closed form, and the trunk stays.
+ *
+ * @implements {Gesture}
+ */
+export class LimbDrag {
+  /**
+   * @param {import("../app.js").App} app
+   * @param {Limb[]} limbs
+   * @param {import("../scene/ghosts.js").Ghosts} ghosts
+   * @param {Handle} handle
+   * @param {THREE.Ray | null} ray of the pointer that takes hold of it, if one does
+   */
+  constructor(app, limbs, ghosts, handle, ray) {
+    this.app = app;
+    this.limbs = limbs;
+    this.ghosts = ghosts;
+    this.handle = handle;
+    const { limb } = handle;
+    this.follower = new FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame), limbs);
+    this.at = handle.knob.getWorldPosition(new THREE.Vector3());
+    this.plane = app.pick.viewport.facingPlane(this.at);
+    this.from = ray?.intersectPlane(this.plane, new THREE.Vector3()) ?? this.at.clone();
+    // The sole is not to go below the floor, nor lower where it is below it.
+    const isOnFloor = limb.kind === "leg" && !app.robot.about.floating;
+    this.floor = isOnFloor ? this.at.y - Math.max(0, footOf(app.robot, limb).low) : -Infinity;
+    this.place = this.inTorso(this.at);
+  }
+
+  /**
+   * @param {THREE.Ray} ray
+   * @param {{ level: boolean }} options whether the handle goes up and down only
+   */
+  move(ray, { level }) {
+    const now = ray.intersectPlane(this.plane, new THREE.Vector3());
+    if (!now) return this.says ?? "";
+    const by = now.sub(this.from);
+    if (level) by.projectOnVector(this.app.pick.viewport.axes[1]);
+    return this.moveTo(this.at.clone().add(by));
+  }
+
+  /**
+   * Go on from where the handle is.
+   *
+   * @param {number} right on the screen [m]
+   * @param {number} up
+   */
+  step(right, up) {
+    const axes = this.app.pick.viewport.axes;
+    return this.moveTo(this.inWorld(this.place).addScaledVector(axes[0], right).addScaledVector(axes[1], up));
+  }
+
+  /** @param {THREE.Vector3} to in the world */
+  moveTo(to) {
+    const isBelow = to.y < this.floor;
+    if (isBelow) to.setY(this.floor);
+    this.says = this.follow(this.inTorso(to), isBelow ? "the sole is on the floor" : "");
+    return this.says;
+  }
+
+  end() {
+    this.handle.knob.position.set(this.handle.ahead, 0, 0);
+    this.ghosts.clear();
+  }
+
+  /**
+   * Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
+   *
+   * @param {number[]} target
+   * @param {string} notice
+   */
+  follow(target, notice) {
+    const { app, follower, handle } = this;
+    const near = this.approach(target);
+    let followed = follower.follow(target, near.q);
+    const { says } = followed;
+    let place = target;
+    if (!followed.q) {
+      place = nearestPlace(target, near.place, this.directions(), (tried) => this.isReached(tried, near.q));
+      followed = follower.follow(place, near.q);
+    }
+    if (followed.q) {
+      this.place = place;
+      app.ghosts.clear();
+      const others = this.others(place, followed.q);
+      app.set(followed.q);
+      app.settle();
+      this.ghosts.show(others, app.robot.linkOf(handle.limb.joints[0]));
+      // What a camera looks at, or past, stays where it is dragged.
+      if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target)));
+    }
+    const crossing = feetCross(app.robot, handle.limb, this.limbs) ? "the feet cross" : "";
+    const said = [notice, says, crossing].filter(Boolean).join("; ");
+    return said && `${handle.limb.frame}: ${said}`;
+  }
+
+  /**
+   * The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
+   *
+   * @param {number[]} target
+   */
+  approach(target) {
+    const { follower, place } = this;
+    const strides = Math.ceil(between(place, target) / (follower.stride ?? Infinity));
+    let near = { place, q: this.app.q };
+    for (let i = 1; i < strides; i++) {
+      const next = place.map((value, k) => value + (i / strides) * (target[k] - value));
+      const { q } = follower.follow(next, near.q);
+      if (!q) break;
+      near = { place: next, q };
+    }
+    return near;
+  }
+
+  /** @type {(place: number[], q: number[]) => boolean} */
+  isReached(place, q) {
+    const isAbove = this.inWorld(place).y > this.floor - LAST_STEP;
+    return isAbove && Boolean(this.follower.follow(place, q).q);
+  }
+
+  /** Unit vectors in the plane of the drag, in the torso's frame. */
+  directions() {
+    const toTorso = new THREE.Matrix4().copy(this.torso.matrixWorld).invert();
+    const [right, up] = this.app.pick.viewport.axes.map((axis) => axis.transformDirection(toTorso).toArray());
+    return directionsAround(right, up);
+  }
+
+  /**
+   * The other branches for a target as ghosts, fainter where a limit stands against them.
+   *
+   * @param {number[]} target
+   * @param {number[]} q
+   */
+  others(target, q) {
+    const { limb } = this.handle;
+    const own = limb.values(q);
+    return this.follower
+      .branches(target, q)
+      .filter(({ values }) => squaredDistance(values, own) > OTHER)
+      .map(({ values }) => ({ q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) }));
+  }
+
+  // --- where things are ----------------------------------------------------------------------------------------
+
+  get torso() {
+    return this.app.robot.frameNode(this.handle.limb.torso);
+  }
+
+  /** @type {(point: THREE.Vector3) => number[]} of the world */
+  inTorso(point) {
+    return this.torso.worldToLocal(point.clone()).toArray();
+  }
+
+  /** @param {number[]} place in the torso */
+  inWorld(place) {
+    return this.torso.localToWorld(new THREE.Vector3().fromArray(place));
+  }
+
+  /**
+   * Pose of a frame in the frame of the torso, row by row.
+   *
+   * @param {string} frame
+   */
+  poseOf(frame) {
+    const { robot } = this.app;
+    const torso = robot.pose(robot.linkOf(this.handle.limb.torso));
+    return torso
+      .invert()
+      .multiply(robot.pose(robot.linkOf(frame)))
+      .transpose()
+      .toArray();
+  }
+}

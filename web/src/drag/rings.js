@@ -1,0 +1,88 @@
+import { flatMaterial } from "../scene/arrows.js";
+import { asMark, dispose } from "../scene/marking.js";
+import { THREE } from "../three.js";
+
+/** @typedef {import("./types.js").Handle} Handle */
+/** @typedef {{ handle: Handle, axis: THREE.Vector3, mesh: THREE.Mesh }} Ring a turn of a handle's frame about its own axis */
+
+// Sizes in metres for a small robot; the points of a ring that are looked at; how near to it a pointer is on it [px].
+const [RADIUS, THICKNESS, SAMPLES, POINT, FINGER] = [0.072, 0.0011, 64, 6, 16];
+
+const AXES = [
+  { axis: [1, 0, 0], colour: "#e0433a" },
+  { axis: [0, 1, 0], colour: "#2f9e44" },
+  { axis: [0, 0, 1], colour: "#2f6fe0" },
+];
+
+/** @type {Record<string, typeof AXES>} */
+const TURNS = { leg: AXES, arm: AXES.slice(1) };
+
+/**
+ * Rings that turn the frame of a limb, around the handle of the one that is selected: about all three axes of a foot; of a
+ * hand, whose arm has five joints, about the two that turn the direction of the forearm.
+ */
+export class Rings {
+  /**
+   * @param {import("../app.js").App} app
+   * @param {import("./handles.js").Handles} handles
+   */
+  constructor(app, handles) {
+    this.app = app;
+    this.handles = handles;
+    /** @type {Ring[]} */
+    this.list = [];
+    app.addEventListener("selected", () => this.refresh());
+  }
+
+  /** Draw the rings of the selected limb, and no others. */
+  refresh() {
+    for (const { mesh } of this.list) dispose(mesh);
+    const { frame } = this.app.pick.selection;
+    const handle = this.handles.shown && this.handles.list.find(({ limb }) => limb.frame === frame);
+    const turns = handle ? TURNS[handle.limb.kind] : undefined;
+    this.list = handle && turns ? turns.map((turn) => this.make(handle, turn)) : [];
+    this.app.viewer.set_dirty();
+  }
+
+  /**
+   * @param {Handle} handle
+   * @param {{ axis: number[], colour: string }} turn
+   * @returns {Ring}
+   */
+  make(handle, turn) {
+    const scale = this.app.studio.markScale;
+    const axis = new THREE.Vector3().fromArray(turn.axis);
+    const mesh = new THREE.Mesh(
+      new THREE.TorusGeometry(RADIUS * scale, THICKNESS * scale, 8, 64),
+      flatMaterial(turn.colour, 21),
+    );
+    mesh.renderOrder = 21;
+    mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+    this.app.robot.frameNode(handle.limb.frame).add(asMark(mesh));
+    return { handle, axis, mesh };
+  }
+
+  /**
+   * The ring under the pointer, and the place on it, in the world.
+   *
+   * @param {{ clientX: number, clientY: number, pointerType: string }} event
+   */
+  at({ clientX, clientY, pointerType }) {
+    const { viewport } = this.app.pick;
+    /** @type {{ ring: Ring, point: THREE.Vector3 } | null} */
+    let found = null;
+    let least = pointerType === "touch" ? FINGER : POINT;
+    const radius = RADIUS * this.app.studio.markScale;
+    for (const ring of this.list) {
+      ring.mesh.updateWorldMatrix(true, false);
+      for (let i = 0; i < SAMPLES; i++) {
+        const angle = (2 * Math.PI * i) / SAMPLES;
+        const point = new THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
+        const place = viewport.place(point.applyMatrix4(ring.mesh.matrixWorld));
+        const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
+        if (away < least) [found, least] = [{ ring, point }, away];
+      }
+    }
+    return found;
+  }
+}

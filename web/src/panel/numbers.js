@@ -1,0 +1,46 @@
+import { element } from "./element.js";
+import { UNITS } from "./units.js";
+
+/** @typedef {{ value: number, text: string, title: string }} Shown */
+
+/** A row of numbers with their names: a rounded text each, the exact value in its tip and its data. */
+export class Numbers {
+  /** @param {string[]} names */
+  constructor(names) {
+    this.outputs = names.map(() => element("output"));
+    this.box = element(
+      "div",
+      { className: "numbers" },
+      ...names.map((name, i) => element("div", {}, element("span", {}, name), this.outputs[i])),
+    );
+    this.box.style.setProperty("--columns", String(names.length > 4 ? 3 : names.length));
+  }
+
+  /** @param {Shown[]} shown */
+  show(shown) {
+    shown.forEach(({ value, text, title }, i) => {
+      const output = this.outputs[i];
+      // −0.0 is 0.0.
+      output.textContent = text.replace(/^-(0(\.0*)?)(?![\d.])/, "$1");
+      output.title = title;
+      output.dataset.value = String(value);
+    });
+  }
+
+  /** @type {(value: number) => Shown} */
+  static length(value) {
+    const { scale, sign, digits } = UNITS.m;
+    return { value, text: `${(value * scale).toFixed(digits)} ${sign}`, title: `${value} m` };
+  }
+
+  /** @type {(value: number) => Shown} */
+  static angle(value) {
+    const { scale, sign } = UNITS.rad;
+    return { value, text: `${(value * scale).toFixed(2)}${sign}`, title: `${value} rad` };
+  }
+
+  /** @type {(value: number) => Shown} */
+  static share(value) {
+    return { value, text: value.toFixed(5), title: String(value) };
+  }
+}

@@ -1,0 +1,141 @@
+import { COPIES, poseNumbers } from "../pick/pose_numbers.js";
+import { referencePose } from "../pick/selection.js";
+import { copyText } from "./copy_text.js";
+import { element } from "./element.js";
+import { MeasureCard } from "./measure_card.js";
+import { Numbers } from "./numbers.js";
+import "./selection.css";
+
+/** @typedef {{ kind: "root" } | { kind: "floor" } | { kind: "frame", name: string }} Reference */
+
+/** The selected frame in the panel: its pose in any frame, to read and to copy; and what is measured. */
+export class SelectionSection {
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
+    this.app = app;
+    const { about } = app.robot;
+    this.frame = frameSelect("Selected frame", about, [["", "none selected"]]);
+    this.frame.onchange = () => app.pick.selection.select(this.frame.value === "" ? null : nameOf(this.frame));
+    // A name of a frame is a text in the list, never a value with a meaning of its own.
+    /** @type {[string, string][]} */
+    const places = [["root", about.root]];
+    if (!about.floating) places.push(["floor", "the floor under the robot"]);
+    this.reference = frameSelect("Reference frame", about, places);
+    this.reference.onchange = () => this.refresh();
+    this.numbers = new Numbers(["x", "y", "z", "roll", "pitch", "yaw"]);
+    this.quaternion = new Numbers(["r0", "r1", "r2", "r3"]);
+    this.turn = new Numbers(["angle", "e1", "e2", "e3"]);
+    this.said = element("p", { className: "said" });
+    this.said.setAttribute("role", "status");
+    this.copies = element("div", { className: "copies" }, element("span", {}, "Copy"), ...this.copyButtons());
+    this.pose = element(
+      "div",
+      { className: "pose" },
+      this.numbers.box,
+      this.quaternion.box,
+      this.turn.box,
+      this.copies,
+    );
+    this.measure = new MeasureCard(app, this);
+    this.section = element(
+      "details",
+      { className: "selection" },
+      element("summary", {}, "Frame and measure"),
+      element("div", { className: "which" }, this.frame, element("span", {}, "in"), this.reference),
+      this.pose,
+      this.said,
+      this.measure.box,
+    );
+    app.addEventListener("selected", () => {
+      choose(this.frame, app.pick.selection.frame);
+      if (app.pick.selection.frame !== null) this.section.open = true;
+      this.refresh();
+    });
+    app.addEventListener("settled", () => this.refresh());
+    this.section.ontoggle = () => this.refresh();
+    this.refresh();
+  }
+
+  copyButtons() {
+    return COPIES.map(({ name, title, text }) => {
+      const button = element("button", { type: "button", title }, name);
+      button.onclick = async () => {
+        const pose = this.selected();
+        if (pose) this.said.replaceChildren(await copyText(text(poseNumbers(pose)), name));
+      };
+      return button;
+    });
+  }
+
+  /** @returns {Reference} */
+  get chosen() {
+    const { value } = this.reference;
+    return value === "root" || value === "floor" ? { kind: value } : { kind: "frame", name: nameOf(this.reference) };
+  }
+
+  /** Pose of what poses are given in, in the robot's root. */
+  referencePose() {
+    return referencePose(this.app.robot, this.chosen);
+  }
+
+  /** Pose of the selected frame in the reference. */
+  selected() {
+    const { frame } = this.app.pick.selection;
+    if (frame === null) return null;
+    const { robot } = this.app;
+    return this.referencePose()
+      .invert()
+      .multiply(robot.pose(robot.linkOf(frame)));
+  }
+
+  refresh() {
+    if (!this.section.open) return;
+    const pose = this.selected();
+    this.pose.hidden = !pose;
+    if (pose) {
+      const { position, rpy, quaternion, axis, angle } = poseNumbers(pose);
+      this.numbers.show([...position.map(Numbers.length), ...rpy.map(Numbers.angle)]);
+      this.quaternion.show(quaternion.map(Numbers.share));
+      this.turn.show([Numbers.angle(angle), ...axis.map(Numbers.share)]);
+    }
+    this.measure.refresh();
+  }
+}
+
+/**
+ * A list of all frames, after some places that are none.
+ *
+ * @param {string} label
+ * @param {import("../types.js").About} about
+ * @param {[string, string][]} places value and text
+ * @returns {HTMLSelectElement}
+ */
+export function frameSelect(label, about, places) {
+  const select = element("select", { ariaLabel: label });
+  select.append(...places.map(([value, text]) => element("option", { value }, text)));
+  const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
+  for (const [title, names] of /** @type {[string, string[]][]} */ ([
+    ["effectors", about.effectors],
+    ["all frames", others],
+  ])) {
+    const group = element("optgroup", { label: title });
+    // The value says that it is a frame: one may be called floor.
+    group.append(...names.map((name) => element("option", { value: `frame:${name}` }, name)));
+    select.append(group);
+  }
+  return select;
+}
+
+/** @param {HTMLSelectElement} select */
+export function nameOf(select) {
+  return select.value.slice("frame:".length);
+}
+
+/**
+ * @param {HTMLSelectElement} select
+ * @param {string | null} frame null for the first place
+ */
+export function choose(select, frame) {
+  if (frame === null) select.selectedIndex = 0;
+  else select.value = `frame:${frame}`;
+}

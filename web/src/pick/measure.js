@@ -1,0 +1,123 @@
+import { makeLabel } from "../scene/label.js";
+import { asMark, disposeChildren } from "../scene/marking.js";
+import { THREE } from "../three.js";
+
+/**
+ * One end of what is measured: a frame, or a point that stays on its link.
+ *
+ * @typedef {{ kind: "frame", name: string } | { kind: "point", link: number, local: THREE.Vector3 }} End
+ */
+
+const [SPOT, THREAD] = [0.006, 0.0014];
+const COLOUR = 0xc2255c;
+
+/** Distance between two frames or points of the surface, drawn as a line. Event of the app: "measured". */
+export class Measure {
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
+    this.app = app;
+    /** Whether a click picks a point. */
+    this.picking = false;
+    /** @type {(End | null)[]} */
+    this.ends = [null, null];
+    this.group = asMark(new THREE.Group());
+    app.robot.root.add(this.group);
+    this.text = "";
+    const scale = app.studio.markScale;
+    const material = new THREE.MeshBasicMaterial({
+      color: new THREE.Color(COLOUR).convertSRGBToLinear(),
+      transparent: true,
+      depthTest: false,
+      toneMapped: false,
+    });
+    const sphere = new THREE.SphereGeometry(SPOT * scale, 20, 14);
+    this.spots = [0, 1].map(() => new THREE.Mesh(sphere, material));
+    this.thread = new THREE.Mesh(new THREE.CylinderGeometry(THREAD * scale, THREAD * scale, 1, 10), material);
+    this.label = new THREE.Group();
+    for (const mark of [...this.spots, this.thread]) mark.renderOrder = 20;
+    this.group.add(...this.spots, this.thread, this.label);
+    app.addEventListener("settled", () => this.draw());
+    this.draw();
+  }
+
+  get active() {
+    return this.picking || this.ends.some((end) => end !== null);
+  }
+
+  /** @param {boolean} on */
+  setPicking(on) {
+    this.picking = on;
+    this.changed();
+  }
+
+  /**
+   * Take a point of the surface: the first end, or the second if only that one is open, or the first of new two.
+   *
+   * @param {import("./picker.js").Hit} hit
+   */
+  pick({ link, local }) {
+    /** @type {End} */
+    const end = { kind: "point", link, local };
+    this.ends = this.ends[0] && !this.ends[1] ? [this.ends[0], end] : [end, null];
+    this.changed();
+  }
+
+  /**
+   * @param {number} which 0 or 1
+   * @param {End | null} end
+   */
+  set(which, end) {
+    this.ends[which] = end;
+    this.changed();
+  }
+
+  clear() {
+    this.ends = [null, null];
+    this.picking = false;
+    this.changed();
+  }
+
+  changed() {
+    this.draw();
+    this.app.viewer.set_dirty();
+    this.app.dispatchEvent(new Event("measured"));
+  }
+
+  /**
+   * Pose of an end in the robot's root; a point has the orientation of its link.
+   *
+   * @param {End} end
+   */
+  pose(end) {
+    const { robot } = this.app;
+    if (end.kind === "frame") return robot.pose(robot.linkOf(end.name));
+    const pose = robot.pose(end.link);
+    return pose.setPosition(end.local.clone().applyMatrix4(pose));
+  }
+
+  draw() {
+    const places = this.ends.map((end) => end && new THREE.Vector3().setFromMatrixPosition(this.pose(end)));
+    places.forEach((place, i) => {
+      this.spots[i].visible = place !== null;
+      if (place) this.spots[i].position.copy(place);
+    });
+    const [a, b] = places;
+    this.thread.visible = this.label.visible = Boolean(a && b);
+    if (!a || !b) return;
+    const along = b.clone().sub(a);
+    const length = along.length();
+    this.thread.position.copy(a).lerp(b, 0.5);
+    this.thread.scale.set(1, Math.max(length, 1e-9), 1);
+    this.thread.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.normalize());
+    this.label.position.copy(this.thread.position);
+    this.write(`${(1000 * length).toFixed(1)} mm`);
+  }
+
+  /** @param {string} text */
+  write(text) {
+    if (text === this.text && this.label.children.length > 0) return;
+    this.text = text;
+    disposeChildren(this.label);
+    this.label.add(makeLabel(text, 0.02));
+  }
+}
