@@ -32,7 +32,8 @@ const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
  * One page: meshcat's viewer, the robot in it, the panel beside it, and where its messages come from.
  *
  * Events: "started" when the robot is there, "settled" when the scene has been brought up to date with a new
- * configuration.
+ * configuration, its `detail.own` whether that came from this page, "camera" when a preset was chosen, "shown" when
+ * something else is drawn over the robot.
  */
 export class App extends EventTarget {
   // What comes with the robot, in `start`.
@@ -121,6 +122,7 @@ export class App extends EventTarget {
     this.colours = new LinkColours(this.robot);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
+    this.panel?.close();
     this.panel = new Panel(this, byId("panel"));
     this.reach = new Reach(this, byId("cut"));
     this.ghosts = new Ghosts(this.robot);
@@ -143,6 +145,7 @@ export class App extends EventTarget {
     this.viewer.set_3d_pane_size();
     if (this.view === null) this.camera("three-quarter");
     this.viewer.set_dirty();
+    this.panel?.complete();
     document.body.dataset.ready = "true";
     this.send({ kind: "ready" });
   }
@@ -221,9 +224,10 @@ export class App extends EventTarget {
     const outside = robot.outside(this.q);
     this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
     this.panel.refresh();
-    if (this.unreported) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
+    const own = this.unreported;
+    if (own) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
     this.unreported = false;
-    this.dispatchEvent(new Event("settled"));
+    this.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
   }
 
   // Put the robot on the floor again, which it keeps off while it is dragged.
@@ -267,6 +271,7 @@ export class App extends EventTarget {
     this.settle();
     const bar = byId("top");
     this.studio.look(preset, this.robot, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+    this.dispatchEvent(new Event("camera"));
   }
 
   /**
