@@ -11,6 +11,7 @@ import { Postures } from "./postures.js";
 import { Readout } from "./readout.js";
 import { Settings } from "./settings.js";
 import { Tools } from "./tools.js";
+import { paintFloor } from "../scene/floor_colours.js";
 import { bindViewKeys } from "./view_keys.js";
 
 /**
@@ -58,6 +59,10 @@ export class Panel {
       this.readout.refresh();
     });
     bindViewKeys(app, signal);
+    const paint = () => paintFloor(app.studio);
+    this.settings.addEventListener("theme", paint);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint, { signal });
+    paint();
     const skip = /** @type {HTMLElement} */ (document.getElementById("skip"));
     skip.onclick = (event) => {
       event.preventDefault();

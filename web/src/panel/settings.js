@@ -7,7 +7,7 @@ const THEMES = { auto: "As the system", light: "Light", dark: "Dark" };
 /**
  * What a person prefers: units, colours, keys. Kept by the browser where it may.
  *
- * Events: "units" when another unit was chosen.
+ * Events: "units" when another unit was chosen, "theme" when the colours were.
  */
 export class Settings extends EventTarget {
   /** @param {boolean} own whether the page is for a person, rather than for a picture */
@@ -33,6 +33,7 @@ export class Settings extends EventTarget {
   setTheme(theme) {
     this.theme = theme;
     document.documentElement.dataset.theme = theme;
+    this.dispatchEvent(new Event("theme"));
   }
 
   /** @param {Partial<import("../values/units.js").Choice>} change */

@@ -30,13 +30,6 @@ export class Tools {
     );
     const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V");
     const link = iconButton("link", "Copy a link to this state", () => panel.address.copy());
-    const settings = iconButton("settings", "Settings", () => {});
-    const help = element("button", { type: "button" }, "Keys …");
-    const choices = menu(settings, "Settings", ...panel.settings.fields(), help);
-    help.onclick = () => {
-      choices.hidePopover();
-      panel.keys.help();
-    };
     const group = (/** @type {Node[]} */ ...buttons) => element("div", { className: "group" }, ...buttons);
     this.element = element(
       "div",
@@ -44,9 +37,7 @@ export class Tools {
       group(this.undo, this.redo),
       group(reset, mirror, random),
       group(copy, paste, link),
-      group(settings),
       formats,
-      choices,
     );
     this.element.setAttribute("role", "group");
     this.element.setAttribute("aria-label", "Configuration");
