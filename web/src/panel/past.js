@@ -22,20 +22,22 @@ export class Past extends EventTarget {
     this.before = null;
     this.held = new Set();
     app.addEventListener("settled", (event) => this.settled(/** @type {CustomEvent} */ (event).detail.own), { signal });
-    const begin = (/** @type {string} */ what) => this.held.add(what);
+    const begin = (/** @type {string} */ what) => {
+      this.finish();
+      this.held.add(what);
+    };
+    // What the event itself does, a click for one, comes after it and belongs to the same step.
     const end = (/** @type {string} */ what) => {
       this.held.delete(what);
-      this.finish();
+      setTimeout(() => this.finish());
     };
     const options = { signal, capture: true };
     window.addEventListener("pointerdown", ({ pointerId }) => begin(`pointer ${pointerId}`), options);
+    window.addEventListener("pointerup", ({ pointerId }) => end(`pointer ${pointerId}`), options);
+    window.addEventListener("pointercancel", ({ pointerId }) => end(`pointer ${pointerId}`), options);
     window.addEventListener("keydown", ({ code }) => begin(`key ${code}`), options);
-    // After what the event itself does: the last value of a drag belongs to it.
-    for (const name of /** @type {const} */ (["pointerup", "pointercancel"])) {
-      window.addEventListener(name, ({ pointerId }) => setTimeout(() => end(`pointer ${pointerId}`)), options);
-    }
-    window.addEventListener("keyup", ({ code }) => setTimeout(() => end(`key ${code}`)), options);
-    window.addEventListener("blur", () => this.letGo(), options);
+    window.addEventListener("keyup", ({ code }) => end(`key ${code}`), options);
+    window.addEventListener("blur", () => this.letGo(), { signal });
   }
 
   stance() {

@@ -185,7 +185,7 @@ function shown(value) {
 function recognised(about, text) {
   // A header names joints, and no joint has one of these in its name unless it is quoted.
   const first = text.trimStart().split("\n", 1)[0];
-  if (!/[[{(=]/.test(first) && !first.trimStart().startsWith("#") && !/^\s*(import|from)\b/.test(first)) {
+  if (!/[[{(=]|^(#|(import|from)\b)/.test(first)) {
     return { kind: "CSV", written: fromCsv(text), others: "stay" };
   }
   const values = readStatements(text.replace(/^\s*(?:import|from)\s[^\n]*$/gm, ""));
