@@ -91,7 +91,7 @@ def tool(page: Page, label: str) -> Any:
 
 
 def said(page: Page) -> str:
-    page.tab.wait_for_selector("#message:not([hidden])")
+    page.tab.wait_for_selector("#message > span")
     return str(page.tab.locator("#message > span").inner_text())
 
 
@@ -625,6 +625,19 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             tab.reload()
             tab.wait_for_selector("body[data-ready]")
             assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
+
+
+def test_a_robot_that_comes_again_is_not_moved_by_the_address(browser: Any, document: Path) -> None:
+    with another(browser, f"{document.as_uri()}#v=1&q=HeadYaw:0.5") as tab:
+        assert state_of(tab)["q"][0] == 0.5
+        tab.evaluate("() => { naoKin.start(naoKin.robot.about); naoKin.complete(); }")
+        assert state_of(tab)["q"][0] == 0.0
+        # Of two panels only the newer one listens to keys.
+        tab.get_by_role("button", name="Crouch").click()
+        crouched = state_of(tab)["q"]
+        tab.get_by_role("button", name="Stand", exact=True).click()
+        tab.keyboard.press("Control+z")
+        assert state_of(tab)["q"] == crouched
 
 
 def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:

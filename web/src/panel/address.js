@@ -10,6 +10,9 @@ const SAME_PLACE = 1e-4;
 
 const bare = () => location.href.split("#", 1)[0];
 
+// Whether the link that led to this page has been followed: once, whichever robot comes later.
+let isFollowed = false;
+
 /** The state of the page in its address, behind the #, so that a link leads to it. */
 export class Address {
   /**
@@ -41,12 +44,12 @@ export class Address {
 
   /** The page is all here: go where its link leads, if somebody followed one. */
   open() {
-    if (this.isOpen || this.app.role !== "") return;
+    if (this.app.role !== "") return;
     const [entry] = performance.getEntriesByType("navigation");
-    const isFollowed = /** @type {PerformanceNavigationTiming | undefined} */ (entry)?.type === "navigate";
+    const isNew = /** @type {PerformanceNavigationTiming | undefined} */ (entry)?.type === "navigate";
     // A live page that is loaded again is where the program has it now, not where it was.
-    if (isFollowed || !this.app.connection.socket) this.apply();
-    this.isOpen = true;
+    if (!isFollowed && (isNew || !this.app.connection.socket)) this.apply();
+    isFollowed = this.isOpen = true;
   }
 
   /** Where the camera is, and what it looks at, with z up. */

@@ -17,7 +17,6 @@ export class Messages {
    */
   say(text, { bad = false } = {}) {
     clearTimeout(this.timer);
-    this.line.hidden = false;
     this.line.classList.toggle("bad", bad);
     this.line.replaceChildren(
       element("span", {}, text),
@@ -29,6 +28,6 @@ export class Messages {
   close() {
     clearTimeout(this.timer);
     this.line.replaceChildren();
-    this.line.hidden = true;
+    this.line.classList.remove("bad");
   }
 }

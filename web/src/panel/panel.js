@@ -78,7 +78,8 @@ export class Panel {
 
   // All of the scene is here.
   complete() {
-    this.start = this.past.stance();
+    // A page that finds its program again begins no second time.
+    if (!this.address.isOpen) this.start = this.past.stance();
     this.address.open();
   }
 
