@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, opened
+from viewer_pages import OPTIONS, Page, chromium, opened
 
 import nao_kin as nk
 from nao_kin.configuration_files import read_configurations
 from nao_kin.motion import mirror
 from nao_kin.viewer import Viewer
+from nao_kin.viewer.browser import find_browser
 
 SIZE = (1100, 760)
 STEP = math.radians(1.0)
@@ -813,13 +814,16 @@ def test_everything_grows_with_the_readers_font(browser: Any, document: Path) ->
         .map((e) => e.getBoundingClientRect().height)"""
     with another(browser, document, (1400, 900)) as tab:
         usual = tab.evaluate(measure)
-    with another(browser, document, (1400, 900)) as tab:
-        # What a root font of 32 px, twice the usual, makes of sizes in rem.
-        tab.add_style_tag(content=":root { font-size: 26px !important; }")
-        assert tab.evaluate(measure) == pytest.approx([2 * height for height in usual], rel=0.1)
-        number = tab.locator('.joint[data-joint="RHand"] input[type="text"]')
-        number.scroll_into_view_if_needed()
-        assert number.bounding_box()["x"] + number.bounding_box()["width"] <= 1400
+    options = [*OPTIONS, "--blink-settings=defaultFontSize=32"]
+    large = browser.browser_type.launch(executable_path=str(find_browser()), args=options)
+    try:
+        with another(large, document, (1400, 900)) as tab:
+            assert tab.evaluate(measure) == pytest.approx([2 * height for height in usual], rel=0.1)
+            assert tab.evaluate("() => document.documentElement.scrollWidth") == 1400
+            box = tab.locator('.joint[data-joint="HeadYaw"] input[type="text"]').bounding_box()
+            assert box["x"] + box["width"] <= 1400
+    finally:
+        large.close()
 
 
 def test_the_panel_is_resized_by_pointer_and_keys_and_stays_so(browser: Any, document: Path) -> None:
