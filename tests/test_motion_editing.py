@@ -25,6 +25,7 @@ from nao_kin.motion import (
     concatenate,
     loop,
     mirror,
+    mirrored_joints,
     resample,
     reverse,
     share_motors,
@@ -72,6 +73,14 @@ def test_hands_feet_and_head_of_the_mirrored_motion_are_the_mirrored_ones(versio
     mirrored = mirror(motion, nao).configurations(nao).q
     for frame, other in (("LArm", "RArm"), ("RArm", "LArm"), ("LLeg", "RLeg"), ("Head", "Head")):
         assert _close(nao.fk(mirrored, other), MIRROR @ nao.fk(q, frame) @ MIRROR, 1e-12), frame
+
+
+def test_the_mirror_names_each_joints_other_side(nao: nk.NaoModel) -> None:
+    pairs = mirrored_joints(nao)
+    assert tuple(pairs) == nao.joint_names
+    assert pairs["LShoulderRoll"] == ("RShoulderRoll", -1.0)
+    assert pairs["LHipYawPitch"] == ("RHipYawPitch", 1.0)
+    assert pairs["HeadYaw"] == ("HeadYaw", -1.0)
 
 
 def test_names_that_are_no_naos_need_the_robot_whose_they_are(nao: nk.NaoModel) -> None:

@@ -124,19 +124,16 @@ def test_the_hand_slider_opens_the_fingers(page: Page, nao: nk.NaoModel) -> None
 
 def test_typed_numbers_are_degrees_and_stay_inside_the_limits(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("StandInit"))
-    for text, degrees in (
-        ("30", 30.0),
-        ("-12,5", -12.5),
-        ("nonsense", -12.5),
-        ("", -12.5),
-        ("0x10", -12.5),
-        ("9999", None),
-        ("99999", None),
-    ):
+    for text, degrees in (("30", 30.0), ("-12,5", -12.5), ("9999", None), ("", None), ("99999", None)):
         field = page.type_number("HeadYaw", text)
         expected = nao.upper[0] if degrees is None else math.radians(degrees)
         assert page.q[0] == pytest.approx(expected, abs=1e-12)
         assert field.input_value() == f"{math.degrees(expected):.1f}"
+    for text in ("nonsense", "0x10", "1e999"):
+        field = page.type_number("HeadYaw", text)
+        assert page.q[0] == pytest.approx(nao.upper[0], abs=1e-12)
+        assert field.get_attribute("aria-invalid") == "true"
+        page.tab.keyboard.press("Escape")
 
 
 def test_posture_buttons_take_the_robot_there(page: Page, nao: nk.NaoModel) -> None:
@@ -200,7 +197,8 @@ def test_the_read_out_gives_position_and_roll_pitch_yaw(page: Page, nao: nk.NaoM
     for frame in ("Head", "LArm", "RLeg", "CameraBottom", "LFoot/Bumper/Left"):
         page.tab.get_by_label("Frame", exact=True).select_option(frame)
         shown = page.run(
-            "() => Object.fromEntries([...naoKin.panel.numbers].map(([k, o]) => [k, [o.dataset.value, o.textContent]]))"
+            """() => Object.fromEntries(
+                [...naoKin.panel.readout.numbers].map(([k, o]) => [k, [o.dataset.value, o.textContent]]))"""
         )
         T = nao.fk(q, frame)
         expected = dict(

@@ -132,7 +132,8 @@ def test_a_link_under_the_pointer_is_told_with_its_joint_its_pair_its_value_and_
 ) -> None:
     page.tab.mouse.move(*seen(page, "LTibia"))
     column = nao.joint_names.index("LKneePitch")
-    value, low, high = (f"{math.degrees(x):.1f}°" for x in (page.q[column], nao.lower[column], nao.upper[column]))
+    angles = (page.q[column], nao.lower[column], nao.upper[column])
+    value, low, high = (f"{math.degrees(x):.1f}°".replace("-", "−") for x in angles)
     assert tip(page).splitlines() == ["LTibia", "LKneePitch", "revolute pair", f"{value}, range {low} … {high}"]
     page.slide("LKneePitch", 0.5)
     page.animation_frames(3)
@@ -286,7 +287,7 @@ def test_the_coupled_limit_of_the_head_stops_the_pitch_and_the_yaw(page: Page, n
     press(page, seen(page, "Head"), (160, 60), 16)
     q = page.q
     assert nao.within_limits(q)
-    assert re.fullmatch(r"HeadPitch stops: at (most|least) -?[\d.]+° here \(coupled limit\)", said(page))
+    assert re.fullmatch(r"HeadPitch stops: at (most|least) [−]?[\d.]+° here \(coupled limit\)", said(page))
     page.tab.mouse.up()
     # The pitch does not yield when the yaw would leave it out.
     page.set(nao.configuration(nao.angles(nao.posture("StandInit")) | {"HeadPitch": -0.6}))
@@ -296,7 +297,7 @@ def test_the_coupled_limit_of_the_head_stops_the_pitch_and_the_yaw(page: Page, n
     assert q[1] == -0.6
     assert abs(q[0]) > 0.2
     assert nao.within_limits(q)
-    assert re.fullmatch(r"HeadYaw stops: HeadPitch may be at least -34\.4° there \(coupled limit\)", said(page))
+    assert re.fullmatch(r"HeadYaw stops: HeadPitch may be at least −34\.4° there \(coupled limit\)", said(page))
     page.tab.mouse.up()
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from viewer_pages import made_of, messages_of
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NaoKinWarning, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.motion import mirror
+from nao_kin.naoqi import joint_names as naoqi_names
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.semantics import CoupledLimit, Semantics
 from nao_kin.urdf import Box, Cylinder, MeshFile, Origin, Sphere
@@ -300,6 +303,31 @@ def test_romeo_shows_too() -> None:
     assert viewer.notes == ()
     assert viewer.camera_names == ("front", "side", "three-quarter")
     _compare(viewer, [romeo.random(1)], 1e-13)
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_the_page_knows_the_mirror_image_and_naoqis_order(base: Literal["fixed", "floating"]) -> None:
+    nao = nk.load_nao(base=base)
+    about = Tree(Viewer(nao)).about
+    assert about["naoqi"] == list(naoqi_names(nao, "Body"))
+    q = nao.random(4)
+    mirrored = q.copy()
+    for row in about["mirror"]:
+        mirrored[row["column"]] = row["multiplier"] * q[row["of"]] + row["offset"]
+    motion = nk.Motion([0.0], nao.body_order, nao.to_body(q)[None])
+    expected = mirror(motion, nao).configurations(nao).q[0]
+    assert np.allclose(mirrored[-25:], expected[-25:], rtol=0.0, atol=1e-12)
+
+
+def test_a_robot_without_two_sides_has_no_mirror_image(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="arm"><link name="a"/><link name="b"/><joint name="turn" type="continuous"><parent link="a"/>'
+        '<child link="b"/></joint></robot>',
+        encoding="utf-8",
+    )
+    about = Tree(Viewer(nk.RobotModel.from_urdf(path))).about
+    assert about["mirror"] == about["naoqi"] == []
 
 
 def test_a_floating_base_moves_the_root() -> None:

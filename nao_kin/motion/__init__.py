@@ -9,7 +9,7 @@ from nao_kin.motion.editing import complete, concatenate, loop, resample, revers
 from nao_kin.motion.files import FORMATS, MotionFileWarning, read_motion, write_motion
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, smooth_slopes
 from nao_kin.motion.mending import clamp, share_motors
-from nao_kin.motion.mirroring import mirror
+from nao_kin.motion.mirroring import mirror, mirrored_joints
 from nao_kin.motion.motion import Motion
 from nao_kin.motion.plotting import plot
 from nao_kin.motion.recognising import is_motion_file
@@ -37,6 +37,7 @@ __all__ = [
     "is_motion_file",
     "loop",
     "mirror",
+    "mirrored_joints",
     "plot",
     "read_motion",
     "resample",

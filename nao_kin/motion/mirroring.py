@@ -1,4 +1,4 @@
-"""A motion seen in a mirror: what the left did the right does."""
+"""A motion, or a configuration, seen in a mirror: what the left did the right does."""
 
 from __future__ import annotations
 
@@ -46,6 +46,24 @@ def mirror(motion: Motion, robot: RobotModel | None = None) -> Motion:
     if motion.handles is not None:
         handles = [offsets * (1.0, sign) + 0.0 for sign, offsets in zip(signs, motion.handles, strict=True)]
     return Motion(motion.times, names, keys, motion.interpolation, handles)
+
+
+def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
+    """What shows a configuration of a robot in a mirror, at the plane between left and right, y = 0.
+
+    Args:
+        robot: whose joints; those that follow another one are named as the other side of one, never by themselves.
+
+    Returns:
+        Joint → (the joint on the other side, sign): the mirror image has the sign times the other joint's value. A
+        joint on neither side is its own other.
+
+    Raises:
+        UnknownName: a joint has no other side.
+        BadArgument: one that is not its mirror image.
+    """
+    check_robot(robot)
+    return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}
 
 
 def _nao_sign(name: str) -> float:

@@ -10,8 +10,11 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats, Vector
 from nao_kin._common.scalars import finite_or_none
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
+from nao_kin.motion import mirrored_joints
+from nao_kin.parameters import BODY_ORDER
 from nao_kin.robot import RobotModel, topology
 from nao_kin.urdf import UrdfTree
 from nao_kin.viewer.scene import Drawable, link_paths, numbered
@@ -86,7 +89,7 @@ def presets_of(robot: RobotModel) -> Presets:
 def describe(
     robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...], drawables: Iterable[Drawable]
 ) -> dict[str, Any]:
-    """Links, joints, limits, chains, postures, frames, masses, cameras, limbs and lights.
+    """Links, joints, limits, chains, postures, mirror image, NAOqi's order, frames, masses, cameras, limbs and lights.
 
     Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
     values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry none
@@ -134,6 +137,8 @@ def describe(
             for title, names in presets.chains.items()
         ],
         "postures": _postures(robot, presets),
+        "mirror": _mirror(robot, column),
+        "naoqi": _naoqi_order(robot),
         "neutral": robot.neutral().tolist(),
         "frames": [{"name": name, "link": place.get(name, child.get(name, 0))} for name in robot.frame_names],
         "effectors": [name for name in presets.effectors if name in robot.frame_names],
@@ -176,6 +181,31 @@ def _postures(robot: RobotModel, presets: Presets) -> list[dict[str, Any]]:
     """Those of the robot; one without any has all joints at zero, or where their limits come nearest to it."""
     postures = presets.postures or {"Zero": robot.clamp(robot.neutral())}
     return [{"name": name, "q": q.tolist(), "up": presets.rest.get(name)} for name, q in postures.items()]
+
+
+def _mirror(robot: RobotModel, column: Mapping[str, int]) -> list[dict[str, Any]]:
+    """The mirror image of q: q[column] becomes multiplier · q[of] + offset. Empty for robots without two sides."""
+    try:
+        pairs = mirrored_joints(robot)
+    except (BadArgument, UnknownName):
+        return []
+    if all(name == other for name, (other, _) in pairs.items()):
+        return []
+    rows = []
+    for name, (other, sign) in pairs.items():
+        driver = _driver(robot, column, other)
+        rows.append(
+            {"column": column[name], "of": driver["column"]}
+            | {"multiplier": sign * driver["multiplier"], "offset": sign * driver["offset"]}
+        )
+    return rows
+
+
+def _naoqi_order(robot: RobotModel) -> list[str]:
+    """The robot's joints in the order of NAOqi's Body; empty where those names do not set every joint."""
+    names = [name for name in BODY_ORDER if name in robot.joint_names or name in robot.mimics]
+    moved = {robot.mimics[name].joint if name in robot.mimics else name for name in names}
+    return names if moved == set(robot.joint_names) else []
 
 
 def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]:

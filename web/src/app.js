@@ -33,7 +33,9 @@ const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
  * One page: meshcat's viewer, the robot in it, the panel beside it, and where its messages come from.
  *
  * Events: "started" when the robot is there, "settled" when the scene has been brought up to date with a new
- * configuration; "gesture" of the drag, "selected" of the selection, "measured" of the measurement.
+ * configuration, its `detail.own` whether that came from this page, "camera" when a preset was chosen, "shown" when
+ * something else is drawn over the robot; "gesture" of the drag, "selected" of the selection, "measured" of the
+ * measurement.
  */
 export class App extends EventTarget {
   // What comes with the robot, in `start`.
@@ -126,6 +128,7 @@ export class App extends EventTarget {
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);
+    this.panel?.close();
     this.panel = new Panel(this, byId("panel"));
     this.reach = new Reach(this, byId("cut"));
     this.ghosts = new Ghosts(this.robot);
@@ -149,6 +152,7 @@ export class App extends EventTarget {
     this.viewer.set_3d_pane_size();
     if (this.view === null) this.camera("three-quarter");
     this.viewer.set_dirty();
+    this.panel?.complete();
     document.body.dataset.ready = "true";
     this.send({ kind: "ready" });
   }
@@ -227,9 +231,10 @@ export class App extends EventTarget {
     const outside = robot.outside(this.q);
     this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
     this.panel.refresh();
-    if (this.unreported) this.report();
+    const own = this.unreported;
+    if (own) this.report();
     this.unreported = false;
-    this.dispatchEvent(new Event("settled"));
+    this.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
   }
 
   report() {
@@ -278,6 +283,7 @@ export class App extends EventTarget {
     this.settle();
     const bar = byId("top");
     this.studio.look(preset, this.robot, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+    this.dispatchEvent(new Event("camera"));
   }
 
   /**

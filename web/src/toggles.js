@@ -73,6 +73,7 @@ export class Toggles {
       this.buttons.get(name)?.setAttribute("aria-pressed", String(on));
     }
     this.app.viewer.set_dirty();
+    this.app.dispatchEvent(new Event("shown"));
   }
 
   /** Show everything as it is to be, when the robot has just come. */

@@ -18,6 +18,10 @@ export interface About {
   tables: { joint: number; of: number; at: number[]; lower: number[]; upper: number[] }[];
   chains: { title: string; joints: Driven[] }[];
   postures: Posture[];
+  /** The mirror image of q: q[column] becomes multiplier · q[of] + offset. Empty for a robot without two sides. */
+  mirror: { column: number; of: number; multiplier: number; offset: number }[];
+  /** The joints in the order of NAOqi's Body; empty for a robot that is no NAO. */
+  naoqi: string[];
   neutral: number[];
   frames: { name: string; link: number }[];
   effectors: string[];

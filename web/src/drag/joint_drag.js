@@ -106,7 +106,7 @@ export class JointDrag {
     /** @param {number} wanted */
     const nameOf = (wanted) => coordinates.find((candidate) => candidate.column === wanted);
     const [own, other] = [nameOf(this.motion.joint.column), nameOf(column)];
-    const limit = `${upper ? "at most" : "at least"} ${unitText(bound, other?.unit ?? "rad")}`;
+    const limit = `${upper ? "at most" : "at least"} ${unitText(bound, other?.unit ?? "rad", this.app.panel.settings.units)}`;
     if (own !== other) return `${own?.joint} stops: ${other?.joint} may be ${limit} there (coupled limit)`;
     return `${own?.joint} stops: ${limit}${coupled ? " here (coupled limit)" : ""}`;
   }

@@ -8,7 +8,7 @@ import { choose, frameSelect, nameOf } from "./selection.js";
 export class MeasureCard {
   /**
    * @param {import("../app.js").App} app
-   * @param {{ referencePose(): THREE.Matrix4 }} selection that knows the reference
+   * @param {import("./selection.js").SelectionSection} selection that knows the reference
    */
   constructor(app, selection) {
     this.app = app;
@@ -58,12 +58,12 @@ export class MeasureCard {
     const [from, to] = [T_root_a, T_root_b].map((pose) => new THREE.Vector3().setFromMatrixPosition(pose));
     const toReference = this.selection.referencePose().invert();
     const difference = to.applyMatrix4(toReference).sub(from.applyMatrix4(toReference));
-    this.lengths.show([difference.length(), ...difference.toArray()].map(Numbers.length));
+    this.lengths.show(this.selection.poseShown([difference.length(), ...difference.toArray()], []));
     this.frames.hidden = a.kind !== "frame" || b.kind !== "frame";
     if (a.kind !== "frame" || b.kind !== "frame") return;
     const { position, rpy, angle } = poseNumbers(T_root_a.invert().multiply(T_root_b));
-    this.angle.show([Numbers.angle(angle)]);
+    this.angle.show(this.selection.poseShown([], [angle]));
     this.relativeTitle.textContent = `${b.name} in ${a.name}`;
-    this.relative.show([...position.map(Numbers.length), ...rpy.map(Numbers.angle)]);
+    this.relative.show(this.selection.poseShown(position, rpy));
   }
 }

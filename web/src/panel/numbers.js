@@ -1,6 +1,7 @@
+import { format, unitOf } from "../values/units.js";
 import { element } from "./element.js";
-import { UNITS } from "./units.js";
 
+/** @typedef {import("../values/units.js").Choice} Choice */
 /** @typedef {{ value: number, text: string, title: string }} Shown */
 
 /** A row of numbers with their names: a rounded text each, the exact value in its tip and its data. */
@@ -27,16 +28,17 @@ export class Numbers {
     });
   }
 
-  /** @type {(value: number) => Shown} */
-  static length(value) {
-    const { scale, sign, digits } = UNITS.m;
-    return { value, text: `${(value * scale).toFixed(digits)} ${sign}`, title: `${value} m` };
+  /** @type {(value: number, choice: Choice) => Shown} */
+  static length(value, choice) {
+    const unit = unitOf("m", choice);
+    return { value, text: `${format(value, unit)} ${unit.sign}`, title: `${value} m` };
   }
 
-  /** @type {(value: number) => Shown} */
-  static angle(value) {
-    const { scale, sign } = UNITS.rad;
-    return { value, text: `${(value * scale).toFixed(2)}${sign}`, title: `${value} rad` };
+  /** @type {(value: number, choice: Choice) => Shown} */
+  static angle(value, choice) {
+    const unit = unitOf("rad", choice);
+    const space = unit.sign === "°" ? "" : " ";
+    return { value, text: `${format(value, unit, unit.digits + 1)}${space}${unit.sign}`, title: `${value} rad` };
   }
 
   /** @type {(value: number) => Shown} */

@@ -10,9 +10,13 @@ import "./selection.css";
 
 /** The selected frame in the panel: its pose in any frame, to read and to copy; and what is measured. */
 export class SelectionSection {
-  /** @param {import("../app.js").App} app */
-  constructor(app) {
+  /**
+   * @param {import("../app.js").App} app
+   * @param {import("./settings.js").Settings} settings
+   */
+  constructor(app, settings) {
     this.app = app;
+    this.settings = settings;
     const { about } = app.robot;
     this.frame = frameSelect("Selected frame", about, [["", "none selected"]]);
     this.frame.onchange = () => app.pick.selection.select(this.frame.value === "" ? null : nameOf(this.frame));
@@ -37,7 +41,7 @@ export class SelectionSection {
       this.copies,
     );
     this.measure = new MeasureCard(app, this);
-    this.section = element(
+    this.element = element(
       "details",
       { className: "selection" },
       element("summary", {}, "Frame and measure"),
@@ -48,11 +52,11 @@ export class SelectionSection {
     );
     app.addEventListener("selected", () => {
       choose(this.frame, app.pick.selection.frame);
-      if (app.pick.selection.frame !== null) this.section.open = true;
+      if (app.pick.selection.frame !== null) this.element.open = true;
       this.refresh();
     });
     app.addEventListener("settled", () => this.refresh());
-    this.section.ontoggle = () => this.refresh();
+    this.element.ontoggle = () => this.refresh();
     this.refresh();
   }
 
@@ -78,6 +82,20 @@ export class SelectionSection {
     return referencePose(this.app.robot, this.chosen);
   }
 
+  /**
+   * A position and angles in the units that the panel shows.
+   *
+   * @param {number[]} position
+   * @param {number[]} angles
+   */
+  poseShown(position, angles) {
+    const { units } = this.settings;
+    return [
+      ...position.map((value) => Numbers.length(value, units)),
+      ...angles.map((value) => Numbers.angle(value, units)),
+    ];
+  }
+
   /** Pose of the selected frame in the reference. */
   selected() {
     const { frame } = this.app.pick.selection;
@@ -89,14 +107,14 @@ export class SelectionSection {
   }
 
   refresh() {
-    if (!this.section.open) return;
+    if (!this.element.open) return;
     const pose = this.selected();
     this.pose.hidden = !pose;
     if (pose) {
       const { position, rpy, quaternion, axis, angle } = poseNumbers(pose);
-      this.numbers.show([...position.map(Numbers.length), ...rpy.map(Numbers.angle)]);
+      this.numbers.show(this.poseShown(position, rpy));
       this.quaternion.show(quaternion.map(Numbers.share));
-      this.turn.show([Numbers.angle(angle), ...axis.map(Numbers.share)]);
+      this.turn.show([Numbers.angle(angle, this.settings.units), ...axis.map(Numbers.share)]);
     }
     this.measure.refresh();
   }

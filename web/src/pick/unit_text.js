@@ -1,17 +1,13 @@
-import { UNITS } from "../panel/units.js";
-
-/** @type {Record<string, { sign: string, scale: number, digits: number }>} */
-const KNOWN = UNITS;
+import { USUAL, spoken, unitOf } from "../values/units.js";
 
 /**
  * A value of a coordinate as the panel writes it, with its unit.
  *
  * @param {number} value
- * @param {string} unit that the coordinate is described with
+ * @param {string} kind "rad", "m" or "1", as the coordinate is described
+ * @param {import("../values/units.js").Choice} [choice]
  */
-export function unitText(value, unit) {
-  const { scale, digits, sign } = KNOWN[unit] ?? KNOWN.rad;
+export function unitText(value, kind, choice = USUAL) {
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
-  const number = (value * scale).toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
-  return `${number}${sign === "°" ? "" : " "}${sign}`;
+  return spoken(value, unitOf(kind, choice));
 }

@@ -1,5 +1,5 @@
-import { interpolate } from "../math/numbers.js";
 import { THREE } from "../three.js";
+import { rangeOf } from "../values/configurations.js";
 import { between } from "./nodes.js";
 import { Skeleton } from "./skeleton.js";
 
@@ -56,13 +56,8 @@ export class Robot extends Skeleton {
    * @param {ArrayLike<number>} q
    * @returns {[number, number]}
    */
-  range({ column, lower, upper }, q) {
-    let [low, high] = [lower ?? -Infinity, upper ?? Infinity];
-    for (const table of this.about.tables.filter(({ joint }) => joint === column)) {
-      low = Math.max(low, interpolate(table.at, table.lower, q[table.of]));
-      high = Math.min(high, interpolate(table.at, table.upper, q[table.of]));
-    }
-    return [low, high];
+  range(coordinate, q) {
+    return rangeOf(this.about, coordinate, q);
   }
 
   /**

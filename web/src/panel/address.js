@@ -1,0 +1,145 @@
+import { unrounded } from "../values/configurations.js";
+import { ROUNDING, readLink, writeLink } from "../values/link.js";
+import { NoConfiguration } from "../values/reading.js";
+import { THREE } from "../three.js";
+
+// How often [ms] the address follows; browsers refuse more than some hundred changes in half a minute.
+const PAUSE = 500;
+// How far the camera may be from where its preset put it, as a share of its distance, and still stand there.
+const SAME_PLACE = 1e-4;
+
+const bare = () => location.href.split("#", 1)[0];
+
+// Whether the link that led to this page has been followed: once, whichever robot comes later.
+let isFollowed = false;
+
+/** The state of the page in its address, behind the #, so that a link leads to it. */
+export class Address {
+  /**
+   * @param {import("./panel.js").Panel} panel
+   * @param {AbortSignal} signal
+   */
+  constructor(panel, signal) {
+    this.panel = panel;
+    this.app = panel.app;
+    this.timer = 0;
+    this.isOpen = false;
+    /** Where the preset chosen last has put the camera. @type {number[]} */
+    this.preset = [];
+    const { app } = this;
+    const later = () => this.later();
+    const moved = () => {
+      this.preset = this.places();
+      this.later();
+    };
+    app.addEventListener("camera", moved, { signal });
+    for (const name of ["settled", "shown"]) app.addEventListener(name, later, { signal });
+    for (const name of ["pointerup", "wheel", "keyup"]) {
+      app.pane.addEventListener(name, later, { signal, passive: true });
+    }
+    panel.settings.addEventListener("units", later, { signal });
+    window.addEventListener("hashchange", () => this.apply(), { signal });
+    signal.addEventListener("abort", () => clearTimeout(this.timer));
+  }
+
+  /** The page is all here: go where its link leads, if somebody followed one. */
+  open() {
+    if (this.app.role !== "") return;
+    const [entry] = performance.getEntriesByType("navigation");
+    const isNew = /** @type {PerformanceNavigationTiming | undefined} */ (entry)?.type === "navigate";
+    // A live page that is loaded again is where the program has it now, not where it was.
+    if (!isFollowed && (isNew || !this.app.connection.socket)) this.apply();
+    isFollowed = this.isOpen = true;
+  }
+
+  /** Where the camera is, and what it looks at, with z up. */
+  places() {
+    const { camera, controls } = this.app.viewer;
+    return [camera.position, controls.target].flatMap(({ x, y, z }) => [x, -z, y]);
+  }
+
+  get camera() {
+    const { view } = this.app;
+    const places = this.places();
+    const distance = Math.hypot(places[0] - places[3], places[1] - places[4], places[2] - places[5]);
+    const isThere = this.preset.every((x, i) => Math.abs(x - places[i]) < SAME_PLACE * distance);
+    return isThere ? (view ?? "three-quarter") : places;
+  }
+
+  /** What stands behind the #. */
+  get text() {
+    const { app, panel } = this;
+    const { shown, buttons } = app.toggles;
+    return writeLink(app.robot.about, {
+      q: [...app.q],
+      up: app.up && Array.from(app.up),
+      camera: this.camera,
+      shown: Object.keys(shown).filter((name) => shown[name] && !buttons.get(name)?.hidden),
+      units: panel.settings.units,
+      frame: panel.readout.select.value,
+    });
+  }
+
+  later() {
+    if (!this.isOpen || this.timer) return;
+    this.timer = setTimeout(() => {
+      this.timer = 0;
+      this.write();
+    }, PAUSE);
+  }
+
+  write() {
+    // A clip would write a new address at every step.
+    if (this.app.viewer.animator.playing) return;
+    try {
+      history.replaceState(history.state, "", `${bare()}#${this.text}`);
+    } catch {
+      // A document without an address of its own; its link can still be copied.
+    }
+  }
+
+  copy() {
+    const { text } = this;
+    const hasAddress = /^(https?|file):/.test(location.protocol);
+    const what = hasAddress ? "Link" : "End of a link to this page, which has no address of its own,";
+    return this.panel.exchange.copy(hasAddress ? `${bare()}#${text}` : `#${text}`, what);
+  }
+
+  /** Go where the address leads; where it leads nowhere a message says so, and nothing changes. */
+  apply() {
+    const text = location.hash.slice(1);
+    if (!text) return;
+    const { app, panel } = this;
+    let state;
+    try {
+      state = readLink(app.robot.about, Object.keys(app.toggles.shown), text);
+    } catch (error) {
+      if (!(error instanceof NoConfiguration)) throw error;
+      panel.messages.say(`The link leads nowhere: ${error.message}`, { bad: true });
+      return;
+    }
+    const { q, up, camera, shown, units, frame } = state;
+    if (q) app.set(unrounded(app.robot.about, q, ROUNDING), up ?? null);
+    else if (up) app.set([...app.q], up);
+    app.settle();
+    if (shown) {
+      const offered = [...app.toggles.buttons].filter(([, { hidden }]) => !hidden);
+      app.show(Object.fromEntries(offered.map(([name]) => [name, shown.includes(name)])));
+    }
+    if (units) panel.settings.setUnits(units);
+    if (frame) panel.readout.select.value = frame;
+    panel.readout.refresh();
+    if (typeof camera === "string") app.camera(camera);
+    else if (camera) this.look(camera);
+  }
+
+  /** @param {number[]} places */
+  look([x, y, z, tx, ty, tz]) {
+    const { viewer } = this.app;
+    this.app.camera("three-quarter");
+    viewer.camera.position.copy(new THREE.Vector3(x, z, -y));
+    viewer.controls.target.set(tx, tz, -ty);
+    viewer.controls.update();
+    viewer.set_dirty();
+  }
+}

@@ -1,0 +1,107 @@
+import { NoConfiguration, readConfiguration } from "../values/reading.js";
+import { FORMATS } from "../values/writing.js";
+import { openDialog } from "./dialog.js";
+import { button, element } from "./element.js";
+
+/** Configurations out of the page and into it as text: by the clipboard, or by a field where that is forbidden. */
+export class Exchange {
+  /**
+   * @param {import("../app.js").App} app
+   * @param {import("./messages.js").Messages} messages
+   */
+  constructor(app, messages) {
+    this.app = app;
+    this.messages = messages;
+  }
+
+  /** The formats that this robot can be copied as. */
+  get formats() {
+    return Object.entries(FORMATS).filter(([, { offered }]) => offered(this.app.robot.about));
+  }
+
+  /** @param {string} format */
+  copyConfiguration(format) {
+    const { robot, q } = this.app;
+    const { title, write } = FORMATS[format];
+    return this.copy(write(robot.about, q, robot.outside(q).size === 0), title);
+  }
+
+  /**
+   * @param {string} text
+   * @param {string} what it is, for the message
+   */
+  async copy(text, what) {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.messages.say(`${what} copied`);
+    } catch {
+      const field = element("textarea", { value: text, readOnly: true, rows: 8, ariaLabel: what });
+      const keys = element("p", {}, "The browser keeps the clipboard from this page: copy the text with Ctrl+C or ⌘C.");
+      openDialog(`Copy: ${what}`, keys, field);
+      field.focus();
+      field.select();
+    }
+  }
+
+  // What the clipboard holds, if the page may read it; else a field to paste into.
+  async paste() {
+    try {
+      this.take(await navigator.clipboard.readText());
+    } catch {
+      this.askForText();
+    }
+  }
+
+  askForText() {
+    const field = element("textarea", { rows: 8, spellcheck: false, ariaLabel: "Text of a configuration" });
+    const problem = element("p", { className: "problem", id: "paste-problem" });
+    problem.setAttribute("role", "alert");
+    field.setAttribute("aria-describedby", problem.id);
+    const apply = button("Show it", () => {
+      const reason = this.show(field.value);
+      problem.textContent = reason ?? "";
+      field.setAttribute("aria-invalid", String(reason !== null));
+      if (reason === null) field.closest("dialog")?.close();
+    });
+    openDialog(
+      "Paste a configuration",
+      element(
+        "p",
+        {},
+        "JSON, a CSV row under its header, Python, or a call of NAOqi’s setAngles or angleInterpolation.",
+      ),
+      field,
+      problem,
+      element("footer", {}, apply),
+    );
+    field.focus();
+  }
+
+  /** @param {string} text from the clipboard */
+  take(text) {
+    const reason = this.show(text);
+    if (reason !== null) this.messages.say(`Not pasted: ${reason}`, { bad: true });
+  }
+
+  /**
+   * Show the configuration that a text writes.
+   *
+   * @param {string} text
+   * @returns {string | null} why nothing has changed
+   */
+  show(text) {
+    const { robot, q } = this.app;
+    try {
+      const read = readConfiguration(robot.about, q, text);
+      this.app.set(read.q);
+      this.app.settle();
+      const outside = robot.outside(read.q).size;
+      const values = `${read.count} value${read.count === 1 ? "" : "s"} from ${read.kind}`;
+      this.messages.say(outside ? `${values}; ${outside} outside the limits` : values);
+      return null;
+    } catch (error) {
+      if (error instanceof NoConfiguration) return error.message;
+      throw error;
+    }
+  }
+}

@@ -1,0 +1,66 @@
+import { matches } from "../values/names.js";
+import { element } from "./element.js";
+import { JointRow } from "./joint_row.js";
+
+/** The joints in their chains, one slider each, and a field that looks for some of them. */
+export class Joints {
+  /** @param {import("./panel.js").Panel} panel */
+  constructor(panel) {
+    this.panel = panel;
+    const { chains } = panel.app.robot.about;
+    const shown = chains.flatMap(({ joints }) => joints).filter(({ follows }) => follows);
+    const followers = new Map(shown.map(({ name, follows }) => [follows, name]));
+    /** @type {JointRow[]} */
+    this.rows = [];
+    this.chains = chains.map(({ title, joints }) => {
+      const rows = joints.map((joint) => {
+        const row = new JointRow(panel, joint, joint.follows || followers.get(joint.name) || "", this.rows.length);
+        this.rows.push(row);
+        return row;
+      });
+      const summary = element("summary", {}, title);
+      return { rows, details: element("details", { open: true }, summary, ...rows.map((row) => row.element)) };
+    });
+    this.search = element("input", { type: "search", placeholder: "Filter joints", ariaLabel: "Filter joints" });
+    this.search.oninput = () => this.filter();
+    this.search.onkeydown = (event) => {
+      if (event.key !== "Escape" || !this.search.value) return;
+      event.preventDefault();
+      this.search.value = "";
+      this.filter();
+    };
+    this.count = element("output", { className: "count" });
+    this.element = element(
+      "section",
+      { className: "joints", id: "joints", tabIndex: -1, ariaLabel: "Joints" },
+      element("div", { className: "search" }, this.search, this.count),
+      ...this.chains.map(({ details }) => details),
+    );
+    this.element.hidden = this.rows.length === 0;
+    this.filter();
+  }
+
+  filter() {
+    const sought = this.search.value.trim();
+    let found = 0;
+    for (const { rows, details } of this.chains) {
+      const here = rows.filter((row) => (row.element.hidden = !matches(row.joint.name, sought)) === false);
+      details.hidden = here.length === 0;
+      if (sought && here.length > 0) details.open = true;
+      found += here.length;
+    }
+    const all = this.rows.length;
+    this.count.textContent = sought ? `${found} of ${all}` : `${all} joint${all === 1 ? "" : "s"}`;
+  }
+
+  refresh() {
+    const { app } = this.panel;
+    const outside = app.robot.outside(app.q);
+    for (const row of this.rows) row.refresh(app.q, outside.has(row.joint.column));
+  }
+
+  relabel() {
+    for (const row of this.rows) row.relabel();
+    this.refresh();
+  }
+}

@@ -1,0 +1,44 @@
+import { element } from "./element.js";
+
+let count = 0;
+
+/**
+ * A button that opens what hangs under it. Escape and a press beside it close it.
+ *
+ * @param {HTMLButtonElement} button
+ * @param {string} label of what opens
+ * @param {...Node} children
+ */
+export function menu(button, label, ...children) {
+  const sheet = element("div", { className: "menu", id: `menu-${count++}` }, ...children);
+  sheet.setAttribute("popover", "auto");
+  sheet.setAttribute("role", "group");
+  sheet.setAttribute("aria-label", label);
+  button.setAttribute("aria-haspopup", "true");
+  button.setAttribute("aria-expanded", "false");
+  button.setAttribute("popovertarget", sheet.id);
+  sheet.addEventListener("toggle", () => {
+    const open = sheet.matches(":popover-open");
+    button.setAttribute("aria-expanded", String(open));
+    if (open) place(sheet, button);
+    if (open) /** @type {HTMLElement | null} */ (sheet.querySelector("button, input:checked"))?.focus();
+  });
+  return sheet;
+}
+
+/**
+ * Put a sheet under a button, or over it where there is more room, inside the window.
+ *
+ * @param {HTMLElement} sheet
+ * @param {HTMLElement} button
+ */
+function place(sheet, button) {
+  const gap = 4;
+  const { left, right, top, bottom } = button.getBoundingClientRect();
+  const { offsetWidth: width, offsetHeight: height } = sheet;
+  const x = Math.min(left + width > innerWidth - gap ? right - width : left, innerWidth - width - gap);
+  const below = bottom + gap + height <= innerHeight || innerHeight - bottom >= top;
+  const y = below ? Math.min(bottom + gap, innerHeight - height - gap) : top - gap - height;
+  sheet.style.left = `${Math.max(gap, x)}px`;
+  sheet.style.top = `${Math.max(gap, y)}px`;
+}

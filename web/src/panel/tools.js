@@ -1,0 +1,59 @@
+import { mirrored, randomWithin } from "../values/configurations.js";
+import { element, iconButton } from "./element.js";
+import { menu } from "./menu.js";
+
+/** The bar of what is done to the whole configuration. */
+export class Tools {
+  /** @param {import("./panel.js").Panel} panel */
+  constructor(panel) {
+    this.panel = panel;
+    const { app, past, exchange } = panel;
+    const { about } = app.robot;
+    this.undo = iconButton("undo", "Undo", () => past.undo(), "Ctrl+Z");
+    this.redo = iconButton("redo", "Redo", () => past.redo(), "Ctrl+Shift+Z");
+    past.addEventListener("changed", () => this.refresh());
+    const reset = iconButton("reset", "Back to the beginning", () => panel.reset());
+    const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror());
+    const random = iconButton("random", "Random within the limits", () => app.set(randomWithin(about, app.q)));
+    mirror.hidden = about.mirror.length === 0;
+    const copy = iconButton("copy", "Copy the configuration", () => {});
+    const formats = menu(
+      copy,
+      "Copy as",
+      ...exchange.formats.map(([name, { title, hint }]) => {
+        const take = () => {
+          formats.hidePopover();
+          exchange.copyConfiguration(name);
+        };
+        return element("button", { type: "button", onclick: take }, title, element("small", {}, hint));
+      }),
+    );
+    const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V");
+    const link = iconButton("link", "Copy a link to this state", () => panel.address.copy());
+    const group = (/** @type {Node[]} */ ...buttons) => element("div", { className: "group" }, ...buttons);
+    this.element = element(
+      "div",
+      { className: "tools" },
+      group(this.undo, this.redo),
+      group(reset, mirror, random),
+      group(copy, paste, link),
+      formats,
+    );
+    this.element.setAttribute("role", "group");
+    this.element.setAttribute("aria-label", "Configuration");
+    this.refresh();
+  }
+
+  refresh() {
+    const { history } = this.panel.past;
+    // A disabled button would lose the focus to nothing.
+    this.undo.setAttribute("aria-disabled", String(history.past.length === 0));
+    this.redo.setAttribute("aria-disabled", String(history.future.length === 0));
+  }
+
+  mirror() {
+    const { app } = this.panel;
+    const up = app.up ? [app.up[0], -app.up[1], app.up[2]] : null;
+    app.set(mirrored(app.robot.about, app.q), up);
+  }
+}

@@ -1,0 +1,67 @@
+/** @typedef {import("../types.js").About} About */
+
+/**
+ * @param {About} about
+ * @param {ArrayLike<number>} q
+ */
+const dictionary = ({ coordinates }, q) =>
+  `{${coordinates.map(({ joint, column }) => `${JSON.stringify(joint)}: ${q[column]}`).join(", ")}}`;
+
+/** @param {About} about */
+const names = ({ naoqi }) => JSON.stringify(naoqi).replaceAll(",", ", ");
+
+/**
+ * @param {About} about
+ * @param {ArrayLike<number>} q
+ */
+function angles({ naoqi, joints }, q) {
+  const values = naoqi.map((name) => {
+    const joint = joints.find((candidate) => candidate.name === name);
+    return joint ? joint.multiplier * q[joint.column] + joint.offset : 0;
+  });
+  return `[${values.join(", ")}]`;
+}
+
+/** @param {string} text */
+const field = (text) => (/[",;\t\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+
+/**
+ * The texts that a configuration is copied as. Numbers have all their digits, in rad, m and shares.
+ *
+ * @type {Record<string, { title: string, hint: string, offered(about: About): boolean,
+ *   write(about: About, q: ArrayLike<number>, isInside?: boolean): string }>}
+ */
+export const FORMATS = {
+  json: {
+    title: "JSON",
+    hint: "{joint: rad}",
+    offered: () => true,
+    write: (about, q) => `${dictionary(about, q)}\n`,
+  },
+  csv: {
+    title: "CSV",
+    hint: "for nao-kin fk and view",
+    offered: () => true,
+    write: ({ coordinates }, q) =>
+      `${coordinates.map(({ joint }) => field(joint)).join(",")}\n${coordinates.map(({ column }) => q[column]).join(",")}\n`,
+  },
+  python: {
+    title: "Python",
+    hint: "q = nao.configuration({…})",
+    offered: () => true,
+    write: (about, q, isInside = true) =>
+      `q = nao.configuration(${dictionary(about, q)}${isInside ? "" : ', limits="ignore"'})\n`,
+  },
+  setAngles: {
+    title: "setAngles",
+    hint: "NAOqi, at a tenth of full speed",
+    offered: ({ naoqi }) => naoqi.length > 0,
+    write: (about, q) => `motion.setAngles(${names(about)}, ${angles(about, q)}, 0.1)\n`,
+  },
+  angleInterpolation: {
+    title: "angleInterpolation",
+    hint: "NAOqi, in two seconds",
+    offered: ({ naoqi }) => naoqi.length > 0,
+    write: (about, q) => `motion.angleInterpolation(${names(about)}, ${angles(about, q)}, 2.0, True)\n`,
+  },
+};

@@ -1,0 +1,104 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { NoConfiguration, readConfiguration } from "../src/values/reading.js";
+import { FORMATS } from "../src/values/writing.js";
+import { ABOUT, Q } from "./small_robot.js";
+
+const read = (text) => readConfiguration(ABOUT, [1, 0, 0, 0, 0], text);
+
+for (const [name, { write }] of Object.entries(FORMATS)) {
+  test(`what is copied as ${name} is read back to the last bit`, () => {
+    assert.deepEqual(read(write(ABOUT, Q)).q, Q);
+    assert.deepEqual(read(write(ABOUT, Q, false)).q, Q);
+  });
+}
+
+test("each way of writing is recognised", () => {
+  const [q, rest] = [0.5, [0, 0, 0, 0]];
+  for (const [kind, first, text] of [
+    ["JSON", q, '{"HeadYaw": 0.5}'],
+    ["JSON", q, '[{"HeadYaw": 0.5}]'],
+    ["JSON", q, "{'HeadYaw': .5,}"],
+    ["CSV", q, "HeadYaw\n0.5\n"],
+    ["CSV", q, 'HeadPitch;"HeadYaw"\r\n0;0.5\r\n\r\n'],
+    ["Python", q, "# as yesterday\nq = nao.configuration({\n  'HeadYaw': 0.5,  # left\n})"],
+    ["Python", 0, "q = nao.configuration({'HeadPitch': 0})"],
+    ["Python", q, "import nao_kin as nk\nangles = {'HeadYaw': 5e-1}\nq = nao.configuration(angles, limits='clamp')"],
+    ["setAngles", q, 'motion.setAngles("HeadYaw", 0.5, 0.1)'],
+    ["setAngles", q, "names = ['HeadYaw', 'RHip']\nangles = [0.5, 0]\nmotion.setAngles(names, angles, 0.1)"],
+    ["setAngles", q, 'session.service("ALMotion").setAngles("HeadYaw", 0.5, 0.1)'.replace('service("ALMotion")', "m")],
+    ["setAngles", q, 'motion.setAngles("Body", [0.5, 0, 0, 0, 0, 0], 0.1)'],
+    ["angleInterpolation", q, 'm.angleInterpolation(["HeadYaw", "LHip"], [[0.5], [0]], [[1.0], [1.0]], True)'],
+    ["angleInterpolation", q, 'm.angleInterpolation(names="HeadYaw", angleLists=[0.5], timeLists=[1], isAbsolute=1)'],
+  ]) {
+    const found = read(text);
+    assert.equal(found.kind, kind, text);
+    assert.deepEqual(found.q, [first, ...rest], text);
+  }
+});
+
+test("a refused text says what was wrong with it, and where", () => {
+  for (const [text, says] of [
+    ["", /empty text/],
+    ["hello", /a line of names and no values/],
+    ['{"HeadYow": 1}', /line 1: unknown joint "HeadYow" \(nearest: HeadYaw/],
+    ['{\n"HeadYaw": 1,\n"HeadYaw": 2}', /line 3: joint "HeadYaw" is given twice/],
+    ['{"HeadYaw": "fast"}', /HeadYaw is "fast", expected a finite number/],
+    ['{"HeadYaw": NaN}', /HeadYaw is NaN/],
+    ['{"HeadYaw": 1e999}', /HeadYaw is a number too large/],
+    ['{"HeadYaw": 1e300}', /HeadYaw is 1e\+300 rad, far outside/],
+    ['{"HeadYaw": 30}', /looks like degrees/],
+    ['{"HeadYaw": null}', /HeadYaw is null/],
+    ['{"HeadYaw": [1]}', /HeadYaw is a list/],
+    ['{"HeadYaw": 1', /line 1: expected , or }, found the end/],
+    ["{HeadYaw: 1}", /line 1: expected a joint's name in quotes, found "HeadYaw: 1}"/],
+    ['{"__proto__": 1}', /unknown joint "__proto__"/],
+    ['{"constructor": {"x": 1}}', /unknown joint "constructor"/],
+    ['[{"HeadYaw": 1}, {"HeadYaw": 2}]', /2 configurations, expected one/],
+    ["HeadYaw,HeadPitch\n1\n", /line 2: 1 values, the header names 2 joints/],
+    ["HeadYaw\n1\n2\n", /2 rows of values/],
+    ["HeadYaw\nfast\n", /line 2: HeadYaw is "fast"/],
+    ['"HeadYaw\n1', /quotation mark that is not closed/],
+    ['{"LHip": 0.1, "RHip": 0.2}', /LHip and RHip share one motor/],
+    ["m.setAngles(['HeadYaw', 'LHip'], [1], 0.1)", /2 names and 1 angles/],
+    ["m.setAngles(names, [1], 0.1)", /without the names/],
+    ["m.angleInterpolation('HeadYaw', [1, 2], [1, 2], True)", /2 keys for "HeadYaw"/],
+    ["m.angleInterpolation('HeadYaw', 1, 1, False)", /relative angles/],
+    ["m.openHand('LHand')", /a call of "openHand", expected one of configuration, setAngles/],
+    ["x = [1, 2]", /no joints and values in it/],
+    ["<script>alert(1)</script>", /./],
+  ]) {
+    assert.throws(
+      () => read(text),
+      (error) => error instanceof NoConfiguration && says.test(error.message),
+      text,
+    );
+  }
+});
+
+test("hostile and huge texts are refused at once, in one short line", () => {
+  for (const text of [
+    "[".repeat(99_000),
+    "{".repeat(99_000),
+    `{${'"a":1,'.repeat(16_000)}}`,
+    `{"${"x".repeat(90_000)}": 1}`,
+    `${"x,".repeat(49_000)}\n`,
+    `${"1".repeat(90_000)}`,
+    `m.setAngles(${"f(".repeat(40_000)}`,
+    "\n".repeat(99_000),
+    `"${'""'.repeat(49_000)}`,
+    "# ".repeat(49_000),
+    `{"HeadYaw": ${"9".repeat(90_000)}}`,
+    `f${" ".repeat(99_000)}`,
+    "a . ".repeat(24_000),
+    "x".repeat(50_000_000),
+  ]) {
+    const begin = performance.now();
+    assert.throws(
+      () => read(text),
+      (error) => error instanceof NoConfiguration && error.message.length < 250,
+    );
+    assert.ok(performance.now() - begin < 500, text.slice(0, 10));
+  }
+});
