@@ -15,6 +15,7 @@ import { JointAxes } from "./scene/joint_axes.js";
 import { Lights } from "./scene/lights.js";
 import { LinkColours } from "./scene/link_colours.js";
 import { takePicture } from "./scene/picture.js";
+import { makeRenderer } from "./scene/renderer.js";
 import { Reach } from "./scene/reach.js";
 import { Speech } from "./scene/speech.js";
 import { Studio, resize } from "./scene/studio.js";
@@ -65,7 +66,7 @@ export class App extends EventTarget {
     document.body.dataset.role = this.role;
     this.received = this.drawn = 0;
     this.pane = byId("pane");
-    this.viewer = new MeshCat.Viewer(this.pane);
+    this.viewer = new MeshCat.Viewer(this.pane, true, makeRenderer(this.pane));
     this.adaptViewer();
     this.studio = new Studio(this.viewer);
     this.legend = new Legend(byId("legend"));
@@ -88,10 +89,11 @@ export class App extends EventTarget {
       handle(message);
       if (message.type === "set_animation") this.player.load(message.options);
     };
-    const render = viewer.render.bind(viewer);
     viewer.render = () => {
       this.settle();
-      render();
+      this.studio.draw();
+      viewer.animator.after_render();
+      viewer.needs_render = false;
       this.speech?.place();
       this.drawn += 1;
     };
@@ -110,7 +112,6 @@ export class App extends EventTarget {
   start(about) {
     const root = this.viewer.scene_tree.find(["robot"]).object;
     this.robot = new Robot(root, about);
-    for (const { mesh } of this.robot.meshes) this.studio.setMaterial(mesh);
     this.robot.apply(this.q);
     this.studio.fit(this.robot);
     this.frames = new Frames(this.robot, about.effectors, 0.075 * this.studio.markScale);
@@ -216,7 +217,7 @@ export class App extends EventTarget {
     if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
     this.ghost.follow();
-    this.viewer.renderer.shadowMap.needsUpdate = true;
+    this.studio.moved();
     this.balance.draw();
     const outside = robot.outside(this.q);
     this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
@@ -297,6 +298,7 @@ export class App extends EventTarget {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
     /** @param {CanvasRenderingContext2D} ink */
     const over = (ink) => this.speech.paint(ink, width, height);
-    this.send({ kind: "picture", id, data: takePicture(this.studio, width, height, preset, this.robot, over) });
+    const picture = takePicture(this.studio, width, height, preset, this.robot, over);
+    this.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
   }
 }

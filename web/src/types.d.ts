@@ -87,7 +87,7 @@ export interface Shape {
   link: number;
 }
 
-export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshPhongMaterial>;
+export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshStandardMaterial>;
 
 /** A message of ours from Python: its kind and what belongs to it. */
 export interface Message {
@@ -125,6 +125,7 @@ export interface Animator {
   duration: number;
   playing: boolean;
   time: number;
+  after_render(): void;
   clear(): void;
   display_progress(time: number): void;
   pause(): void;
@@ -136,6 +137,6 @@ declare global {
   // eslint-disable-next-line no-var
   var MeshCat: {
     THREE: typeof Three;
-    Viewer: new (element: HTMLElement) => MeshcatViewer;
+    Viewer: new (element: HTMLElement, animate: boolean, renderer: Three.WebGLRenderer) => MeshcatViewer;
   };
 }
