@@ -23,6 +23,15 @@ export interface About {
   limbs: LimbNumbers[];
   head: number | null;
   lights: { name: string; link: number; visual: number }[];
+  eyes: Eye[];
+}
+
+/** A camera of the robot, which looks along x of its link, and its field of view [rad] where that is known. */
+export interface Eye {
+  name: string;
+  link: number;
+  horizontal: number | null;
+  vertical: number | null;
 }
 
 export type Vector = [number, number, number];
@@ -41,6 +50,7 @@ export interface JointAbout extends Driven {
   slides: boolean;
   axis: Vector;
   pair: string;
+  group: number;
 }
 
 /** One number of q; no limit is null. */

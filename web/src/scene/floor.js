@@ -2,6 +2,7 @@ import { THREE } from "../three.js";
 
 // Metres between the lines, and between the strong ones, for a small robot.
 const [STEP, STRONG] = [0.1, 0.5];
+const INK = 0x8d99ad;
 
 const VERTEX = /* glsl */ `
   #include <common>
@@ -93,7 +94,7 @@ export class Floor {
     const uniforms = {
       ...THREE.UniformsUtils.clone(THREE.UniformsLib.lights),
       scale: { value: 1 },
-      ink: { value: new THREE.Color(0x8d99ad).convertSRGBToLinear() },
+      ink: { value: new THREE.Color(INK).convertSRGBToLinear() },
       shade: { value: new THREE.Color(0x1b2a44).convertSRGBToLinear() },
       strength: { value: 0.24 },
       toContact: { value: contact.matrix },
@@ -130,6 +131,12 @@ export class Floor {
     this.uniforms.scale.value = this.scale;
     this.plane.geometry.dispose();
     this.plane.geometry = new THREE.CircleGeometry(2.6 * this.scale, 48);
+  }
+
+  /** @param {boolean} high whether lines and shadows are to be black */
+  setContrast(high) {
+    this.uniforms.ink.value.set(high ? 0x000000 : INK).convertSRGBToLinear();
+    this.uniforms.strength.value = high ? 0.4 : 0.24;
   }
 
   /**

@@ -8,6 +8,22 @@ const SKY = [
 ];
 
 /**
+ * Draw the canvas, as it was drawn just now, over the page's background.
+ *
+ * @param {CanvasRenderingContext2D} ink
+ * @param {HTMLCanvasElement} canvas
+ * @param {number} width
+ * @param {number} height
+ */
+export function paintCanvas(ink, canvas, width, height) {
+  const sky = ink.createLinearGradient(0, 0, 0, height);
+  for (const [at, colour] of SKY) sky.addColorStop(at, colour);
+  ink.fillStyle = sky;
+  ink.fillRect(0, 0, width, height);
+  ink.drawImage(canvas, 0, 0, width, height);
+}
+
+/**
  * A picture of the scene on the page's background, at its best.
  *
  * @param {import("./studio.js").Studio} studio
@@ -28,11 +44,7 @@ export function takePicture(studio, width, height, preset, robot, over) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];
   const ink = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
-  const sky = ink.createLinearGradient(0, 0, 0, height);
-  for (const [at, colour] of SKY) sky.addColorStop(at, colour);
-  ink.fillStyle = sky;
-  ink.fillRect(0, 0, width, height);
-  ink.drawImage(viewer.renderer.domElement, 0, 0);
+  paintCanvas(ink, viewer.renderer.domElement, width, height);
   over(ink);
   Object.assign(studio, { alwaysFine: false, ratio });
   studio.setRatio(ratio);

@@ -4,7 +4,7 @@ import { makeEnvironment } from "./environment.js";
 import { FastLook } from "./fast_look.js";
 import { Floor } from "./floor.js";
 import { setMaterial } from "./materials.js";
-import { Quality, REST } from "./quality.js";
+import { LEVELS, Quality, REST } from "./quality.js";
 import { Smoothing } from "./renderer.js";
 import { THREE } from "../three.js";
 
@@ -12,6 +12,7 @@ import { THREE } from "../three.js";
 
 // How far a robot goes before the camera does, as a share of its size; the key light's place, from the robot.
 const SLACK = 0.15;
+const SEEN_THROUGH = 0.28;
 const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
 
 /** Light, floor, materials and cameras: how the scene looks, and how much of that a frame may cost. */
@@ -48,6 +49,11 @@ export class Studio {
     this.seen = new Float64Array(32);
     this.sphere = new THREE.Sphere();
     this.ratio = renderer.getPixelRatio();
+    // The share of their own opacity that shapes have, and whether the axes inside are to be seen.
+    this.opacity = 1;
+    this.axesShown = false;
+    /** @type {import("./eyes.js").Eyes | null} */
+    this.eyes = null;
     viewer.controls.addEventListener("start", () => this.quality.expect(performance.now()));
   }
 
@@ -109,13 +115,15 @@ export class Studio {
     const changed = this.cameraMoved() || this.robotMoved;
     if (this.robotMoved) this.castShadows();
     this.robotMoved = false;
-    const level = quality.next(now, changed && !this.alwaysFine);
+    const level = this.alwaysFine ? LEVELS[0] : quality.next(now, changed);
     const fine = level.fine || !this.robot;
     this.setRatio(level.ratio * this.ratio);
     this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
+    const shapes = this.robot?.meshes ?? [];
     if (fine) this.smoothing.draw(scene, camera);
-    else this.fastLook.draw(this.robot?.meshes ?? [], camera);
-    if (!changed) return;
+    else this.fastLook.draw(shapes, camera);
+    this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
+    if (!changed || this.alwaysFine) return;
     requestAnimationFrame((then) => {
       quality.took(then, then - now);
       clearTimeout(this.resting);
@@ -173,16 +181,25 @@ export class Studio {
   /**
    * Let the axes inside the robot be seen.
    *
-   * @param {Robot} robot
    * @param {boolean} on
    */
-  seeThrough(robot, on) {
-    for (const { mesh } of robot.meshes) {
-      const opacity = on ? 0.28 * mesh.userData.opacity : mesh.userData.opacity;
-      const side = on ? THREE.FrontSide : mesh.userData.side;
-      Object.assign(mesh.material, { opacity, side, transparent: opacity < 1 });
-      mesh.material.needsUpdate = true;
+  seeThrough(on) {
+    this.axesShown = on;
+    this.setOpacity(this.opacity);
+  }
+
+  /** @param {number} share of their own opacity that shapes have */
+  setOpacity(share) {
+    this.opacity = share;
+    const least = this.axesShown ? Math.min(share, SEEN_THROUGH) : share;
+    for (const { mesh } of this.robot?.meshes ?? []) {
+      const opacity = least * mesh.userData.opacity;
+      const side = opacity < mesh.userData.opacity ? THREE.FrontSide : mesh.userData.side;
+      const transparent = opacity < 1;
+      if (mesh.material.transparent !== transparent || mesh.material.side !== side) mesh.material.needsUpdate = true;
+      Object.assign(mesh.material, { opacity, side, transparent });
     }
+    this.viewer.set_dirty();
   }
 
   /**
