@@ -28,6 +28,11 @@ export class ViewMenu {
     /** @type {HTMLElement[]} */
     const bars = ["#cameras", "#shown"].flatMap((id) => document.querySelector(id) ?? []);
     top.append(this.menu);
+    // It ends where the picture ends.
+    this.menu.addEventListener("toggle", () => {
+      const { bottom } = /** @type {HTMLElement} */ (top.parentElement).getBoundingClientRect();
+      this.sheet.style.maxHeight = `${Math.max(120, bottom - this.summary.getBoundingClientRect().bottom - 14)}px`;
+    });
     const narrow = window.matchMedia(NARROW);
     const arrange = () => (narrow.matches ? this.bars.append(...bars) : this.menu.before(...bars));
     narrow.addEventListener("change", arrange);
@@ -83,7 +88,8 @@ export class ViewMenu {
 
   robot() {
     const { app } = this;
-    const opacity = element("input", { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
+    const opacity = document.createElement("input");
+    Object.assign(opacity, { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
     opacity.style.setProperty("--to", "100%");
     opacity.oninput = () => {
       app.studio.setOpacity(Number(opacity.value));
@@ -91,14 +97,13 @@ export class ViewMenu {
     };
     const keep = button("Keep as ghost", () => app.keepGhost());
     const remove = button("Remove ghost", () => app.ghost.show(null));
-    this.edition.append(new Option("as it is", ""));
-    this.edition.append(...Object.keys(EDITIONS).map((name) => new Option(name, name)));
+    this.edition.add(new Option("as it is", ""));
+    for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
     this.edition.onchange = () => app.setEdition(this.edition.value);
     const edition = field("Edition", this.edition);
     edition.hidden = app.colours.accents.size === 0;
-    const transparency = field("Opacity", opacity);
-    const contrast = /** @type {Node} */ (app.toggles.buttons.get("contrast"));
-    return section("Robot", transparency, edition, row(keep, remove, contrast));
+    const contrast = /** @type {HTMLElement} */ (app.toggles.buttons.get("contrast"));
+    return section("Robot", field("Opacity", opacity), edition, row(keep, remove, contrast));
   }
 
   pictures() {

@@ -15,10 +15,10 @@ const ROOM = /* glsl */ `
   void main() {
     vec3 d = normalize(vDirection);
     float up = 0.5 + 0.5 * d.y;
-    vec3 light = mix(vec3(0.17, 0.18, 0.205), vec3(0.40, 0.41, 0.43), smoothstep(0.1, 0.95, up));
-    light += 1.5 * vec3(1.0, 0.985, 0.96) * box(d, vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), vec2(0.62, 0.85), 0.22);
+    vec3 light = mix(vec3(0.16, 0.17, 0.19), vec3(0.34, 0.35, 0.37), smoothstep(0.1, 0.95, up));
+    light += 1.05 * vec3(1.0, 0.985, 0.96) * box(d, vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), vec2(0.62, 0.85), 0.22);
     vec3 left = normalize(vec3(0.55, 0.28, -0.85));
-    light += 1.3 * vec3(1.0, 0.98, 0.95) * box(d, left, normalize(vec3(0.85, 0.0, 0.55)), vec2(0.30, 0.62), 0.16);
+    light += 1.2 * vec3(1.0, 0.98, 0.95) * box(d, left, normalize(vec3(0.85, 0.0, 0.55)), vec2(0.30, 0.62), 0.16);
     vec3 right = normalize(vec3(0.75, 0.18, 0.85));
     light += 0.5 * vec3(0.94, 0.97, 1.0) * box(d, right, normalize(vec3(0.85, 0.0, -0.75)), vec2(0.24, 0.7), 0.16);
     vec3 back = normalize(vec3(-0.95, 0.42, 0.25));

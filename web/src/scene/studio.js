@@ -27,7 +27,7 @@ export class Studio {
     scene.environment = makeEnvironment(renderer);
     // Ghosts, voxels and marks do not mirror the room: this lights them from all around.
     const around = new THREE.HemisphereLight(0xffffff, 0xaab4c6, 0.16);
-    this.key = new THREE.DirectionalLight(0xfffaf2, 0.4);
+    this.key = new THREE.DirectionalLight(0xfffaf2, 0.37);
     this.key.castShadow = true;
     this.key.shadow.mapSize.set(1024, 1024);
     for (const light of [around, this.key]) light.layers.enable(ROBOT_LAYER);
