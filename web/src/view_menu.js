@@ -154,6 +154,8 @@ function button(text, onclick) {
 function field(text, control) {
   const label = document.createElement("label");
   label.className = "field";
+  // The options of a select would be read as part of its name.
+  control.ariaLabel = text;
   label.append(text, control);
   return label;
 }

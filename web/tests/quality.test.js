@@ -49,8 +49,8 @@ test("a level that is too slow is tried less and less often", () => {
   assert.ok(levels.filter((level) => level === 0).length < 20);
 });
 
-test("a movement that was announced begins with its first change", () => {
+test("a movement that is expected begins with its first change", () => {
   const quality = new Quality();
-  quality.expect(4990);
+  quality.expected = true;
   assert.equal(quality.next(5000, true), LEVELS[1]);
 });

@@ -13,7 +13,7 @@ export const LEVELS = [
 // the picture is at rest; changes that follow each other within so long are a movement.
 const [SLOW, QUICK] = [40, 19];
 export const REST = 150;
-const CONTINUOUS = 1000;
+const CONTINUOUS = 400;
 // Frames over which the time is averaged, and after which a better level is tried; each time that fails, twice as many.
 const [AVERAGE, PATIENCE, MOST_PATIENCE] = [4, 40, 5000];
 
@@ -28,14 +28,11 @@ export class Quality {
     this.patience = PATIENCE;
     this.changedAt = -Infinity;
     this.moving = false;
+    // While a pointer holds the view, its first change is one of many.
+    this.expected = false;
     this.frames = this.time = this.quick = 0;
     /** The level that was tried last, and has not failed. @type {number | null} */
     this.triedAt = null;
-  }
-
-  /** A movement is about to begin, as when a pointer goes down: its first change counts as one of many. */
-  expect(/** @type {number} */ now) {
-    this.changedAt = now;
   }
 
   /**
@@ -47,7 +44,7 @@ export class Quality {
    */
   next(now, changed) {
     if (changed) {
-      this.moving = now - this.changedAt < CONTINUOUS;
+      this.moving = this.expected || now - this.changedAt < CONTINUOUS;
       this.changedAt = now;
     } else if (now - this.changedAt >= REST) {
       this.moving = false;

@@ -54,7 +54,11 @@ export class Studio {
     this.axesShown = false;
     /** @type {import("./eyes.js").Eyes | null} */
     this.eyes = null;
-    viewer.controls.addEventListener("start", () => this.quality.expect(performance.now()));
+    viewer.controls.addEventListener("start", () => (this.quality.expected = true));
+    viewer.controls.addEventListener("end", () => (this.quality.expected = false));
+    /** When the drawing of a change began that is not known to be done. @type {number | null} */
+    this.began = null;
+    this.done = this.done.bind(this);
   }
 
   // What is drawn over a robot grows with it, up to that of a human.
@@ -112,6 +116,7 @@ export class Studio {
     camera.updateProjectionMatrix();
     camera.updateWorldMatrix(true, false);
     const now = performance.now();
+    this.done(now);
     const changed = this.cameraMoved() || this.robotMoved;
     if (this.robotMoved) this.castShadows();
     this.robotMoved = false;
@@ -124,11 +129,22 @@ export class Studio {
     else this.fastLook.draw(shapes, camera);
     this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
     if (!changed || this.alwaysFine) return;
-    requestAnimationFrame((then) => {
-      quality.took(then, then - now);
-      clearTimeout(this.resting);
-      if (quality.moving) this.resting = window.setTimeout(() => viewer.set_dirty(), REST + 10);
-    });
+    this.began = now;
+    requestAnimationFrame(this.done);
+  }
+
+  /**
+   * The browser asks for the next frame: so long did the last one take.
+   *
+   * @param {number} now
+   */
+  done(now) {
+    // Of a frame that has been drawn since it was asked for, the next one tells.
+    if (this.began === null || now < this.began) return;
+    this.quality.took(now, now - this.began);
+    this.began = null;
+    clearTimeout(this.resting);
+    if (this.quality.moving) this.resting = window.setTimeout(() => this.viewer.set_dirty(), REST + 10);
   }
 
   cameraMoved() {
