@@ -3,6 +3,8 @@ import { THREE } from "../three.js";
 // Metres between the lines, and between the strong ones, for a small robot.
 const [STEP, STRONG] = [0.1, 0.5];
 const INK = 0x8d99ad;
+// How far there is floor, for a small robot: lines end after a metre, shadows here.
+const FAR = 1.5;
 
 const VERTEX = /* glsl */ `
   #include <common>
@@ -76,9 +78,9 @@ const FRAGMENT = /* glsl */ `
     float away = length(vAt) / scale;
     float fade = 1.0 - smoothstep(0.1, 1.0, away);
     float line = fade * max(0.4 * lines(${STEP} * scale, 1.1), 0.75 * lines(${STRONG} * scale, 1.5));
-    float dark = strength * shadowed() * (1.0 - smoothstep(1.5, 2.6, away));
-    vec2 inside = step(abs(vContact - 0.5), vec2(0.5));
-    float touch = inside.x * inside.y > 0.0 ? texture2D(contact, vContact).a : 0.0;
+    float dark = strength * shadowed() * (1.0 - smoothstep(1.2, 1.5, away));
+    float touch = 0.0;
+    if (all(lessThan(abs(vContact - 0.5), vec2(0.5)))) touch = texture2D(contact, vContact).a;
     float cover = 1.0 - (1.0 - dark) * (1.0 - touch);
     float alpha = 1.0 - (1.0 - line) * (1.0 - cover);
     gl_FragColor = vec4(mix(shade, ink, line / max(line + cover, 1e-4)), alpha);
@@ -114,7 +116,7 @@ export class Floor {
     this.fine = material(20);
     this.fast = material(4);
     this.scale = 1;
-    this.plane = new THREE.Mesh(new THREE.CircleGeometry(2.6, 48), this.fine);
+    this.plane = new THREE.Mesh(new THREE.CircleGeometry(FAR, 48), this.fine);
     this.plane.position.z = -0.001;
     this.plane.receiveShadow = true;
     this.plane.renderOrder = -1;
@@ -130,7 +132,7 @@ export class Floor {
     this.scale = size < 1.2 ? 1 : size < 6 ? 2.5 : 10;
     this.uniforms.scale.value = this.scale;
     this.plane.geometry.dispose();
-    this.plane.geometry = new THREE.CircleGeometry(2.6 * this.scale, 48);
+    this.plane.geometry = new THREE.CircleGeometry(FAR * this.scale, 48);
   }
 
   /** @param {boolean} high whether lines and shadows are to be black */

@@ -18,6 +18,8 @@ export class Lights {
         link,
         robot.meshes.filter((other) => other.link === link),
       );
+      // Set into a shell, it throws no shadow beyond it.
+      shape.mesh.castShadow = false;
       this.shapes.set(name, { ...shape, glow: makeGlow(shape.mesh, box, robot.nodes[link]) });
     }
   }

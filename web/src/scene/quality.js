@@ -1,12 +1,16 @@
-/** How a frame is drawn: with all that the resting picture has, and at how many pixels for one of the screen's. */
-/** @typedef {{ fine: boolean, ratio: number }} Level */
+/**
+ * How a frame is drawn: with all that the resting picture has or not, at how many pixels for one of the screen's, and with
+ * shadows drawn anew in every frame or in each second one.
+ *
+ * @typedef {{ fine: boolean, ratio: number, shadows: number }} Level
+ */
 
 /** The levels from the best to the fastest. @type {Level[]} */
 export const LEVELS = [
-  { fine: true, ratio: 1 },
-  { fine: false, ratio: 1 },
-  { fine: false, ratio: 0.75 },
-  { fine: false, ratio: 0.5 },
+  { fine: true, ratio: 1, shadows: 1 },
+  { fine: false, ratio: 1, shadows: 1 },
+  { fine: false, ratio: 0.75, shadows: 2 },
+  { fine: false, ratio: 0.5, shadows: 2 },
 ];
 
 // Milliseconds: a frame that takes longer is too slow, one that takes less leaves room; so long after the last change
@@ -70,7 +74,8 @@ export class Quality {
       if (isSlow && this.level < LEVELS.length - 1) {
         if (this.triedAt === this.level) this.patience = Math.min(2 * this.patience, MOST_PATIENCE);
         this.triedAt = null;
-        this.level += 1;
+        // Far too slow, it is not worth trying the levels between.
+        this.level = time > 3 * AVERAGE * SLOW ? LEVELS.length - 1 : this.level + 1;
         this.quick = 0;
       }
     }

@@ -46,6 +46,8 @@ export class Studio {
     // Pictures are always drawn at their best.
     this.alwaysFine = false;
     this.robotMoved = true;
+    // Frames since the shadows were those of the robot.
+    this.shadowsOld = 0;
     this.seen = new Float64Array(32);
     this.sphere = new THREE.Sphere();
     this.ratio = renderer.getPixelRatio();
@@ -118,10 +120,11 @@ export class Studio {
     const now = performance.now();
     this.done(now);
     const changed = this.cameraMoved() || this.robotMoved;
-    if (this.robotMoved) this.castShadows();
+    if (this.robotMoved) this.shadowsOld += 1;
     this.robotMoved = false;
     const level = this.alwaysFine ? LEVELS[0] : quality.next(now, changed);
     const fine = level.fine || !this.robot;
+    if (this.shadowsOld >= level.shadows) this.castShadows();
     this.setRatio(level.ratio * this.ratio);
     this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
     const shapes = this.robot?.meshes ?? [];
@@ -171,6 +174,7 @@ export class Studio {
   // The light's shadow is fitted to the robot, so that all of its pixels are used.
   castShadows() {
     if (!this.robot) return;
+    this.shadowsOld = 0;
     const { key, sphere, viewer } = this;
     this.robot.sphere(sphere);
     const { center } = sphere;
