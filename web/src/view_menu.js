@@ -25,8 +25,8 @@ export class ViewMenu {
     this.summary = element("summary", {}, "View");
     this.menu = element("details", { className: "menu" }, this.summary, this.sheet);
     top.querySelector("details.menu")?.remove();
-    /** @type {HTMLElement[]} */
-    const bars = ["#cameras", "#shown"].flatMap((id) => document.querySelector(id) ?? []);
+    const cameras = /** @type {HTMLElement} */ (document.querySelector("#cameras"));
+    const shown = /** @type {HTMLElement} */ (document.querySelector("#shown"));
     top.append(this.menu);
     // It ends where the picture ends.
     this.menu.addEventListener("toggle", () => {
@@ -34,7 +34,11 @@ export class ViewMenu {
       this.sheet.style.maxHeight = `${Math.max(120, bottom - this.summary.getBoundingClientRect().bottom - 14)}px`;
     });
     const narrow = window.matchMedia(NARROW);
-    const arrange = () => (narrow.matches ? this.bars.append(...bars) : this.menu.before(...bars));
+    const arrange = () => {
+      if (narrow.matches) return this.bars.append(cameras, shown);
+      this.menu.before(cameras);
+      this.menu.after(shown);
+    };
     narrow.addEventListener("change", arrange);
     arrange();
     document.addEventListener("pointerdown", ({ target }) => {

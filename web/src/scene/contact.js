@@ -3,14 +3,14 @@ import { THREE } from "../three.js";
 /** What is drawn for the contact shadow alone is on this layer. */
 export const ROBOT_LAYER = 1;
 // Pixels of the picture from below, and metres over the floor within which a shape darkens it.
-const [SIZE, HEIGHT] = [128, 0.03];
+const [SIZE, HEIGHT] = [128, 0.04];
 const BLUR = [2.2, 1.1];
 
 const DARKNESS = /* glsl */ `
   varying float vHeight;
   void main() {
     float near = 1.0 - clamp(vHeight, 0.0, 1.0);
-    gl_FragColor = vec4(0.0, 0.0, 0.0, 0.62 * near * near);
+    gl_FragColor = vec4(0.0, 0.0, 0.0, 0.72 * near * near);
   }
 `;
 
