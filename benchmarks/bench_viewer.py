@@ -1,7 +1,9 @@
 """How fast the live view is: one `display` beside thirty transforms sent through meshcat's own client, as JSON.
 
 The two are timed in turns on the same machine, and both end when the server has them. With Playwright and a browser at
-hand the page is measured too: how many configurations it takes in a second, and how many it draws in software.
+hand the page is measured too: how soon it is ready, how many configurations it takes in a second, and how many pictures
+it draws in software while the robot moves and while the camera goes round it, at 1400 × 900. With --beside FILE, a page
+that another version of this library has saved of the same robot, the two are measured in turns and the ratio is given.
 """
 
 from __future__ import annotations
@@ -12,8 +14,10 @@ import http.client
 import io
 import json
 import statistics
+import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -24,6 +28,23 @@ from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
 
 TRANSFORMS = 30
+# Moves the robot's joints, or the camera, in every frame for some seconds; gives the pictures drawn per second.
+_MOVE = """([joints, seconds]) => new Promise((done) => {
+    const { camera, controls } = naoKin.viewer;
+    const [q, place, up] = [[...naoKin.q], camera.position.clone(), new MeshCat.THREE.Vector3(0, 1, 0)];
+    const [from, start] = [naoKin.drawn, performance.now()];
+    let frame = 0;
+    const step = () => {
+        frame += 1;
+        if (joints) naoKin.set(q.map((value, k) => value + 0.05 * Math.sin(0.3 * frame + k)));
+        else camera.position.copy(place).sub(controls.target).applyAxisAngle(up, 0.02 * frame).add(controls.target);
+        naoKin.viewer.set_dirty();
+        const took = (performance.now() - start) / 1000;
+        if (took < seconds) requestAnimationFrame(step);
+        else done((naoKin.drawn - from) / took);
+    };
+    requestAnimationFrame(step);
+})"""
 _OPTIONS = ("--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
 
@@ -32,6 +53,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=30, help="how often each is timed (default 30)")
     parser.add_argument("--seconds", type=float, default=2.0, help="how long the page is watched (default 2)")
+    parser.add_argument("--beside", type=Path, help="a saved page of another version to draw beside this one's")
     arguments = parser.parse_args()
     nao = nk.load_nao()
     qs = nao.random(1, 100)
@@ -39,7 +61,7 @@ def main() -> None:
         report = {
             **_beside_meshcat(nao, viewer, qs, arguments.rounds),
             "bytes": _bytes(viewer),
-            "page": _page(viewer, qs, arguments.seconds),
+            "page": _page(viewer, qs, arguments),
         }
     print(json.dumps(report, indent=2))
 
@@ -90,7 +112,8 @@ def _bytes(viewer: Viewer) -> dict[str, int]:
     return {"page": plain, "page_gzip": asked(**{"Accept-Encoding": "gzip"})[0], "page_again": asked(**known)[0]}
 
 
-def _page(viewer: Viewer, qs: Floats, seconds: float) -> dict[str, Any] | str:
+def _page(viewer: Viewer, qs: Floats, arguments: argparse.Namespace) -> dict[str, Any] | str:
+    seconds: float = arguments.seconds
     try:
         from playwright.sync_api import sync_playwright
 
@@ -106,6 +129,7 @@ def _page(viewer: Viewer, qs: Floats, seconds: float) -> dict[str, Any] | str:
             return {
                 "at_60_per_second": _watched(tab, viewer, qs, seconds, 60.0),
                 "as_fast_as_possible": _watched(tab, viewer, qs, seconds, None),
+                "drawn_at_1400x900": _drawn(browser, viewer, arguments.beside, max(seconds, 4.0)),
             }
         finally:
             browser.close()
@@ -128,6 +152,35 @@ def _watched(tab: Any, viewer: Viewer, qs: Floats, seconds: float, rate: float |
         "taken_per_second": round((received_then - received) / took, 1),
         "drawn_per_second": round((drawn_then - drawn) / took, 1),
     }
+
+
+def _drawn(browser: Any, viewer: Viewer, beside: Path | None, seconds: float) -> dict[str, Any]:
+    """Pictures per second in turns, the median of three: pages of this library and of another version of it."""
+    with tempfile.TemporaryDirectory() as folder:
+        pages = {"this": viewer.save_html(Path(folder) / "this.html")}
+        if beside is not None:
+            pages["beside"] = beside.resolve()
+        found: dict[str, list[dict[str, float]]] = {name: [] for name in pages}
+        for _ in range(3):
+            for name, path in pages.items():
+                tab = browser.new_page(viewport={"width": 1400, "height": 900})
+                start = time.perf_counter()
+                tab.goto(path.as_uri())
+                tab.wait_for_selector("body[data-ready]")
+                row = {"ready_s": time.perf_counter() - start}
+                tab.wait_for_timeout(1000)
+                for what in ("robot_moves", "camera_moves"):
+                    row[f"{what}_per_s"] = tab.evaluate(_MOVE, [what == "robot_moves", seconds])
+                tab.close()
+                found[name].append(row)
+    report: dict[str, Any] = {
+        name: {what: round(statistics.median(row[what] for row in rows), 2) for what in rows[0]}
+        for name, rows in found.items()
+    }
+    if beside is not None:
+        moves = [what for what in report["this"] if what.endswith("per_s")]
+        report["ratio"] = {what: round(report["this"][what] / report["beside"][what], 1) for what in moves}
+    return report
 
 
 def _seconds(show: Callable[[Floats], None], qs: Floats) -> float:

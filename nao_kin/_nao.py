@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from nao_kin.parameters import (
     CAMERAS,
     CHAINS,
     END_EFFECTORS,
+    FIELDS_OF_VIEW,
     POSTURES,
     REST,
     SOLES,
@@ -110,11 +112,13 @@ def _tree(version: Version) -> UrdfTree:
 def _semantics(version: Version) -> Semantics:
     """What the parts of a NAO mean."""
     parameters = nao_parameters(version)
+    horizontal, vertical = (math.radians(angle) for angle in FIELDS_OF_VIEW[version])
     return Semantics(
         chains=CHAINS,
         end_effectors=END_EFFECTORS,
         soles=SOLES,
         cameras=CAMERAS,
+        fields_of_view=dict.fromkeys(CAMERAS, (horizontal, vertical)),
         postures={
             row.name: Posture(dict(zip(BODY_ORDER, row.body, strict=True)), REST.get(row.name)) for row in POSTURES
         },

@@ -100,7 +100,7 @@ def test_a_saved_page_opens_with_its_lights_on(page: Page) -> None:
         assert np.allclose(light, rgb, atol=1e-4), name
         assert max(colour) < 0.25, f"{name} is dark glass"
         assert glows == (max(rgb) > 0.0)
-        assert material == "MeshPhongMaterial"
+        assert material == "MeshStandardMaterial"
     own, light, glows, _ = page.run(LOOK, "RightFoot")
     assert np.allclose(own, OWN, atol=0.002)
     assert (light, glows) == ([0.0, 0.0, 0.0], False)

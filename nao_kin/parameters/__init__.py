@@ -6,7 +6,7 @@ of all versions, each with the versions that it holds for.
 
 from nao_kin._common.arrays import Vector
 from nao_kin.parameters.bodies import COLLISION_SHAPES, COLOURS, colours_of
-from nao_kin.parameters.frames import CAMERAS, END_EFFECTORS, OPTICAL_RPY, SOLES, VIEWS
+from nao_kin.parameters.frames import CAMERAS, END_EFFECTORS, FIELDS_OF_VIEW, OPTICAL_RPY, SOLES, VIEWS
 from nao_kin.parameters.overlay import VersionPage
 from nao_kin.parameters.postures import POSTURES, REST
 from nao_kin.parameters.ranges import COUPLED_LIMITS
@@ -54,6 +54,7 @@ __all__ = [
     "COLOURS",
     "COUPLED_LIMITS",
     "END_EFFECTORS",
+    "FIELDS_OF_VIEW",
     "FINGERS",
     "FINGER_RATIO",
     "FRAMES",

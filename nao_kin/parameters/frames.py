@@ -6,11 +6,10 @@ Where a source prints π or π/2 with five to seven digits (3.14159, 1.5708), th
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from nao_kin._common.arrays import Vector
-from nao_kin.parameters.rows import (
-    FrameRow,
-)
+from nao_kin.parameters.rows import FrameRow, Version
 from nao_kin.parameters.skeleton import FOOT_HEIGHT, HAND_OFFSET_X, HAND_OFFSET_Z, LEG_EFFECTOR_HEIGHT
 
 # fmt: off
@@ -63,6 +62,15 @@ V6_FRAMES: tuple[FrameRow, ...] = (
 # x right, y down, z forward, as image processing has it; body frames of cameras look along x.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 CAMERAS: tuple[str, ...] = ("CameraTop", "CameraBottom")
+# Horizontal and vertical field of view of both cameras [deg]. Sources: NAO6 datasheet of United Robotics Group, for V6;
+# Aldebaran documentation 1.14, doc.aldebaran.com/1-14/family/robots/video_robot.html, for the others.
+FIELDS_OF_VIEW: Mapping[Version, tuple[float, float]] = {
+    "v6": (56.3, 43.7),
+    "v5": (60.9, 47.6),
+    "v4": (60.9, 47.6),
+    "v3.3": (47.8, 36.8),
+    "v3.2": (47.8, 36.8),
+}
 END_EFFECTORS: tuple[str, ...] = ("Head", "LArm", "RArm", "LLeg", "RLeg")
 SOLES: tuple[str, ...] = ("LLeg", "RLeg")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -145,6 +146,7 @@ class Semantics:
         end_effectors: the frames whose pose is asked for most.
         soles: frames with the floor in their xy plane when the robot stands on them.
         cameras: frames of cameras that look along their x axis.
+        fields_of_view: camera → its horizontal and vertical field of view [rad], each in (0, π), where they are known.
         postures: predefined postures by name.
         start: the posture shown first; "" for all joints at zero, or at the limit nearest to it.
         coupled_limits: tables in which one joint's range depends on another's value.
@@ -168,6 +170,7 @@ class Semantics:
     views: Mapping[str, View] = field(default_factory=dict)
     version: str = ""
     root: str = ""
+    fields_of_view: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, kind in (("chains", Iterable), ("postures", Posture), ("units", str), ("views", View)):
@@ -177,6 +180,12 @@ class Semantics:
         for name in ("end_effectors", "soles", "cameras"):
             object.__setattr__(self, name, _several(getattr(self, name), name, str))
         object.__setattr__(self, "coupled_limits", _several(self.coupled_limits, "coupled_limits", CoupledLimit))
+        fields = _mapping(self.fields_of_view, "fields_of_view", Iterable)
+        for camera, angles in fields.items():
+            pair = _several(angles, f"field of view of {camera}", (int, float))
+            if len(pair) != 2 or not all(0.0 < angle < math.pi for angle in pair):
+                raise BadArgument(f"field of view of {camera} must be two angles in (0, π), got {quoted(angles)}")
+        object.__setattr__(self, "fields_of_view", MappingProxyType({k: tuple(v) for k, v in fields.items()}))
         for name in ("start", "version", "root"):
             _check_kind(getattr(self, name), name, str)
         for joint, unit in self.units.items():
@@ -199,6 +208,7 @@ class Semantics:
         """Every frame that is named here, with where it is named."""
         for where in ("end_effectors", "soles", "cameras"):
             yield from ((frame, where) for frame in getattr(self, where))
+        yield from ((frame, "fields_of_view") for frame in self.fields_of_view)
 
     def __getstate__(self) -> dict[str, object]:
         # Mapping proxies do not pickle.
@@ -218,7 +228,7 @@ def _mapping(values: object, what: str, kind: type = object) -> Mapping[str, Any
     return MappingProxyType(dict(values))
 
 
-def _several(values: object, what: str, kind: type) -> tuple[Any, ...]:
+def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[Any, ...]:
     """A tuple of things of one kind; a text is one thing, not several letters."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}")
@@ -228,6 +238,7 @@ def _several(values: object, what: str, kind: type) -> tuple[Any, ...]:
     return found
 
 
-def _check_kind(value: object, what: str, kind: type) -> None:
+def _check_kind(value: object, what: str, kind: type | tuple[type, ...]) -> None:
     if not isinstance(value, kind):
-        raise BadArgument(f"{what} must be of the type {kind.__name__}, got {quoted(value)}")
+        kinds = kind if isinstance(kind, tuple) else (kind,)
+        raise BadArgument(f"{what} must be of the type {' or '.join(k.__name__ for k in kinds)}, got {quoted(value)}")

@@ -27,6 +27,9 @@ upper = [0.2, 0.5, 0.2]
 [units]
 l_gripper = "1"
 
+[fields_of_view]
+camera = [0.98, 0.76]                # horizontal and vertical [rad]
+
 [views.hands]
 direction = [1.0, 0.2, 0.5]
 joints = ["l_wrist", "r_wrist"]
@@ -169,4 +172,5 @@ _READERS: dict[str, _Reader] = {
     "views": _table_of(_view),
     "version": _text,
     "root": _text,
+    "fields_of_view": _table_of(_numbers),
 }

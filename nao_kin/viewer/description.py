@@ -89,7 +89,7 @@ def presets_of(robot: RobotModel) -> Presets:
 def describe(
     robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...], drawables: Iterable[Drawable]
 ) -> dict[str, Any]:
-    """Links, joints, limits, chains, postures, mirror image, NAOqi's order, frames, masses, cameras, limbs and lights.
+    """All that the panel has to know: joints, limits, chains, postures, mirror image, frames, masses, cameras, lights …
 
     Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
     values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry none
@@ -102,7 +102,9 @@ def describe(
     moving = [joint for joint in tree.joints if joint.kind != "fixed"]
     child = {joint.name: place[joint.child] for joint in moving}
     drivers = {joint.name: _driver(robot, column, joint.name) for joint in moving}
-    pairs = {part: joint.pair.name for joint in group_joints(robot) for part in joint.joints}
+    pairs = {
+        part: (joint.pair.name, number) for number, joint in enumerate(group_joints(robot)) for part in joint.joints
+    }
     return {
         "name": robot.name,
         "floating": robot.base == "floating",
@@ -112,7 +114,8 @@ def describe(
         "links": [{"name": name, "path": path.split("/")} for name, path in paths.items()],
         "joints": [
             {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
-            | {"pair": pairs.get(joint.name, ""), **drivers[joint.name]}
+            | dict(zip(("pair", "group"), pairs.get(joint.name, ("", -1)), strict=True))
+            | drivers[joint.name]
             for joint in moving
         ],
         "coordinates": [
@@ -153,6 +156,11 @@ def describe(
             {"name": drawable.light, "link": place[drawable.link], "visual": index}
             for index, drawable in numbered(drawables)
             if drawable.light
+        ],
+        "eyes": [
+            {"name": name, "link": place.get(name, child.get(name, 0))}
+            | dict(zip(("horizontal", "vertical"), robot.semantics.fields_of_view.get(name, (None, None)), strict=True))
+            for name in robot.semantics.cameras
         ],
     }
 

@@ -6,25 +6,33 @@ import { Panel } from "./panel/panel.js";
 import { Player } from "./panel/player.js";
 import { element } from "./panel/element.js";
 import { Pick } from "./pick/pick.js";
+import { Video } from "./record/video.js";
 import { Robot } from "./robot/robot.js";
 import { stand } from "./robot/standing.js";
 import { Balance } from "./scene/balance.js";
+import { Eyes, makeSight } from "./scene/eyes.js";
 import { Frames } from "./scene/frames.js";
 import { Ghost } from "./scene/ghost.js";
 import { GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
 import { JointAxes } from "./scene/joint_axes.js";
+import { Labels } from "./scene/labels.js";
 import { Lights } from "./scene/lights.js";
 import { LinkColours } from "./scene/link_colours.js";
-import { takePicture } from "./scene/picture.js";
+import { paintCanvas, takePicture } from "./scene/picture.js";
+import { makeRenderer } from "./scene/renderer.js";
 import { Reach } from "./scene/reach.js";
 import { Speech } from "./scene/speech.js";
 import { Studio, resize } from "./scene/studio.js";
 import { Targets } from "./scene/targets.js";
 import { MeshCat } from "./three.js";
 import { Toggles } from "./toggles.js";
+import { ViewMenu } from "./view_menu.js";
 
 /** @typedef {import("./types.js").About} About */
 /** @typedef {import("./types.js").Message} Message */
+
+// The shorter side of a picture in which letters of labels are as many pixels as in the page.
+const LABELS_ACROSS = 640;
 
 /** @param {string} id */
 const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
@@ -48,6 +56,10 @@ export class App extends EventTarget {
   /** @type {Ghosts} */ ghosts;
   /** @type {LinkColours} */ colours;
   /** @type {Lights} */ lights;
+  /** @type {Labels} */ labels;
+  /** @type {Eyes} */ eyes;
+  /** @type {Video} */ video;
+  /** @type {ViewMenu} */ menu;
   /** @type {Speech} */ speech;
   /** @type {Reach} */ reach;
   /** @type {Pick} */ pick;
@@ -69,7 +81,7 @@ export class App extends EventTarget {
     document.body.dataset.role = this.role;
     this.received = this.drawn = 0;
     this.pane = byId("pane");
-    this.viewer = new MeshCat.Viewer(this.pane);
+    this.viewer = new MeshCat.Viewer(this.pane, true, makeRenderer(this.pane));
     this.adaptViewer();
     this.studio = new Studio(this.viewer);
     this.legend = new Legend(byId("legend"));
@@ -94,11 +106,14 @@ export class App extends EventTarget {
       handle(message);
       if (message.type === "set_animation") this.player.load(message.options);
     };
-    const render = viewer.render.bind(viewer);
     viewer.render = () => {
       this.settle();
-      render();
+      this.studio.draw();
+      viewer.animator.after_render();
+      viewer.needs_render = false;
       this.speech?.place();
+      this.labels?.draw();
+      this.video?.add();
       this.drawn += 1;
     };
   }
@@ -116,12 +131,12 @@ export class App extends EventTarget {
   start(about) {
     const root = this.viewer.scene_tree.find(["robot"]).object;
     this.robot = new Robot(root, about);
-    for (const { mesh } of this.robot.meshes) this.studio.setMaterial(mesh);
     this.robot.apply(this.q);
     this.studio.fit(this.robot);
-    this.frames = new Frames(this.robot, about.effectors, 0.075 * this.studio.markScale);
-    this.axes = new JointAxes(this.robot, this.studio);
-    this.targets = new Targets(this.robot, this.studio);
+    this.labels = new Labels(this.viewer, this.pane, byId("top"));
+    this.frames = new Frames(this.robot, this.labels, about.effectors, 0.075 * this.studio.markScale);
+    this.axes = new JointAxes(this.robot, this.studio, this.labels);
+    this.targets = new Targets(this.robot, this.studio, this.labels);
     this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
     this.ghost = new Ghost(this.robot, this.viewer.scene);
     this.colours = new LinkColours(this.robot);
@@ -135,6 +150,12 @@ export class App extends EventTarget {
     this.drag = new Drag(this, this.pane, byId("drag"), byId("handles"));
     this.toggles.offer("handles", this.drag.possible);
     this.toggles.offer("joints", about.joints.length > 0);
+    this.eyes = new Eyes(this.robot, this.studio, makeSight(this));
+    this.studio.eyes = this.eyes;
+    this.toggles.offer("eye", about.eyes.length > 0);
+    this.toggles.offer("chains", about.chains.length > 1);
+    this.video = new Video(this);
+    this.menu = new ViewMenu(this, byId("top"));
     byId("cameras").replaceChildren(
       ...about.cameras.map(({ name }) => element("button", { type: "button", onclick: () => this.camera(name) }, name)),
     );
@@ -226,7 +247,7 @@ export class App extends EventTarget {
     if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
     this.ghost.follow();
-    this.viewer.renderer.shadowMap.needsUpdate = true;
+    this.studio.moved();
     this.balance.draw();
     const outside = robot.outside(this.q);
     this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
@@ -276,6 +297,21 @@ export class App extends EventTarget {
     this.show({ frames: names.length > 0 });
   }
 
+  // The configuration of now stays as a pale copy.
+  keepGhost() {
+    this.ghost.show([...this.q]);
+    this.settle();
+    this.ghost.follow();
+    this.viewer.set_dirty();
+  }
+
+  /** @param {string} name one of the editions, or "" for the robot's own colours */
+  setEdition(name) {
+    this.colours.setEdition(name);
+    this.menu.refresh();
+    this.viewer.set_dirty();
+  }
+
   /** @param {string} name */
   camera(name) {
     this.view = name;
@@ -313,7 +349,36 @@ export class App extends EventTarget {
   capture({ id, width, height, camera }) {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
     /** @param {CanvasRenderingContext2D} ink */
-    const over = (ink) => this.speech.paint(ink, width, height);
-    this.send({ kind: "picture", id, data: takePicture(this.studio, width, height, preset, this.robot, over) });
+    const over = (ink) => this.paintOver(ink, width, height);
+    const picture = takePicture(this.studio, width, height, preset, this.robot, over);
+    this.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
+  }
+
+  /**
+   * Paint what the page writes over the picture onto one of another size.
+   *
+   * @param {CanvasRenderingContext2D} ink
+   * @param {number} width
+   * @param {number} height
+   */
+  paintOver(ink, width, height) {
+    this.speech.paint(ink, width, height);
+    const scale = Math.min(width, height) / LABELS_ACROSS;
+    ink.save();
+    ink.scale(scale, scale);
+    this.labels.paint(ink, width / scale, height / scale);
+    ink.restore();
+  }
+
+  /**
+   * Paint the picture that was drawn last.
+   *
+   * @param {CanvasRenderingContext2D} ink
+   * @param {number} width
+   * @param {number} height
+   */
+  paintPicture(ink, width, height) {
+    paintCanvas(ink, this.viewer.renderer.domElement, width, height);
+    this.paintOver(ink, width, height);
   }
 }

@@ -1,5 +1,6 @@
 import { App } from "./app.js";
 import "./style.css";
+import "./view.css";
 
 try {
   const app = new App();

@@ -14,6 +14,7 @@ export const HANDLERS = {
   still: (app) => app.still(),
   shown: (app, { shown }) => app.show(shown),
   frames: (app, message) => app.chooseFrames(message),
+  edition: (app, { name }) => app.setEdition(String(name)),
   camera: (app, { name }) => app.camera(name),
   ghost: (app, { q }) => app.ghost.show(q),
   ghosts: (app, message) => app.showGhosts(message),

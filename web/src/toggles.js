@@ -1,5 +1,7 @@
 import { entry } from "./legend.js";
 import { element } from "./panel/element.js";
+import { paintFloor } from "./scene/floor_colours.js";
+import { chainColours } from "./scene/chain_colours.js";
 
 /**
  * What may be drawn over the robot: the button's text, and what a new state does.
@@ -9,7 +11,10 @@ import { element } from "./panel/element.js";
 const TOGGLES = {
   frames: {
     text: "Frames",
-    show: ({ frames }, on) => frames.show(on),
+    show: ({ frames, menu }, on) => {
+      frames.show(on);
+      menu?.refresh();
+    },
   },
   axes: {
     text: "Joint axes",
@@ -19,6 +24,14 @@ const TOGGLES = {
         [...axes.show(on)].map(([kind, colour]) => entry(kind, colour)),
       ),
   },
+  chains: {
+    text: "Chains",
+    show: ({ colours, legend, robot }, on) => {
+      const { chains, links } = chainColours(robot.about);
+      colours.setChains(on ? links : new Map());
+      legend.set("chains", on ? chains.map(({ title, colour }) => entry(title, colour)) : []);
+    },
+  },
   com: { text: "Centre of mass", show: ({ balance }, on) => balance.show({ com: on }) },
   support: { text: "Support", show: ({ balance }, on) => balance.show({ support: on }) },
   ghosts: {
@@ -26,6 +39,17 @@ const TOGGLES = {
     show: ({ ghosts, legend }, on) => {
       ghosts.group.visible = on;
       legend.set("ghosts", on && ghosts.entries.length > 0 ? ["ghosts", ...ghosts.entries] : []);
+    },
+  },
+  eye: {
+    text: "Camera view",
+    show: ({ eyes }, on) => eyes.show(on ? eyes.sight.select.value : null),
+  },
+  contrast: {
+    text: "High contrast",
+    show: ({ studio }, on) => {
+      document.documentElement.dataset.contrast = on ? "high" : "";
+      paintFloor(studio);
     },
   },
   handles: { text: "Handles", show: ({ drag }, on) => drag.show(on) },
@@ -41,8 +65,12 @@ export class Toggles {
   constructor(app, bar) {
     this.app = app;
     /** @type {Record<string, boolean>} */
-    this.shown = { frames: false, axes: false, com: false, support: false, ghosts: true };
-    this.shown.handles = this.shown.joints = app.role === "";
+    this.shown = {
+      ...{ frames: false, axes: false, chains: false, com: false, support: false, ghosts: true, eye: false },
+      contrast: window.matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,
+      handles: app.role === "",
+      joints: app.role === "",
+    };
     /** @type {Map<string, HTMLButtonElement>} */
     this.buttons = new Map();
     for (const [name, { text }] of Object.entries(TOGGLES)) {

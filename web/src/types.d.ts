@@ -30,6 +30,15 @@ export interface About {
   limbs: LimbNumbers[];
   head: number | null;
   lights: { name: string; link: number; visual: number }[];
+  eyes: Eye[];
+}
+
+/** A camera of the robot, which looks along x of its link, and its field of view [rad] where that is known. */
+export interface Eye {
+  name: string;
+  link: number;
+  horizontal: number | null;
+  vertical: number | null;
 }
 
 export type { LimbNumbers, Vector };
@@ -48,6 +57,7 @@ export interface JointAbout extends Driven {
   slides: boolean;
   axis: Vector;
   pair: string;
+  group: number;
 }
 
 /** One number of q; no limit is null. */
@@ -78,7 +88,7 @@ export interface Shape {
   link: number;
 }
 
-export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshPhongMaterial>;
+export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshStandardMaterial>;
 
 /** A message of ours from Python: its kind and what belongs to it. */
 export interface Message {
@@ -116,6 +126,7 @@ export interface Animator {
   duration: number;
   playing: boolean;
   time: number;
+  after_render(): void;
   clear(): void;
   display_progress(time: number): void;
   pause(): void;
@@ -127,6 +138,6 @@ declare global {
   // eslint-disable-next-line no-var
   var MeshCat: {
     THREE: typeof Three;
-    Viewer: new (element: HTMLElement) => MeshcatViewer;
+    Viewer: new (element: HTMLElement, animate: boolean, renderer: Three.WebGLRenderer) => MeshcatViewer;
   };
 }

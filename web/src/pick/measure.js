@@ -1,5 +1,4 @@
-import { makeLabel } from "../scene/label.js";
-import { asMark, disposeChildren } from "../scene/marking.js";
+import { asMark } from "../scene/marking.js";
 import { THREE } from "../three.js";
 
 /**
@@ -22,7 +21,6 @@ export class Measure {
     this.ends = [null, null];
     this.group = asMark(new THREE.Group());
     app.robot.root.add(this.group);
-    this.text = "";
     const scale = app.studio.markScale;
     const material = new THREE.MeshBasicMaterial({
       color: new THREE.Color(COLOUR).convertSRGBToLinear(),
@@ -102,22 +100,17 @@ export class Measure {
       if (place) this.spots[i].position.copy(place);
     });
     const [a, b] = places;
-    this.thread.visible = this.label.visible = Boolean(a && b);
-    if (!a || !b) return;
+    this.thread.visible = Boolean(a && b);
+    if (!a || !b) {
+      this.app.labels.set(this, []);
+      return;
+    }
     const along = b.clone().sub(a);
     const length = along.length();
     this.thread.position.copy(a).lerp(b, 0.5);
     this.thread.scale.set(1, Math.max(length, 1e-9), 1);
     this.thread.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.normalize());
     this.label.position.copy(this.thread.position);
-    this.write(`${(1000 * length).toFixed(1)} mm`);
-  }
-
-  /** @param {string} text */
-  write(text) {
-    if (text === this.text && this.label.children.length > 0) return;
-    this.text = text;
-    disposeChildren(this.label);
-    this.label.add(makeLabel(text, 0.02));
+    this.app.labels.set(this, [{ text: `${(1000 * length).toFixed(1)} mm`, node: this.label }]);
   }
 }

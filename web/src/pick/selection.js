@@ -1,5 +1,4 @@
 import { makeTriad } from "../scene/arrows.js";
-import { makeLabel } from "../scene/label.js";
 import { asMark, dispose } from "../scene/marking.js";
 import { THREE } from "../three.js";
 import { frameOf } from "./link_facts.js";
@@ -34,11 +33,10 @@ export class Selection {
     if (this.triad) dispose(this.triad);
     this.triad = null;
     if (frame !== null) {
-      const size = SIZE * this.app.studio.markScale;
-      this.triad = asMark(makeTriad(size));
-      this.triad.add(makeLabel(frame, size));
+      this.triad = asMark(makeTriad(SIZE * this.app.studio.markScale));
       this.app.robot.frameNode(frame).add(this.triad);
     }
+    this.app.labels.set(this, this.triad && frame !== null ? [{ text: frame, node: this.triad }] : []);
     this.app.viewer.set_dirty();
     this.app.dispatchEvent(new Event("selected"));
   }

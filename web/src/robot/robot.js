@@ -126,6 +126,23 @@ export class Robot extends Skeleton {
   }
 
   /**
+   * A sphere around all shapes, in the world of three.js; from their own spheres, so that it may be asked for in every frame.
+   *
+   * @param {THREE.Sphere} sphere is given it
+   */
+  sphere(sphere) {
+    const own = new THREE.Sphere();
+    sphere.makeEmpty();
+    for (const { mesh } of this.meshes) {
+      if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
+      own.copy(/** @type {THREE.Sphere} */ (mesh.geometry.boundingSphere)).applyMatrix4(mesh.matrixWorld);
+      sphere.union(own);
+    }
+    if (sphere.isEmpty()) sphere.set(this.root.getWorldPosition(new THREE.Vector3()), 1);
+    return sphere;
+  }
+
+  /**
    * The box around some shapes in the frame of a link.
    *
    * @param {number} link

@@ -1,6 +1,11 @@
-// @ts-nocheck
 import { THREE } from "../three.js";
 
+/**
+ * A material that light does not change.
+ *
+ * @param {string} colour
+ * @param {number} order of drawing; from 1 on it is seen through what stands before it
+ */
 export const flatMaterial = (colour, order) =>
   new THREE.MeshBasicMaterial({
     color: new THREE.Color(colour).convertSRGBToLinear(),
@@ -8,7 +13,14 @@ export const flatMaterial = (colour, order) =>
     depthTest: order === 0,
   });
 
-// A rod along z with a head at its end, in one geometry's worth of meshes.
+/**
+ * A rod along z with a head at its end.
+ *
+ * @param {number} length [m]
+ * @param {number} radius of the rod [m]
+ * @param {string} colour
+ * @param {number} order of drawing, as in `flatMaterial`
+ */
 export function makeArrow(length, radius, colour, order) {
   const arrow = new THREE.Group();
   const material = flatMaterial(colour, order);
@@ -24,8 +36,14 @@ export function makeArrow(length, radius, colour, order) {
   return arrow;
 }
 
+/**
+ * The axes of a frame: x red, y green, z blue.
+ *
+ * @param {number} size length of the arrows [m]
+ */
 export function makeTriad(size) {
   const triad = new THREE.Group();
+  /** @type {[string, [number, number, number]][]} */
   const axes = [
     ["#e0433a", [0, Math.PI / 2, 0]],
     ["#2f9e44", [-Math.PI / 2, 0, 0]],
@@ -39,7 +57,13 @@ export function makeTriad(size) {
   return triad;
 }
 
-// The axis of a joint: turning about it, or sliding along it.
+/**
+ * The axis of a joint, along z: turning about it, or sliding along it.
+ *
+ * @param {boolean} slides
+ * @param {string} colour
+ * @param {number} size [m]
+ */
 export function makeScrew(slides, colour, size) {
   const screw = new THREE.Group();
   const radius = 0.028 * size;

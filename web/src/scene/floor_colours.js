@@ -1,16 +1,17 @@
 import { THREE } from "../three.js";
 
 /**
- * Give the floor of the scene the colours that the styles have for it, in light or dark.
+ * Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less.
  *
  * @param {import("./studio.js").Studio} studio
  */
-export function paintFloor({ lines, shade, viewer }) {
-  if (!lines || !shade) return;
+export function paintFloor({ floor, viewer }) {
   const styles = getComputedStyle(document.documentElement);
-  lines.material.color = colourOf(styles, "--floor-lines").colour;
+  const { ink, shade, strength } = floor.uniforms;
+  ink.value.copy(colourOf(styles, "--floor-lines").colour);
   const { colour, alpha } = colourOf(styles, "--floor-shade");
-  Object.assign(shade.material, { color: colour, opacity: alpha });
+  shade.value.copy(colour);
+  strength.value = alpha;
   viewer.set_dirty();
 }
 
@@ -22,5 +23,5 @@ export function paintFloor({ lines, shade, viewer }) {
  */
 function colourOf(styles, property) {
   const [red, green, blue, alpha = 1] = (styles.getPropertyValue(property).match(/[\d.]+/g) ?? []).map(Number);
-  return { colour: new THREE.Color(red / 255, green / 255, blue / 255), alpha };
+  return { colour: new THREE.Color(red / 255, green / 255, blue / 255).convertSRGBToLinear(), alpha };
 }

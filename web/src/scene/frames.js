@@ -1,16 +1,17 @@
 import { makeTriad } from "./arrows.js";
-import { makeLabel } from "./label.js";
 import { asMark, dispose } from "./marking.js";
 
 /** Triads of chosen frames, with their names. */
 export class Frames {
   /**
    * @param {import("../robot/robot.js").Robot} robot
+   * @param {import("./labels.js").Labels} labels
    * @param {string[]} names frames to draw when they are shown
    * @param {number} size length of the arrows [m]
    */
-  constructor(robot, names, size) {
+  constructor(robot, labels, names, size) {
     this.robot = robot;
+    this.labels = labels;
     this.names = names;
     this.size = size;
     /** @type {import("three").Group[]} */
@@ -20,11 +21,16 @@ export class Frames {
   /** @param {boolean} on */
   show(on) {
     for (const triad of this.triads) dispose(triad);
-    this.triads = (on ? this.names : []).map((name, index) => {
+    const names = on ? this.names : [];
+    this.triads = names.map((name) => {
       const triad = asMark(makeTriad(this.size));
-      triad.add(makeLabel(name, this.size, index));
       this.robot.frameNode(name).add(triad);
+      triad.updateWorldMatrix(false, true);
       return triad;
     });
+    this.labels.set(
+      this,
+      names.map((text, i) => ({ text, node: this.triads[i] })),
+    );
   }
 }

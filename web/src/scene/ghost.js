@@ -27,6 +27,7 @@ export class Ghost {
     const veil = new THREE.MeshPhongMaterial({ color: 0x3f7fd9, transparent: true, opacity: 0.22, depthWrite: false });
     root.traverse((node) => {
       if (node instanceof THREE.Mesh) Object.assign(node, { material: veil, castShadow: false, receiveShadow: false });
+      node.layers.set(0);
     });
     this.scene.add(root);
     this.skeleton = new Skeleton(root, this.robot.about);

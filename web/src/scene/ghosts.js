@@ -1,20 +1,28 @@
-// @ts-nocheck
 import { between, isInside } from "../robot/nodes.js";
 import { Skeleton } from "../robot/skeleton.js";
 import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
 
-// Pale copies of the links that other configurations put elsewhere; they stay with the robot's root.
+/** @typedef {{ q: number[], colour: string, opacity: number }} GhostLook */
+/** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.Material>} Copy */
+
+/** Pale copies of the links that other configurations put elsewhere; they stay with the robot's root. */
 export class Ghosts {
+  // Poses whose entries [1, m] differ by no more are one.
+  static SAME = 1e-6;
+
+  /** @param {import("../robot/robot.js").Robot} robot */
   constructor(robot) {
     this.robot = robot;
-    this.entries = []; // of the legend
+    /** Of the legend. @type {HTMLElement[]} */
+    this.entries = [];
     this.group = asMark(new THREE.Group());
     // The robot's tree once more, bare, for the poses of its links in any configuration.
     const bare = robot.root.clone(true);
     bare.position.set(0, 0, 0);
     bare.quaternion.identity();
     this.skeleton = new Skeleton(bare, robot.about);
+    /** @type {THREE.Object3D[]} */
     const dropped = [];
     bare.traverse((node) => (node.userData.mark || node.name.startsWith("visual:")) && dropped.push(node));
     dropped.forEach((node) => node.removeFromParent());
@@ -22,8 +30,12 @@ export class Ghosts {
     robot.root.add(this.group);
   }
 
-  // Draw these instead of those before: configurations with a colour and an opacity each; of all links, or of those that
-  // the given one carries.
+  /**
+   * Draw these instead of those before.
+   *
+   * @param {GhostLook[]} ghosts
+   * @param {number} carrier only links that this one carries
+   */
   show(ghosts, carrier = 0) {
     this.clear();
     const shapes = this.shapes.filter(({ link }) => isInside(this.robot.nodes[link], this.robot.nodes[carrier]));
@@ -51,27 +63,29 @@ export class Ghosts {
     this.refresh();
   }
 
-  // Show the links that are not where the robot has them.
+  get copies() {
+    return /** @type {Copy[]} */ (this.group.children);
+  }
+
+  /** Show the links that are not where the robot has them. */
   refresh() {
     if (this.group.children.length === 0) return;
     const poses = this.robot.nodes.map((_, link) => this.robot.pose(link).elements);
-    for (const copy of this.group.children) {
-      const { link, pose } = copy.userData;
+    for (const copy of this.copies) {
+      /** @type {{ link: number, pose: THREE.Matrix4 }} */
+      const { link, pose } = /** @type {any} */ (copy.userData);
       copy.visible = pose.elements.some((value, i) => Math.abs(value - poses[link][i]) > Ghosts.SAME);
     }
   }
 
-  // The shapes' geometries are the robot's.
+  /** Take them away; the shapes' geometries are the robot's. */
   clear() {
-    for (const copy of [...this.group.children]) {
+    for (const copy of [...this.copies]) {
       copy.material.dispose();
       copy.removeFromParent();
     }
   }
 }
-
-// Poses whose entries [1, m] differ by no more are one.
-Ghosts.SAME = 1e-6;
 
 // Neither the blue nor the grey of the branches while a limb is dragged.
 export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];

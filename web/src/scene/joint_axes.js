@@ -5,15 +5,17 @@ import { PAIR_COLOURS } from "./pair_colours.js";
 
 const LENGTH = 0.07;
 
-/** The axes of the joints as screws, in the colour of the lower pair that each belongs to. */
+/** The axes of the joints as screws, in the colour of the lower pair that each belongs to, and with its name. */
 export class JointAxes {
   /**
    * @param {import("../robot/robot.js").Robot} robot
    * @param {import("./studio.js").Studio} studio
+   * @param {import("./labels.js").Labels} labels
    */
-  constructor(robot, studio) {
+  constructor(robot, studio, labels) {
     this.robot = robot;
     this.studio = studio;
+    this.labels = labels;
     /** @type {THREE.Group[]} */
     this.screws = [];
   }
@@ -26,15 +28,22 @@ export class JointAxes {
     for (const screw of this.screws) dispose(screw);
     this.screws = [];
     const pairs = new Map();
-    for (const { pair, slides, axis, node } of on ? this.robot.joints.filter((joint) => joint.pair) : []) {
+    /** Number of the pair → its label: axes that meet in one pair share it. @type {Map<number, { text: string, node: THREE.Object3D, colour: string }>} */
+    const labels = new Map();
+    for (const { name, pair, group, slides, axis, node } of on ? this.robot.joints.filter((joint) => joint.pair) : []) {
       const colour = PAIR_COLOURS[pair] ?? PAIR_COLOURS.other;
       pairs.set(pair, colour);
       const screw = asMark(makeScrew(slides, colour, LENGTH * this.studio.markScale));
       screw.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
       node.parent?.add(screw);
       this.screws.push(screw);
+      const known = labels.get(group);
+      if (known) known.text = known.text.replace(" · ", `, ${name} · `);
+      else labels.set(group, { text: `${name} · ${pair}`, node: screw, colour });
+      screw.updateWorldMatrix(true, true);
     }
-    this.studio.seeThrough(this.robot, on);
+    this.labels.set(this, [...labels.values()]);
+    this.studio.seeThrough(on);
     return pairs;
   }
 }

@@ -1,4 +1,3 @@
-// @ts-nocheck
 import { between, isInside } from "../robot/nodes.js";
 import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
@@ -6,45 +5,69 @@ import { THREE } from "../three.js";
 // Sizes in radii of the light.
 const GLOW = { size: 5.5, lift: 4, opacity: 0.3 };
 
-// Lights of the robot, each dark glass that shines in a colour, with a glow around it.
+/** @typedef {import("../types.js").Vector} Vector */
+/** @typedef {import("../types.js").Shape & { glow: THREE.Sprite }} Light */
+
+/** Lights of the robot, each dark glass that shines in a colour, with a glow around it. */
 export class Lights {
+  /**
+   * @param {import("../robot/robot.js").Robot} robot
+   * @param {import("./link_colours.js").LinkColours} colours
+   */
   constructor(robot, colours) {
     this.colours = colours;
+    /** @type {Map<string, Light>} */
     this.shapes = new Map();
     for (const { name, link, visual } of robot.about.lights) {
       const node = robot.nodes[link].children.find((child) => child.name === `visual:${visual}`);
-      const shape = robot.meshes.find(({ mesh }) => isInside(mesh, node));
+      const shape = node && robot.meshes.find(({ mesh }) => isInside(mesh, node));
+      if (!shape) continue;
       const box = robot.boxIn(
         link,
         robot.meshes.filter((other) => other.link === link),
       );
+      // Set into a shell, it throws no shadow beyond it.
+      shape.mesh.castShadow = false;
       this.shapes.set(name, { ...shape, glow: makeGlow(shape.mesh, box, robot.nodes[link]) });
     }
   }
 
-  // Light these, and no others: names with red, green and blue.
+  /**
+   * Light these, and no others.
+   *
+   * @param {{ name: string, rgb: Vector }[]} lights red, green and blue from 0 to 1
+   */
   show(lights) {
     const colours = new Map(lights.map(({ name, rgb }) => [name, rgb]));
     for (const [name, { mesh, link, glow }] of this.shapes) {
       const rgb = colours.get(name);
       mesh.userData.lit = Boolean(rgb);
-      mesh.material.emissive.setRGB(...(rgb ?? [0, 0, 0])).convertSRGBToLinear();
+      const [red, green, blue] = rgb ?? [0, 0, 0];
+      mesh.material.emissive.setRGB(red, green, blue).convertSRGBToLinear();
       this.colours.paint({ mesh, link });
       const brightest = Math.max(...(rgb ?? [0]));
       glow.visible = brightest > 0;
       glow.userData.strength = brightest;
-      if (glow.visible) glow.material.color.setRGB(...rgb.map((value) => value / brightest)).convertSRGBToLinear();
+      if (!rgb || !glow.visible) continue;
+      const [r, g, b] = rgb;
+      glow.material.color.setRGB(r / brightest, g / brightest, b / brightest).convertSRGBToLinear();
     }
   }
 }
 
-// A soft disc around a light, that faces the camera and fades where the light looks away from it. The light looks away
-// from the middle of its link.
+/**
+ * A soft disc around a light, that faces the camera and fades where the light looks away from it. The light looks away from
+ * the middle of its link.
+ *
+ * @param {import("../types.js").RobotMesh} mesh
+ * @param {THREE.Box3} box around its link
+ * @param {THREE.Object3D} node of its link
+ */
 function makeGlow(mesh, box, node) {
   const { Sprite, SpriteMaterial, Vector3 } = THREE;
   const glow = new Sprite(new SpriteMaterial({ map: softDisc(), depthWrite: false, toneMapped: false }));
   if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
-  const { center, radius } = mesh.geometry.boundingSphere;
+  const { center, radius } = /** @type {THREE.Sphere} */ (mesh.geometry.boundingSphere);
   const toNode = between(mesh, node);
   glow.position.copy(center).applyMatrix4(toNode);
   glow.scale.setScalar(GLOW.size * radius);
@@ -65,11 +88,15 @@ function makeGlow(mesh, box, node) {
   return glow;
 }
 
+/** @type {THREE.Texture | null} */
+let disc = null;
+
+/** One texture for all of them. */
 function softDisc() {
-  if (!softDisc.texture) {
+  if (!disc) {
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = 128;
-    const ink = canvas.getContext("2d");
+    const ink = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     const fade = ink.createRadialGradient(64, 64, 0, 64, 64, 64);
     for (const [at, alpha] of [
       [0, 1],
@@ -82,7 +109,7 @@ function softDisc() {
     }
     ink.fillStyle = fade;
     ink.fillRect(0, 0, 128, 128);
-    softDisc.texture = new THREE.CanvasTexture(canvas);
+    disc = new THREE.CanvasTexture(canvas);
   }
-  return softDisc.texture;
+  return disc;
 }

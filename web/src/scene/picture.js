@@ -1,30 +1,53 @@
-// @ts-nocheck
 import { resize } from "./studio.js";
 
+/** @type {[number, string][]} */
 const SKY = [
   [0, "#fbfcfd"],
   [0.55, "#eef1f6"],
   [1, "#dde3ec"],
 ];
 
-// A picture of the scene on the page's background, with what `over` draws over it, as a data URI.
+/**
+ * Draw the canvas, as it was drawn just now, over the page's background.
+ *
+ * @param {CanvasRenderingContext2D} ink
+ * @param {HTMLCanvasElement} canvas
+ * @param {number} width
+ * @param {number} height
+ */
+export function paintCanvas(ink, canvas, width, height) {
+  const sky = ink.createLinearGradient(0, 0, 0, height);
+  for (const [at, colour] of SKY) sky.addColorStop(at, colour);
+  ink.fillStyle = sky;
+  ink.fillRect(0, 0, width, height);
+  ink.drawImage(canvas, 0, 0, width, height);
+}
+
+/**
+ * A picture of the scene on the page's background, at its best.
+ *
+ * @param {import("./studio.js").Studio} studio
+ * @param {number} width in pixels
+ * @param {number} height
+ * @param {import("../types.js").Camera | undefined} preset where to look from; as the page does if none is given
+ * @param {import("../robot/robot.js").Robot} robot
+ * @param {(ink: CanvasRenderingContext2D) => void} over draws what stands over the scene
+ */
 export function takePicture(studio, width, height, preset, robot, over) {
   const { viewer } = studio;
-  const ratio = viewer.renderer.getPixelRatio();
-  viewer.renderer.setPixelRatio(1);
+  const { ratio } = studio;
+  Object.assign(studio, { alwaysFine: true, ratio: 1 });
+  studio.setRatio(1);
   resize(viewer, width, height);
   if (preset) studio.look(preset, robot);
   viewer.render();
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];
-  const ink = canvas.getContext("2d");
-  const sky = ink.createLinearGradient(0, 0, 0, height);
-  for (const [at, colour] of SKY) sky.addColorStop(at, colour);
-  ink.fillStyle = sky;
-  ink.fillRect(0, 0, width, height);
-  ink.drawImage(viewer.renderer.domElement, 0, 0);
+  const ink = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  paintCanvas(ink, viewer.renderer.domElement, width, height);
   over(ink);
-  viewer.renderer.setPixelRatio(ratio);
+  Object.assign(studio, { alwaysFine: false, ratio });
+  studio.setRatio(ratio);
   viewer.set_3d_pane_size();
-  return canvas.toDataURL("image/png");
+  return canvas;
 }

@@ -1,14 +1,23 @@
-// @ts-nocheck
 import { isInside } from "../robot/nodes.js";
 import { THREE } from "../three.js";
 
 // Letters, and sizes in pixels; `across` is the shorter side of a picture in which they are pixels.
 const BUBBLE = { most: 280, gap: 16, corner: 14, tail: 11, across: 560 };
 
-// A bubble beside the head with what the robot says; screen readers read it.
+/** @typedef {"right" | "left" | "above" | "below"} Side of the head */
+
+/** A bubble beside the head with what the robot says; screen readers read it. */
 export class Speech {
+  /**
+   * @param {import("../types.js").MeshcatViewer} viewer
+   * @param {import("../robot/robot.js").Robot} robot
+   * @param {HTMLElement} bubble
+   * @param {HTMLElement} bar over the picture
+   */
   constructor(viewer, robot, bubble, bar) {
-    Object.assign(this, { viewer, bubble, bar });
+    this.viewer = viewer;
+    this.bubble = bubble;
+    this.bar = bar;
     const link = robot.about.head ?? 0;
     this.node = robot.nodes[link];
     const { min, max } = robot.boxIn(
@@ -21,6 +30,7 @@ export class Speech {
     );
   }
 
+  /** @param {string} text */
   say(text) {
     const letters = [...text.trim()];
     const { most } = BUBBLE;
@@ -28,7 +38,7 @@ export class Speech {
     this.viewer.set_dirty();
   }
 
-  // Put the bubble beside the head; on every frame that is drawn.
+  /** Put the bubble beside the head; on every frame that is drawn. */
   place() {
     if (!this.bubble.textContent) return;
     const pane = this.viewer.renderer.domElement;
@@ -42,8 +52,15 @@ export class Speech {
     this.bubble.dataset.side = side;
   }
 
-  // Where the bubble stands in a picture of this size under a bar, on which side of the head, and where along its edge
-  // the tail is: the first side with room for it, and under the head where there is none.
+  /**
+   * Where the bubble stands in a picture of this size under a bar, on which side of the head, and where along its edge the
+   * tail is: the first side with room for it, and under the head where there is none.
+   *
+   * @param {number} width
+   * @param {number} height
+   * @param {number} bar
+   * @returns {{ x: number, y: number, side: Side, tail: number }}
+   */
   spot(width, height, bar) {
     const { gap, corner } = BUBBLE;
     const { offsetWidth: w, offsetHeight: h } = this.bubble;
@@ -53,9 +70,11 @@ export class Speech {
     const xs = seen.map(({ x }) => ((1 + x) / 2) * width);
     const ys = seen.map(({ y }) => ((1 - y) / 2) * height);
     const [left, right, top, bottom] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    /** @type {(value: number, least: number, most: number) => number} */
     const within = (value, least, most) => Math.max(least, Math.min(value, most));
+    /** @type {Record<string, number>} */
     const rooms = { right: width - right - w, left: left - w, above: top - bar - h };
-    const side = Object.keys(rooms).find((name) => rooms[name] >= 2 * gap) ?? "below";
+    const side = /** @type {Side} */ (Object.keys(rooms).find((name) => rooms[name] >= 2 * gap) ?? "below");
     const [across, mouth] = [(left + right) / 2, top + 0.62 * (bottom - top)];
     const wanted = {
       right: [right + gap, mouth - h + 2 * corner],
@@ -68,7 +87,13 @@ export class Speech {
     return { x, y, side, tail: within(at, 1.5 * corner, edge - 1.5 * corner) };
   }
 
-  // The same bubble on a picture.
+  /**
+   * The same bubble on a picture.
+   *
+   * @param {CanvasRenderingContext2D} ink
+   * @param {number} width
+   * @param {number} height
+   */
   paint(ink, width, height) {
     if (!this.bubble.textContent) return;
     const { corner: r, tail: size } = BUBBLE;
@@ -93,7 +118,7 @@ export class Speech {
         [w, 0],
       ][i];
       if (i === 0) ink.moveTo(r, 0);
-      ink.arcTo(a, b, ...next, r);
+      ink.arcTo(a, b, next[0], next[1], r);
     }
     ink.closePath();
     const [before, after] = [tail - size, tail + size / 2];
@@ -119,9 +144,9 @@ export class Speech {
         [after, 1],
       ],
     }[side]; // clockwise, as the rectangle is
-    ink.moveTo(...corners[0]);
-    ink.lineTo(...corners[1]);
-    ink.lineTo(...corners[2]);
+    ink.moveTo(corners[0][0], corners[0][1]);
+    ink.lineTo(corners[1][0], corners[1][1]);
+    ink.lineTo(corners[2][0], corners[2][1]);
     ink.closePath();
     Object.assign(ink, { shadowColor: "rgba(29,36,51,0.22)", shadowBlur: 22 * scale, shadowOffsetY: 6 * scale });
     ink.fillStyle = style.backgroundColor;
@@ -133,10 +158,12 @@ export class Speech {
     ink.restore();
   }
 
-  // The lines that the browser has broken the text into, and where they begin in the bubble.
+  /** The lines that the browser has broken the text into, and where they begin in the bubble. */
   lines() {
-    const [node, { left, top }] = [this.bubble.firstChild, this.bubble.getBoundingClientRect()];
+    const node = /** @type {Text} */ (this.bubble.firstChild);
+    const { left, top } = this.bubble.getBoundingClientRect();
     const range = document.createRange();
+    /** @type {{ text: string, top: number, left: number, middle: number }[]} */
     const lines = [];
     let from = 0;
     for (const letter of node.data) {

@@ -1,79 +1,66 @@
-// @ts-nocheck
+import { lookAt } from "./cameras.js";
+import { Contact, ROBOT_LAYER } from "./contact.js";
+import { makeEnvironment } from "./environment.js";
+import { FastLook } from "./fast_look.js";
+import { Floor } from "./floor.js";
+import { setMaterial } from "./materials.js";
+import { LEVELS, Quality, REST } from "./quality.js";
+import { Smoothing } from "./renderer.js";
 import { THREE } from "../three.js";
 
-// Metres between the grid's strong lines, for a small robot; and how far a robot goes before the camera does, as a share
-// of its size.
-const GRID_STEP = 0.5;
-const SLACK = 0.15;
+/** @typedef {import("../robot/robot.js").Robot} Robot */
 
-// Light, floor, materials and cameras: how the scene looks.
+// How far a robot goes before the camera does, as a share of its size; the key light's place, from the robot.
+const SLACK = 0.15;
+const SEEN_THROUGH = 0.28;
+const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
+
+/** Light, floor, materials and cameras: how the scene looks, and how much of that a frame may cost. */
 export class Studio {
+  /** @param {import("../types.js").MeshcatViewer} viewer */
   constructor(viewer) {
     this.viewer = viewer;
+    const { scene, renderer } = viewer;
     viewer.hide_background();
-    viewer.renderer.outputEncoding = THREE.sRGBEncoding;
-    // Shadows only change with the robot, not with the camera.
-    viewer.renderer.shadowMap.autoUpdate = false;
     for (const name of ["Grid", "Axes", "Lights"]) viewer.set_property([name], "visible", false);
 
-    const scene = viewer.scene;
-    scene.add(new THREE.HemisphereLight(0xffffff, 0xaab4c6, 0.5));
-    this.key = new THREE.DirectionalLight(0xfffaf2, 0.52);
+    scene.environment = makeEnvironment(renderer);
+    // Ghosts, voxels and marks do not mirror the room: this lights them from all around.
+    const around = new THREE.HemisphereLight(0xffffff, 0xaab4c6, 0.16);
+    this.key = new THREE.DirectionalLight(0xfffaf2, 0.37);
     this.key.castShadow = true;
-    this.key.shadow.mapSize.set(2048, 2048);
-    this.key.shadow.bias = -0.0004;
-    this.key.shadow.normalBias = 0.004;
-    const fill = new THREE.DirectionalLight(0xeaf1ff, 0.16);
-    fill.position.set(-0.6, -1.6, 0.7);
-    const rim = new THREE.DirectionalLight(0xffffff, 0.22);
-    rim.position.set(-1.5, 0.5, 1.4);
-    scene.add(this.key, this.key.target, fill, rim);
-    this.floor = this.makeFloor();
-    scene.add(this.floor);
-    this.place = [0, 0];
-  }
+    this.key.shadow.mapSize.set(1024, 1024);
+    for (const light of [around, this.key]) light.layers.enable(ROBOT_LAYER);
+    scene.add(around, this.key, this.key.target);
 
-  makeFloor() {
-    const floor = new THREE.Group();
-    const canvas = document.createElement("canvas");
-    canvas.width = canvas.height = 1024;
-    const ink = canvas.getContext("2d");
-    const step = canvas.width / 20;
-    ink.strokeStyle = "#8d99ad";
-    for (let i = 0; i <= 20; i++) {
-      ink.globalAlpha = i % 5 === 0 ? 0.75 : 0.4;
-      ink.lineWidth = i % 5 === 0 ? 2 : 1.5;
-      ink.beginPath();
-      ink.moveTo(i * step, 0);
-      ink.lineTo(i * step, canvas.height);
-      ink.moveTo(0, i * step);
-      ink.lineTo(canvas.width, i * step);
-      ink.stroke();
-    }
-    // The grid fades into the distance.
-    const fade = ink.createRadialGradient(512, 512, 60, 512, 512, 512);
-    fade.addColorStop(0, "rgba(0,0,0,1)");
-    fade.addColorStop(1, "rgba(0,0,0,0)");
-    ink.globalAlpha = 1;
-    ink.globalCompositeOperation = "destination-in";
-    ink.fillStyle = fade;
-    ink.fillRect(0, 0, 1024, 1024);
-    const texture = new THREE.CanvasTexture(canvas);
-    texture.anisotropy = 8;
-    const lines = new THREE.Mesh(
-      new THREE.PlaneGeometry(2, 2),
-      new THREE.MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false, toneMapped: false }),
-    );
-    lines.position.z = -0.0012;
-    this.shade = new THREE.Mesh(
-      new THREE.PlaneGeometry(6, 6),
-      new THREE.ShadowMaterial({ opacity: 0.2, color: 0x1b2a44 }),
-    );
-    this.shade.position.z = -0.001;
-    this.shade.receiveShadow = true;
-    this.lines = lines;
-    floor.add(lines, this.shade);
-    return floor;
+    this.smoothing = new Smoothing(renderer);
+    this.fastLook = new FastLook(renderer, scene, this.key);
+    this.contact = new Contact(renderer);
+    this.floor = new Floor(this.contact);
+    scene.add(this.floor.node);
+    this.place = [0, 0];
+    this.size = 1;
+    /** @type {Robot | null} */
+    this.robot = null;
+    this.quality = new Quality();
+    // Pictures are always drawn at their best.
+    this.alwaysFine = false;
+    this.robotMoved = true;
+    // Frames since the shadows were those of the robot.
+    this.shadowsOld = 0;
+    this.seen = new Float64Array(32);
+    this.sphere = new THREE.Sphere();
+    this.ratio = renderer.getPixelRatio();
+    // The share of their own opacity that shapes have, and whether the axes inside are to be seen.
+    this.opacity = 1;
+    this.axesShown = false;
+    /** @type {import("./eyes.js").Eyes | null} */
+    this.eyes = null;
+    viewer.controls.addEventListener("start", () => (this.quality.expected = true));
+    viewer.controls.addEventListener("end", () => (this.quality.expected = false));
+    /** When the drawing of a change began that is not known to be done. @type {number | null} */
+    this.began = null;
+    this.done = this.done.bind(this);
   }
 
   // What is drawn over a robot grows with it, up to that of a human.
@@ -81,23 +68,33 @@ export class Studio {
     return Math.min(this.size, 1.5);
   }
 
-  // Fit the light's shadow and the grid to the robot's size.
+  /**
+   * Give the robot its materials, and fit light and floor to its size.
+   *
+   * @param {Robot} robot
+   */
   fit(robot) {
-    const { Vector3 } = THREE;
-    const size = robot.box([]).getSize(new Vector3()).length() || 1;
-    this.size = size;
-    this.key.position.set(0.75 * size, 0.85 * size, 2.6 * size);
-    Object.assign(this.key.shadow.camera, { left: -size, right: size, top: size, bottom: -size, near: 0.1 * size });
-    this.key.shadow.camera.far = 5 * size;
-    this.key.shadow.camera.updateProjectionMatrix();
-    // A grid of decimetres for a small robot, of metres for a large one.
-    const scale = size < 1.2 ? 1 : size < 6 ? 2.5 : 10;
-    this.lines.scale.set(scale, scale, 1);
-    this.shade.scale.set(scale, scale, 1);
+    this.robot = robot;
+    for (const { mesh } of robot.meshes) {
+      setMaterial(mesh);
+      mesh.layers.enable(ROBOT_LAYER);
+    }
+    this.size = robot.box([]).getSize(new THREE.Vector3()).length() || 1;
+    this.floor.fit(this.size);
   }
 
-  // A robot that walks stays in the picture and in the light: what looks at it goes along over the floor, on a slack
-  // rope, so that one that only sways leaves it where it is.
+  /** The robot is elsewhere than in the last picture. */
+  moved() {
+    this.robotMoved = true;
+  }
+
+  /**
+   * A robot that walks stays in the picture: what looks at it goes along over the floor, on a slack rope, so that one that
+   * only sways leaves it where it is.
+   *
+   * @param {number} x
+   * @param {number} y
+   */
   goAlong(x, y) {
     const way = [x - this.place[0], y - this.place[1]];
     const length = Math.hypot(...way);
@@ -110,83 +107,140 @@ export class Studio {
       node.x += dx;
       node.z -= dy;
     }
-    for (const node of [this.key.position, this.key.target.position]) {
-      node.x += dx;
-      node.y += dy;
-    }
-    // The grid goes from one of its strong lines to the next, and seems to have no end.
-    const step = GRID_STEP * this.lines.scale.x;
-    const [near, aside] = this.place.map((coordinate) => Math.round(coordinate / step) * step);
-    this.floor.position.set(near, aside, 0);
+    this.floor.goAlong(this.place);
   }
 
-  // Colours in a URDF are those of a screen; light is reckoned in linear ones.
-  setMaterial(mesh) {
-    const { color, opacity } = mesh.material;
-    mesh.material.dispose();
-    mesh.material = new THREE.MeshPhongMaterial({
-      color: color.clone().convertSRGBToLinear(),
-      specular: 0x2a2a2a,
-      shininess: 48,
-      side: THREE.DoubleSide,
-      opacity,
-      transparent: opacity < 1,
-    });
-    mesh.userData.own = mesh.material.color.clone();
-    mesh.userData.opacity = opacity;
-    mesh.castShadow = mesh.receiveShadow = true;
-  }
-
-  seeThrough(robot, on) {
-    for (const { mesh } of robot.meshes) {
-      const opacity = on ? 0.28 * mesh.userData.opacity : mesh.userData.opacity;
-      const side = on ? THREE.FrontSide : THREE.DoubleSide;
-      Object.assign(mesh.material, { opacity, side, transparent: opacity < 1 });
-      mesh.material.needsUpdate = true;
-    }
-  }
-
-  // Move the camera so that what a preset looks at just fills the view, under a bar that takes a share of its height.
-  look(preset, robot, bar = 0) {
-    const { Vector3, MathUtils } = THREE;
-    const { camera, controls } = this.viewer;
-    camera.fov = 28;
-    camera.near = 0.02 * this.size;
-    camera.far = 60 * this.size;
-    const box = robot.box(preset.links);
-    const centre = box.getCenter(new Vector3());
-    // The world of three.js has y up: z of the robot is its y, and y its −z.
-    const [x, y, z] = preset.direction;
-    const back = new Vector3(x, z, -y).normalize();
-    const right = new Vector3(0, 1, 0).cross(back).normalize();
-    const up = back.clone().cross(right);
-    const half = Math.tan(MathUtils.degToRad(camera.fov / 2));
-    const hidden = Math.min(Math.max(2 * bar - 0.1, 0), 0.5);
-    const tall = half * (0.9 - hidden / 2);
-    const wide = 0.9 * half * camera.aspect;
-    let distance = preset.links.length ? 0 : this.size;
-    for (let i = 0; i < 8; i++) {
-      const corner = new Vector3(
-        i & 1 ? box.max.x : box.min.x,
-        i & 2 ? box.max.y : box.min.y,
-        i & 4 ? box.max.z : box.min.z,
-      ).sub(centre);
-      const reach = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
-      distance = Math.max(distance, reach + corner.dot(back));
-    }
-    // The camera sits in meshcat's node that turns z up again; its coordinates are those of the world.
-    camera.position.copy(centre).addScaledVector(back, distance);
-    // The picture moves down by half of what the bar hides; the camera still turns about the middle of the robot.
-    const { aspect } = camera;
-    camera.setViewOffset(1, 1, 0, -hidden / 4, 1, 1);
-    camera.aspect = aspect;
-    camera.updateProjectionMatrix();
-    controls.target.copy(centre);
+  /** Draw a frame: as fast as it has to be while something moves, and at its best when it rests. */
+  draw() {
+    const { viewer, quality } = this;
+    const { camera, controls, scene } = viewer;
     controls.update();
+    camera.updateProjectionMatrix();
+    camera.updateWorldMatrix(true, false);
+    const now = performance.now();
+    this.done(now);
+    const changed = this.cameraMoved() || this.robotMoved;
+    if (this.robotMoved) this.shadowsOld += 1;
+    this.robotMoved = false;
+    const level = this.alwaysFine ? LEVELS[0] : quality.next(now, changed);
+    const fine = level.fine || !this.robot;
+    if (this.shadowsOld >= level.shadows) this.castShadows();
+    this.setRatio(level.ratio * this.ratio);
+    this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
+    const shapes = this.robot?.meshes ?? [];
+    if (fine) this.smoothing.draw(scene, camera);
+    else this.fastLook.draw(shapes, camera);
+    this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
+    if (!changed || this.alwaysFine) return;
+    this.began = now;
+    requestAnimationFrame(this.done);
+  }
+
+  /**
+   * The browser asks for the next frame: so long did the last one take.
+   *
+   * @param {number} now
+   */
+  done(now) {
+    // Of a frame that has been drawn since it was asked for, the next one tells.
+    if (this.began === null || now < this.began) return;
+    this.quality.took(now, now - this.began);
+    this.began = null;
+    clearTimeout(this.resting);
+    if (this.quality.moving) this.resting = window.setTimeout(() => this.viewer.set_dirty(), REST + 10);
+  }
+
+  cameraMoved() {
+    const { camera } = this.viewer;
+    let moved = false;
+    for (const [offset, { elements }] of /** @type {[number, THREE.Matrix4][]} */ ([
+      [0, camera.matrixWorld],
+      [16, camera.projectionMatrix],
+    ])) {
+      for (let i = 0; i < 16; i++) {
+        moved ||= this.seen[offset + i] !== elements[i];
+        this.seen[offset + i] = elements[i];
+      }
+    }
+    return moved;
+  }
+
+  /** @param {number} ratio pixels of the picture for one of the page's */
+  setRatio(ratio) {
+    const { renderer } = this.viewer;
+    if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
+  }
+
+  // The light's shadow is fitted to the robot, so that all of its pixels are used.
+  castShadows() {
+    if (!this.robot) return;
+    this.shadowsOld = 0;
+    const { key, sphere, viewer } = this;
+    this.robot.sphere(sphere);
+    const { center } = sphere;
+    // In steps, so that the shadow of a limb that moves does not swim on one that does not.
+    const radius = 1.1 ** Math.ceil(Math.log(sphere.radius) / Math.log(1.1));
+    this.contact.draw(viewer.scene, center, radius);
+    // Lights stand in the scene, which has z up.
+    const [x, y, z] = [center.x, -center.z, center.y];
+    key.target.position.set(x, y, z);
+    key.position
+      .copy(KEY)
+      .multiplyScalar(2 * radius)
+      .add(key.target.position);
+    const { camera } = key.shadow;
+    Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
+    Object.assign(camera, { near: 0.9 * radius, far: 3.1 * radius + 3 * Math.max(0, z) });
+    camera.updateProjectionMatrix();
+    // A texel in metres, seen at a slant.
+    key.shadow.normalBias = 3 * (radius / key.shadow.mapSize.x);
+    key.shadow.bias = -0.0005;
+    viewer.renderer.shadowMap.needsUpdate = true;
+  }
+
+  /**
+   * Let the axes inside the robot be seen.
+   *
+   * @param {boolean} on
+   */
+  seeThrough(on) {
+    this.axesShown = on;
+    this.setOpacity(this.opacity);
+  }
+
+  /** @param {number} share of their own opacity that shapes have */
+  setOpacity(share) {
+    this.opacity = share;
+    const least = this.axesShown ? Math.min(share, SEEN_THROUGH) : share;
+    for (const { mesh } of this.robot?.meshes ?? []) {
+      const opacity = least * mesh.userData.opacity;
+      const side = opacity < mesh.userData.opacity ? THREE.FrontSide : mesh.userData.side;
+      const transparent = opacity < 1;
+      if (mesh.material.transparent !== transparent || mesh.material.side !== side) mesh.material.needsUpdate = true;
+      Object.assign(mesh.material, { opacity, side, transparent });
+    }
+    this.viewer.set_dirty();
+  }
+
+  /**
+   * Look from one of the presets.
+   *
+   * @param {import("../types.js").Camera | undefined} preset
+   * @param {Robot} robot
+   * @param {number} bar share of the picture's height that a bar hides
+   */
+  look(preset, robot, bar = 0) {
+    if (!preset) return;
+    lookAt(this.viewer, preset, robot.box(preset.links), this.size, bar);
     this.viewer.set_dirty();
   }
 }
 
+/**
+ * @param {import("../types.js").MeshcatViewer} viewer
+ * @param {number} width
+ * @param {number} height
+ */
 export function resize(viewer, width, height) {
   viewer.camera.aspect = width / height;
   viewer.camera.updateProjectionMatrix();

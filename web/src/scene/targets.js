@@ -1,6 +1,5 @@
 import { THREE } from "../three.js";
 import { makeTriad } from "./arrows.js";
-import { makeLabel } from "./label.js";
 import { asMark, disposeChildren } from "./marking.js";
 
 const SIZE = 0.09;
@@ -10,9 +9,11 @@ export class Targets {
   /**
    * @param {import("../robot/robot.js").Robot} robot
    * @param {import("./studio.js").Studio} studio
+   * @param {import("./labels.js").Labels} labels
    */
-  constructor(robot, studio) {
+  constructor(robot, studio, labels) {
     this.studio = studio;
+    this.labels = labels;
     this.group = asMark(new THREE.Group());
     robot.root.add(this.group);
   }
@@ -25,15 +26,19 @@ export class Targets {
   show(targets) {
     disposeChildren(this.group);
     const size = SIZE * this.studio.markScale;
-    for (const { name, matrix, point } of targets) {
+    for (const { matrix, point } of targets) {
       const mark = new THREE.Group();
       const veil = new THREE.MeshBasicMaterial({ color: 0xc2255c, transparent: true, opacity: 0.3, depthWrite: false });
       mark.add(new THREE.Mesh(new THREE.SphereGeometry(0.16 * size, 28, 20), veil));
       if (!point) mark.add(makeTriad(0.6 * size));
       mark.matrixAutoUpdate = false;
       mark.matrix.fromArray(matrix);
-      mark.add(makeLabel(name, size));
       this.group.add(mark);
     }
+    this.group.updateWorldMatrix(true, true);
+    this.labels.set(
+      this,
+      targets.map(({ name }, i) => ({ text: name, node: this.group.children[i] })),
+    );
   }
 }

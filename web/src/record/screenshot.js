@@ -1,0 +1,23 @@
+import { takePicture } from "../scene/picture.js";
+import { download, fileName } from "./download.js";
+
+/**
+ * Save the view as a PNG, with what is written over it.
+ *
+ * @param {import("../app.js").App} app
+ * @param {number} scale pixels for one of the screen's
+ * @returns {Promise<void>}
+ */
+export async function saveScreenshot(app, scale) {
+  const { pane, studio, robot } = app;
+  const ratio = scale * window.devicePixelRatio;
+  const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
+  const gl = studio.viewer.renderer.getContext();
+  const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
+  const share = Math.min(1, most / Math.max(width, height));
+  const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];
+  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => app.paintOver(ink, wide, high));
+  const blob = await new Promise((/** @type {(blob: Blob | null) => void} */ done) => canvas.toBlob(done, "image/png"));
+  if (blob) download(blob, fileName(robot.about.name, "png"));
+  else app.notice("The browser made no picture of this size.");
+}

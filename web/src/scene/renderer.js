@@ -1,0 +1,69 @@
+import { THREE } from "../three.js";
+
+/**
+ * The renderer that meshcat draws with. Its canvas has no smoothing of its own, which would cost as much in each frame of a
+ * movement: `Smoothing` is for the picture at rest.
+ *
+ * @param {HTMLElement} pane
+ */
+export function makeRenderer(pane) {
+  const renderer = new THREE.WebGLRenderer({ alpha: true, antialias: false, powerPreference: "high-performance" });
+  renderer.outputEncoding = THREE.sRGBEncoding;
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+  // Shadows only change with the robot, not with the camera.
+  renderer.shadowMap.autoUpdate = false;
+  pane.append(renderer.domElement);
+  return renderer;
+}
+
+/** Pictures with smooth edges: drawn with several samples per pixel beside the canvas, and copied onto it. */
+export class Smoothing {
+  /** @param {THREE.WebGLRenderer} renderer */
+  constructor(renderer) {
+    this.renderer = renderer;
+    this.size = new THREE.Vector2();
+    // With a stencil the depth has 24 bits; without one 16, which shells a millimetre apart show through.
+    this.target = new THREE.WebGLMultisampleRenderTarget(1, 1, { format: THREE.RGBAFormat, stencilBuffer: true });
+    this.target.texture.encoding = THREE.sRGBEncoding;
+    const { gl2, samples } = limits(renderer);
+    this.possible = gl2;
+    this.target.samples = Math.min(8, samples);
+    this.copy = new THREE.Mesh(
+      new THREE.PlaneGeometry(2, 2),
+      new THREE.ShaderMaterial({
+        uniforms: { picture: { value: this.target.texture } },
+        vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+        fragmentShader:
+          "uniform sampler2D picture; varying vec2 vUv; void main() { gl_FragColor = texture2D(picture, vUv); }",
+        blending: THREE.NoBlending,
+        depthTest: false,
+        depthWrite: false,
+      }),
+    );
+    this.copy.frustumCulled = false;
+    this.camera = new THREE.Camera();
+  }
+
+  /**
+   * @param {THREE.Scene} scene
+   * @param {THREE.Camera} camera
+   */
+  draw(scene, camera) {
+    const { renderer, size, target } = this;
+    if (!this.possible) return renderer.render(scene, camera);
+    renderer.getDrawingBufferSize(size);
+    if (target.width !== size.x || target.height !== size.y) target.setSize(size.x, size.y);
+    renderer.setRenderTarget(target);
+    renderer.render(scene, camera);
+    renderer.setRenderTarget(null);
+    renderer.render(/** @type {any} */ (this.copy), this.camera);
+  }
+}
+
+/** @param {THREE.WebGLRenderer} renderer */
+function limits(renderer) {
+  const gl = /** @type {WebGL2RenderingContext} */ (renderer.getContext());
+  const gl2 = renderer.capabilities.isWebGL2;
+  return { gl2, samples: gl2 ? gl.getParameter(gl.MAX_SAMPLES) : 0 };
+}
