@@ -89,7 +89,7 @@ def presets_of(robot: RobotModel) -> Presets:
 def describe(
     robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...], drawables: Iterable[Drawable]
 ) -> dict[str, Any]:
-    """All that the panel has to know: joints, limits, chains, postures, mirror image, frames, masses, cameras, lights …
+    """All that the panel has to know: joints, limits, chains, postures, mirror image, frames, masses, cameras, lights.
 
     Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
     values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry none
