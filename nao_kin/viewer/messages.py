@@ -104,19 +104,21 @@ def set_object(path: str, shape: Shape, rgba: Rgba) -> bytes:
     return _packed({"type": "set_object", "path": path, "object": document})
 
 
-def set_animation(path: str, values: Floats, fps: float, *, play: bool, repetitions: float) -> bytes:
+def set_animation(
+    path: str, values: Floats, fps: float, *, play: bool, repetitions: float, ups: Floats | None = None
+) -> bytes:
     """Meshcat's command that loads a clip: the array `joint_values` of one node, (frames, n), one row after another.
 
     Interpolating joint values keeps coupled joints coupled, and turns of more than half a circle whole; keyed
-    quaternions do neither.
+    quaternions do neither. `ups`, (frames, 3), go into the node's array `up_values` likewise.
     """
-    track = {
-        "name": ".joint_values",
-        "type": "number",
-        "times": typed_array(np.arange(len(values), dtype=np.float32)),
-        "values": typed_array(values.astype(np.float32).reshape(-1)),
-    }
-    clip = {"fps": fps, "name": "clip", "tracks": [track]}
+    times = typed_array(np.arange(len(values), dtype=np.float32))
+    tracks = [
+        {"name": name, "type": "number", "times": times, "values": typed_array(rows.astype(np.float32).reshape(-1))}
+        for name, rows in ((".joint_values", values), (".up_values", ups))
+        if rows is not None
+    ]
+    clip = {"fps": fps, "name": "clip", "tracks": tracks}
     options = {"play": play, "repetitions": repetitions, "clampWhenFinished": True}
     return _packed(
         {"type": "set_animation", "path": "", "animations": [{"path": path, "clip": clip}], "options": options}

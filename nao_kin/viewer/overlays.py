@@ -59,6 +59,18 @@ def direction(value: ArrayLike, what: str) -> list[float]:
     return [float(component) for component in unit(vector, what)[0]]
 
 
+def directions(value: ArrayLike, what: str, count: int) -> Floats:
+    """`value`, one direction for all or one for each, as `count` unit vectors, shape (count, 3).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite, ZeroNorm: it is none.
+    """
+    vectors = as_vectors(value, what)
+    if vectors.shape not in ((3,), (count, 3)):
+        raise WrongShape(what, f"(3,) or ({count}, 3)", vectors.shape)
+    return np.broadcast_to(unit(vectors, what)[0], (count, 3))
+
+
 def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     """`q` as a fresh array of shape (nq,).
 

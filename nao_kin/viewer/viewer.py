@@ -103,8 +103,8 @@ class Viewer:
         Args:
             q: one configuration, shape (nq,).
             up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest gives it,
-                shape (3,): (−1, 0, 0) lies on its belly. None stands a NAO on the sole that is under everything else;
-                where neither is, the trunk is upright.
+                shape (3,): (−1, 0, 0) lies on its belly. None lets the robot stand, sit or lie by itself: on its soles
+                where it is balanced on them, else as the nearest of its postures rests.
 
         Raises:
             WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
@@ -118,6 +118,8 @@ class Viewer:
 
     def rest(self, posture: str) -> tuple[float, float, float] | None:
         """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles.
+
+        What is displayed comes to rest so by itself; this is for what asks for it elsewhere, such as an `up`.
 
         Raises:
             UnknownName: no such posture.
@@ -135,6 +137,7 @@ class Viewer:
         loop: bool = True,
         fill: str | ArrayLike = HOLD,
         hips: Hips = "average",
+        up: ArrayLike | None = None,
     ) -> None:
         """Play configurations one after another, as a meshcat clip that the page can pause and scrub.
 
@@ -147,9 +150,12 @@ class Viewer:
             loop: play again and again.
             fill: where joints are that a motion does not name, as in `Motion.configurations`.
             hips: what one motor does that a motion names twice, as there.
+            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None lets the robot stand,
+                sit and lie by itself all along.
 
         Raises:
             WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
+            ZeroNorm: `up` is no direction.
             UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
         """
         if isinstance(qs, Motion):
@@ -161,10 +167,11 @@ class Viewer:
         rate = overlays.number(fps, "fps")
         if rate <= 0.0:
             raise BadArgument(f"fps must be positive, got {rate:g}")
+        ups = None if up is None else overlays.directions(up, "up", len(array))
         self._warn(array)
-        self._show_joints(array[0], None)
+        self._show_joints(array[0], None if ups is None else ups[0].tolist())
         repetitions = math.inf if loop else 1.0
-        self._messages.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions))
+        self._messages.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions, ups=ups))
 
     # --- what is drawn over it ------------------------------------------------------------------------------------
 

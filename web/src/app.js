@@ -6,7 +6,7 @@ import { Panel } from "./panel/panel.js";
 import { Player } from "./panel/player.js";
 import { element } from "./panel/element.js";
 import { Robot } from "./robot/robot.js";
-import { stand } from "./robot/standing.js";
+import { Standing } from "./robot/standing.js";
 import { Balance } from "./scene/balance.js";
 import { Frames } from "./scene/frames.js";
 import { Ghost } from "./scene/ghost.js";
@@ -37,6 +37,7 @@ const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 export class App extends EventTarget {
   // What comes with the robot, in `start`.
   /** @type {Robot} */ robot;
+  /** @type {Standing} */ standing;
   /** @type {Frames} */ frames;
   /** @type {JointAxes} */ axes;
   /** @type {Targets} */ targets;
@@ -58,6 +59,10 @@ export class App extends EventTarget {
   view = null;
   /** Whether the configuration comes from this page, and nobody has been told. */
   unreported = false;
+  /** Whether the robot was moved last by this page. */
+  movedHere = false;
+  /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
+  followsClip = false;
 
   constructor() {
     super();
@@ -70,7 +75,7 @@ export class App extends EventTarget {
     this.studio = new Studio(this.viewer);
     this.legend = new Legend(byId("legend"));
     this.toggles = new Toggles(this, byId("shown"));
-    this.player = new Player(this.viewer, byId("player"), () => (this.up = null));
+    this.player = new Player(this.viewer, byId("player"), () => this.followClip());
     this.connection = new Connection(this);
     this.source = String(Math.random());
   }
@@ -110,6 +115,7 @@ export class App extends EventTarget {
   start(about) {
     const root = this.viewer.scene_tree.find(["robot"]).object;
     this.robot = new Robot(root, about);
+    this.standing = new Standing(this.robot);
     for (const { mesh } of this.robot.meshes) this.studio.setMaterial(mesh);
     this.robot.apply(this.q);
     this.studio.fit(this.robot);
@@ -139,6 +145,7 @@ export class App extends EventTarget {
 
   // The scene is all here.
   complete() {
+    this.setDownAnew();
     this.settle();
     this.viewer.set_3d_pane_size();
     if (this.view === null) this.camera("three-quarter");
@@ -174,9 +181,18 @@ export class App extends EventTarget {
   set(q, up = this.up, report = true) {
     if (this.player.loaded) this.player.pause();
     this.robot.q.splice(0, q.length, ...q);
+    // What was done in this page says nothing about what is shown next.
+    if (this.movedHere && !report) this.setDownAnew();
+    this.movedHere = report;
+    this.followsClip = false;
     this.up = up;
     this.unreported = report;
     this.viewer.set_dirty();
+  }
+
+  followClip() {
+    this.up = null;
+    this.followsClip = true;
   }
 
   // No clip any more. meshcat's animator then puts back what it found before the clip, which is out of date.
@@ -200,19 +216,21 @@ export class App extends EventTarget {
   posture(name) {
     const posture = this.robot.about.postures.find((candidate) => candidate.name === name);
     if (!posture) return;
-    this.set(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q, posture.up);
+    this.setDownAnew();
+    this.set(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q, null);
   }
 
   // Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn.
   settle() {
     if (!this.robot) return;
     this.player.refresh();
+    if (this.followsClip) this.up = Math.hypot(...this.robot.clipUp) > 1e-6 ? [...this.robot.clipUp] : null;
     const now = [...this.q, ...Array.from(this.up ?? [])];
     if (this.settled?.length === now.length && now.every((value, i) => value === this.settled?.[i])) return;
     this.settled = now;
     const { robot } = this;
     robot.apply(this.q);
-    if (!robot.about.floating && !this.drag.held) stand(robot, this.up);
+    if (!robot.about.floating && !this.drag.held) this.standing.place(this.q, this.up);
     if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
     this.ghost.follow();
@@ -230,6 +248,12 @@ export class App extends EventTarget {
   restand() {
     this.settled = null;
     this.viewer.set_dirty();
+  }
+
+  // As if nothing had been shown before.
+  setDownAnew() {
+    this.standing.forget();
+    this.restand();
   }
 
   /**
