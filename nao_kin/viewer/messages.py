@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
-from nao_kin.viewer.meshes import Shape
+from nao_kin.viewer.meshes import Mesh, Shape
 
 # MessagePack extension types of msgpack-lite, the reader inside meshcat.
 _TYPED_ARRAYS = {
+    "uint8": ("Uint8Array", 0x12),
     "int16": ("Int16Array", 0x13),
     "uint16": ("Uint16Array", 0x14),
     "uint32": ("Uint32Array", 0x16),
@@ -47,6 +48,12 @@ class RetainedMessages:
             self._messages[key] = message
         for watcher in self._watchers:
             watcher(key)
+
+    def drop(self, prefix: str) -> None:
+        """Keep no message under a key that begins so; pages that have it are not told."""
+        with self._lock:
+            for key in [key for key in self._messages if key.startswith(prefix)]:
+                del self._messages[key]
 
     def get(self, key: str) -> bytes | None:
         """The newest message under `key`."""
@@ -147,12 +154,17 @@ def _geometry(shape: Shape) -> dict[str, Any]:
         return {"type": "CylinderGeometry", **radii, "height": shape.length, "radialSegments": 48}
     if isinstance(shape, Sphere):
         return {"type": "SphereGeometry", "radius": shape.radius, "widthSegments": 40, "heightSegments": 28}
+    return {"type": "BufferGeometry", "data": mesh_document(shape)}
+
+
+def mesh_document(shape: Mesh) -> dict[str, Any]:
+    """The triangles of a mesh as three.js's loader takes them."""
     index = shape.faces.astype(np.uint16 if len(shape.vertices) <= 0xFFFF else np.uint32)
     attributes = {
         "position": _attribute(shape.vertices.astype(np.float32)),
         "normal": _attribute(np.round(shape.normals * 32767).astype(np.int16), normalized=True),
     }
-    return {"type": "BufferGeometry", "data": {"attributes": attributes, "index": _attribute(index.reshape(-1, 1))}}
+    return {"attributes": attributes, "index": _attribute(index.reshape(-1, 1))}
 
 
 def _attribute(rows: NDArray[Any], *, normalized: bool = False) -> dict[str, Any]:

@@ -33,6 +33,8 @@ REACH_LABELS = {
 # A browser without a graphics card still turns so many cubes.
 _MOST_CUBES = 40_000
 _MOST_GHOSTS = 64
+# The colours that NAO's shells were sold in.
+EDITIONS = ("orange", "blue", "red", "grey")
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -188,6 +190,13 @@ def lights(known: Sequence[str], groups: Mapping[str, tuple[str, ...]], values: 
     return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
 
 
+def edition(name: str) -> bytes:
+    """The accents of NAO's shells in the colour of an edition."""
+    if name not in EDITIONS:
+        raise UnknownName("edition", name, EDITIONS)
+    return panel_message("edition", {"name": name})
+
+
 def speech(text: str) -> bytes:
     """A bubble with words."""
     if not isinstance(text, str):
@@ -208,18 +217,20 @@ def colours(
     low: float | None,
     high: float | None,
     label: str,
+    robot: int = 0,
 ) -> bytes:
     """Links in the colours of a scale, with its legend.
 
-    `links` has the place of every link. `carriers` leads from a link without a shape to the link with one that it is
-    fixed to, which shows its colour unless it has a value of its own.
+    `robot` is the number of the robot, 0 for the viewer's own. `links` has the place of every link. `carriers` leads
+    from a link without a shape to the link with one that it is fixed to, which shows its colour unless it has a value
+    of its own.
     """
     if not isinstance(values, Mapping):
         raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
     for name in values:
         if name not in links:
             raise UnknownName("link", name, tuple(links))
-    content: dict[str, Any] = {"links": [], "label": str(label), "low": "", "high": "", "stops": None}
+    content: dict[str, Any] = {"robot": robot, "links": [], "label": str(label), "low": "", "high": "", "stops": None}
     if values:
         numbers = {name: number(value, f"value of {name}") for name, value in values.items()}
         bottom = min(numbers.values()) if low is None else number(low, "low")

@@ -5,15 +5,15 @@ import { HANDLERS } from "./messages.js";
 import { Panel } from "./panel/panel.js";
 import { Player } from "./panel/player.js";
 import { element } from "./panel/element.js";
-import { Robot } from "./robot/robot.js";
-import { Standing } from "./robot/standing.js";
+import { ShownRobot } from "./robot/shown_robot.js";
 import { Balance } from "./scene/balance.js";
+import { Extras } from "./scene/extras.js";
 import { Frames } from "./scene/frames.js";
 import { Ghost } from "./scene/ghost.js";
 import { GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
 import { JointAxes } from "./scene/joint_axes.js";
 import { Lights } from "./scene/lights.js";
-import { LinkColours } from "./scene/link_colours.js";
+import { OtherRobots } from "./scene/other_robots.js";
 import { takePicture } from "./scene/picture.js";
 import { Reach } from "./scene/reach.js";
 import { Speech } from "./scene/speech.js";
@@ -24,6 +24,9 @@ import { Toggles } from "./toggles.js";
 
 /** @typedef {import("./types.js").About} About */
 /** @typedef {import("./types.js").Message} Message */
+
+// Time between two reports of where a clip is [ms].
+const CLIP_REPORTS = 50;
 
 /** @param {string} id */
 const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
@@ -36,15 +39,16 @@ const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
  */
 export class App extends EventTarget {
   // What comes with the robot, in `start`.
-  /** @type {Robot} */ robot;
-  /** @type {Standing} */ standing;
+  /** @type {ShownRobot} */ shown;
+  /** @type {import("./robot/robot.js").Robot} */ robot;
+  /** @type {import("./robot/standing.js").Standing} */ standing;
   /** @type {Frames} */ frames;
   /** @type {JointAxes} */ axes;
   /** @type {Targets} */ targets;
   /** @type {Balance} */ balance;
   /** @type {Ghost} */ ghost;
   /** @type {Ghosts} */ ghosts;
-  /** @type {LinkColours} */ colours;
+  /** @type {import("./scene/link_colours.js").LinkColours} */ colours;
   /** @type {Lights} */ lights;
   /** @type {Speech} */ speech;
   /** @type {Reach} */ reach;
@@ -63,6 +67,8 @@ export class App extends EventTarget {
   movedHere = false;
   /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
   followsClip = false;
+  /** The report of where the clip is that is to be sent. @type {ReturnType<typeof setTimeout> | undefined} */
+  clipReport;
 
   constructor() {
     super();
@@ -77,6 +83,8 @@ export class App extends EventTarget {
     this.toggles = new Toggles(this, byId("shown"));
     this.player = new Player(this.viewer, byId("player"), () => this.followClip());
     this.connection = new Connection(this);
+    this.others = new OtherRobots(this);
+    this.extras = new Extras(this);
     this.source = String(Math.random());
   }
 
@@ -114,9 +122,8 @@ export class App extends EventTarget {
   /** @param {About} about */
   start(about) {
     const root = this.viewer.scene_tree.find(["robot"]).object;
-    this.robot = new Robot(root, about);
-    this.standing = new Standing(this.robot);
-    for (const { mesh } of this.robot.meshes) this.studio.setMaterial(mesh);
+    this.shown = new ShownRobot(root, about, this.studio);
+    ({ robot: this.robot, standing: this.standing, colours: this.colours } = this.shown);
     this.robot.apply(this.q);
     this.studio.fit(this.robot);
     this.frames = new Frames(this.robot, about.effectors, 0.075 * this.studio.markScale);
@@ -124,7 +131,6 @@ export class App extends EventTarget {
     this.targets = new Targets(this.robot, this.studio);
     this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
     this.ghost = new Ghost(this.robot, this.viewer.scene);
-    this.colours = new LinkColours(this.robot);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.panel = new Panel(this, byId("panel"));
@@ -229,19 +235,26 @@ export class App extends EventTarget {
     if (this.settled?.length === now.length && now.every((value, i) => value === this.settled?.[i])) return;
     this.settled = now;
     const { robot } = this;
-    robot.apply(this.q);
-    if (!robot.about.floating && !this.drag.held) this.standing.place(this.q, this.up);
+    this.shown.settle(this.up, this.drag.held !== null);
     if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
     this.ghost.follow();
     this.viewer.renderer.shadowMap.needsUpdate = true;
     this.balance.draw();
-    const outside = robot.outside(this.q);
-    this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
     this.panel.refresh();
+    if (this.followsClip) this.reportClip();
     if (this.unreported) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
     this.unreported = false;
     this.dispatchEvent(new Event("settled"));
+  }
+
+  // Tell the program where the clip is, not at every picture.
+  reportClip() {
+    if (this.role !== "") return;
+    this.clipReport ??= setTimeout(() => {
+      this.clipReport = undefined;
+      if (this.followsClip) this.send({ kind: "clip", q: [...this.q] });
+    }, CLIP_REPORTS);
   }
 
   // Put the robot on the floor again, which it keeps off while it is dragged.
@@ -278,6 +291,16 @@ export class App extends EventTarget {
     this.toggles.set(changes);
   }
 
+  /**
+   * Show what a button of another page does, or the program; a picture has no handles.
+   *
+   * @param {{ shown: Record<string, boolean>, source?: string }} message
+   */
+  receiveShown({ shown, source }) {
+    if (source === this.source) return;
+    this.show(this.role === "" ? shown : { ...shown, handles: false });
+  }
+
   /** @param {{ names: string[], size: number | null }} chosen */
   chooseFrames({ names, size }) {
     Object.assign(this.frames, { names, size: size ?? this.frames.size });
@@ -290,7 +313,7 @@ export class App extends EventTarget {
     const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
     this.settle();
     const bar = byId("top");
-    this.studio.look(preset, this.robot, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+    this.studio.look(preset, this.others, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
   }
 
   /**
@@ -321,6 +344,6 @@ export class App extends EventTarget {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
     /** @param {CanvasRenderingContext2D} ink */
     const over = (ink) => this.speech.paint(ink, width, height);
-    this.send({ kind: "picture", id, data: takePicture(this.studio, width, height, preset, this.robot, over) });
+    this.send({ kind: "picture", id, data: takePicture(this.studio, width, height, preset, this.others, over) });
   }
 }

@@ -86,14 +86,19 @@ export class Studio {
     const { Vector3 } = THREE;
     const size = robot.box([]).getSize(new Vector3()).length() || 1;
     this.size = size;
-    this.key.position.set(0.75 * size, 0.85 * size, 2.6 * size);
-    Object.assign(this.key.shadow.camera, { left: -size, right: size, top: size, bottom: -size, near: 0.1 * size });
-    this.key.shadow.camera.far = 5 * size;
-    this.key.shadow.camera.updateProjectionMatrix();
+    this.reach(size);
     // A grid of decimetres for a small robot, of metres for a large one.
     const scale = size < 1.2 ? 1 : size < 6 ? 2.5 : 10;
     this.lines.scale.set(scale, scale, 1);
     this.shade.scale.set(scale, scale, 1);
+  }
+
+  // Have the light throw the shadows of all that is so large.
+  reach(size) {
+    this.key.position.set(0.75 * size, 0.85 * size, 2.6 * size);
+    Object.assign(this.key.shadow.camera, { left: -size, right: size, top: size, bottom: -size, near: 0.1 * size });
+    this.key.shadow.camera.far = 5 * size;
+    this.key.shadow.camera.updateProjectionMatrix();
   }
 
   // A robot that walks stays in the picture and in the light: what looks at it goes along over the floor, on a slack
