@@ -17,7 +17,7 @@ export function makePoints({ positions, colour, colours, size }) {
   const material = new THREE.PointsMaterial({
     color: colours ? 0xffffff : screenColour(colour),
     vertexColors: colours !== null,
-    map: disc(),
+    alphaMap: disc(),
     alphaTest: 0.5,
   });
   const points = new THREE.Points(geometry, material);
@@ -105,11 +105,13 @@ function linear(colours) {
   return Uint16Array.from(colours, (value) => table[value]);
 }
 
-// What a point looks like: it shows where this is opaque.
+// What a point looks like: it shows where this is white.
 function disc() {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;
   const ink = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  ink.fillStyle = "#000000";
+  ink.fillRect(0, 0, 64, 64);
   ink.fillStyle = "#ffffff";
   ink.beginPath();
   ink.arc(32, 32, 31, 0, 2 * Math.PI);
