@@ -18,7 +18,8 @@ from nao_kin.errors import BadArgument
 from nao_kin.ik import Family, IKResult, Reason
 from nao_kin.rotations import exp
 
-SOURCES = Path(__file__).resolve().parent.parent / "web" / "src"
+WEB = Path(__file__).resolve().parent.parent / "web"
+SOURCES = WEB / "src"
 
 # What the page does for each target; numbers that are no numbers do not go through JSON.
 DRIVER = f"""
@@ -386,6 +387,16 @@ def test_limbs_are_plain_and_those_of_the_robot(nao: nk.NaoModel) -> None:
     hip = int(moved.model.getJointId("LHipYawPitch"))
     moved.model.jointPlacements[hip].translation += np.array([0.001, 0.0, 0.0])
     assert limb_of(moved, "leg", "L")["geometry"]["hip_x"] == limb_of(nao, "leg", "L")["geometry"]["hip_x"] + 0.001
+
+
+def test_the_limbs_of_the_unit_tests_of_the_page_are_those_of_the_robot(nao: nk.NaoModel) -> None:
+    def to_picometres(text: str) -> Any:  # what machines round differently
+        return json.loads(text, parse_float=lambda number: round(float(number), 12))
+
+    path = WEB / "tests" / "limbs.json"
+    described = json.dumps(nk.ik.limbs(nao))
+    in_step = to_picometres(path.read_text(encoding="utf-8")) == to_picometres(described)
+    assert in_step, f"write json.dumps(nk.ik.limbs(nk.load_nao())) into {path}, then npm run format in web/"
 
 
 def test_a_robot_without_such_limbs_has_none(tmp_path: Path) -> None:

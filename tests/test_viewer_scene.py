@@ -379,14 +379,6 @@ def test_an_unwritable_path_is_refused(viewer: Viewer, tmp_path: Path) -> None:
         viewer.save_html("")
 
 
-def test_a_notebook_gets_the_page(viewer: Viewer) -> None:
-    html = viewer._repr_html_()
-    assert html.startswith("<iframe srcdoc=")
-    assert "<script" not in html
-    with Viewer(viewer.robot) as live:
-        assert f'src="{live.url}"' in live._repr_html_()
-
-
 # --- bad input --------------------------------------------------------------------------------------------------------
 
 

@@ -8,18 +8,21 @@ import { build } from "esbuild";
 const HERE = path.dirname(fileURLToPath(import.meta.url));
 const TARGET = path.join(HERE, "..", "nao_kin", "viewer", "page");
 
-const { outputFiles } = await build({
+const common = {
   absWorkingDir: HERE,
-  entryPoints: { page: "src/main.js" },
   outdir: TARGET,
   bundle: true,
   charset: "utf8",
-  format: "iife",
   legalComments: "none",
   minify: true,
   target: "es2022",
   write: false,
-});
+};
+const built = await Promise.all([
+  build({ ...common, entryPoints: { page: "src/main.js" }, format: "iife" }),
+  build({ ...common, entryPoints: { bridge: "src/notebook/bridge.js" }, format: "esm" }),
+]);
+const outputFiles = built.flatMap((bundle) => bundle.outputFiles);
 const stale = [];
 for (const { path: file, text } of outputFiles) {
   if (!process.argv.includes("--check")) await writeFile(file, text);

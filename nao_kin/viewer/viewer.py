@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import weakref
 import webbrowser
 from pathlib import Path
@@ -13,6 +12,7 @@ from nao_kin.errors import NaoKinError, NoBrowser
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.browser import Screenshots
+from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.page import live_page
 from nao_kin.viewer.server import Answer, LiveServer
 from nao_kin.viewer.shown_scene import ShownScene
@@ -53,6 +53,7 @@ class Viewer(ShownScene):
         super().__init__(robot)
         self.host, self._port = host, port
         self._screenshots = Screenshots()
+        self._bridges: list[Bridge] = []
 
     # --- the live page --------------------------------------------------------------------------------------------
 
@@ -93,6 +94,9 @@ class Viewer(ShownScene):
 
     def close(self) -> None:
         """End the server, and with it the connection of every open page; does nothing when there is none."""
+        bridges, self._bridges = self._bridges, []
+        for bridge in bridges:
+            bridge.close()
         server, self._server = self._server, None
         if server is not None:
             server.close()
@@ -107,9 +111,22 @@ class Viewer(ShownScene):
         self.close()
 
     def _repr_html_(self) -> str:
-        """In a notebook: the live page while the server runs, else the page with the scene inside."""
-        source = f'src="{self.url}"' if self._server is not None else f'srcdoc="{html.escape(self.static_html())}"'
-        return f'<iframe {source} style="width: 100%; height: 620px; border: 0"></iframe>'
+        """For whoever shows HTML: the page with the scene inside, which needs nobody."""
+        return frame(self.static_html())
+
+    def _ipython_display_(self) -> None:
+        """In a notebook: the page with the scene inside, and with anywidget what joins it to this program."""
+        from IPython import get_ipython
+        from IPython.display import HTML, display
+
+        if not hasattr(get_ipython(), "kernel"):  # a terminal
+            print(repr(self))  # noqa: T201
+        elif not has_bridge():
+            display(HTML(self._repr_html_() + NOT_LIVE))
+        else:
+            bridge = bridge_of(self, self._messages, self._receive)
+            self._bridges.append(bridge)
+            display(HTML(frame(self.static_html(), bridge.name)), bridge.widget)
 
     # --- pictures ----------------------------------------------------------------------------------------------------
 

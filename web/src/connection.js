@@ -34,8 +34,24 @@ export class Connection {
     document.body.dataset.live = "live";
   }
 
+  /** Let the document around the page, a notebook, join it to the program that it shows. */
+  admitParent() {
+    window.addEventListener("message", ({ source, data, ports: [port] }) => {
+      if (source !== window.parent || source === window || data !== "nao_kin" || !port) return;
+      this.port?.close();
+      this.port = port;
+      port.onmessage = ({ data: message }) => {
+        if (message === "ended") document.body.dataset.live = "ended";
+        else this.app.viewer.handle_command_bytearray(message);
+      };
+      document.body.dataset.live = "live";
+      this.send({ kind: "open" });
+    });
+  }
+
   /** @param {object} answer for the program behind the page, if there is one */
   send(answer) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(answer));
+    this.port?.postMessage(answer);
   }
 }

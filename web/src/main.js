@@ -5,8 +5,10 @@ try {
   const app = new App();
   Object.assign(window, { naoKin: app });
   const lines = document.getElementById("scene")?.textContent?.trim();
-  if (lines) app.connection.read(lines.split("\n"));
-  else app.connection.listen();
+  if (lines) {
+    app.connection.read(lines.split("\n"));
+    app.connection.admitParent();
+  } else app.connection.listen();
 } catch (error) {
   console.error(error);
   const notice = /** @type {HTMLElement} */ (document.getElementById("notice"));

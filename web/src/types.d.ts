@@ -2,6 +2,9 @@
 
 import type * as Three from "three";
 
+import type { LimbNumbers } from "./ik/types";
+import type { Vector } from "./math/types";
+
 /** The robot as nao_kin.viewer.description describes it. Links are numbers into `links`, columns places in q. */
 export interface About {
   name: string;
@@ -25,7 +28,7 @@ export interface About {
   lights: { name: string; link: number; visual: number }[];
 }
 
-export type Vector = [number, number, number];
+export type { LimbNumbers, Vector };
 
 /** Value of a joint = multiplier · q[column] + offset; `follows` names the joint that it mimics, or is empty. */
 export interface Driven {
@@ -63,22 +66,6 @@ export interface Camera {
   name: string;
   direction: Vector;
   links: number[];
-}
-
-/** A limb as nao_kin.ik.limbs describes it; an open limit is null. */
-export interface LimbNumbers {
-  kind: string;
-  side: string;
-  frame: string;
-  torso: string;
-  joints: string[];
-  columns: number[];
-  multiplier: number[];
-  offset: number[];
-  lower: (number | null)[];
-  upper: (number | null)[];
-  table: { joint: number; of: number; at: number[]; lower: number[]; upper: number[] } | null;
-  geometry: Record<string, number>;
 }
 
 /** A shape of the robot and the link that it belongs to. */

@@ -1,47 +1,92 @@
-// @ts-nocheck
-import { TOLERANCES } from "./tolerances.js";
 import { allTurnedTowards, squaredDistance } from "../math/numbers.js";
+import { VERIFIED } from "./tolerances.js";
 
-// What a closed form answers for one target: the branches, nearest to the reference first, or the reason for none. The
-// joint named is that of the branch that is least outside the limits; without one, `needed` is how far the target is out
-// of reach [m].
+/** @import { Limb } from "./limb.js" */
+/** @import { Branch, Errors, Family, LimbNumbers, Nearest, Reason } from "./types.js" */
+
+/**
+ * What a closed form answers for one target: the branches, nearest to the reference first, or the reason for none. The
+ * joint named is that of the branch that is least outside the limits.
+ */
 export class Answer {
+  /** @type {Branch[]} */
+  branches = [];
+
+  /**
+   * What comes nearest, where the head or a camera does not reach its target.
+   *
+   * @type {Nearest | undefined}
+   */
+  nearest;
+
+  /** How far the branch that is blamed is outside the limits [rad]. */
+  #excess = Infinity;
+
+  /**
+   * @param {Limb<LimbNumbers>} limb
+   * @param {number[]} reference values of its joints
+   * @param {boolean} enforce whether limits are enforced
+   */
   constructor(limb, reference, enforce) {
     this.limb = limb;
-    Object.assign(this, { reference, enforce, branches: [], excess: Infinity });
+    this.reference = reference;
+    this.enforce = enforce;
     this.blame("NOT_CONVERGED");
   }
 
+  /**
+   * @param {Reason} reason
+   * @param {number} joint its place in the limb, or -1
+   * @param {number} needed the value that the joint would need [rad]; without one, how far the target is out of reach [m]
+   * @param {number} limit the end of the joint's range that is in the way [rad]
+   */
   blame(reason, joint = -1, needed = 0, limit = 0) {
-    Object.assign(this, { reason, joint, needed, limit });
+    this.reason = reason;
+    this.joint = joint;
+    this.needed = needed;
+    this.limit = limit;
     return this;
   }
 
-  // Whether a branch is inside the limits; if not, it is reported where none before was less outside.
+  /**
+   * Whether a branch is inside the limits; if not, it is blamed where none before was less outside.
+   *
+   * @param {number[]} values
+   */
   admits(values) {
     if (!this.enforce || this.limb.isInside(values)) return true;
     const outside = this.limb.excess(values);
-    if (outside < this.excess) {
-      this.excess = outside;
+    if (outside < this.#excess) {
+      this.#excess = outside;
       this.blameLimit(values);
     }
     return false;
   }
 
-  // Report the joint that is farthest outside.
+  /**
+   * Blame the joint that is farthest outside.
+   *
+   * @param {number[]} values
+   */
   blameLimit(values) {
-    let worst = { outside: -Infinity };
-    for (const entry of this.limb.violations(values)) if (entry.outside > worst.outside) worst = entry;
+    const worst = this.limb.violations(values).reduce((a, b) => (b.outside > a.outside ? b : a));
     const { reason, joint, value, low, high } = worst;
     this.blame(reason, joint, value, low - value > value - high ? low : high);
   }
 
-  // Take a branch in, if forward kinematics, which gave these errors [m, rad], verifies it; without limits with the
-  // whole turns that bring each joint within half a turn of the reference.
-  enter(values, errors, family = "NONE") {
-    if (!errors.every((error) => error <= TOLERANCES.VERIFIED)) return;
+  /**
+   * Take a branch in, if it is verified; without limits with the whole turns that bring each joint within half a turn of
+   * the reference.
+   *
+   * @param {number[]} values
+   * @param {Errors} errors by forward kinematics
+   * @param {Family} family
+   * @param {number} yaw
+   */
+  enter(values, errors, family = "NONE", yaw = 0) {
+    if (!errors.every((error) => error <= VERIFIED)) return;
     const near = this.enforce ? [...values] : allTurnedTowards(values, this.reference);
-    const branch = { values: near, errors, family, distance: squaredDistance(this.reference, near) };
+    const branch = { values: near, errors, family, distance: squaredDistance(this.reference, near), yaw };
     let place = this.branches.length;
     while (place > 0 && this.branches[place - 1].distance > branch.distance) place--;
     this.branches.splice(place, 0, branch);

@@ -1,110 +1,188 @@
-// @ts-nocheck
-import { Answer } from "./answer.js";
-import { Limb, rotationOfFrame } from "./limb.js";
-import { rigid } from "./rigid.js";
 import { clamp, wrapped } from "../math/numbers.js";
 import { angleBetween, product, rotX, rotY, transposed, turned } from "../math/rotations.js";
+import { minus, norm, plus, times } from "../math/vectors.js";
+import { Answer } from "./answer.js";
+import { leastCost } from "./family.js";
+import { standWith } from "./leg_standing.js";
+import { LegTriangle } from "./leg_triangle.js";
+import { Limb } from "./limb.js";
+import { rigidRotation } from "./rigid.js";
 
-// The leg: eight real branches from the pose of the foot. With F the orientation of the foot and h the hip as the foot
-// sees it from the ankle,
-//
-//     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
-//     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
+/** @import { Matrix3, Pose, Rotation, Vector } from "../math/types.js" */
+/** @import { Errors, Family, LegNumbers } from "./types.js" */
+
+// The distance [m] below which the hip is on the axis of AnkleRoll, and by which a foot may be moved for a limit's sake.
+const ON_AXIS = 1e-12;
+// The distance [m] from the axis of AnkleRoll within which rounding may put the roll outside its limits.
+const NEAR_AXIS = 1e-5;
+// The sine between two axes up to which they are parallel.
+const PARALLEL = 1e-12;
+
+/**
+ * A pose of the foot: its orientation, and the place of the ankle from the hip, in axes turned by κ about x.
+ *
+ * @typedef {{ F: Rotation, place: Vector }} FootPose
+ */
+
+/**
+ * The leg: eight real branches from the pose of the foot. With F the orientation of the foot and h the hip as the foot
+ * sees it from the ankle,
+ *
+ *     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
+ *     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
+ *
+ * @extends {Limb<LegNumbers>}
+ */
 export class Leg extends Limb {
-  // All branches for the pose of its frame in the torso.
+  /** @param {LegNumbers} numbers */
+  constructor(numbers) {
+    super(numbers);
+    const { thigh, tibia, hip_x, hip_y, hip_z, x, y, z } = this.geometry;
+    this.triangle = new LegTriangle(thigh, tibia);
+    /** @type {Vector} */
+    this.hip = [hip_x, hip_y, hip_z];
+    /** @type {Vector} the frame from the ankle, in the axes of the foot */
+    this.sole = [x, y, z];
+  }
+
+  /**
+   * All branches for the pose of its frame in the torso.
+   *
+   * @param {Pose} T
+   * @param {number[]} reference
+   */
   solve(T, reference, enforce = true) {
     const answer = new Answer(this, reference, enforce);
-    const foot = this.foot(T);
+    const foot = this.footPose(T);
     if (!foot) return answer.blame("NOT_RIGID");
-    const { thigh, tibia } = this.geometry;
-    const far = Math.hypot(...foot.place);
-    const [longest, shortest] = [thigh + tibia, Math.abs(thigh - tibia)];
-    const { ROUNDING } = Leg;
-    if (far > longest + ROUNDING || far < shortest - ROUNDING) {
-      return answer.blame("OUT_OF_REACH", -1, far > longest ? far - longest : shortest - far);
-    }
-    const knees = this.knees(far);
-    for (const knee of knees) this.bend(foot, knee, answer);
+    if (this.isTooFar(foot, answer)) return answer;
+    for (const knee of this.triangle.knees(norm(foot.place))) this.#bend(foot, knee, answer);
     return answer.concluded();
   }
 
-  // The target: orientation of the foot and place of the ankle, seen from the hip, in axes turned by κ about x.
-  foot(T) {
-    const R = rigid(T);
+  /**
+   * All branches for a given HipYawPitch that keep the ankle's place and the normal of the sole: of two legs on one hip
+   * motor one says how the hip is, and this is what is left to the other.
+   *
+   * @param {Pose} T
+   * @param {number} hipYawPitch [rad]
+   * @param {number[]} reference
+   */
+  stand(T, hipYawPitch, reference) {
+    return standWith(this, T, hipYawPitch, reference);
+  }
+
+  /**
+   * The pose of the foot whose frame is in a pose in the torso; null if that is no rigid transform.
+   *
+   * @param {Pose} T
+   * @returns {FootPose | null}
+   */
+  footPose(T) {
+    const R = rigidRotation(T);
     if (!R) return null;
-    const { hip_x, hip_y, hip_z, cos_kappa, sin_kappa, x, y, z } = this.geometry;
-    const F = this.geometry.turned === 0 ? R : product(R, transposed(rotationOfFrame(this.geometry)));
-    const arm = turned(F, [x, y, z]);
-    const ankle = [T[3] - hip_x - arm[0], T[7] - hip_y - arm[1], T[11] - hip_z - arm[2]];
-    const K = [1, 0, 0, 0, cos_kappa, sin_kappa, 0, -sin_kappa, cos_kappa];
+    const F = this.geometry.turned === 0 ? R : product(R, transposed(this.frameRotation));
+    const ankle = minus(minus([T[3], T[7], T[11]], this.hip), turned(F, this.sole));
+    const { cos_kappa: c, sin_kappa: s } = this.geometry;
+    /** @type {Rotation} */
+    const K = [1, 0, 0, 0, c, s, 0, -s, c];
     return { F: product(K, F), place: turned(K, ankle) };
   }
 
-  // The angles of the knee with hip and ankle so far apart; straight or folded it has one.
-  knees(far) {
-    const { thigh, tibia } = this.geometry;
-    const [longest, shortest] = [thigh + tibia, Math.abs(thigh - tibia)];
-    const stretched = Math.sqrt(Math.max(0, (longest - far) * (longest + far)));
-    const folded = Math.sqrt(Math.max(0, (far - shortest) * (far + shortest)));
-    const knee = 2 * Math.atan2(stretched, folded);
-    if (knee < Leg.STRAIGHT) return [0];
-    return knee > Math.PI - Leg.STRAIGHT ? [Math.PI] : [knee, -knee];
+  /**
+   * The pose of the foot by forward kinematics.
+   *
+   * @param {number[]} q
+   * @returns {FootPose}
+   */
+  forward(q) {
+    const M = product(product(rotY(q[0]), rotX(q[1] - this.geometry.kappa)), rotY(q[2]));
+    const [lx, lz] = this.triangle.ankleFromHip(q[3]);
+    return { F: product(M, ankleRotation(q)), place: turned(M, [lx, 0, lz]) };
   }
 
-  // Enter the branches with this angle of the knee.
-  bend(foot, knee, answer) {
+  /**
+   * Whether the stretched leg is too short for a place, or the folded one too long; if so, that is blamed.
+   *
+   * @param {FootPose} foot
+   * @param {Answer} answer
+   */
+  isTooFar({ place }, answer) {
+    const beyond = this.triangle.beyond(norm(place));
+    if (beyond > 0) answer.blame("OUT_OF_REACH", -1, beyond);
+    return beyond > 0;
+  }
+
+  /**
+   * Enter the branches with this angle of the knee.
+   *
+   * @param {FootPose} foot
+   * @param {number} knee
+   * @param {Answer} answer
+   */
+  #bend(foot, knee, answer) {
     const { F, place } = foot;
-    const [hx, hy, hz] = turned(transposed(F), place).map((value) => -value);
+    const [hx, hy, hz] = times(-1, turned(transposed(F), place));
     const height = Math.hypot(hy, hz);
-    const [bx, bz] = this.shank(knee);
+    const [bx, bz] = this.triangle.hipFromAnkle(knee);
     const q = [0, 0, 0, knee, 0, 0];
-    if (height <= Leg.ROUNDING) {
+    if (height <= ON_AXIS) {
       q[4] = Math.atan2(-bz * hx, bx * hx);
-      for (const other of [false, true]) this.aboutAnkleAxis(foot, q, other, answer);
+      for (const other of [false, true]) this.#aboutAnkleAxis(foot, q, other, answer);
       return;
     }
     for (const side of [1, -1]) {
       const wz = side * height;
       q[4] = Math.atan2(bx * wz - bz * hx, bx * hx + bz * wz);
       q[5] = Math.atan2(side * hy, side * hz);
-      if (answer.enforce && height < Leg.NEAR_AXIS) this.putOnLimit(height, q);
-      const family = this.turnHip(F, q, answer);
+      if (answer.enforce && height < NEAR_AXIS) this.#putOnLimit(height, q);
+      const family = this.#turnHip(F, q, answer);
       for (const other of family === "NONE" ? [false, true] : [false]) {
-        if (other) this.otherTriple(q);
-        if (answer.admits(q)) answer.enter(q, this.errors(foot, q), family);
+        if (other) this.#toOtherTriple(q);
+        if (answer.admits(q)) answer.enter(q, this.#errors(foot, q), family);
       }
     }
   }
 
-  // The hip, seen from the ankle in the plane of the leg, with the ankle at zero.
-  shank(knee) {
-    const { thigh, tibia } = this.geometry;
-    return [-thigh * Math.sin(knee), tibia + thigh * Math.cos(knee)];
-  }
-
-  // The range of AnkleRoll at an angle of AnklePitch.
-  rollRange(pitch) {
+  /**
+   * The range of AnkleRoll at an angle of AnklePitch.
+   *
+   * @param {number} pitch
+   * @returns {[number, number]}
+   */
+  #rollRange(pitch) {
     const [low, high] = [this.lower[5], this.upper[5]];
-    if (!this.table) return [low, high];
-    const bounds = this.tableRange(pitch);
-    return [Math.max(low, bounds[0]), Math.max(low, Math.min(high, bounds[1]))];
+    const [least, most] = this.tableRange(pitch);
+    return [Math.max(low, least), Math.max(low, Math.min(high, most))];
   }
 
-  // AnkleRoll onto its limit, where the hip is so near its axis that the foot hardly moves.
-  putOnLimit(height, q) {
-    const inside = clamp(q[5], ...this.rollRange(q[4]));
-    if (Math.abs(inside - q[5]) * height < Leg.ROUNDING) q[5] = inside;
+  /**
+   * AnkleRoll onto its limit, where the hip is so near its axis that the foot hardly moves.
+   *
+   * @param {number} height of the hip over that axis
+   * @param {number[]} q
+   */
+  #putOnLimit(height, q) {
+    const inside = clamp(q[5], ...this.#rollRange(q[4]));
+    if (Math.abs(inside - q[5]) * height < ON_AXIS) q[5] = inside;
   }
 
-  // The hip's angles from what knee and ankle leave of the foot's orientation, M = Ry(q₁) Rx(ρ) Ry(q₃) with ρ = q₂ − κ;
-  // returns their family. The first turn is taken from the second column of M, (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ).
-  turnHip(F, q, options) {
-    const M = product(F, transposed(Leg.ankle(q)));
+  /**
+   * Write the hip's angles from what knee and ankle leave of the foot's orientation, M = Ry(q₁) Rx(ρ) Ry(q₃) with
+   * ρ = q₂ − κ. The first turn is taken from the second column of M, (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ).
+   *
+   * @param {Rotation} F
+   * @param {number[]} q
+   * @param {Answer} answer
+   * @returns {Family}
+   */
+  #turnHip(F, q, answer) {
+    const M = product(F, transposed(ankleRotation(q)));
     const sine = Math.hypot(M[1], M[7]);
     q[1] = wrapped(this.geometry.kappa + Math.atan2(sine, M[4]));
-    if (sine <= Leg.PARALLEL) {
+    if (sine <= PARALLEL) {
       const sign = M[4] > 0 ? 1 : -1;
-      this.lockPair([0, 2], Math.atan2(sign * M[2] - M[6], M[0] + sign * M[8]), sign, options, q);
+      this.lockPair([0, 2], Math.atan2(sign * M[2] - M[6], M[0] + sign * M[8]), sign, answer, q);
       return "HIP_LOCK";
     }
     q[0] = Math.atan2(M[1], M[7]);
@@ -113,96 +191,58 @@ export class Leg extends Limb {
     return "NONE";
   }
 
-  // The hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π).
-  otherTriple(q) {
+  /**
+   * Write the hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π).
+   *
+   * @param {number[]} q
+   */
+  #toOtherTriple(q) {
     [q[0], q[1], q[2]] = [wrapped(q[0] + Math.PI), wrapped(2 * this.geometry.kappa - q[1]), wrapped(q[2] + Math.PI)];
   }
 
-  // Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip.
-  aboutAnkleAxis(foot, q, other, answer) {
+  /**
+   * Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip.
+   *
+   * @param {FootPose} foot
+   * @param {number[]} q
+   * @param {boolean} other the family of the other triple
+   * @param {Answer} answer
+   */
+  #aboutAnkleAxis(foot, q, other, answer) {
     const own = answer.reference[5];
-    const [low, high] = answer.enforce ? this.rollRange(q[4]) : [own - Math.PI, own + Math.PI];
+    const [low, high] = answer.enforce ? this.#rollRange(q[4]) : [own - Math.PI, own + Math.PI];
+    /** @param {number} roll */
     const cost = (roll) => {
       q[5] = roll;
-      const family = this.turnHip(foot.F, q, answer);
+      const family = this.#turnHip(foot.F, q, answer);
       if (other && family !== "NONE") return Infinity; // the two triples belong to one family
-      if (other) this.otherTriple(q);
+      if (other) this.#toOtherTriple(q);
       return this.familyCost(q, answer);
     };
-    if (this.leastCost(low, high, own, cost) === null) return;
-    if (answer.admits(q)) answer.enter(q, this.errors(foot, q), "ANKLE_AXIS");
+    if (leastCost(low, high, own, cost) === null) return;
+    if (answer.admits(q)) answer.enter(q, this.#errors(foot, q), "ANKLE_AXIS");
   }
 
-  // Orientation of the foot and place of the ankle as `foot` has them, by forward kinematics.
-  forward(q) {
-    const { thigh, tibia, kappa } = this.geometry;
-    const M = product(product(rotY(q[0]), rotX(q[1] - kappa)), rotY(q[2]));
-    const place = turned(M, [-tibia * Math.sin(q[3]), 0, -thigh - tibia * Math.cos(q[3])]);
-    return { F: product(M, Leg.ankle(q)), place };
-  }
-
-  // How far the frame is from its target: distance [m] and angle [rad].
-  errors({ F, place }, q) {
+  /**
+   * How far the frame is from its target by forward kinematics.
+   *
+   * @param {FootPose} foot
+   * @param {number[]} q
+   * @returns {Errors}
+   */
+  #errors({ F, place }, q) {
     const made = this.forward(q);
-    const { x, y, z } = this.geometry;
-    const arm = turned(
-      made.F.map((value, k) => value - F[k]),
-      [x, y, z],
-    );
-    return [Math.hypot(...made.place.map((value, k) => value - place[k] + arm[k])), angleBetween(made.F, F)];
-  }
-
-  // Five joints for a given HipYawPitch: all branches that keep the ankle's place and the normal of the sole of a pose.
-  // How far the foot is turned about that normal comes with each as `yaw`; of two legs on one hip motor one leg says
-  // how the hip is, and this is what is left to the other.
-  stand(T, hipYawPitch, reference) {
-    const answer = new Answer(this, reference, true);
-    const { F, place } = this.foot(T);
-    const { thigh, tibia, kappa } = this.geometry;
-    const far = Math.hypot(...place);
-    const beyond = Math.max(far - thigh - tibia, Math.abs(thigh - tibia) - far);
-    if (beyond > Leg.ROUNDING) return answer.blame("OUT_OF_REACH", -1, beyond);
-    // The ankle from the hip, and the sole's normal, in the axes that HipYawPitch turns.
-    const back = rotY(-hipYawPitch);
-    const [x, y, z] = turned(back, place);
-    const normal = turned(back, [F[2], F[5], F[8]]);
-    for (const knee of this.knees(far)) {
-      const [lx, lz] = [-tibia * Math.sin(knee), -thigh - tibia * Math.cos(knee)];
-      for (const side of [-1, 1]) {
-        const height = side * Math.hypot(y, z);
-        const rho = Math.atan2(-side * y, side * z);
-        const pitch = Math.atan2(lz * x - lx * height, lx * x + lz * height);
-        const M = product(rotX(rho), rotY(pitch + knee));
-        const [mx, my, mz] = turned(transposed(M), normal);
-        for (const way of [1, -1]) {
-          const ankle = [Math.atan2(way * mx, way * mz), Math.atan2(-my, way * Math.hypot(mx, mz))];
-          const q = [hipYawPitch, wrapped(kappa + rho), pitch, knee, ...ankle];
-          if (answer.admits(q)) answer.enter(q, this.standingErrors({ F, place }, q));
-        }
-      }
-    }
-    for (const branch of answer.branches) branch.yaw = this.yawOff(F, branch.values);
-    return answer.concluded();
-  }
-
-  // Distance of the ankle [m], and of the sole's normal as a chord, from where they are to be.
-  standingErrors({ F, place }, q) {
-    const made = this.forward(q);
-    const normal = [2, 5, 8].map((k) => made.F[k] - F[k]);
-    return [Math.hypot(...made.place.map((value, k) => value - place[k])), Math.hypot(...normal)];
-  }
-
-  // The turn about the normal of the sole from a foot to the one that is made.
-  yawOff(F, q) {
-    const E = product(transposed(F), this.forward(q).F);
-    return Math.atan2(E[3] - E[1], E[0] + E[4]);
+    const turnedOff = /** @type {Matrix3} */ (made.F.map((value, k) => value - F[k]));
+    const off = plus(minus(made.place, place), turned(turnedOff, this.sole));
+    return [norm(off), angleBetween(made.F, F)];
   }
 }
 
-// Ry(q₄ + q₅) Rx(q₆)
-Leg.ankle = (q) => product(rotY(q[3] + q[4]), rotX(q[5]));
-
-// A distance [m] that rounding may add to the reach, and below which the hip is on the axis of AnkleRoll; the angle of
-// the knee below which it is straight; the sine between two axes up to which they are parallel; the distance from the
-// axis of AnkleRoll [m] within which rounding may put the roll outside its limits.
-Object.assign(Leg, { ROUNDING: 1e-12, STRAIGHT: 1e-7, PARALLEL: 1e-12, NEAR_AXIS: 1e-5 });
+/**
+ * Ry(q₄ + q₅) Rx(q₆)
+ *
+ * @param {number[]} q
+ */
+function ankleRotation(q) {
+  return product(rotY(q[3] + q[4]), rotX(q[5]));
+}

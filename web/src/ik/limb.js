@@ -1,71 +1,139 @@
-// @ts-nocheck
-import { FAMILY_SEARCH, TOLERANCES } from "./tolerances.js";
 import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards } from "../math/numbers.js";
+import { LIMIT } from "./tolerances.js";
 
-// What the closed forms of all limbs share: limits, the order of the branches, and why there are none.
-//
-// These files are Python's nao_kin.ik once more, for the page: the same equations, which docs/inverse_kinematics.md
-// derives, and the same order of branches, reasons and families. The numbers of a limb come from `nk.ik.limbs`. They
-// need neither the page nor three.js. Poses are sixteen numbers, rotations nine, row by row.
+/** @import { Rotation } from "../math/types.js" */
+/** @import { Answer } from "./answer.js" */
+/** @import { LimbNumbers, Violation } from "./types.js" */
+
+// What a member of a family costs that is outside the limits, far more than any distance from the reference.
+const OUTSIDE = 1e3;
+
+/**
+ * What the closed forms of all limbs share: joints, limits, and what is done where two joints turn about one line.
+ *
+ * These files are Python's nao_kin.ik once more, for the page: the same equations, which docs/inverse_kinematics.md
+ * derives, and the same order of branches, reasons and families.
+ *
+ * @template {LimbNumbers} Numbers
+ */
 export class Limb {
+  /** @param {Numbers} numbers */
   constructor(numbers) {
-    Object.assign(this, numbers);
+    /** @type {Numbers["kind"]} */
+    this.kind = numbers.kind;
+    this.side = numbers.side;
+    this.frame = numbers.frame;
+    this.torso = numbers.torso;
+    this.joints = numbers.joints;
+    this.columns = numbers.columns;
+    this.multiplier = numbers.multiplier;
+    this.offset = numbers.offset;
     this.lower = numbers.lower.map((value) => value ?? -Infinity);
     this.upper = numbers.upper.map((value) => value ?? Infinity);
+    this.table = numbers.table;
+    /** @type {Numbers["geometry"]} */
+    this.geometry = numbers.geometry;
+    const { a00, a01, a02, a10, a11, a12, a20, a21, a22 } = numbers.geometry;
+    /**
+     * Rotation of the frame in the link that carries it.
+     *
+     * @type {Rotation}
+     */
+    this.frameRotation = [a00, a01, a02, a10, a11, a12, a20, a21, a22];
   }
 
-  // Values of the joints in a configuration.
+  /**
+   * Values of the joints in a configuration.
+   *
+   * @param {ArrayLike<number>} q
+   */
   values(q) {
     return this.columns.map((column, i) => this.multiplier[i] * q[column] + this.offset[i]);
   }
 
-  // A configuration with these values of the joints.
+  /**
+   * A configuration with these values of the joints.
+   *
+   * @param {number[]} q
+   * @param {number[]} values
+   */
   merged(q, values) {
     const merged = [...q];
     this.columns.forEach((column, i) => (merged[column] = (values[i] - this.offset[i]) / this.multiplier[i]));
     return merged;
   }
 
+  /**
+   * Whether a joint is outside its own range, whatever the table says.
+   *
+   * @param {number} joint
+   * @param {number} value
+   */
   isOutside(joint, value) {
-    const { LIMIT } = TOLERANCES;
     return value < this.lower[joint] - LIMIT || value > this.upper[joint] + LIMIT;
   }
 
-  // The range of the joint that depends on another, at a value of the latter; constant outside the table.
+  /**
+   * The range that one joint has at a value of another; open without a table.
+   *
+   * @param {number} of
+   * @returns {[number, number]}
+   */
   tableRange(of) {
+    if (!this.table) return [-Infinity, Infinity];
     const { at, lower, upper } = this.table;
     return [interpolate(at, lower, of), interpolate(at, upper, of)];
   }
 
-  // How far each joint is below its range and above it; the table counts for a joint that is inside its own range.
+  /**
+   * How far each joint is outside its range; the table counts for a joint that is inside its own.
+   *
+   * @param {number[]} values
+   * @returns {Violation[]}
+   */
   violations(values) {
-    const found = values.map((value, joint) => {
-      const [low, high] = [this.lower[joint], this.upper[joint]];
-      return { reason: "JOINT_LIMIT", joint, value, low, high };
-    });
+    const found = values.map((value, joint) =>
+      violation("JOINT_LIMIT", joint, value, this.lower[joint], this.upper[joint]),
+    );
     if (this.table && !this.isOutside(this.table.joint, values[this.table.joint])) {
       const { joint, of } = this.table;
-      const [low, high] = this.tableRange(values[of]);
-      found.push({ reason: "COUPLED_LIMIT", joint, value: values[joint], low, high });
+      found.push(violation("COUPLED_LIMIT", joint, values[joint], ...this.tableRange(values[of])));
     }
-    return found.map((entry) => ({ ...entry, outside: Math.max(entry.low - entry.value, entry.value - entry.high) }));
+    return found;
   }
 
-  // How far the joint that is farthest outside its limits is outside them; less than 0 where all are inside.
+  /**
+   * How far the joint that is farthest outside its limits is outside them; less than 0 where all are inside.
+   *
+   * @param {number[]} values
+   */
   excess(values) {
     return Math.max(-1, ...this.violations(values).map(({ outside }) => outside));
   }
 
+  /**
+   * Whether all joints are inside their limits, the table included.
+   *
+   * @param {number[]} values
+   */
   isInside(values) {
     if (values.some((value, joint) => this.isOutside(joint, value))) return false;
     if (!this.table) return true;
     const [low, high] = this.tableRange(values[this.table.of]);
     const value = values[this.table.joint];
-    return low - TOLERANCES.LIMIT <= value && value <= high + TOLERANCES.LIMIT;
+    return low - LIMIT <= value && value <= high + LIMIT;
   }
 
-  // Two joints about one line, of which only first + sign · third = total is determined: the pair nearest to the
-  // reference, inside the ranges if there is one, is written into the values.
+  /**
+   * Two joints about one line, of which only first + sign · third = total is determined: the pair nearest to the
+   * reference, inside the ranges if there is one, is written into the values.
+   *
+   * @param {[number, number]} joints
+   * @param {number} total [rad]
+   * @param {1 | -1} sign
+   * @param {Answer} answer what is asked
+   * @param {number[]} values
+   */
   lockPair([i, j], total, sign, { reference, enforce }, values) {
     if (!enforce) {
       // What the reference has too much, up to whole turns, is shared by both.
@@ -74,7 +142,6 @@ export class Limb {
       return;
     }
     const [low1, high1, low3, high3] = [this.lower[i], this.upper[i], this.lower[j], this.upper[j]];
-    const { LIMIT } = TOLERANCES;
     let [bestOutside, best] = [Infinity, Infinity];
     for (let turns = -2; turns < 3; turns++) {
       // third = sign (total − first) + shift
@@ -93,44 +160,27 @@ export class Limb {
     }
   }
 
-  // Of a family with one parameter, the value with the smallest cost: on a grid, then by halving; null if all are infinite.
-  // The reference's own value is tried too: what is met within rounding does not change a member that fits.
-  leastCost(low, high, own, cost) {
-    const { STEPS, HALVINGS } = FAMILY_SEARCH;
-    const step = (high - low) / STEPS;
-    let [best, at] = [Infinity, low];
-    const attempt = (value) => {
-      const tried = cost(value);
-      if (tried < best) [best, at] = [tried, value];
-    };
-    attempt(clamp(own, low, high));
-    for (let i = 0; i <= STEPS; i++) attempt(low + step * i);
-    let width = step;
-    for (let i = 0; i < HALVINGS; i++) {
-      const around = [Math.max(low, at - width), Math.min(high, at + width)];
-      around.forEach(attempt);
-      width *= 0.5;
-    }
-    return cost(at) === Infinity ? null : at;
-  }
-
-  // What a member of a family is away from the reference; far more where it is outside the limits.
+  /**
+   * What a member of a family is away from the reference; far more where it is outside the limits.
+   *
+   * @param {number[]} values
+   * @param {Answer} answer what is asked
+   */
   familyCost(values, { reference, enforce }) {
     const outside = enforce ? this.excess(values) : 0;
     const near = enforce ? values : allTurnedTowards(values, reference);
-    return outside <= TOLERANCES.LIMIT ? squaredDistance(reference, near) : 1e3 * (1 + outside);
+    return outside <= LIMIT ? squaredDistance(reference, near) : OUTSIDE * (1 + outside);
   }
 }
 
-// The rotation of a frame in the link that carries it, as a limb's geometry has it.
-export const rotationOfFrame = ({ a00, a01, a02, a10, a11, a12, a20, a21, a22 }) => [
-  a00,
-  a01,
-  a02,
-  a10,
-  a11,
-  a12,
-  a20,
-  a21,
-  a22,
-];
+/**
+ * @param {Violation["reason"]} reason
+ * @param {number} joint
+ * @param {number} value
+ * @param {number} low
+ * @param {number} high
+ * @returns {Violation}
+ */
+function violation(reason, joint, value, low, high) {
+  return { reason, joint, value, low, high, outside: Math.max(low - value, value - high) };
+}

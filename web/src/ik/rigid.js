@@ -1,9 +1,19 @@
-// @ts-nocheck
-import { TOLERANCES } from "./tolerances.js";
 import { product, transposed } from "../math/rotations.js";
 
-// The rotation of a rigid transform, brought nearer to one by a step of R ← R (3 − RᵀR)/2; null if it is none.
-export function rigid(T) {
+/** @import { Matrix3, Pose, Rotation } from "../math/types.js" */
+
+// The largest defect of a rotation, and the largest of one that is left as it is.
+const RIGID = 1e-6;
+const EXACT = 1e-14;
+
+/**
+ * The rotation of a rigid transform, brought nearer to one by a step of R ← R (3 − RᵀR)/2; null if it is none.
+ *
+ * @param {Pose} T
+ * @returns {Rotation | null}
+ */
+export function rigidRotation(T) {
+  /** @type {Rotation} */
   const R = [T[0], T[1], T[2], T[4], T[5], T[6], T[8], T[9], T[10]];
   const [a, b, c, d, e, f, g, h, i] = R;
   const left = product(transposed(R), R).map((value, k) => (k % 4 === 0 ? 1 : 0) - value);
@@ -11,9 +21,9 @@ export function rigid(T) {
   const determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g);
   const below = Math.abs(T[12]) + Math.abs(T[13]) + Math.abs(T[14]) + Math.abs(T[15] - 1);
   // Comparisons with NaN are false.
-  const { RIGID, EXACT } = TOLERANCES;
   if (!(defect <= RIGID && Math.abs(determinant - 1) <= RIGID && below <= RIGID)) return null;
   if (!Number.isFinite(T[3] + T[7] + T[11])) return null;
   if (defect <= EXACT) return R;
-  return product(R, left).map((value, k) => R[k] + 0.5 * value);
+  const step = product(R, /** @type {Matrix3} */ (left));
+  return /** @type {Rotation} */ (R.map((value, k) => value + 0.5 * step[k]));
 }

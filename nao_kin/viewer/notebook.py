@@ -1,0 +1,156 @@
+"""The page in a notebook: as it was in the cell's output, and live where a kernel is behind it.
+
+A cell's output is the static page in a frame, which needs nobody: it is there in an exported notebook too. Beside it
+stands an anywidget without looks, the bridge. Where the notebook has a kernel, the bridge joins the frame to it through
+the kernel's own channel, so that it does not matter where the kernel runs: only the notebook's port has to be reached.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import secrets
+import threading
+import weakref
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from nao_kin.viewer.messages import RetainedMessages
+from nao_kin.viewer.server import Answer
+
+_SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
+# Drawing more often than a screen does helps nobody.
+_PAUSE_SECONDS = 1.0 / 30.0
+
+# Unpacks the page that stands in its own text; a third of the size counts where every output is kept in a file.
+_LOADER = """<script type="module">
+const packed = Uint8Array.from(atob("{packed}"), (letter) => letter.charCodeAt(0));
+const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+const page = await new Response(stream).text();
+document.open();
+document.write(page);
+document.close();
+</script>"""
+
+
+def frame(page: str, name: str = "") -> str:
+    """A page as part of another HTML document, packed, in a frame of its own.
+
+    Args:
+        page: the HTML of the page.
+        name: what the bridge finds the frame by.
+    """
+    packed = base64.b64encode(gzip.compress(page.encode("utf-8"), mtime=0)).decode("ascii")
+    document = html.escape(_LOADER.replace("{packed}", packed))
+    named = f' data-nao-kin="{html.escape(name)}"' if name else ""
+    style = "width: 100%; height: 620px; border: 0"
+    return f'<iframe{named} title="Robot viewer" srcdoc="{document}" style="{style}" allow="fullscreen"></iframe>'
+
+
+NOT_LIVE = (
+    "<p>The robot as it was when the cell ran. With <code>pip install 'nao-kin[notebook]'</code> it follows what later "
+    "cells do.</p>"
+)
+
+
+def has_bridge() -> bool:
+    """Whether anywidget is installed, which the bridge is made of."""
+    try:
+        import anywidget  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+class Bridge:
+    """Joins one frame in a notebook to the messages of a viewer, from construction until `close`.
+
+    Attributes:
+        name: what the frame is found by.
+        widget: what the cell is to display beside the frame.
+
+    Args:
+        messages: what is on show; what has changed since the construction is sent when the frame is there.
+        on_answer: called in the kernel's thread with what the page sends.
+    """
+
+    def __init__(self, messages: RetainedMessages, on_answer: Callable[[Answer], None]) -> None:
+        self.name = secrets.token_hex(8)
+        self._messages, self._on_answer = messages, on_answer
+        self._in_frame = {key: messages.get(key) for key in messages.names()}
+        self._changed: dict[str, None] = {}
+        self._news = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._closed = False
+        self.widget = _widget_class()(frame=self.name)
+        self.widget.on_msg(self._received)
+        messages.watch(self._note_change)
+
+    def close(self) -> None:
+        """End the connection; the frame stays as it is. Does nothing the second time."""
+        self._messages.unwatch(self._note_change)
+        with self._news:
+            self._closed = True
+            self._news.notify_all()
+        self.widget.close()
+
+    def _received(self, _: Any, content: Any, __: Any) -> None:
+        if not isinstance(content, dict):
+            return
+        if content.get("kind") != "open":
+            self._on_answer(content)
+            return
+        with self._news:
+            names = self._messages.names()
+            self._changed = {key: None for key in names if self._messages.get(key) is not self._in_frame.get(key)}
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._send_changes, name="nao_kin notebook", daemon=True)
+                self._thread.start()
+            self._news.notify_all()
+
+    def _note_change(self, key: str) -> None:
+        with self._news:
+            self._changed[key] = None
+            self._news.notify_all()
+
+    def _send_changes(self) -> None:
+        """Send what has changed, the newest of each kind; what comes faster than it can be drawn is skipped."""
+        while True:
+            with self._news:
+                self._news.wait_for(lambda: self._closed or self._changed)
+                if self._closed:
+                    return
+                changed, self._changed = self._changed, {}
+            messages = [message for key in changed if (message := self._messages.get(key)) is not None]
+            self.widget.send({"kind": "messages"}, buffers=messages)
+            with self._news:
+                self._news.wait_for(lambda: self._closed, _PAUSE_SECONDS)
+
+
+def bridge_of(viewer: object, messages: RetainedMessages, receive: Callable[[Answer], None]) -> Bridge:
+    """A bridge that ends with the viewer, and does not keep it alive."""
+    receiver = weakref.WeakMethod(receive)
+
+    def on_answer(answer: Answer) -> None:
+        receive = receiver()
+        if receive is not None:
+            receive(answer)
+
+    bridge = Bridge(messages, on_answer)
+    weakref.finalize(viewer, bridge.close)
+    return bridge
+
+
+@cache
+def _widget_class() -> type:
+    import anywidget
+    import traitlets
+
+    class NaoKinBridge(anywidget.AnyWidget):  # type: ignore[misc]
+        _esm = _SCRIPT.read_text(encoding="utf-8")
+        frame = traitlets.Unicode().tag(sync=True)
+
+    return NaoKinBridge

@@ -1,0 +1,181 @@
+import { clamp, wrapped } from "../math/numbers.js";
+import { minus, norm } from "../math/vectors.js";
+import { Answer } from "./answer.js";
+import { Neck } from "./neck.js";
+import { LIMIT } from "./tolerances.js";
+
+/** @import { Vector } from "../math/types.js" */
+/** @import { Family, GazeNumbers, Nearest } from "./types.js" */
+
+// Below so many metres from the yaw's axis, every yaw looks at a point as well as another.
+const ON_AXIS = 1e-12;
+// The steps [rad] of the search around the nearest look.
+const FIRST_STEP = 0.02;
+const LAST_STEP = 1e-10;
+// Rounds in which the pitch settles that a camera needs, which moves with it.
+const ROUNDS = 30;
+
+/**
+ * The head, for a point that a camera is to see. The camera at o in the head, with the optical axis n, has a point P of the
+ * torso in the middle where P = neck + R (o + λ n), λ > 0. What is not reached is answered with the `nearest` joint values,
+ * by angle.
+ *
+ * @extends {Neck<GazeNumbers>}
+ */
+export class Gaze extends Neck {
+  /** @param {GazeNumbers} numbers */
+  constructor(numbers) {
+    super(numbers);
+    const { x, y, z, a00, a20, forward, up } = this.geometry;
+    /** @type {Vector} */
+    this.neck = [x, y, z];
+    // o and n, which lie in the head's plane of x and z.
+    this.ahead = forward;
+    this.up = up;
+    this.nx = a00;
+    this.nz = a20;
+  }
+
+  /**
+   * The joint values with which the frame's x axis passes through a point in the torso.
+   *
+   * @param {Vector} target
+   * @param {number[]} reference
+   */
+  solveGaze(target, reference, enforce = true) {
+    const answer = new Answer(this, reference, enforce);
+    const P = minus(target, this.neck);
+    const [far, aside] = [norm(P), Math.hypot(P[0], P[1])];
+    // The camera along its optical axis and across.
+    const along = this.ahead * this.nx + this.up * this.nz;
+    const across = this.ahead * this.nz - this.up * this.nx;
+    const beyond = (far - Math.abs(across)) * (far + Math.abs(across));
+    const radius = Math.hypot(this.ahead, this.up);
+    if (beyond < 0 || (along >= 0 && far <= radius)) {
+      answer.blame("OUT_OF_REACH", -1, (along >= 0 ? radius : Math.abs(across)) - far);
+    } else {
+      for (const ahead of beyond === 0 ? [0] : [Math.sqrt(beyond), -Math.sqrt(beyond)]) {
+        if (ahead > along) this.#look(P, aside, ahead - along, answer);
+      }
+    }
+    if (answer.branches.length === 0 && far > 0) answer.nearest = this.#nearestGaze(P, enforce);
+    return answer.concluded();
+  }
+
+  /**
+   * Enter the branches that have a point at a distance λ from the camera.
+   *
+   * @param {Vector} P from the neck
+   * @param {number} aside its distance from the yaw's axis
+   * @param {number} lambda
+   * @param {Answer} answer
+   */
+  #look(P, aside, lambda, answer) {
+    const [x, y, z] = P;
+    const [u, w] = [this.ahead + lambda * this.nx, this.up + lambda * this.nz];
+    /** @param {number[]} q @param {Family} family */
+    const enter = (q, family) => answer.admits(q) && answer.enter(q, [0, this.#error(P, q)], family);
+    if (aside <= ON_AXIS) {
+      const pitch = Math.atan2(-u * z, w * z);
+      enter([this.#freeYaw(pitch, answer.reference[0], answer.enforce), pitch], "YAW_AXIS");
+      return;
+    }
+    for (const side of [1, -1]) {
+      const r = side * aside;
+      enter([Math.atan2(side * y, side * x), Math.atan2(w * r - u * z, u * r + w * z)], "NONE");
+    }
+  }
+
+  /**
+   * The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere.
+   *
+   * @param {number} pitch
+   * @param {number} wanted
+   * @param {boolean} enforce
+   */
+  #freeYaw(pitch, wanted, enforce) {
+    if (!enforce) return wanted;
+    const best = clamp(wanted, this.lower[0], this.upper[0]);
+    if (!this.table) return best;
+    /** @param {number} yaw @param {number} slack */
+    const allowed = (yaw, slack) => {
+      const [low, high] = this.tableRange(yaw);
+      return low - slack <= pitch && pitch <= high + slack;
+    };
+    if (allowed(best, 0)) return best;
+    // The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
+    const { at, lower, upper } = this.table;
+    const yaws = [...at];
+    for (let i = 1; i < at.length; i++) {
+      for (const edge of [lower, upper]) {
+        const share = (pitch - edge[i - 1]) / (edge[i] - edge[i - 1]);
+        if (edge[i] !== edge[i - 1]) yaws.push(at[i - 1] + share * (at[i] - at[i - 1]));
+      }
+    }
+    const inside = yaws.filter((yaw) => this.lower[0] <= yaw && yaw <= this.upper[0] && allowed(yaw, LIMIT));
+    return inside.reduce((a, b) => (Math.abs(b - wanted) < Math.abs(a - wanted) ? b : a), inside[0] ?? best);
+  }
+
+  /**
+   * With the point aside the best pitch of each yaw is not quite the one known: look around, along the edge of the range
+   * too.
+   *
+   * @param {Vector} P from the neck
+   * @param {boolean} enforce
+   */
+  #nearestGaze(P, enforce) {
+    /** @param {number[]} values */
+    const errorOf = (values) => this.#error(P, values);
+    /** @type {Nearest} */
+    let best = this.bestYaw(errorOf, (c, s) => this.#pitchTowards(P[0] * c + P[1] * s, P[2]), enforce);
+    const [low, high] = this.yawRange(enforce);
+    let step = FIRST_STEP;
+    while (step > LAST_STEP) {
+      const before = best;
+      for (const [dy, dp] of [
+        [step, 0],
+        [-step, 0],
+        [0, step],
+        [0, -step],
+      ]) {
+        const yaw = clamp(best.values[0] + dy, low, high);
+        const values = [yaw, this.allowedPitch(yaw, best.values[1] + dp, enforce)];
+        const error = errorOf(values);
+        if (error < best.error) best = { values, error };
+      }
+      if (best === before) step *= 0.5;
+    }
+    return best;
+  }
+
+  /**
+   * The pitch at which the camera, its axis in a vertical plane, looks as near as it can to a point near that plane.
+   *
+   * @param {number} x of the point from the neck, in the plane
+   * @param {number} z
+   */
+  #pitchTowards(x, z) {
+    const tilt = Math.atan2(-this.nz, this.nx);
+    let pitch = Math.atan2(-z, x) - tilt;
+    for (let i = 0; i < ROUNDS; i++) {
+      const [c, s] = [Math.cos(pitch), Math.sin(pitch)];
+      const [dx, dz] = [x - (c * this.ahead + s * this.up), z - (c * this.up - s * this.ahead)];
+      pitch = wrapped(Math.atan2(-dz, dx) - tilt);
+    }
+    return pitch;
+  }
+
+  /**
+   * The angle between the optical axis and the direction from the camera to a point.
+   *
+   * @param {Vector} P from the neck
+   * @param {number[]} q
+   */
+  #error(P, [yaw, pitch]) {
+    const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
+    // The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
+    const [x, y] = [c * P[0] + s * P[1], c * P[1] - s * P[0]];
+    const [u, w] = [cp * x - sp * P[2] - this.ahead, sp * x + cp * P[2] - this.up];
+    return Math.atan2(Math.hypot(w * this.nx - u * this.nz, y), u * this.nx + w * this.nz);
+  }
+}

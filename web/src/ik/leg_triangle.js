@@ -1,0 +1,62 @@
+// A distance [m] that rounding may add to the reach.
+const ROUNDING = 1e-12;
+// The angle of the knee below which it is straight.
+const STRAIGHT = 1e-7;
+
+/** The triangle of hip, knee and ankle, in the plane of the leg. */
+export class LegTriangle {
+  /**
+   * @param {number} thigh [m]
+   * @param {number} tibia [m]
+   */
+  constructor(thigh, tibia) {
+    this.thigh = thigh;
+    this.tibia = tibia;
+    /** The largest and the least distance of hip and ankle. */
+    this.longest = thigh + tibia;
+    this.shortest = Math.abs(thigh - tibia);
+  }
+
+  /**
+   * By how much a distance of hip and ankle is too large or too small [m]; 0 where the leg can have it.
+   *
+   * @param {number} far
+   */
+  beyond(far) {
+    const beyond = Math.max(far - this.longest, this.shortest - far);
+    return beyond > ROUNDING ? beyond : 0;
+  }
+
+  /**
+   * The angles of the knee with hip and ankle so far apart, by the law of cosines for the half angle, which loses no
+   * digits at either end; straight or folded it has one.
+   *
+   * @param {number} far
+   */
+  knees(far) {
+    const { longest, shortest } = this;
+    const stretched = Math.sqrt(Math.max(0, (longest - far) * (longest + far)));
+    const folded = Math.sqrt(Math.max(0, (far - shortest) * (far + shortest)));
+    const knee = 2 * Math.atan2(stretched, folded);
+    if (knee < STRAIGHT) return [0];
+    return knee > Math.PI - STRAIGHT ? [Math.PI] : [knee, -knee];
+  }
+
+  /**
+   * x and z of the ankle from the hip, in the axes of the thigh.
+   *
+   * @param {number} knee
+   */
+  ankleFromHip(knee) {
+    return [-this.tibia * Math.sin(knee), -this.thigh - this.tibia * Math.cos(knee)];
+  }
+
+  /**
+   * x and z of the hip from the ankle, in the axes of the foot with the ankle at zero.
+   *
+   * @param {number} knee
+   */
+  hipFromAnkle(knee) {
+    return [-this.thigh * Math.sin(knee), this.tibia + this.thigh * Math.cos(knee)];
+  }
+}
