@@ -12,7 +12,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
 
-# With so many configurations a recording drops every other one: of an hour of a NAO there are then 20 MB at most.
+# With so many configurations a recording drops every other one. Of a NAO they take some 30 MB.
 _MOST = 100_000
 
 
@@ -22,7 +22,7 @@ class Recording:
     Attributes:
         robot: the robot that moves.
         fps: configurations kept per second, at most; halved whenever there are 100 000 of them, and every other one
-            that was kept until then is dropped. So an hour is kept whole, and a week in bounded memory.
+            that was kept until then is dropped. At 30 an hour fits, and longer recordings need no more memory.
     """
 
     def __init__(self, robot: RobotModel, q: Floats, fps: float) -> None:
