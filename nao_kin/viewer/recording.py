@@ -13,7 +13,7 @@ from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
 
 # With so many configurations a recording drops every other one. Of a NAO they take some 30 MB.
-_MOST = 100_000
+_MOST = 120_000
 
 
 class Recording:
@@ -21,7 +21,7 @@ class Recording:
 
     Attributes:
         robot: the robot that moves.
-        fps: configurations kept per second, at most; halved whenever there are 100 000 of them, and every other one
+        fps: configurations kept per second, at most; halved whenever there are 120 000 of them, and every other one
             that was kept until then is dropped. At 30 an hour fits, and longer recordings need no more memory.
     """
 
