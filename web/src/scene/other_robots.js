@@ -64,7 +64,10 @@ export class OtherRobots {
    */
   box(links) {
     const box = this.app.robot.box(links);
-    if (links.length === 0) for (const { robot } of this.robots.values()) box.union(robot.box([]));
+    for (const { robot } of links.length === 0 ? this.robots.values() : []) {
+      robot.root.updateWorldMatrix(true, true); // its ground may have moved since
+      box.union(robot.box([]));
+    }
     return box;
   }
 
