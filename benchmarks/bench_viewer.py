@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import http.client
 import io
 import json
 import statistics
 import time
 from collections.abc import Callable
 from typing import Any
+from urllib.parse import urlsplit
 
 import nao_kin as nk
 from nao_kin._common.arrays import Floats
@@ -34,7 +36,11 @@ def main() -> None:
     nao = nk.load_nao()
     qs = nao.random(1, 100)
     with Viewer(nao) as viewer:
-        report = {**_beside_meshcat(nao, viewer, qs, arguments.rounds), "page": _page(viewer, qs, arguments.seconds)}
+        report = {
+            **_beside_meshcat(nao, viewer, qs, arguments.rounds),
+            "bytes": _bytes(viewer),
+            "page": _page(viewer, qs, arguments.seconds),
+        }
     print(json.dumps(report, indent=2))
 
 
@@ -66,6 +72,22 @@ def _beside_meshcat(nao: nk.NaoModel, viewer: Viewer, qs: Floats, rounds: int) -
         f"meshcat_{TRANSFORMS}_transforms_us": round(1e6 * theirs, 1),
         "ratio": round(theirs / ours, 1),
     }
+
+
+def _bytes(viewer: Viewer) -> dict[str, int]:
+    """What the page takes on the wire: plain, as browsers ask for it, and when the browser has it already."""
+    address = urlsplit(viewer.url)
+
+    def asked(**headers: str) -> tuple[int, str]:
+        connection = http.client.HTTPConnection(address.hostname or "", address.port)
+        with contextlib.closing(connection):
+            connection.request("GET", "/", headers=headers)
+            answer = connection.getresponse()
+            return len(answer.read()), answer.headers["ETag"]
+
+    plain, tag = asked()
+    known = {"If-None-Match": tag}
+    return {"page": plain, "page_gzip": asked(**{"Accept-Encoding": "gzip"})[0], "page_again": asked(**known)[0]}
 
 
 def _page(viewer: Viewer, qs: Floats, seconds: float) -> dict[str, Any] | str:

@@ -16,9 +16,10 @@ import pytest
 import trimesh
 import yourdfpy
 from manifold3d import Manifold, Mesh
+from scipy.spatial import ConvexHull
 
 import nao_kin as nk
-from nao_kin.parameters import COLLISION_SHAPES, COLOURS, VERSIONS, VISUALS, ShapeRow, nao_parameters, nao_urdf_path
+from nao_kin.parameters import COLLISION_SHAPES, VERSIONS, VISUALS, ShapeRow, colours_of, nao_parameters, nao_urdf_path
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"
@@ -107,8 +108,8 @@ def test_help_says_what_the_script_does() -> None:
     assert "--check" in done.stdout
 
 
-def test_all_meshes_together_take_at_most_one_and_a_half_megabytes() -> None:
-    assert 0 < sum(path.stat().st_size for path in FILES) <= 1_500_000
+def test_all_meshes_together_take_at_most_two_and_a_quarter_megabytes() -> None:
+    assert 0 < sum(path.stat().st_size for path in FILES) <= 2_250_000
 
 
 def test_every_mesh_is_in_use_and_every_mesh_in_use_exists() -> None:
@@ -137,6 +138,23 @@ def test_a_mesh_is_closed_and_its_faces_and_normals_point_outwards(path: Path) -
                 assert (normals[n] @ area > 0).all(), line
 
 
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_mesh_has_no_cracks_no_slivers_and_no_folds(path: Path) -> None:
+    """What makes dark specks: edges that meet in no second triangle, triangles thinner than 0.05 mm, and folds."""
+    body = mesh(path.stem)
+    _, uses = np.unique(body.edges_sorted, axis=0, return_counts=True)
+    assert (uses == 2).all()
+    corners = body.vertices[body.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    assert (2 * body.area_faces / longest).min() > 5e-5
+    assert body.face_adjacency_angles.max() < math.radians(165.0)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_page_of_a_version_stays_within_two_and_a_half_megabytes(version: str) -> None:
+    assert len(nk.Viewer(robot(version)).static_html()) < 2_500_000
+
+
 # --- left and right -----------------------------------------------------------------------------------------------
 
 
@@ -153,7 +171,9 @@ def test_left_and_right_are_exact_mirror_images(left: str) -> None:
             assert [float(x) for x in one] == [float(x) * s for x, s in zip(other, (1, -1, 1), strict=True)]
 
 
-@pytest.mark.parametrize("name", [path.stem for path in FILES if path.stem.startswith(("torso", "head", "neck"))])
+@pytest.mark.parametrize(
+    "name", [path.stem for path in FILES if path.stem.startswith(("torso", "head", "neck", "ears", "sensors"))]
+)
 def test_what_sits_in_the_middle_is_its_own_mirror_image(name: str) -> None:
     points = {tuple(point) for point in mesh(name).vertices.round(5).tolist()}
     assert points == {(x, 0.0 - y, z) for x, y, z in points}
@@ -226,6 +246,77 @@ def test_a_foot_stays_within_the_outline_of_the_real_one() -> None:
     assert 0.048 < high[1] < 0.050 + 1e-5
 
 
+@pytest.mark.parametrize("side", ["L", "R"])
+def test_no_bend_of_the_knee_bares_what_is_inside(side: str) -> None:
+    """From all around, what is seen first of the knee is a shell."""
+    nao = robot("v6")
+    links = [f"{side}Thigh", f"{side}Tibia"]
+    shells = [(link, name) for link in links for name in visuals("v6")[link]]
+    angle, across = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 2 * np.pi, 30), np.linspace(-0.028, 0.028, 4)))
+    outwards = np.column_stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)])
+    starts = 0.2 * outwards + across[:, None] * (0.0, 1.0, 0.0)
+    index = nao.joint_names.index(f"{side}KneePitch")
+    for value in (*np.linspace(nao.lower[index], nao.upper[index], 5), nao.posture("Crouch")[index]):
+        q = nao.neutral()
+        q[index] = value
+        poses = dict(zip(links, nao.fk(q, links, reference=links[1]), strict=True))
+        first, nearest = np.full(len(starts), "nothing", dtype=object), np.full(len(starts), np.inf)
+        for link, name in shells:
+            body = mesh(name).copy().apply_transform(poses[link])
+            distance = distances(starts, -outwards, body)
+            first[distance < nearest] = name.rpartition("_")[2]
+            nearest = np.minimum(nearest, distance)
+        assert set(first) <= {"white", "accent"}, f"{value:.2f} rad"
+
+
+@pytest.mark.parametrize("posture", ["Sit", "SitRelax"])
+def test_who_sits_sits_on_the_covers_of_the_hips(posture: str) -> None:
+    """The face of the convex hull that carries the centre of mass of an upright trunk."""
+    nao = robot("v6")
+    q = nao.posture(posture)
+    links = list(visuals("v6"))
+    points = [vertices("v6", q, "torso", [link]) for link in links]
+    owners = np.repeat(links, [len(part) for part in points])
+    hull = ConvexHull(np.concatenate(points))
+    com = np.linalg.solve(nao.fk(q, "torso", reference=nao.link_names[0]), np.append(nao.com(q), 1.0))[:3]
+    carriers = []
+    for simplex, (*down, offset) in zip(hull.simplices, hull.equations, strict=True):
+        a, b, c = hull.points[simplex]
+        foot = com - np.array(down) * (com @ down + offset)
+        share = np.linalg.solve(np.column_stack([a, b, c]), foot)
+        if down[2] < -0.8 and (share > 0).all():
+            carriers.append(set(owners[simplex]))
+    assert len(carriers) == 1
+    assert {"LHip", "RHip"} < carriers[0] <= {"LHip", "RHip", "l_ankle", "r_ankle"}
+
+
+def test_each_eye_is_a_ring_of_eight_lights() -> None:
+    rings = [light.centroid[1] for light in mesh("head_led").split()]
+    assert sorted(np.sign(rings)) == [-1.0] * 8 + [1.0] * 8
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_cameras_look_out_of_their_lenses(version: str) -> None:
+    nao = robot(version)
+    (lenses,) = (mesh(name) for name in visuals(version)["Head"] if re.fullmatch(r"sensors.*_black", name))
+    for camera in ("CameraTop", "CameraBottom"):
+        pose = nao.fk(nao.neutral(), camera, reference="Head")
+        behind = pose[:3, 3] - 0.01 * pose[:3, 0]
+        assert distances(behind[None], pose[None, :3, 0], lenses)[0] < 0.022, camera
+
+
+def test_versions_are_told_apart_by_their_looks() -> None:
+    accents = {
+        version: {n for names in visuals(version).values() for n in names if "accent" in n} for version in VERSIONS
+    }
+    assert colours_of("v6")["accent"] != colours_of("v5")["accent"]
+    assert accents["v4"] == accents["v5"] == accents["v6"]
+    assert accents["v6"] - accents["v3.3"] == {"ears_accent", "l_forearm_accent", "r_forearm_accent"}
+    # The microphones moved with V6, the cameras with V4.
+    heads = [frozenset(n for n in visuals(version)["Head"] if n.startswith("sensors")) for version in VERSIONS]
+    assert len(set(heads)) == 3
+
+
 def test_the_shells_lie_close_to_the_collision_primitives() -> None:
     links = {"torso": "torso"} | {joint.name: joint.link for joint in nao_parameters("v6").joints}
     for parent in {shape.parent for shape in COLLISION_SHAPES}:
@@ -240,6 +331,18 @@ def test_forearm_and_hand_fill_the_capsule_of_the_forearm() -> None:
     q = robot("v6").configuration({"LHand": 0.0, "LElbowRoll": -0.04})
     points = vertices("v6", q, "LForeArm", ["LForeArm", "l_wrist", "LFinger13_link", "LFinger23_link"])
     assert distance_to(capsule, points).max() < 0.010
+
+
+def distances(starts: np.ndarray, directions: np.ndarray, body: trimesh.Trimesh) -> np.ndarray:
+    """How far along its rays a mesh is first met, else infinity: start + t d = a + u (b − a) + v (c − a)."""
+    a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
+    sides = np.stack([b - a, c - a], axis=-1)[None].repeat(len(starts), axis=0)
+    columns = np.concatenate([-directions[:, None, :, None].repeat(len(a), axis=1), sides], axis=-1)
+    flat = np.abs(np.linalg.det(columns)) < 1e-12
+    columns[flat] = np.eye(3)
+    t, u, v = np.moveaxis(np.linalg.solve(columns, (starts[:, None] - a)[..., None])[..., 0], -1, 0)
+    met = ~flat & (t > 0) & (u >= 0) & (v >= 0) & (u + v <= 1)
+    return np.where(met, t, np.inf).min(axis=1)
 
 
 def distance_to(shape: ShapeRow, points: np.ndarray) -> np.ndarray:
@@ -268,7 +371,7 @@ def test_pinocchio_loads_every_mesh_in_its_colour(
     loaded = [Path(shape.meshPath).stem for shape in shown.geometryObjects]
     assert sorted(loaded) == sorted(name for names in visuals(version).values() for name in names)
     for shape, name in zip(shown.geometryObjects, loaded, strict=True):
-        assert shape.meshColor == pytest.approx(COLOURS[name.rpartition("_")[2]], abs=1e-6)
+        assert shape.meshColor == pytest.approx(colours_of(version)[name.rpartition("_")[2]], abs=1e-6)
     assert capfd.readouterr() == ("", "")
 
 

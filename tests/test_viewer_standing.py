@@ -147,20 +147,38 @@ def test_an_arm_that_is_moved_by_the_arrow_keys_turns_the_robot_little_by_little
     assert _degrees(before, np.array(Viewer(nao).rest("SitRelax"))) < 6.0
 
 
-def test_a_posture_rests_as_ever_after_the_robot_was_made_to_fall_in_the_page(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer:
-        viewer.display(nao.posture("SitRelax"))
-        with opened(browser, viewer.url) as page:
-            page.draw(False)
-            seated = _up(page)
-            column = nao.joint_names.index("RHipPitch")
-            way = np.linspace(nao.posture("SitRelax")[column], nao.upper[column], 12)
-            for value in (*way, *way[::-1]):
-                page.slide("RHipPitch", value)
+def _box_with_a_mass(folder: Path, kind: str, up: tuple[float, float, float]) -> nk.RobotModel:
+    """A box of 0.1 × 0.2 × 1 m that carries its own mass once more, on a joint along y, and knows one posture."""
+    path = folder / "box.urdf"
+    shape = '<visual><geometry><box size="0.1 0.2 1"/></geometry></visual>'
+    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    path.write_text(
+        f'<robot name="box"><link name="a">{shape}{mass}</link><link name="b">{mass}</link>'
+        f'<joint name="j" type="{kind}"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>',
+        encoding="utf-8",
+    )
+    posture = nk.semantics.Posture({"j": 0.0}, up)
+    return nk.RobotModel(nk.RobotModel.from_urdf(path).tree, nk.semantics.Semantics(postures={"Rest": posture}))
+
+
+def test_a_posture_rests_as_ever_after_the_robot_was_made_to_fall_in_the_page(browser: Any, tmp_path: Path) -> None:
+    robot = _box_with_a_mass(tmp_path, "prismatic", (0.0, 0.0, 1.0))
+    with Viewer(robot) as viewer, opened(browser, viewer.url) as page:
+        page.draw(False)
+
+        def fall() -> None:
+            assert np.allclose(_up(page), [0.0, 0.0, 1.0], atol=1e-6)
+            for value in (0.1, 0.3, 0.1, 0.0):  # beyond 0.2 the centre of mass leaves the foot of the box
+                page.slide("j", value)
                 page.run("() => naoKin.settle()")
-            assert _degrees(_up(page), seated) > 20.0
-            page.tab.get_by_role("button", name="SitRelax", exact=True).click()
-            assert _degrees(_up(page), seated) < 1e-3
+            assert np.allclose(_up(page), [0.0, -1.0, 0.0], atol=1e-6)  # it lies on the side that it fell on
+
+        fall()
+        page.tab.get_by_role("button", name="Rest", exact=True).click()
+        fall()
+        viewer.display(robot.posture("Rest"))
+        page.tab.wait_for_function("() => (naoKin.settle(), naoKin.robot.placement().elements[10] > 0.999999)")
 
 
 # --- clips and directions given ---------------------------------------------------------------------------------------
@@ -239,19 +257,8 @@ def test_a_robot_without_postures_keeps_its_trunk_upright(browser: Any, tmp_path
 
 
 def test_a_robot_without_soles_that_has_a_resting_posture_settles_in_it(browser: Any, tmp_path: Path) -> None:
-    path = tmp_path / "plank.urdf"
-    shape = '<visual><geometry><box size="{}"/></geometry></visual>'
-    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-    path.write_text(
-        f'<robot name="plank"><link name="a">{shape.format("0.1 0.2 1")}{mass}</link><link name="b">{mass}</link>'
-        '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
-        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>',
-        encoding="utf-8",
-    )
-    tree = nk.RobotModel.from_urdf(path).tree
-    posture = nk.semantics.Posture({"j": 0.0}, (0.9, 0.1, 0.2))
-    robot = nk.RobotModel(tree, nk.semantics.Semantics(postures={"Flat": posture}))
-    with opened(browser, Viewer(robot).save_html(tmp_path / "plank.html")) as page:
+    robot = _box_with_a_mass(tmp_path, "revolute", (0.9, 0.1, 0.2))
+    with opened(browser, Viewer(robot).save_html(tmp_path / "box.html")) as page:
         assert np.allclose(_up(page), [1.0, 0.0, 0.0], atol=1e-9)
 
 

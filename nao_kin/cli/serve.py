@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nao_kin.cli.options import JsonOption, VersionOption
+from nao_kin.cli.options import AllowHostOption, JsonOption, TokenOption, VersionOption
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -35,6 +35,8 @@ def serve(
     speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
     posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
     view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
+    allow_host: AllowHostOption = None,
+    token: TokenOption = None,
     log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -45,7 +47,10 @@ def serve(
     """
     if not host.strip():
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
-    with served(version, host=host, port=port, speed=speed, posture=posture, view=view, log=log) as done:
+    if not view and (allow_host or token is not None):
+        raise BadArgument("--allow-host and --token are for the live page; add --view")
+    page = {"allow_hosts": allow_host or (), "token": token}
+    with served(version, host=host, port=port, speed=speed, posture=posture, view=view, log=log, page=page) as done:
         if json:
             print_json(done)
         else:
@@ -57,7 +62,15 @@ def serve(
 
 @contextmanager
 def served(
-    version: str, *, host: str, port: int, speed: float, posture: str, view: bool, log: bool
+    version: str,
+    *,
+    host: str,
+    port: int,
+    speed: float,
+    posture: str,
+    view: bool,
+    log: bool,
+    page: Mapping[str, Any] | None = None,
 ) -> Iterator[dict[str, str]]:
     """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
 
@@ -69,6 +82,7 @@ def served(
         posture: to begin in.
         view: show it in a live page.
         log: print what it says and remarks on standard error.
+        page: further arguments of `Viewer`, for the page.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -88,7 +102,7 @@ def served(
         if view:
             from nao_kin.viewer import Viewer
 
-            viewer = running.enter_context(closing(Viewer(load_nao(version, base="floating"))))
+            viewer = running.enter_context(closing(Viewer(load_nao(version, base="floating"), **(page or {}))))
             done["url"] = viewer.url
             ended = threading.Event()
             follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)

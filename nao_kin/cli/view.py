@@ -16,12 +16,16 @@ from nao_kin._text import quoted
 from nao_kin.cli.fk import one_configuration
 from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory
 from nao_kin.cli.options import (
+    ELSEWHERE,
+    EVERYWHERE,
+    AllowHostOption,
     DegOption,
     HipsOption,
     JsonOption,
     RateOption,
     RobotOption,
     TimelineOption,
+    TokenOption,
     UrdfOption,
     VersionOption,
     load,
@@ -89,6 +93,8 @@ def view(
         typer.Option(metavar="ADDRESS", help=f"Address to serve on; 0.0.0.0 lets others in. Default: {_HOST}."),
     ] = None,
     port: Annotated[int | None, typer.Option(metavar="N", help="Port to serve on. Default: the next free one.")] = None,
+    allow_host: AllowHostOption = None,
+    token: TokenOption = None,
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
@@ -111,6 +117,8 @@ def view(
         raise BadArgument("--fps is the speed of a trajectory; name the FILE to play")
     if not live and png is None and (host is not None or port is not None):
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
+    if not live and (allow_host or token is not None):
+        raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
     if host is not None and not host.strip():
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
     _check_files(html, png, json)
@@ -122,7 +130,8 @@ def view(
     model = load(version, urdf, robot)
     from nao_kin.viewer import Viewer
 
-    with closing(Viewer(model, host=_HOST if host is None else host, port=port)) as viewer:
+    address = _HOST if host is None else host
+    with closing(Viewer(model, host=address, port=port, allow_hosts=allow_host or (), token=token)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
         if moves and file is not None:
             motion = read(model, file, deg=deg, timeline=timeline)
@@ -143,6 +152,8 @@ def view(
             done["png"] = str(viewer.save_png(png, camera=camera))
         if live:
             done["url"] = viewer.url
+            if address in EVERYWHERE:
+                print_note(ELSEWHERE)
         _report(done, json, serving=live and wait is not False)
         if open_:
             viewer.open()

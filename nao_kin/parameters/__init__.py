@@ -5,7 +5,7 @@ of all versions, each with the versions that it holds for.
 """
 
 from nao_kin._common.arrays import Vector
-from nao_kin.parameters.bodies import COLLISION_SHAPES, COLOURS
+from nao_kin.parameters.bodies import COLLISION_SHAPES, COLOURS, colours_of
 from nao_kin.parameters.frames import CAMERAS, END_EFFECTORS, OPTICAL_RPY, SOLES, VIEWS
 from nao_kin.parameters.overlay import VersionPage
 from nao_kin.parameters.postures import POSTURES, REST
@@ -90,6 +90,7 @@ __all__ = [
     "Version",
     "VersionPage",
     "VisualRow",
+    "colours_of",
     "nao_parameters",
     "nao_urdf_path",
     "urdf_name",

@@ -9,6 +9,7 @@ from nao_kin._common.arrays import Vector
 from nao_kin.parameters.rows import (
     InertialRow,
     ShapeRow,
+    Version,
     VisualRow,
 )
 
@@ -81,6 +82,12 @@ COLOURS: dict[str, tuple[float, float, float, float]] = {
     "accent": (0.87, 0.33, 0.11, 1.0),
     "led": (0.70, 0.89, 1.0, 1.0),
 }
+_V6_ACCENT = (0.34, 0.36, 0.39, 1.0)
+
+
+def colours_of(version: Version) -> dict[str, tuple[float, float, float, float]]:
+    """The colours of a version's meshes: V6 was sold with dark grey accents, those before it in orange among others."""
+    return COLOURS | ({"accent": _V6_ACCENT} if version == "v6" else {})
 
 
 def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, VisualRow]:
@@ -91,19 +98,21 @@ def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, Visual
 V6_VISUALS: tuple[VisualRow, ...] = (
     VisualRow("torso", "torso", ("white", "accent", "dark", "grey", "led")),
     VisualRow("HeadYaw", "neck", ("dark",)),
-    VisualRow("HeadPitch", "head", ("white", "accent", "grey", "dark", "black", "led")),
+    VisualRow("HeadPitch", "head", ("white", "grey", "dark", "black", "led")),
+    VisualRow("HeadPitch", "ears", ("accent", "grey", "dark")),
+    VisualRow("HeadPitch", "sensors", ("dark", "black")),
     *both_sides("ShoulderPitch", "shoulder", "dark"),
     *both_sides("ShoulderRoll", "shoulder_pad", "accent"),
     *both_sides("ShoulderRoll", "upper_arm", "white"),
     *both_sides("ElbowYaw", "elbow", "dark"),
-    *both_sides("ElbowRoll", "hinge", "dark"),
-    *both_sides("ElbowRoll", "forearm", "white"),
+    *both_sides("ElbowRoll", "hinge", "grey"),
+    *both_sides("ElbowRoll", "forearm", "white", "accent"),
     *both_sides("WristYaw", "hand", "white", "dark"),
-    *both_sides("HipYawPitch", "pelvis", "white", "dark"),
-    *both_sides("HipRoll", "hip", "grey"),
+    *both_sides("HipYawPitch", "pelvis", "white"),
+    *both_sides("HipRoll", "hip", "white", "grey"),
     *both_sides("HipPitch", "thigh", "white", "accent", "grey"),
-    *both_sides("KneePitch", "shin", "white", "accent", "dark"),
-    *both_sides("AnklePitch", "ankle", "dark"),
+    *both_sides("KneePitch", "shin", "white", "accent", "grey"),
+    *both_sides("AnklePitch", "ankle", "grey"),
     *both_sides("AnkleRoll", "foot", "white", "accent", "dark", "led"),
     *(VisualRow(f"Finger{n}", "phalanx", ("dark",)) for n in (11, 12, 21, 22)),
     *(VisualRow(f"Finger{n}", "fingertip", ("dark",)) for n in (13, 23)),

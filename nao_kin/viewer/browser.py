@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import base64
-import itertools
 import os
 import queue
+import secrets
 import shutil
-import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
 
-from nao_kin._common.ending import before_ending, kill_group, uninterrupted
+from nao_kin._common.ending import before_ending, uninterrupted
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer.messages import panel_message
@@ -54,8 +53,11 @@ _OPTIONS = (
     "--no-first-run",
     "--password-store=basic",
 )
-_END_SECONDS = 5.0
-_REMOVE_SECONDS = 0.3
+_SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_common" / "supervisor.py")
+# Killing and removing take less, unless the disk is slow: then the supervisor goes on alone.
+_END_SECONDS = 0.7
+_LOOK_SECONDS = 0.05
+_KEY_BYTES = 16
 # Width and height of a picture in pixels.
 _EDGES = range(16, 8193)
 
@@ -64,22 +66,20 @@ class Screenshots:
     """Opens a page of its own for every picture, and knows which answer belongs to which."""
 
     def __init__(self) -> None:
-        self._numbers = itertools.count()
-        self._waiting: dict[int, queue.SimpleQueue[Answer]] = {}
+        self._waiting: dict[str, queue.Queue[Answer]] = {}
 
-    def picture(self, server: LiveServer, url: str, camera: str, size: tuple[int, int], timeout: float) -> bytes:
+    def picture(self, server: LiveServer, camera: str, size: tuple[int, int], timeout: float) -> bytes:
         """A PNG of what is on show.
 
         Args:
             server: who serves the scene.
-            url: where.
             camera: from where to look.
             size: width and height in pixels, 16 to 8192.
             timeout: seconds for all of it.
 
         Raises:
             BadArgument: a size out of range.
-            NoBrowser: there is none, or it gives no picture in time.
+            NoBrowser: there is none, it ends, or it gives no picture in time.
         """
         if (
             not isinstance(size, (tuple, list))
@@ -88,28 +88,39 @@ class Screenshots:
         ):
             raise BadArgument(f"size must be two whole numbers from {_EDGES[0]} to {_EDGES[-1]}, got {quoted(size)}")
         end = time.monotonic() + timeout
-        mine = next(self._numbers)
-        answers = self._waiting[mine] = queue.SimpleQueue()
+        # Nobody else can answer for the browser, or take its place.
+        mine = secrets.token_urlsafe(_KEY_BYTES)
+        role = f"capture-{mine}"
+        answers = self._waiting[mine] = queue.Queue(1)
         try:
-            role = f"capture{mine}"
-            with headless(f"{url}?role={role}", size=size):
-                if not server.wait_for_page(max(0.0, end - time.monotonic()), role):
-                    raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
+            with server.expected(role) as address, headless(address, size=size) as browser:
+                while not server.wait_for_page(_LOOK_SECONDS, role):
+                    browser.check("before it showed the scene")
+                    if time.monotonic() > end:
+                        raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
                 request = {"id": mine, "camera": camera, "width": size[0], "height": size[1]}
                 server.send_once(panel_message("capture", request), role)
-                answer = answers.get(timeout=max(0.01, end - time.monotonic()))
-                return base64.b64decode(str(answer["data"]).partition(",")[2], validate=True)
-        except (queue.Empty, KeyError, ValueError):
-            raise NoBrowser(f"the browser gave no picture within {timeout:g} s") from None
+                while True:
+                    with suppress(queue.Empty):
+                        answer = answers.get(timeout=_LOOK_SECONDS)
+                        return base64.b64decode(str(answer["data"]).partition(",")[2], validate=True)
+                    browser.check("before it gave a picture")
+                    if not server.is_shown(role) and answers.empty():
+                        raise NoBrowser("the page crashed in the browser before it gave a picture")
+                    if time.monotonic() > end:
+                        raise NoBrowser(f"the browser gave no picture within {timeout:g} s")
+        except (KeyError, ValueError):
+            raise NoBrowser("the browser gave something else than a picture") from None
         finally:
             del self._waiting[mine]
 
     def deliver(self, answer: Answer) -> None:
         """Pass an answer on to the request that waits for it."""
         number = answer.get("id")
-        waiting = self._waiting.get(number) if isinstance(number, int) else None
+        waiting = self._waiting.get(number) if isinstance(number, str) else None
         if waiting is not None:
-            waiting.put(answer)
+            with suppress(queue.Full):
+                waiting.put_nowait(answer)
 
 
 def find_browser() -> Path:
@@ -131,49 +142,85 @@ def find_browser() -> Path:
     )
 
 
+class Browser:
+    """A browser that runs, behind its supervisor.
+
+    Args:
+        program: the browser.
+        supervisor: the process that runs it.
+    """
+
+    def __init__(self, program: Path, supervisor: subprocess.Popen[bytes]) -> None:
+        self.program, self._supervisor = program, supervisor
+
+    def check(self, when: str) -> None:
+        """Look whether it still runs.
+
+        Raises:
+            NoBrowser: it does not, which `when` puts into the story.
+        """
+        if self._supervisor.poll() is not None and self._supervisor.stdout is not None:
+            line = self._supervisor.stdout.read().decode("utf-8", "replace").strip() or "was ended"
+            raise NoBrowser(f"the browser {self.program} {line}" + ("" if "start" in line else f" {when}"))
+
+    def end(self) -> None:
+        """Have it ended, with all that it started and wrote; wait for a moment until that is done."""
+        with suppress(OSError, ValueError):
+            if self._supervisor.stdin is not None:
+                # A byte, for the end of the pipe is not seen where a copy of this process has inherited it.
+                self._supervisor.stdin.write(b"\n")
+                self._supervisor.stdin.close()
+        end = time.monotonic() + _END_SECONDS
+        while self._supervisor.poll() is None and time.monotonic() < end:
+            time.sleep(0.005)
+
+
 @contextmanager
-def headless(url: str, *, size: tuple[int, int]) -> Iterator[subprocess.Popen[bytes]]:
-    """Open `url` in a browser without a window; whatever happens, it is gone afterwards.
+def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
+    """Open `url` in a browser without a window; whatever happens, even SIGKILL here, it is gone afterwards.
+
+    Its profile and all that it writes are in a temporary folder, which goes too. `nao_kin._common.supervisor` sees to
+    that: it runs the browser as long as this process lives.
 
     Raises:
-        NoBrowser: there is none, or it does not start.
+        NoBrowser: there is none, or no Python to start it from.
     """
     program = find_browser()
-    with _temporary_folder() as profile:
+    python = _python()
+    with uninterrupted():
+        profile = tempfile.mkdtemp(prefix=_PREFIX, dir=_short_folder())
         options = [*_OPTIONS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"]
         if hasattr(os, "geteuid") and os.geteuid() == 0:
             options.append("--no-sandbox")  # Chromium refuses to run as root otherwise
-        try:
-            with uninterrupted():
-                process = subprocess.Popen(
-                    [str(program), *options, url],
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                    start_new_session=True,
-                    env={**os.environ, "TMPDIR": str(profile)},
-                )
-                take_back = before_ending(partial(kill_group, process.pid))
-        except OSError as error:
-            raise NoBrowser(f"{program} does not start: {error.strerror or error}") from None
-        try:
-            yield process
-        finally:
-            _end(process)
-            take_back()
-
-
-@contextmanager
-def _temporary_folder() -> Iterator[Path]:
-    """A folder of the browser's own, for all that it writes; whatever happens, it is gone afterwards."""
-    with uninterrupted():
-        folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=_short_folder()))
-        take_back = before_ending(partial(_remove, folder))
+        supervisor = subprocess.Popen(
+            [python, "-I", "-S", _SUPERVISOR, profile, _PREFIX, str(program), *options, url],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            start_new_session=True,
+            env={**os.environ, "TMPDIR": profile},
+        )
+        browser = Browser(program, supervisor)
+        take_back = before_ending(browser.end)
     try:
-        yield folder
+        with supervisor:
+            try:
+                yield browser
+            finally:
+                browser.end()
     finally:
-        _remove(folder)
         take_back()
+
+
+def _python() -> str:
+    """A Python to run the supervisor; a program that has Python inside is none."""
+    if "py" in Path(sys.executable or "").name.lower():
+        return sys.executable
+    found = shutil.which("python3")
+    if found is None:
+        raise NoBrowser("a picture needs python3 on the path, to watch over the browser")
+    return found
 
 
 def _short_folder() -> str:
@@ -181,19 +228,3 @@ def _short_folder() -> str:
     usual = tempfile.gettempdir()
     length = len(os.fsencode(usual)) + 1 + len(_PREFIX) + _RANDOM
     return usual if length <= _LONGEST_PATH or not os.access("/tmp", os.W_OK) else "/tmp"
-
-
-def _remove(folder: Path) -> None:
-    """Remove a folder in which a browser that was just killed may still be writing."""
-    end = time.monotonic() + _REMOVE_SECONDS
-    while folder.exists() and time.monotonic() < end:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End the browser and the processes it started, which share its group."""
-    for number in (signal.SIGTERM, signal.SIGKILL):
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, number)
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(_END_SECONDS)

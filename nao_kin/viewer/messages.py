@@ -6,6 +6,7 @@ are for the panel beside it. Arrays travel as typed arrays, numbers as doubles.
 
 from __future__ import annotations
 
+import hashlib
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping
@@ -35,9 +36,17 @@ class RetainedMessages:
     """The newest message under every key, kept for pages that open later; no history piles up.
 
     May be used from several threads at once.
+
+    Attributes:
+        scene: keys of what never changes, once `scene_is_complete` has said so.
+        scene_tag: a digest of it.
+        blanks: what takes away again what a message under a key shows; for pages that have it from another program.
     """
 
     def __init__(self) -> None:
+        self.scene: frozenset[str] = frozenset()
+        self.scene_tag = ""
+        self.blanks: dict[str, bytes] = {}
         self._messages: dict[str, bytes] = {}
         self._lock = threading.Lock()
         self._watchers: list[Callable[[str], None]] = []
@@ -54,6 +63,12 @@ class RetainedMessages:
         with self._lock:
             for key in [key for key in self._messages if key.startswith(prefix)]:
                 del self._messages[key]
+
+    def scene_is_complete(self) -> None:
+        """What has been put until now is the scene, which a page that has it need not be sent again."""
+        with self._lock:
+            self.scene = frozenset(self._messages)
+            self.scene_tag = hashlib.sha256(b"".join(self._messages.values())).hexdigest()[:32]
 
     def get(self, key: str) -> bytes | None:
         """The newest message under `key`."""

@@ -35,6 +35,9 @@ _MOST_CUBES = 40_000
 _MOST_GHOSTS = 64
 # The colours that NAO's shells were sold in.
 EDITIONS = ("orange", "blue", "red", "grey")
+# Further out a double keeps an angle to 1e-10 rad no longer, and a graphics card, which computes in floats, draws
+# nothing that is still a robot.
+LARGEST = 1e6
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -73,17 +76,50 @@ def directions(value: ArrayLike, what: str, count: int) -> Floats:
     return np.broadcast_to(unit(vectors, what)[0], (count, 3))
 
 
+def blanks(robot: RobotModel) -> dict[str, bytes]:
+    """Under the key of each message that draws something, the one that takes it away."""
+    return {
+        "clip": panel_message("still", {}),
+        "ghost": ghost(robot, None),
+        "ghosts": ghosts(robot, np.zeros((0, robot.nq)), 1.0, 1),
+        "targets": targets({}),
+        "colours": colours({}, {}, {}, None, None, ""),
+        "reach": reach(robot, None, "best", None),
+        "lights": lights((), {}, {}),
+        "speech": speech(""),
+        "robots": panel_message("robots", {"robots": []}),
+        "extras": panel_message("extras", {"names": []}),
+    }
+
+
 def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     """`q` as a fresh array of shape (nq,).
 
     Raises:
-        WrongShape, NotFinite, BadArgument: q is no configuration.
+        WrongShape, NotFinite, BadArgument: q is no configuration, or too large a one.
     """
     robot.angles(q)  # refuses all that is no configuration
     array = np.array(q, dtype=np.float64)
     if array.ndim != 1:
         raise WrongShape("q", f"({robot.nq},)", array.shape)
+    check_size(robot, array)
     return array
+
+
+def check_size(robot: RobotModel, qs: Floats) -> None:
+    """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which no page draws.
+
+    They are not wrapped: q is what is shown, and a turn more or less is another q.
+
+    Raises:
+        BadArgument: there is one.
+    """
+    beyond = np.argwhere(np.abs(qs) > LARGEST)
+    if len(beyond):
+        column = int(beyond[0][-1]) - (robot.nq - len(robot.joint_names))
+        name = robot.joint_names[column] if column >= 0 else "the base"
+        value = float(qs[tuple(beyond[0])])
+        raise BadArgument(f"{name} is {value:g}; values from {-LARGEST:g} to {LARGEST:g} rad or m are shown")
 
 
 def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
@@ -111,6 +147,7 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
         raise WrongShape("configurations", f"(k, {robot.nq})", array.shape)
     if len(array):
         robot.angles(array)  # refuses all that are no configurations
+        check_size(robot, array)
     if len(array) > _MOST_GHOSTS:
         raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
     share = number(opacity, "opacity")
@@ -135,6 +172,8 @@ def targets(poses: Mapping[str, ArrayLike]) -> bytes:
             T[:3] = array[:3]
         else:
             raise WrongShape(f"target {name}", "(3,) or (4, 4)", array.shape)
+        if np.abs(T).max() > LARGEST:
+            raise BadArgument(f"target {abbreviated(name)} is {np.abs(T).max():g} m away; up to {LARGEST:g} m is shown")
         rows.append({"name": str(name), "matrix": T.T.reshape(-1).tolist(), "point": array.shape == (3,)})
     return panel_message("targets", {"targets": rows})
 

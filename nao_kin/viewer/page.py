@@ -15,12 +15,15 @@ from nao_kin.errors import BadModel
 _FOLDER = Path(__file__).resolve().parent / "page"
 
 # Everything is inside the document; a page that nothing can lead out of needs no trust.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 
 def live_page(title: str) -> str:
-    """The page that takes its scene from the server it came from."""
-    return _document(title, f"{_POLICY}; connect-src ws: wss:", "")
+    """The page that takes its scene from the server it came from.
+
+    Which address that is, only the server knows: the policy in its header leaves no other one.
+    """
+    return _document(title, f"{POLICY}; connect-src 'self' ws: wss:", "")
 
 
 def static_page(title: str, messages: Iterable[bytes]) -> str:
@@ -28,7 +31,7 @@ def static_page(title: str, messages: Iterable[bytes]) -> str:
 
     The messages are written in base64, which no name in them can break out of.
     """
-    return _document(title, _POLICY, "\n".join(base64.b64encode(message).decode("ascii") for message in messages))
+    return _document(title, POLICY, "\n".join(base64.b64encode(message).decode("ascii") for message in messages))
 
 
 def _document(title: str, policy: str, scene: str) -> str:

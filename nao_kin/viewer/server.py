@@ -1,7 +1,8 @@
 """The live page: one thread that serves it and keeps every open copy up to date.
 
 The server lives inside the process, so that nothing can outlive it. Each page gets the newest message of each kind; one
-that falls behind skips what is out of date instead of queueing it.
+that falls behind skips what is out of date instead of queueing it. What a page says is bounded in size, in pace and in
+number of pages, so that a page gone wrong costs neither memory nor the others' turn.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
+from urllib.parse import urlencode
 
 import tornado.httpserver
 import tornado.iostream
@@ -24,11 +26,18 @@ import tornado.websocket
 
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
+from nao_kin.viewer.access import Access, Token
+from nao_kin.viewer.document import Document, Guarded, NotFound, PageHandler
 from nao_kin.viewer.messages import RetainedMessages, panel_message
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
-_LARGEST_MESSAGE = 1 << 27
+_LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
+_MOST_PAGES = 64
+# No page has so much to say: one that draws 240 times a second says less.
+_SECONDS_BETWEEN_ANSWERS = 1.0 / 500.0
 _JOIN_SECONDS = 5.0
+# A browser asked for an address that stands for all addresses would not know where to go.
+_HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 Answer = dict[str, Any]
 
@@ -36,29 +45,57 @@ Answer = dict[str, Any]
 class LiveServer:
     """Serves a page and its messages on one port, from construction until `close`.
 
+    Args:
+        messages: what pages are sent.
+        document: the page.
+        host: the address to listen on.
+        port: the port to listen on; None for the first free one.
+        on_answer: called with what a page sends, in the server's thread.
+        allow_hosts: names to answer to beside those of this machine.
+        token: who must know what, as in `nao_kin.viewer.access`.
+
     Attributes:
         host: the address it listens on.
         port: the port it listens on.
+        token: text that the page's address carries; "" for none.
 
     Raises:
-        BadArgument: the address or the port cannot be had.
+        BadArgument: the address or the port cannot be had, or every name is to be answered without a token.
     """
 
     def __init__(
-        self, messages: RetainedMessages, html: str, *, host: str, port: int | None, on_answer: Callable[[Answer], None]
+        self,
+        messages: RetainedMessages,
+        document: Document,
+        *,
+        host: str,
+        port: int | None,
+        on_answer: Callable[[Answer], None],
+        allow_hosts: tuple[str, ...] = (),
+        token: Token = None,
     ) -> None:
         self.host = host
         listening = _listen(host, port)
-        self.port = int(listening.getsockname()[1])
-        self._messages, self._on_answer = messages, on_answer
+        address, self.port = listening.getsockname()[:2]
+        try:
+            access = Access(address, host, allow_hosts, token)
+        except BadArgument:
+            listening.close()
+            raise
+        self._access, self.token = access, access.token
+        self._messages, self._document, self._on_answer = messages, document, on_answer
         self._pages: set[_Page] = set()
         self._changed: dict[str, None] = {}
         self._update_scheduled = False
         self._lock = threading.Lock()
         self._arrival = threading.Condition()
         self._application = tornado.web.Application(
-            [(r"/", _Document, {"html": html}), (r"/live", _Page, {"server": self})],
-            websocket_max_message_size=_LARGEST_MESSAGE,
+            [
+                (r"/", PageHandler, {"document": document, "access": access}),
+                (r"/live", _Page, {"server": self, "access": access}),
+            ],
+            default_handler_class=NotFound,
+            default_handler_args={"access": access},
             log_function=lambda handler: None,
         )
         started = threading.Event()
@@ -66,6 +103,31 @@ class LiveServer:
         self._thread.start()
         started.wait()
         messages.watch(self._note_change)
+
+    @property
+    def address(self) -> str:
+        """Where the page is, without the token."""
+        host = _HERE.get(self.host, self.host)
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/"
+
+    @property
+    def url(self) -> str:
+        """Where the page is, with the token that it asks for."""
+        return self.address + (f"?{urlencode({'token': self.token})}" if self.token else "")
+
+    @contextmanager
+    def expected(self, role: str) -> Iterator[str]:
+        """Expect one page in a role that nobody can guess; it needs no token, and may send a picture.
+
+        Yields:
+            Its address. It stands on the command line of a browser, where others on the machine read it; so it opens
+            one socket, once.
+        """
+        self._access.expected.add(role)
+        try:
+            yield f"{self.address}?{urlencode({'role': role})}"
+        finally:
+            self._access.expected.discard(role)
 
     def close(self) -> None:
         """Close all pages' connections and the port; does nothing the second time."""
@@ -85,12 +147,16 @@ class LiveServer:
         """
         end = None if timeout is None else time.monotonic() + timeout
         with self._arrival:
-            while not any(page.ready and page.role == role for page in tuple(self._pages)):
+            while not self.is_shown(role):
                 left = None if end is None else end - time.monotonic()
                 if not self._thread.is_alive() or (left is not None and left <= 0.0):
                     return False
                 self._arrival.wait(1.0 if left is None else min(left, 1.0))
         return True
+
+    def is_shown(self, role: str = "") -> bool:
+        """Whether a page in this role is open and shows the scene."""
+        return any(page.ready and page.role == role for page in tuple(self._pages))
 
     def send_once(self, message: bytes, role: str = "") -> None:
         """Send a message to the pages open now, in one role, without keeping it."""
@@ -139,8 +205,19 @@ class LiveServer:
 
     def _page_opened(self, page: _Page) -> None:
         self._pages.add(page)
-        page.refresh(dict.fromkeys(self._messages.names()))
-        page.send_once(panel_message("complete", {}))
+        messages = self._messages
+        version = f"{self._document.tag}{messages.scene_tag}"
+        had = page.get_query_argument("have", "")
+        page.send_once(panel_message("version", {"version": version}))
+        if had in ("", version):
+            # A page that has the scene, from here or from a program before, keeps it and where it is looked at from.
+            kept = messages.scene | {"camera"} if had else frozenset[str]()
+            shown = messages.names()
+            if had:
+                for key in messages.blanks.keys() - set(shown):
+                    page.send_once(messages.blanks[key])
+            page.refresh(dict.fromkeys(key for key in shown if key not in kept))
+            page.send_once(panel_message("complete", {}))
 
     def _page_closed(self, page: _Page) -> None:
         self._pages.discard(page)
@@ -156,40 +233,54 @@ class LiveServer:
         return self._messages.get(key)
 
 
-class _Document(tornado.web.RequestHandler):
-    def initialize(self, html: str) -> None:
-        self.html = html
-
-    def get(self) -> None:
-        self.set_header("Content-Type", "text/html; charset=utf-8")
-        self.set_header("Cache-Control", "no-store")
-        self.finish(self.html)
-
-
-class _Page(tornado.websocket.WebSocketHandler):
+class _Page(Guarded, tornado.websocket.WebSocketHandler):
     """One open page: the keys of the messages it lacks, and one task that sends them."""
 
-    def initialize(self, server: LiveServer) -> None:
-        self.server, self.ready, self.role = server, False, ""
+    def initialize(self, server: LiveServer, access: Access) -> None:
+        self.server, self.access, self.ready, self.role = server, access, False, ""
         self._pending: dict[str, None] = {}
         self._once: list[bytes] = []
         self._sending = False
 
+    def prepare(self) -> None:
+        super().prepare()
+        if self._finished:
+            return
+        headers = self.request.headers
+        refusal = self.access.refusal_of_origin(headers.get_list("Origin"), headers["Host"], self.given_token())
+        if refusal is not None:
+            self.refuse(403, refusal)
+        elif len(self.server._pages) >= _MOST_PAGES:
+            self.refuse(503, f"{_MOST_PAGES} pages are open already.")
+
+    def check_origin(self, origin: str) -> bool:
+        return True  # looked at in `prepare`
+
+    @property
+    def max_message_size(self) -> int:
+        return _LARGEST_PICTURE if self.role_asked_for() in self.access.expected else _LARGEST_ANSWER
+
+    def get_compression_options(self) -> dict[str, Any] | None:
+        """For pages on other machines: it makes a third of the scene, which on this one only takes longer."""
+        return None if self.request.remote_ip in ("127.0.0.1", "::1") else {"compression_level": 1}
+
     def open(self, *_: str, **__: str) -> None:
         self.set_nodelay(True)
-        self.role = self.get_argument("role", "")
+        self.role = self.role_asked_for()
+        self.access.expected.discard(self.role)
         self.server._page_opened(self)
 
     def on_close(self) -> None:
         self.server._page_closed(self)
 
-    def on_message(self, message: str | bytes) -> None:
-        try:
+    async def on_message(self, message: str | bytes) -> None:
+        answer = None
+        with suppress(ValueError, RecursionError):
             answer = json.loads(message)
-        except (ValueError, RecursionError):
-            return
         if isinstance(answer, dict):
             self.server._page_answered(self, answer)
+        # The next message of this page is read no sooner. A page in a hurry fills its own buffers, not ours.
+        await asyncio.sleep(_SECONDS_BETWEEN_ANSWERS)
 
     def refresh(self, keys: dict[str, None]) -> None:
         self._pending.update(keys)

@@ -67,6 +67,8 @@ class ShownScene(Drawings):
             self._messages.put(key, message)
         about = describe(robot, tree, presets, self.notes, drawables)
         self._messages.put("robot", panel_message("robot", {"about": about}))
+        self._messages.scene_is_complete()
+        self._messages.blanks = overlays.blanks(robot)
         self._others: dict[int, ShownRobot] = {}
         self._robot_numbers = itertools.count(1)
         self._own_edge = self._edge = width(robot, drawables, presets.start)
@@ -88,7 +90,9 @@ class ShownScene(Drawings):
         """Show a configuration.
 
         A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`) unless
-        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside.
+        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside. Values
+        beyond ±1e6 rad or m are refused, from here and from the page: they are no place of a joint, and not wrapped
+        because q would be another one.
 
         Args:
             q: one configuration, shape (nq,).
@@ -154,6 +158,7 @@ class ShownScene(Drawings):
         array = np.array(qs, dtype=np.float64)
         if array.ndim != 2 or len(array) == 0:
             raise WrongShape("qs", f"(n, {self.robot.nq}) with n ≥ 1", array.shape)
+        overlays.check_size(self.robot, array)
         rate = overlays.number(fps, "fps")
         if rate <= 0.0:
             raise BadArgument(f"fps must be positive, got {rate:g}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 import webbrowser
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
@@ -11,14 +12,16 @@ from nao_kin._common import atomic
 from nao_kin.errors import NaoKinError, NoBrowser
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
+from nao_kin.viewer.access import checked_names, checked_token
 from nao_kin.viewer.browser import Screenshots
+from nao_kin.viewer.document import Document
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
-from nao_kin.viewer.page import live_page
+from nao_kin.viewer.page import POLICY, live_page
 from nao_kin.viewer.server import Answer, LiveServer
 from nao_kin.viewer.shown_scene import ShownScene
 
-# A browser asked for an address that stands for all addresses would not know where to go.
-_HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+# A page names itself in what it sends, and is sent it back.
+_MOST_OF_A_SOURCE = 64
 
 
 class Viewer(ShownScene):
@@ -36,6 +39,10 @@ class Viewer(ShownScene):
         robot: any robot.
         host: the address to listen on; "127.0.0.1" lets nobody else in.
         port: the port to listen on; None for the first free one from 7000.
+        allow_hosts: names under which the page is asked for, beside those of this machine, its loopback names and the
+            address: of a proxy before it, for one. All others get 403. "*" is every name, and needs a token.
+        token: text of at least 8 letters that the page's address must carry to see and move the robot; True for a
+            random one, False for none. None: a random one where the address or an allowed name is not loopback.
 
     Attributes:
         robot: the robot on show.
@@ -45,11 +52,20 @@ class Viewer(ShownScene):
 
     Raises:
         BadModel: the robot's URDF can no longer be read.
-        BadArgument: no robot; and when the server starts, a port or an address that cannot be had.
+        BadArgument: no robot, no names, no token; and when the server starts, a port or an address that cannot be had.
     """
 
-    def __init__(self, robot: RobotModel, *, host: str = "127.0.0.1", port: int | None = None) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        *,
+        host: str = "127.0.0.1",
+        port: int | None = None,
+        allow_hosts: Iterable[str] = (),
+        token: bool | str | None = None,
+    ) -> None:
         self._server: LiveServer | None = None
+        self._allow_hosts, self._token = checked_names(allow_hosts), checked_token(token)
         super().__init__(robot)
         self.host, self._port = host, port
         self._screenshots = Screenshots()
@@ -59,14 +75,12 @@ class Viewer(ShownScene):
 
     @property
     def url(self) -> str:
-        """The address of the live page; asking for it starts the server.
+        """The address of the live page, with its token if it has one; asking for it starts the server.
 
         Raises:
             BadArgument: the port is in use, or the address cannot be had.
         """
-        server = self._started()
-        host = _HERE.get(server.host, server.host)
-        return f"http://{f'[{host}]' if ':' in host else host}:{server.port}/"
+        return self._started().url
 
     def open(self) -> None:
         """Open the live page in this machine's web browser.
@@ -75,7 +89,7 @@ class Viewer(ShownScene):
             NoBrowser: there is none that Python knows of.
         """
         if not webbrowser.open(self.url):
-            raise NoBrowser(f"no web browser to open {self.url} with")
+            raise NoBrowser(f"no web browser to open {self._started().address} with")
 
     def wait(self, timeout: float | None = None) -> None:
         """Wait until a browser shows the scene.
@@ -159,7 +173,7 @@ class Viewer(ShownScene):
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:
-            picture = self._screenshots.picture(self._started(), self.url, camera, size, seconds)
+            picture = self._screenshots.picture(self._started(), camera, size, seconds)
         finally:
             if not running:
                 self.close()
@@ -178,8 +192,15 @@ class Viewer(ShownScene):
                 if receive is not None:
                     receive(answer)
 
-            page = live_page(self.robot.name)
-            self._server = LiveServer(self._messages, page, host=self.host, port=self._port, on_answer=on_answer)
+            self._server = LiveServer(
+                self._messages,
+                Document(live_page(self.robot.name), POLICY),
+                host=self.host,
+                port=self._port,
+                on_answer=on_answer,
+                allow_hosts=self._allow_hosts,
+                token=self._token,
+            )
             weakref.finalize(self, self._server.close)
         return self._server
 
@@ -188,7 +209,7 @@ class Viewer(ShownScene):
         if answer.get("kind") == "picture":
             self._screenshots.deliver(answer)
         elif answer.get("kind") == "shown":
-            self._receive_shown(answer, str(answer.get("source", "")))
+            self._receive_shown(answer, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
         elif answer.get("kind") in ("joints", "clip"):
             try:
                 q = overlays.one_configuration(self.robot, answer.get("q", ()))
@@ -200,9 +221,10 @@ class Viewer(ShownScene):
                 self._note(q)
                 return
             before = self._q
-            self._show_joints(q, up, str(answer.get("source", "")))
+            self._show_joints(q, up, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
             self._changes.tell(q, self._changed(before, q))
 
     def __repr__(self) -> str:
-        where = f"live at {self.url}" if self._server is not None else "not live"
+        # Not the token, for what is printed is logged and shared.
+        where = f"live at {self._server.address}" if self._server is not None else "not live"
         return f"<Viewer of {self.robot.name}, {where}>"

@@ -1,91 +1,86 @@
-"""Leg of the left side: hip, thigh, shin, ankle, and a foot that is a low dome on the sole with bumpers at the toes."""
+"""Leg of the left side, hip to ankle: a cover over the slanted axle, a thigh, and a shin whose knee is a drum.
+
+The drum of the knee and the balls of hip and ankle are round about their joints: what slides over them leaves no gap.
+"""
 
 from __future__ import annotations
 
+import numpy as np
 from manifold3d import Manifold
 
-from nao_shapes.loft import End, Section, loft
-from nao_shapes.solids import FAR, Part, Y, ball, box, lathe, pill, place, prism, rod
+from nao_shapes.loft import End, Floats, Section, loft
+from nao_shapes.solids import FAR, Part, Y, Z, ball, box, lathe, pill, place, prism, rod, slab
 
+_THIGH_LENGTH = 100.0
+# Radii of the knee's drum and the ankle's ball, and the gap around them [mm].
+_KNEE, _ANKLE, _GAP = 31.5, 27.0, 0.8
 # Reaches to the front, back, outside and inside by height over the hip joint [mm].
 _THIGH = (
-    Section(-95.0, (31.0, 16.0, 36.0, 33.0), 2.6),
-    Section(-72.0, (37.0, 25.0, 40.0, 36.0), 2.6),
-    Section(-40.0, (42.0, 34.0, 44.0, 38.0), 2.6),
-    Section(-12.0, (40.0, 35.0, 44.0, 36.0), 2.5),
-    Section(20.0, (34.0, 30.0, 40.0, 30.0), 2.4),
+    Section(-100.0, (29.0, 25.0, 36.0, 33.5), 2.7),
+    Section(-78.0, (35.5, 30.0, 38.5, 35.0), 2.7),
+    Section(-55.0, (40.5, 36.0, 42.0, 37.0), 2.6),
+    Section(-28.0, (42.0, 43.0, 44.0, 37.5), 2.6),
+    Section(0.0, (40.0, 41.0, 43.0, 35.0), 2.5),
+    Section(26.0, (37.0, 36.0, 40.0, 30.0), 2.4),
 )
 # The same over the knee joint.
 _SHIN = (
-    Section(-91.0, (26.0, 37.0, 38.0, 35.0), 2.6),
-    Section(-74.0, (35.0, 39.0, 41.5, 37.0), 2.6),
-    Section(-52.0, (42.0, 32.0, 42.5, 37.5), 2.6),
-    Section(-30.0, (42.5, 21.0, 40.0, 36.5), 2.6),
-    Section(-12.0, (39.0, 13.0, 37.0, 34.5), 2.5),
-    Section(10.0, (33.0, 8.0, 34.0, 32.0), 2.4),
+    Section(-97.0, (24.5, 33.0, 33.5, 31.5), 2.5),
+    Section(-80.0, (31.5, 38.0, 38.5, 35.5), 2.6),
+    Section(-60.0, (38.5, 36.0, 41.5, 37.0), 2.6),
+    Section(-38.0, (41.0, 28.0, 41.0, 37.0), 2.6),
+    Section(-16.0, (37.5, 24.0, 38.0, 35.0), 2.6),
+    Section(2.0, (31.0, 22.0, 35.5, 33.0), 2.6),
 )
-# Reaches to the front, back, outside and inside by height over the ankle joint [mm].
-_DOME = (
-    Section(-42.0, (101.0, 52.5, 48.6, 37.4), 2.5),
-    Section(-36.0, (100.0, 52.0, 48.2, 37.1), 2.5),
-    Section(-29.0, (91.0, 49.5, 46.3, 36.0), 2.5),
-    Section(-23.0, (72.0, 45.5, 43.0, 34.5), 2.5),
-    Section(-17.0, (49.0, 39.5, 36.0, 30.5), 2.4),
-    Section(-7.0, (33.0, 33.0, 29.0, 27.0), 2.3),
-)
-_SOLE = (Section(-45.1, (99.0, 51.0, 47.2, 36.4), 2.5), Section(-40.0, (101.0, 52.0, 48.0, 37.0), 2.5))
-_BUMPER = (Section(-41.5, (103.3, 54.0, 50.0, 38.8), 2.5), Section(-31.0, (100.5, 52.0, 48.4, 37.4), 2.5))
 
 
 def pelvis() -> Part:
-    """What LHipYawPitch turns: the fork on the slanted axle."""
-    return {"white": rod((0.0, 4.0, -4.0), (0.0, -19.0, 19.0), 26.5, 5.0, 28), "dark": ball(26.0, segments=24)}
+    """What LHipYawPitch turns: the cover of the slanted axle, over the ball of the hip."""
+    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.5, 3.0, 28)
+    return {"white": Manifold.batch_hull([disc, ball(27.0, segments=24)])}
 
 
 def hip() -> Part:
-    """What LHipRoll turns: the motor block behind the hip."""
-    return {"grey": rod((-46.0, 0.0, -1.0), (12.0, 0.0, -1.0), 23.0, 4.0, 24)}
+    """What LHipRoll turns: the motor behind the hip, under the cover that the robot sits on."""
+    cap = rod((-50.6, 0.0, -1.0), (-40.0, 0.0, -1.0), 11.0, 1.2, 20)
+    return {"white": box((-49.5, -25.0, -45.5), (12.0, 25.0, 24.0), 16.0, 4), "grey": cap}
 
 
 def thigh() -> Part:
-    """What LHipPitch turns."""
-    plate = prism([(-14.0, -28.0), (18.0, -28.0), (13.0, -80.0), (-8.0, -80.0)], 36.0, FAR, 6.0)
-    disc = place(lathe(pill(16.0, 6.0, 0.0, 2.0), 24), (0.0, 40.0, 0.0), Y)
-    return {"white": _thigh(0.0), "accent": _thigh(0.9) ^ plate, "grey": disc}
+    """What LHipPitch turns: hollow below, where the knee's drum turns in it."""
+    plate = prism([(-15.0, -24.0), (20.0, -24.0), (14.0, -62.0), (-10.0, -62.0)], 36.0, FAR, 7.0)
+    disc = place(lathe(pill(14.0, 4.9, 0.0, 1.6), 28), (0.0, 40.0, -9.0), Y)
+    drum = rod((0.0, -60.0, -_THIGH_LENGTH), (0.0, 60.0, -_THIGH_LENGTH), _KNEE + _GAP, 0.0, 48)
+    # Seen through the gap alone.
+    fork = rod((0.0, 0.0, -60.0), (0.0, 0.0, -_THIGH_LENGTH), 12.0, 0.0, 12)
+    return {"white": _thigh(0.0) - drum, "accent": _thigh(0.9) ^ plate, "grey": disc + fork}
 
 
 def shin() -> Part:
     """What LKneePitch turns."""
-    plate = prism([(-12.0, -28.0), (20.0, -24.0), (22.0, -72.0), (-20.0, -80.0)], 34.0, FAR, 6.0)
+    plate = prism([(-14.0, -34.0), (17.0, -30.0), (18.0, -66.0), (-16.0, -74.0)], 34.0, FAR, 7.0)
     return {
-        "white": _shin(0.0),
+        "white": _shin(0.0) + rod((0.0, -33.0, 0.0), (0.0, 36.0, 0.0), _KNEE, 5.0, 48),
         "accent": _shin(0.9) ^ plate,
-        "dark": rod((0.0, -28.0, 0.0), (0.0, 29.0, 0.0), 23.0, 4.0, 24),
+        "grey": rod((0.0, -34.0, 0.0), (0.0, 37.2, 0.0), 13.0, 1.5, 24),
     }
 
 
 def ankle() -> Part:
-    """What LAnklePitch turns: the cross of the two ankle axles."""
-    return {"dark": rod((0.0, -25.5, 0.0), (0.0, 25.5, 0.0), 19.0, 1.5) + ball(24.0)}
+    """What LAnklePitch turns: the ball between shin and foot, and in it the cross of the two axles."""
+    return {"grey": ball(_ANKLE, segments=28) ^ slab(Z, -20.0, 22.0)}
 
 
 def _thigh(grow: float) -> Manifold:
-    return loft(_THIGH, End(9.0, 0.4), End(18.0, 0.65, 4), grow=grow, around=30, along=3)
+    return loft(_THIGH, End(4.0, 0.1, 1), End(30.0, 0.8, 5), grow=grow, around=44, along=7)
 
 
 def _shin(grow: float) -> Manifold:
-    return loft(_SHIN, End(8.0, 0.35), End(14.0, 0.6), grow=grow, around=30, along=4)
+    return loft(_SHIN, End(6.0, 0.25, 2), End(10.0, 0.5, 2), grow=grow, around=44, along=8, press=_cuff)
 
 
-def foot() -> Part:
-    """What LAnkleRoll turns."""
-    sole = loft(_SOLE, End(1.0, 0.01, 1), End(1.0, 0.01, 1), around=34, along=0)
-    toes = box((62.0, 2.5, -FAR), (FAR, FAR, FAR)) + box((62.0, -FAR, -FAR), (FAR, 0.5, FAR))
-    bumper = loft(_BUMPER, End(2.5, 0.02, 2), End(2.5, 0.02, 2), around=34, along=1) ^ toes
-    light = place(lathe(pill(4.6, 4.0, 0.0, 1.2), 16).translate((0, 0, -3)), (47.0, 3.0, -15.5), (0.45, 0.0, 1.0))
-    return {
-        "white": loft(_DOME, End(1.5, 0.02, 1), End(4.0, 0.25), around=34, along=6),
-        "dark": sole,
-        "accent": bumper,
-        "led": light,
-    }
+def _cuff(points: Floats) -> Floats:
+    """The lower rim of the shin rises to the front, where the foot comes up to it."""
+    x, y, z = points.T
+    share = np.clip((-45.0 - z) / 50.0, 0.0, 1.0)
+    return np.column_stack([x, y, z + 0.24 * (x + 14.0) * share**2])

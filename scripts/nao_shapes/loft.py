@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from nao_shapes.solids import from_triangles
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ def loft(
     grow: float = 0.0,
     around: int = 28,
     along: int = 5,
+    press: Callable[[Floats], Floats] | None = None,
 ) -> Manifold:
     """The body through the sections, its outline a monotone cubic between them.
 
@@ -65,6 +68,7 @@ def loft(
         grow: how much thicker than the sections everywhere, or thinner if negative [mm].
         around: corners of a cross-section.
         along: cross-sections drawn between the ends.
+        press: where the points of the surface go, shape (n, 3) to (n, 3), to press a flat face into a round body.
     """
     at = np.array([section.at for section in sections])
     table = np.array([(*section.sides, section.power) for section in sections])
@@ -91,27 +95,27 @@ def loft(
     rings = np.stack([u, v, np.broadcast_to(levels[:, None], u.shape)], axis=-1)
     middles = np.column_stack([np.zeros((len(levels), 2)), levels])
     # An end that closes to a point is that point alone, not a ring of them.
-    body = _skin(rings[(sides > 0).any(axis=1)], middles[0], middles[-1])
+    rings = rings[(sides > 0).any(axis=1)]
+    vertices = np.concatenate([rings.reshape(-1, 3), middles[[0, -1]]])
+    body = _skin(vertices if press is None else press(vertices), *rings.shape[:2])
     # (u, v, axis) are (x, y, z), or one step round for an axis along x: (y, z, x).
     return body if axis == "z" else body.transform(np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0]]))
 
 
-def _levels(bottom: float, top: float, low: End, high: End, along: int) -> NDArray[np.float64]:
+def _levels(bottom: float, top: float, low: End, high: End, along: int) -> Floats:
     """Heights of the rings: close together where the ends curve in."""
     lower = bottom + low.height * (1 - np.cos(np.linspace(0, np.pi / 2, low.rings + 1)))
     upper = top - high.height * (1 - np.cos(np.linspace(np.pi / 2, 0, high.rings + 1)))
     return np.concatenate([lower, np.linspace(lower[-1], upper[0], along + 2)[1:-1], upper])
 
 
-def _closing(share: NDArray[np.float64], inset: float) -> NDArray[np.float64]:
+def _closing(share: Floats, inset: float) -> Floats:
     rest = np.clip(1 - share, 0.0, 1.0)
     return np.asarray(1 - inset * (1 - np.sqrt(1 - rest**2)))
 
 
-def _skin(rings: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> Manifold:
-    """Triangles between neighbouring rings, and a fan from each end's middle."""
-    count, around, _ = rings.shape
-    vertices = np.concatenate([rings.reshape(-1, 3), [low, high]])
+def _skin(vertices: Floats, count: int, around: int) -> Manifold:
+    """Triangles between `count` neighbouring rings, and a fan from each end's middle, the last two vertices."""
     index = np.arange(count * around).reshape(count, around)
     beside = np.roll(index, -1, axis=1)
     a, b, c, d = index[:-1], beside[:-1], beside[1:], index[1:]

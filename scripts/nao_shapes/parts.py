@@ -2,29 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from nao_kin.parameters import nao_parameters
-from nao_shapes.arm import elbow, fingertip, forearm, hinge, palm, phalanx, shoulder, shoulder_pad, upper_arm
-from nao_shapes.leg import ankle, foot, hip, pelvis, shin, thigh
-from nao_shapes.solids import Part
-from nao_shapes.surface import obj_text, surface_of
-from nao_shapes.trunk import head, neck, torso
+from manifold3d import Manifold
+
+from nao_kin.parameters import CAMERAS, Version, nao_parameters
+from nao_shapes.arm import elbow, forearm, hinge, shoulder, shoulder_pad, upper_arm
+from nao_shapes.foot import foot
+from nao_shapes.hand import fingertip, palm, phalanx
+from nao_shapes.head import ears, head, neck, sensors
+from nao_shapes.leg import ankle, hip, pelvis, shin, thigh
+from nao_shapes.solids import Part, Point
+from nao_shapes.surface import TOLERANCE_MM, obj_text, surface_of
+from nao_shapes.torso import torso
+
+# Head and fingers have finer curves than the rest: how far its surface may move [mm].
+_FINE_MM = 0.25
 
 
 def mesh_texts() -> Iterator[tuple[str, str]]:
     """Name and OBJ text of every mesh; equal every time."""
-    for name, part in {"torso": torso(), "neck": neck(), "head": head()}.items():
+    for name, solid in _meshes(_middle_parts()):
+        # The segments of an eye stay alike.
+        fine = TOLERANCE_MM if name.startswith("torso") else 0.0 if name == "head_led" else _FINE_MM
+        yield name, obj_text(name, surface_of(solid, mirror="y", tolerance=fine))
+    for name, solid in _meshes({"phalanx": phalanx(), "fingertip": fingertip()}):
+        yield name, obj_text(name, surface_of(solid, mirror="z", tolerance=_FINE_MM))
+    for name, solid in _meshes(_left_parts()):
+        left = surface_of(solid)
+        yield f"l_{name}", obj_text(f"l_{name}", left)
+        yield f"r_{name}", obj_text(f"r_{name}", left, mirrored=True)
+
+
+def _meshes(parts: Mapping[str, Part]) -> Iterator[tuple[str, Manifold]]:
+    for name, part in parts.items():
         for colour, solid in part.items():
-            yield f"{name}_{colour}", obj_text(f"{name}_{colour}", surface_of(solid, symmetric=True))
-    for name, part in {"phalanx": phalanx(), "fingertip": fingertip()}.items():
-        for colour, solid in part.items():
-            yield f"{name}_{colour}", obj_text(f"{name}_{colour}", surface_of(solid))
-    for name, part in _left_parts().items():
-        for colour, solid in part.items():
-            left = surface_of(solid)
-            yield f"l_{name}_{colour}", obj_text(f"l_{name}_{colour}", left)
-            yield f"r_{name}_{colour}", obj_text(f"r_{name}_{colour}", left, mirrored=True)
+            yield f"{name}_{colour}", solid
+
+
+def _middle_parts() -> dict[str, Part]:
+    """The parts that are their own mirror images."""
+    parts = {"torso": torso(), "neck": neck(), "head": head(), "ears": ears("accent"), "ears_v33": ears("grey")}
+    parts |= {"sensors": _sensors("v6"), "sensors_v5": _sensors("v5"), "sensors_v33": _sensors("v3.3")}
+    return parts
+
+
+def _sensors(version: Version) -> Part:
+    frames = {frame.name: frame for frame in nao_parameters(version).frames}
+    mm: dict[str, Point] = {}
+    for name, frame in frames.items():
+        x, y, z = frame.xyz
+        mm[name] = (1000 * x, 1000 * y, 1000 * z)
+    holes = [at for name, at in mm.items() if name.startswith("Micro") and name != "MicrophoneFrame"]
+    return sensors([(mm[name], frames[name].rpy[1]) for name in CAMERAS], holes)
 
 
 def _left_parts() -> dict[str, Part]:
@@ -42,8 +72,14 @@ def _left_parts() -> dict[str, Part]:
         "ankle": ankle(),
         "foot": foot(),
     }
-    for version, suffix in (("v6", ""), ("v3.2", "_v32")):
-        mm = {name: 1000 * value for name, value in nao_parameters(version).offsets.items()}
-        parts[f"upper_arm{suffix}"] = upper_arm(mm["UpperArmLength"], mm["ElbowOffsetY"])
-        parts[f"forearm{suffix}"] = forearm(mm["LowerArmLength"])
+    new, old = _lengths("v6"), _lengths("v3.2")
+    parts["upper_arm"] = upper_arm(new["UpperArmLength"], new["ElbowOffsetY"])
+    parts["upper_arm_v32"] = upper_arm(old["UpperArmLength"], old["ElbowOffsetY"])
+    parts["forearm"] = forearm(new["LowerArmLength"])
+    # The coloured cover on the forearm came with V4.
+    parts["forearm_v32"] = {"white": forearm(old["LowerArmLength"])["white"]}
     return parts
+
+
+def _lengths(version: Version) -> dict[str, float]:
+    return {name: 1000 * value for name, value in nao_parameters(version).offsets.items()}

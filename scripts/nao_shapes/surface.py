@@ -5,15 +5,18 @@ The triangles are rounded, welded and sorted, with normals that keep edges sharp
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from manifold3d import Manifold
 from numpy.typing import NDArray
 
-from nao_shapes.solids import Y
+from nao_shapes.decimate import decimated
+from nao_shapes.solids import Y, Z
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -22,9 +25,10 @@ Corner = tuple[int, int]
 
 # Vertices stand on a grid of 10 µm, so that the last bits of a platform's arithmetic do not reach the file.
 _DECIMALS_MM = 2
-_DECIMALS_NORMAL = 2
-# Detail smaller than this is dropped [mm].
-_TOLERANCE_MM = 0.04
+_DECIMALS_NORMAL = 3
+# Detail smaller than this is dropped [mm], and how far the surface may move where that saves triangles.
+_DETAIL_MM = 0.02
+TOLERANCE_MM = 0.4
 # Faces that meet at a flatter angle than this share a normal and look like one curved surface.
 _CREASE = math.radians(35.0)
 _NOTHING = 1e-9
@@ -47,25 +51,37 @@ class Surface:
     corners: Ints
 
 
-def surface_of(solid: Manifold, *, symmetric: bool = False) -> Surface:
-    """The surface of a solid.
+def surface_of(solid: Manifold, *, mirror: Literal["y", "z"] | None = None, tolerance: float = TOLERANCE_MM) -> Surface:
+    """The surface of a solid, with fewer triangles where it is nearly flat.
 
     Args:
         solid: the solid.
-        symmetric: draw the left half alone and mirror it, for a part that is its own mirror image.
+        mirror: draw half of it alone and mirror it along an axis, for a part that is its own mirror image.
+        tolerance: how far the surface may move [mm].
     """
-    if symmetric:
-        solid = solid.trim_by_plane(Y, 0.0)
-    mesh = solid.simplify(_TOLERANCE_MM).to_mesh()
+    if mirror is not None:
+        solid = solid.trim_by_plane(Y if mirror == "y" else Z, 0.0)
+    mesh = solid.simplify(_DETAIL_MM).to_mesh()
     vertices = np.round(np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3], _DECIMALS_MM) + 0.0
-    vertices, triangles = _canonical(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
-    if symmetric:
-        cut = (vertices[triangles, 1] == 0.0).all(axis=1)
-        half = triangles[~cut]
+    vertices, dense = _canonical(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    triangles = decimated(vertices, dense, tolerance)
+    if mirror is not None:
+        vertices, dense, triangles = _whole(vertices, "xyz".index(mirror), dense, triangles)
+    return _with_normals(vertices, dense, triangles)
+
+
+def _whole(vertices: Floats, axis: int, *surfaces: Ints) -> tuple[Any, ...]:
+    """Vertices and triangles of halves and their mirror images, without the cut between them."""
+    flip = np.ones(3)
+    flip[axis] = -1.0
+    count = len(vertices)
+    mirrored = np.where(vertices[:, axis] == 0.0, np.arange(count), np.arange(count) + count)
+    found: list[Any] = [np.concatenate([vertices, vertices * flip + 0.0])]
+    for triangles in surfaces:
+        half = triangles[~(vertices[triangles, axis] == 0.0).all(axis=1)]
         # Mirroring turns triangles inside out, so they are listed the other way round.
-        whole = np.concatenate([half, half[:, ::-1] + len(vertices)])
-        vertices, triangles = _canonical(np.concatenate([vertices, vertices * (1.0, -1.0, 1.0) + 0.0]), whole)
-    return _with_normals(vertices, triangles)
+        found.append(np.concatenate([half, mirrored[half[:, ::-1]]]))
+    return tuple(found)
 
 
 def _canonical(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
@@ -88,27 +104,62 @@ def _without_folds(triangles: Ints) -> Ints:
     return alone
 
 
-def _with_normals(vertices: Floats, triangles: Ints) -> Surface:
-    """Each corner's normal: the mean of the faces around its vertex within the crease angle of its own face."""
-    corners = vertices[triangles]
+def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
+    """Each corner's normal: the mean of the dense faces around its vertex that smooth edges join, on its own side.
+
+    So the shading is that of the surface as it was drawn, whatever triangles are left of it.
+    """
+    vertices, triangles, dense = _sorted(vertices, triangles, dense)
+    facing, weight = _facing(vertices[dense])
+    own, _ = _facing(vertices[triangles])
+    vertex, face = dense.reshape(-1), np.repeat(np.arange(len(dense)), 3)
+    order = np.argsort(vertex, kind="stable")
+    groups = np.split(order, np.searchsorted(vertex[order], np.arange(1, len(vertices))))
+    sides = [_sides(dense[face[here]], facing[face[here]], weight[here]) for here in groups[: triangles.max() + 1]]
+    means = np.zeros((*triangles.shape, 3))
+    for i, corners in enumerate(triangles):
+        for k, corner in enumerate(corners):
+            likeness = sides[corner] @ own[i]
+            # Where no side around points its way, a triangle has its own direction.
+            means[i, k] = sides[corner][likeness.argmax()] if likeness.max() > 0.3 else own[i]
+    normals, inverse = np.unique(np.round(means.reshape(-1, 3), _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
+    return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))
+
+
+def _sides(faces: Ints, facing: Floats, weight: Floats) -> Floats:
+    """The unit normals of the smooth sides that meet at a vertex, whose faces these are."""
+    label = list(range(len(faces)))
+    corners = [set(face) for face in faces.tolist()]
+    smooth = facing @ facing.T > math.cos(_CREASE)
+    for i, j in itertools.combinations(range(len(faces)), 2):
+        if label[i] != label[j] and smooth[i, j] and len(corners[i] & corners[j]) == 2:
+            label = [label[i] if one == label[j] else one for one in label]
+    sums = np.array([weight[np.equal(label, one)] @ facing[np.equal(label, one)] for one in dict.fromkeys(label)])
+    length = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray(sums / np.maximum(length, _NOTHING))
+
+
+def _sorted(vertices: Floats, triangles: Ints, dense: Ints) -> tuple[Floats, Ints, Ints]:
+    """Only the vertices in use, first those of `triangles`, and the triangles in a fixed order."""
+    used = np.unique(triangles)
+    rank = np.full(len(vertices), -1)
+    order = used[np.lexsort(vertices[used].T[::-1])]
+    rank[order] = np.arange(len(order))
+    rest = np.setdiff1d(np.unique(dense), used)
+    rank[rest] = len(order) + np.arange(len(rest))
+    triangles, dense = rank[triangles], rank[dense]
+    first = triangles.argmin(axis=1)
+    triangles = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
+    return vertices[np.concatenate([order, rest])], triangles[np.lexsort(triangles.T[::-1])], dense
+
+
+def _facing(corners: Floats) -> tuple[Floats, Floats]:
+    """Unit normals of triangles, and what each counts at its corners, one after another: its angle, slivers less."""
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cross = np.cross(ahead, behind)
     sine, cosine = np.linalg.norm(cross, axis=-1), (ahead * behind).sum(axis=-1)
-    facing = cross[:, 0] / np.maximum(sine[:, :1], _NOTHING)
-    # A face counts by its angle at the vertex, and slivers count less.
     weight = (np.arctan2(sine, cosine) * np.sqrt(sine[:, :1])).reshape(-1)
-
-    vertex, face = triangles.reshape(-1), np.repeat(np.arange(len(triangles)), 3)
-    order = np.argsort(vertex, kind="stable")
-    means = np.zeros((len(vertex), 3))
-    for here in np.split(order, np.searchsorted(vertex[order], np.arange(1, len(vertices)))):
-        around = facing[face[here]]
-        means[here] = ((around @ around.T > math.cos(_CREASE)) * weight[here]) @ around
-    length = np.linalg.norm(means, axis=1, keepdims=True)
-    # A triangle of no area has no direction of its own; it takes z, and nobody sees it.
-    means = np.where(length < _NOTHING, (0.0, 0.0, 1.0), means / np.maximum(length, _NOTHING))
-    normals, inverse = np.unique(np.round(means, _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
-    return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))
+    return cross[:, 0] / np.maximum(sine[:, :1], _NOTHING), weight
 
 
 def obj_text(name: str, surface: Surface, *, mirrored: bool = False) -> str:
@@ -122,7 +173,9 @@ def obj_text(name: str, surface: Surface, *, mirrored: bool = False) -> str:
     flip = np.array([1.0, -1.0 if mirrored else 1.0, 1.0])
     lines = ["# nao_kin: generated by scripts/generate_meshes.py", f"o {name}"]
     lines += ["v " + " ".join(_short(value / 1000, 5) for value in vertex) for vertex in surface.vertices * flip]
-    lines += ["vn " + " ".join(_short(value, 2) for value in normal) for normal in surface.normals * flip]
+    lines += [
+        "vn " + " ".join(_short(value, _DECIMALS_NORMAL) for value in normal) for normal in surface.normals * flip
+    ]
     for face in _faces(surface):
         lines.append("f " + " ".join(f"{v + 1}//{n + 1}" for v, n in (face[::-1] if mirrored else face)))
     return "\n".join(lines) + "\n"

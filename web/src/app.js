@@ -63,8 +63,8 @@ export class App extends EventTarget {
   view = null;
   /** Whether the configuration comes from this page, and nobody has been told. */
   unreported = false;
-  /** Whether the robot was moved last by this page. */
-  movedHere = false;
+  /** Whether the robot was moved last by somebody in a page. */
+  movedByHand = false;
   /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
   followsClip = false;
   /** The report of where the clip is that is to be sent. @type {ReturnType<typeof setTimeout> | undefined} */
@@ -85,7 +85,9 @@ export class App extends EventTarget {
     this.connection = new Connection(this);
     this.others = new OtherRobots(this);
     this.extras = new Extras(this);
+    // Who this page is, and how often it has told the program a configuration.
     this.source = String(Math.random());
+    this.reports = 0;
   }
 
   // Our messages go to us, all else to meshcat; before each picture the scene is brought up to date.
@@ -165,10 +167,10 @@ export class App extends EventTarget {
     this.connection.send(answer);
   }
 
-  /** @param {...(string | Node)} children */
+  /** @param {...(string | Node)} children none for no notice */
   notice(...children) {
     byId("notice").replaceChildren(...children);
-    byId("notice").hidden = false;
+    byId("notice").hidden = children.length === 0;
   }
 
   // --- the configuration ---------------------------------------------------------------------------------------
@@ -187,13 +189,25 @@ export class App extends EventTarget {
   set(q, up = this.up, report = true) {
     if (this.player.loaded) this.player.pause();
     this.robot.q.splice(0, q.length, ...q);
-    // What was done in this page says nothing about what is shown next.
-    if (this.movedHere && !report) this.setDownAnew();
-    this.movedHere = report;
     this.followsClip = false;
     this.up = up;
     this.unreported = report;
+    this.movedByHand ||= report;
     this.viewer.set_dirty();
+  }
+
+  /**
+   * Show a configuration that comes from elsewhere.
+   *
+   * @param {number[]} q
+   * @param {ArrayLike<number> | null} up
+   * @param {boolean} byHand whether somebody moved the robot in a page
+   */
+  display(q, up, byHand) {
+    // What was done by hand says nothing about what the program shows next.
+    if (this.movedByHand && !byHand) this.setDownAnew();
+    this.set(q, up, false);
+    this.movedByHand = byHand;
   }
 
   followClip() {
@@ -243,7 +257,7 @@ export class App extends EventTarget {
     this.balance.draw();
     this.panel.refresh();
     if (this.followsClip) this.reportClip();
-    if (this.unreported) this.send({ kind: "joints", q: [...this.q], up: this.up, source: this.source });
+    if (this.unreported) this.report();
     this.unreported = false;
     this.dispatchEvent(new Event("settled"));
   }
@@ -255,6 +269,11 @@ export class App extends EventTarget {
       this.clipReport = undefined;
       if (this.followsClip) this.send({ kind: "clip", q: [...this.q] });
     }, CLIP_REPORTS);
+  }
+
+  report() {
+    this.reports += 1;
+    this.send({ kind: "joints", q: [...this.q], up: this.up, source: `${this.source} ${this.reports}` });
   }
 
   // Put the robot on the floor again, which it keeps off while it is dragged.
@@ -339,7 +358,7 @@ export class App extends EventTarget {
     if (this.ghosts.entries.length > 0) this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: 1 });
   }
 
-  /** @param {{ id: number, width: number, height: number, camera: string }} message */
+  /** @param {{ id: string, width: number, height: number, camera: string }} message */
   capture({ id, width, height, camera }) {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
     /** @param {CanvasRenderingContext2D} ink */

@@ -1,7 +1,19 @@
+import { delayAfter } from "./backoff.js";
 import { element } from "./panel/element.js";
 
-/** Where the page's messages come from: the page itself, or the program that serves it. */
+/**
+ * Where the page's messages come from: the page itself, or the program that serves it.
+ *
+ * A program that goes away, or a network, is waited for. The page then takes up what is shown, without loading anew
+ * unless it or the robot is another one by now.
+ */
 export class Connection {
+  /** What page and robot the program has. */
+  version = "";
+  failures = 0;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  timer = undefined;
+
   /** @param {import("./app.js").App} app */
   constructor(app) {
     this.app = app;
@@ -21,17 +33,67 @@ export class Connection {
 
   /** Take the scene, and all that changes in it, from the server that the page came from. */
   listen() {
+    addEventListener("online", () => this.tryAgain());
+    this.open();
+  }
+
+  open() {
+    // With the token of the page, if it has one.
     const address = new URL(`live${location.search}`, location.href);
     address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-    this.socket = new WebSocket(address);
-    this.socket.binaryType = "arraybuffer";
-    this.socket.onmessage = ({ data }) => this.app.viewer.handle_command_bytearray(new Uint8Array(data));
-    this.socket.onclose = () => {
-      document.body.dataset.live = "ended";
-      const again = element("button", { type: "button", onclick: () => location.reload() }, "Reconnect");
-      this.app.notice("The program behind this page has ended; the panel still works.", again);
+    if (this.version) address.searchParams.set("have", this.version);
+    const socket = (this.socket = new WebSocket(address));
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.failures = 0;
+      document.body.dataset.live = "live";
+      this.app.notice();
     };
-    document.body.dataset.live = "live";
+    socket.onmessage = ({ data }) => this.app.viewer.handle_command_bytearray(new Uint8Array(data));
+    socket.onclose = () => this.wait();
+  }
+
+  /**
+   * What page and robot the program has; where they are not these, the page is loaded anew.
+   *
+   * @param {string} version
+   */
+  compare(version) {
+    if (this.version && version !== this.version) location.reload();
+    this.version = version;
+  }
+
+  wait() {
+    if (document.body.dataset.live !== "ended") {
+      document.body.dataset.live = "ended";
+      const now = element("button", { type: "button", onclick: () => this.tryAgain() }, "Try now");
+      this.app.notice(
+        "No program is behind this page. The panel still works; the page connects when there is one.",
+        now,
+      );
+    }
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.ask(), delayAfter(this.failures));
+    this.failures += 1;
+  }
+
+  tryAgain() {
+    if (document.body.dataset.live !== "ended") return;
+    clearTimeout(this.timer);
+    this.failures = 0;
+    this.ask();
+  }
+
+  // A socket that is refused does not say why; a request does.
+  async ask() {
+    const answer = await fetch(location.href, { method: "HEAD", cache: "no-store" }).catch(() => null);
+    if (answer?.status === 403) {
+      this.app.notice("The program runs again and lets in only its new address, which it has printed.");
+    } else if (answer?.ok) {
+      this.open();
+    } else {
+      this.wait();
+    }
   }
 
   /** Let the document around the page, a notebook, join it to the program that it shows. */

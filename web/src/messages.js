@@ -1,3 +1,4 @@
+import { isOutdated } from "./echo.js";
 import { scaleBar } from "./scene/colour_scale.js";
 
 /**
@@ -8,8 +9,7 @@ import { scaleBar } from "./scene/colour_scale.js";
 export const HANDLERS = {
   robot: (app, { about }) => app.start(about),
   joints: (app, { q, up, source }) => {
-    // What this page reported itself comes back to it.
-    if (source !== app.source) app.set([...q], up, false);
+    if (!isOutdated(source, app.source, app.reports)) app.display([...q], up, source !== "");
   },
   still: (app) => app.still(),
   shown: (app, message) => app.receiveShown(message),
@@ -35,5 +35,6 @@ export const HANDLERS = {
   speech: (app, { text }) => app.speech.say(text),
   reach: (app, message) => app.reach.show(message),
   capture: (app, message) => app.capture(message),
+  version: (app, { version }) => app.connection.compare(version),
   complete: (app) => app.complete(),
 };

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from nao_kin.parameters.bodies import both_sides
 from nao_kin.parameters.overlay import VersionPage
-from nao_kin.parameters.rows import FrameRow, InertialRow
+from nao_kin.parameters.rows import FrameRow, InertialRow, VisualRow
 
 # fmt: off
 V33 = VersionPage(
@@ -40,5 +41,11 @@ V33 = VersionPage(
         FrameRow("CameraBottom", "CameraBottom_frame", "HeadPitch", (0.0488, 0.0, 0.02381), (0.0, 0.6981, 0.0), "U33"),
         FrameRow("CameraTop", "CameraTop_frame", "HeadPitch", (0.0539, 0.0, 0.0679), (0.0, 0.0, 0.0), "U33"),
     ),
+    visuals=(
+        VisualRow("HeadPitch", "ears_v33", ("grey", "dark")),
+        VisualRow("HeadPitch", "sensors_v33", ("dark", "black")),
+        *both_sides("ElbowRoll", "forearm", "white"),
+    ),
+    without_visuals=("HeadPitch/ears", "HeadPitch/sensors_v5"),
 )
 # fmt: on

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nao_kin.parameters.overlay import VersionPage
-from nao_kin.parameters.rows import FrameRow, InertialRow
+from nao_kin.parameters.rows import FrameRow, InertialRow, VisualRow
 
 # What the official files up to V5 give to links that have no mass of their own (phalanges, hand, force sensors); a mass
 # matrix needs it to be regular. The V6 file has none.
@@ -33,5 +33,7 @@ V5 = VersionPage(
         "MicroRearRight",
         "MicrophoneFrame",
     ),
+    visuals=(VisualRow("HeadPitch", "sensors_v5", ("dark", "black")),),
+    without_visuals=("HeadPitch/sensors",),
 )
 # fmt: on

@@ -1,0 +1,122 @@
+"""Runs a program that must not outlive the one that wants it, nor leave its folder behind, whatever ends that one.
+
+Started as a program of its own, in a session of its own, by path and without site packages (`python -I -S`), so that it
+is there in some 20 ms. SIGKILL leaves nobody time to tidy up; but it closes a pipe, and so do a crash and an operating
+system that is short of memory. Unlike the parent-death signal of Linux this holds on macOS as well, and
+does not mind which thread started the program.
+
+    supervisor.py FOLDER PREFIX PROGRAM ARGUMENTS…
+
+It ends the program and all of its process group, and removes FOLDER, as soon as standard input has a byte or is at its
+end, its parent is another one than at the start, or the program itself ends. What became of the program is one line on
+standard output. Folders beside FOLDER whose names begin with PREFIX and whose supervisor is gone too are removed.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+
+# Held as long as the folder is in use; a lock outlives no process, and means the same in every container.
+_LOCK = "in_use"
+# A folder is made a moment before it is locked.
+_YOUNG_SECONDS = 60.0
+_LOOK_SECONDS = 0.02
+_KILL_SECONDS = _REMOVE_SECONDS = 0.3
+
+
+def main(folder: str, prefix: str, *command: str) -> None:
+    """Run the command until it is to end."""
+    parent = os.getppid()
+    asked: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda number, frame: asked.append(number))
+    lock = _locked(os.path.join(folder, _LOCK))
+    try:
+        program = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    except OSError as error:
+        _say(f"does not start: {error.strerror or error}")
+    else:
+        _remove_orphans(os.path.dirname(folder), prefix)
+        while program.poll() is None and not asked and os.getppid() == parent:
+            if select.select([sys.stdin], [], [], _LOOK_SECONDS)[0]:
+                break
+        else:
+            _say(_end_of(program.poll()))
+        _kill_group(program)
+    _remove(folder)
+    del lock
+
+
+def _say(line: str) -> None:
+    with suppress(OSError):  # nobody is left to read it
+        os.write(1, line.encode())
+
+
+def _end_of(code: int | None) -> str:
+    if code is None:
+        return "was told to end"
+    return f"ended with exit code {code}" if code >= 0 else f"was ended by {signal.Signals(-code).name}"
+
+
+def _kill_group(program: subprocess.Popen[bytes]) -> None:
+    """Kill the program and what it started, which share its group; wait for a moment until they are gone."""
+    end = time.monotonic() + _KILL_SECONDS
+    with suppress(OSError):  # no such group any more
+        while time.monotonic() < end:
+            os.killpg(program.pid, signal.SIGKILL)
+            program.poll()
+            time.sleep(0.005)
+
+
+def _remove(folder: str) -> None:
+    """Remove a folder in which a program that was just killed may still be writing."""
+    end = time.monotonic() + _REMOVE_SECONDS
+    while os.path.exists(folder) and time.monotonic() < end:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _locked(path: str) -> int | None:
+    """A descriptor of a file that is locked now; None where somebody else holds it."""
+    with suppress(OSError):
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(descriptor)
+            raise
+        return descriptor
+    return None
+
+
+def _remove_orphans(parent: str, prefix: str) -> None:
+    """Remove folders that were left behind when a program and its supervisor were killed together."""
+    with suppress(OSError), os.scandir(parent) as entries:
+        for entry in entries:
+            if not entry.name.startswith(prefix) or not entry.is_dir(follow_symlinks=False):
+                continue
+            with suppress(OSError):
+                state = entry.stat(follow_symlinks=False)
+                if state.st_uid != os.geteuid() or time.time() - state.st_mtime < _YOUNG_SECONDS:
+                    continue
+                descriptor = _locked(os.path.join(entry.path, _LOCK))
+                if descriptor is not None:
+                    shutil.rmtree(entry.path, ignore_errors=True)
+                    os.close(descriptor)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

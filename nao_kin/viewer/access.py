@@ -1,0 +1,187 @@
+"""Who may see and command the live page: the names it answers to, the pages that may connect, and a token.
+
+*Name.* A browser sends the name that it was asked for as `Host`. A name that a stranger owns may lead to this machine
+(DNS rebinding), and a page under it would pass for ours. So only names that nobody else can own are answered: those of
+this machine itself, the address listened on, and names that are given. Where the address is not loopback, every address
+in numbers is answered too: there is no name in it to rebind.
+
+*Origin.* A browser says on every socket which page opens it. It has to be the page that was served here, under the same
+name and port, or under a name that was given, where a proxy in between has changed `Host`.
+
+*Token.* Text that only the page's address carries. It is asked for on the page and on the socket wherever somebody
+else could reach them: where the address listened on, or a name that is given, is not loopback. It stays in the
+address: a cookie would go to every other port of the same machine as well. With the right token a socket needs no
+origin, for programs that are no browser. Without a token there must be one: nobody who lacks it can be told apart from
+a browser whose origin was taken away on the way.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import re
+import secrets
+import socket
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from urllib.parse import urlsplit
+
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import BadArgument
+
+# Given as a name, it lets every name in, provided that there is a token.
+ANY_NAME = "*"
+_NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?")
+_HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9_.-]+)(:\d{1,5})?")
+_TOKEN = re.compile(r"[A-Za-z0-9._~-]{8,256}")
+_TOKEN_BYTES = 24
+
+Token = bool | str | None
+
+
+class Access:
+    """The rules above, for one server.
+
+    Args:
+        address: in numbers, that the server listens on.
+        host: what was asked for as the address; it is answered to.
+        names: further names and addresses to answer to; "*" for all.
+        token: text of its own, True for a random one, False for none; None for a random one wherever the address or a
+            name is not loopback.
+
+    Attributes:
+        token: the text to be asked for; "" for none.
+        expected: roles, too long to be guessed, in which a page needs no token; each for one socket.
+
+    Raises:
+        BadArgument: "*" without a token.
+    """
+
+    def __init__(self, address: str, host: str, names: Sequence[str], token: Token) -> None:
+        self._given = frozenset(names)
+        self._local = is_loopback(address)
+        self._own = {_spelled(address), _spelled(host)}
+        if not self._local:
+            name = socket.gethostname()
+            self._own |= {_spelled(name), _spelled(name.partition(".")[0] + ".local")}
+        if token is None:
+            token = not (self._local and all(map(is_loopback, self._given)))
+        self.token = token if isinstance(token, str) else secrets.token_urlsafe(_TOKEN_BYTES) if token else ""
+        self.expected: set[str] = set()
+        if ANY_NAME in self._given and not self.token:
+            raise BadArgument('allow_hosts has "*", every name; that needs a token')
+
+    def refusal_of_host(self, hosts: Sequence[str]) -> str | None:
+        """Why a request is not answered that came with these `Host` headers, in one line; None if it is."""
+        match = _HOST.fullmatch(hosts[0].strip()) if len(hosts) == 1 else None
+        if match is None:
+            return "A request needs one Host header with a name."
+        name = _spelled(match["name"])
+        if self._answers_to(name):
+            return None
+        asked = abbreviated(name)
+        return (
+            f"This page is not served as {asked}. If that is a name of this machine or of a proxy before it, "
+            f'start the program with --allow-host {asked}, or Viewer(allow_hosts=["{asked}"]).'
+        )
+
+    def refusal_of_token(self, token: str) -> str | None:
+        """Why a request with this token is not answered, in one line; None if it is."""
+        if self.has_token(token):
+            return None
+        return "This page needs its token: open the whole address that the program prints, with ?token= in it."
+
+    def refusal_of_origin(self, origins: Sequence[str], host: str, token: str) -> str | None:
+        """Why a socket is not opened for a page of this origin, in one line; None if it is.
+
+        Args:
+            origins: the `Origin` headers.
+            host: the `Host` header.
+            token: that came with the request.
+        """
+        if not origins:
+            if self.token and self.has_token(token):
+                return None
+            return "A socket needs the Origin header of the page, as browsers send it, or a token."
+        parts = urlsplit(origins[0]) if len(origins) == 1 else urlsplit("")
+        match = _HOST.fullmatch(parts.netloc) if parts.scheme in ("http", "https") else None
+        if match is not None:
+            same = parts.netloc.lower() == host.strip().lower()
+            if same or _spelled(match["name"]) in self._given or ANY_NAME in self._given:
+                return None
+        return "A page from elsewhere may not open this socket."
+
+    def has_token(self, token: str) -> bool:
+        """Whether this is the token, or none is asked for; takes as long whatever is wrong with it."""
+        return not self.token or hmac.compare_digest(token.encode(), self.token.encode())
+
+    def embedders(self) -> str:
+        """Pages that may show this one in a frame, as sources of a content security policy.
+
+        They are those of this machine, where notebooks run under ports of their own, of VS Code, and of the names that
+        are given.
+        """
+        if ANY_NAME in self._given:
+            return "*"
+        names = ["localhost", "*.localhost", "127.0.0.1", *sorted(name for name in self._given if ":" not in name)]
+        hosts = (f"{scheme}://{name}:*" for name in dict.fromkeys(names) for scheme in ("http", "https"))
+        return " ".join(("'self'", *hosts, "vscode-webview:"))
+
+    def _answers_to(self, name: str) -> bool:
+        if is_loopback(name) or name in self._own or name in self._given or ANY_NAME in self._given:
+            return True
+        return not self._local and _address(name) is not None
+
+
+def checked_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Names and addresses in one spelling each.
+
+    Raises:
+        BadArgument: one of them is neither a name, nor an address, nor "*".
+    """
+    if not isinstance(names, Iterable):
+        raise BadArgument(f"allow_hosts must be names, got {quoted(names)}")
+    found = []
+    for name in [names] if isinstance(names, str) else names:
+        known = isinstance(name, str) and (name == ANY_NAME or _NAME.fullmatch(name) or _address(_spelled(name)))
+        if not known:
+            raise BadArgument(
+                f"allow_hosts takes names as hub.example.org, without scheme, port and path, got {quoted(name)}"
+            )
+        found.append(_spelled(name))
+    return tuple(found)
+
+
+def checked_token(token: Token) -> Token:
+    """The token as it is.
+
+    Raises:
+        BadArgument: it is neither text that stands in an address as it is, at least 8 letters, nor True, False or None.
+    """
+    if isinstance(token, str) and not _TOKEN.fullmatch(token):
+        raise BadArgument("a token is 8 to 256 letters, digits and -._~; or True for a random one, False for none")
+    if not (token is None or isinstance(token, (bool, str))):
+        raise BadArgument(f"token must be text, True, False or None, got {quoted(token)}")
+    return token
+
+
+def is_loopback(name: str) -> bool:
+    """Whether a name or an address is one by which a machine calls itself."""
+    address = _address(name)
+    if address is None:
+        # No resolver may answer these from outside (RFC 6761, 6.3), and browsers do not ask one.
+        return name == "localhost" or name.endswith(".localhost")
+    return address.is_loopback
+
+
+def _spelled(name: str) -> str:
+    name = name.strip().lower().rstrip(".").removeprefix("[").removesuffix("]")
+    address = _address(name)
+    return name if address is None else str(address)
+
+
+def _address(name: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    with suppress(ValueError):
+        address = ipaddress.ip_address(name)
+        return getattr(address, "ipv4_mapped", None) or address
+    return None

@@ -1,0 +1,85 @@
+"""The torso: a chest that tapers to a waist, the cover of the hips under it, and the battery on the back."""
+
+from __future__ import annotations
+
+from manifold3d import Manifold
+
+from nao_shapes.loft import End, Section, loft
+from nao_shapes.solids import FAR, Part, Point, ball, both, box, lathe, place, prism, rod, union
+
+# Reaches to the front, back, left and right by height above the torso's origin [mm].
+_CHEST = (
+    Section(-52.0, (33.0, 50.0, 37.0, 37.0), 2.5),
+    Section(-32.0, (39.5, 57.0, 42.0, 42.0), 2.5),
+    Section(0.0, (46.0, 62.5, 49.5, 49.5), 2.6),
+    Section(30.0, (51.0, 65.0, 57.0, 57.0), 2.7),
+    Section(58.0, (53.0, 64.0, 62.5, 62.5), 2.8),
+    Section(88.0, (49.5, 59.5, 64.0, 64.0), 2.7),
+    Section(114.0, (43.0, 51.0, 60.0, 60.0), 2.5),
+)
+_WAIST = (
+    Section(-63.0, (28.0, 44.0, 31.0, 31.0), 2.4),
+    Section(-46.0, (32.0, 49.0, 35.0, 35.0), 2.4),
+)
+_PELVIS = (
+    Section(-106.0, (6.0, 40.0, 24.0, 24.0), 2.4),
+    Section(-92.0, (18.0, 49.0, 28.0, 28.0), 2.4),
+    Section(-76.0, (29.0, 51.0, 33.0, 33.0), 2.4),
+    Section(-57.0, (33.0, 49.5, 36.0, 36.0), 2.4),
+)
+_BUTTON: Point = (52.6, 0.0, 52.0)
+# Outlines from behind, y and z: the hump of the battery, its lid, and the slot of the thumb that opens it.
+_HUMP = box((-FAR, -33.0, -34.0), (-46.0, 33.0, 52.0), 11.0, 4)
+_LID = box((-FAR, -25.0, -27.0), (-50.0, 25.0, 30.0), 7.0, 3)
+_SLOT = box((-FAR, -9.0, 17.0), (-54.0, 9.0, 22.0), 2.4)
+_SPEAKER = [box((-FAR, -22.0, z), (-50.0, 22.0, z + 2.2), 1.0, 2) for z in (64.0, 70.0, 76.0)]
+
+
+def torso() -> Part:
+    """Everything fixed to the trunk."""
+    collar = lathe([(0, 102.0), (21.5, 102.0), (27.5, 130.0), (0, 130.0)], 48)
+    socket = rod((0.0, 52.0, 100.0), (0.0, 64.0, 100.0), 26.5, 5.0, 44)
+    shoulder = Manifold.batch_hull([socket, ball(25.0, (-4.0, 32.0, 80.0), 32)])
+    rim = lathe([(8.8, -3.0), (12.4, -3.0), (12.4, 1.4), (11.4, 2.4), (9.6, 2.4), (8.8, 1.6)], 30)
+    glow = lathe([(0.0, -3.0), (8.5, -3.0), (8.5, 1.4), (7.2, 2.2), (4.0, 2.7), (0.0, 2.9)], 28)
+    dark = [
+        both(rod((0.0, 46.0, -81.0), (0.0, 24.0, -59.0), 23.0, 0.0, 28)),
+        lathe([(13.0, 98.0), (23.0, 98.0), (23.0, 107.0), (21.0, 109.0), (13.0, 109.0)], 32),
+        loft(_WAIST, End(3.0, 0.1, 1), End(3.0, 0.1, 1), around=32, along=0),
+        both(_sonar((50.9, 23.0, 74.0))),
+        both(_sonar((50.6, 32.0, 53.0))),
+        _behind(3.7, _SLOT),
+        *(_behind(0.3, slit) for slit in _SPEAKER),
+    ]
+    lid = _behind(3.4, _LID)
+    return {
+        "white": union([(_chest(0.0) - collar), _pelvis(), both(shoulder), _behind(2.8, _HUMP)]),
+        "accent": _chest(0.9) ^ both(_flank()),
+        "dark": union(dark),
+        "grey": place(rim, _BUTTON, (1.0, 0.0, 0.02)) + lid,
+        "led": place(glow, _BUTTON, (1.0, 0.0, 0.02)),
+    }
+
+
+def _chest(grow: float) -> Manifold:
+    return loft(_CHEST, End(12.0, 0.35, 3), End(26.0, 0.72, 5), grow=grow, around=52, along=8)
+
+
+def _pelvis() -> Manifold:
+    return loft(_PELVIS, End(13.0, 0.6, 4), End(6.0, 0.2, 2), around=40, along=3)
+
+
+def _behind(grow: float, outline: Manifold) -> Manifold:
+    """A plate on the back."""
+    return _chest(grow) ^ outline
+
+
+def _flank() -> Manifold:
+    """Where the coloured inserts lie: from the armpit up over the collarbone."""
+    outline = [(60.0, 98.0), (60.0, 74.0), (22.0, 84.0), (-28.0, 86.0), (-28.0, 130.0), (22.0, 130.0)]
+    return prism(outline, 29.0, FAR, 6.0)
+
+
+def _sonar(at: Point) -> Manifold:
+    ring = lathe([(0.0, -5.0), (7.4, -5.0), (7.4, 1.2), (6.2, 2.0), (5.0, 1.0), (0.0, 1.0)], 20)
+    return place(ring, at, (1.0, 0.28, 0.06))

@@ -1,0 +1,15 @@
+/**
+ * Whether a configuration that the program sends is one that this page reported itself, and has since replaced.
+ *
+ * The program sends every page what was reported last, its own report included. A page that took the older ones would
+ * jerk back under the hand that drags it; one that took none would keep a configuration that another page, whose report
+ * arrived in between, knows nothing of.
+ *
+ * @param {string} source who reported it, a space, and a number that grows
+ * @param {string} mine who this page is
+ * @param {number} newest number of its newest report
+ */
+export function isOutdated(source, mine, newest) {
+  const [who, number] = source.split(" ");
+  return who === mine && Number(number) < newest;
+}
