@@ -79,9 +79,25 @@ def test_postures_and_joints_are_shown(tmp_path: Path, nao: nk.NaoModel) -> None
     q, message = _shown(Path(path))
     expected = nao.angles(nao.posture("LyingBack")) | {"HeadYaw": np.radians(30.0)}
     assert np.allclose(q, nao.configuration(expected, limits="ignore"))
-    assert message["up"][0] > 0.99
+    assert message["up"] is None  # the page finds how it lies
     assert run(["view", "--joint", "RHipYawPitch=-0.2", "--version", "v4", "--html", path]) == 0
     assert _shown(Path(path))[0][nao.joint_names.index("LHipYawPitch")] == -0.2
+
+
+@pytest.mark.parametrize(("text", "up"), [("0,0,-2", [0, 0, -1]), (" 1, 0 ,0", [1, 0, 0]), ("LyingBack", None)])
+def test_the_direction_up_is_given_in_numbers_or_as_a_posture(
+    tmp_path: Path, text: str, up: list[float] | None
+) -> None:
+    path = str(tmp_path / "nao.html")
+    expected = Viewer(nk.load_nao()).rest("LyingBack") if up is None else up
+    for what in (["--posture", "Sit"], []):
+        assert run(["view", *what, "--up", text, "--html", path]) == 0
+        assert _shown(Path(path))[1]["up"] == pytest.approx(np.divide(expected, np.linalg.norm(expected)).tolist())
+
+
+@pytest.mark.parametrize("text", ["1,2", "a,b,c", "0,0,0", "nan,0,1", "Lying", "", ",,"])
+def test_another_direction_up_is_refused(capsys: pytest.CaptureFixture, text: str) -> None:
+    _refused(capsys, "--up", text, "--html", "x.html")
 
 
 @pytest.mark.parametrize("many", [True, False])

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nao_kin._common import atomic
+from nao_kin._common.scalars import decimal
+from nao_kin._text import quoted
 from nao_kin.cli.fk import one_configuration
 from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory
 from nao_kin.cli.options import (
@@ -56,6 +58,13 @@ def view(
     ] = None,
     joint: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Set a joint; repeatable. Others are at zero.")
+    ] = None,
+    up: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z|NAME",
+            help="Direction up in the root's frame, or the posture to rest as. Default: found from the joint values.",
+        ),
     ] = None,
     deg: DegOption = False,
     fps: Annotated[
@@ -123,13 +132,14 @@ def view(
 
     address = _HOST if host is None else host
     with closing(Viewer(model, host=address, port=port, allow_hosts=allow_host or (), token=token)) as viewer:
+        vertical = None if up is None else _vertical(viewer, up)
         if moves and file is not None:
             motion = read(model, file, deg=deg, timeline=timeline)
             sampling = rate if rate is not None else _FPS if fps is None else fps
             path = trajectory(model, motion, posture=posture, hips=hips, rate=sampling)
-            viewer.animate(path.q, sampling if fps is None else fps)
+            viewer.animate(path.q, sampling if fps is None else fps, up=vertical)
         else:
-            _show(viewer, model, file, posture, joint or [], deg, _FPS if fps is None else fps)
+            _show(viewer, model, file, posture, joint or [], deg, _FPS if fps is None else fps, vertical)
         if frames is not None:
             viewer.show_frames([name.strip() for name in ",".join(frames).split(",") if name.strip()])
         viewer.camera(camera)
@@ -174,18 +184,31 @@ def _show(
     joints: list[str],
     deg: bool,
     fps: float,
+    up: tuple[float, ...] | None,
 ) -> None:
     if file is not None:
         from nao_kin.configuration_files import read_configurations
 
         q, many = read_configurations(model, file, limits="ignore", degrees=deg)
         if many:
-            viewer.animate(q, fps)
+            viewer.animate(q, fps, up=up)
         else:
-            viewer.display(q[0])
+            viewer.display(q[0], up=up)
     elif posture is not None or joints:
-        q = one_configuration(model, posture, joints, deg, "ignore")
-        viewer.display(q, up=viewer.rest(posture) if posture is not None else None)
+        viewer.display(one_configuration(model, posture, joints, deg, "ignore"), up=up)
+    elif up is not None:
+        viewer.display(viewer.q, up=up)
+
+
+def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:
+    """What --up says: three numbers, or the name of a posture."""
+    if "," not in text:
+        return viewer.rest(text)
+    try:
+        x, y, z = (decimal(part) for part in text.split(","))
+    except ValueError:
+        raise BadArgument(f"--up must be three numbers, as in 0,0,1, or a posture, got {quoted(text)}") from None
+    return x, y, z
 
 
 def _report(done: dict[str, str], json: bool, *, serving: bool) -> None:

@@ -1,5 +1,8 @@
 """The robot in a browser."""
 
-from nao_kin.viewer.viewer import OutsideLimitsWarning, Viewer
+from nao_kin.viewer.outside import OutsideLimitsWarning
+from nao_kin.viewer.recording import Recording
+from nao_kin.viewer.shown_robot import ShownRobot
+from nao_kin.viewer.viewer import Viewer
 
-__all__ = ["OutsideLimitsWarning", "Viewer"]
+__all__ = ["OutsideLimitsWarning", "Recording", "ShownRobot", "Viewer"]

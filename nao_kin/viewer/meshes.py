@@ -43,6 +43,19 @@ class Mesh:
 Shape = Box | Cylinder | Sphere | Mesh
 
 
+def shape_box(shape: Shape) -> tuple[Floats, Floats]:
+    """The least and the greatest coordinates of a shape in its own frame, shape (3,) each."""
+    if isinstance(shape, Mesh):
+        return shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+    if isinstance(shape, Box):
+        half = np.array(shape.size) / 2.0
+    elif isinstance(shape, Cylinder):
+        half = np.array([shape.radius, shape.radius, shape.length / 2.0])
+    else:
+        half = np.full(3, shape.radius)
+    return -half, half
+
+
 def mesh_path(urdf: Path, filename: str) -> Path | None:
     """The file that a URDF means by `filename`, None when it is not there.
 
@@ -75,6 +88,21 @@ def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
     if not parts:
         raise UnreadableMesh("no triangles in it")
     return tuple(_scaled(mesh, scale) for mesh in _by_colour(parts))
+
+
+def mesh_of(vertices: Floats, faces: NDArray[np.uint32]) -> Mesh:
+    """Triangles from arrays, smooth where their angles are small.
+
+    Raises:
+        UnreadableMesh: no triangle has an area.
+    """
+    from trimesh import Trimesh
+
+    part = _split_at_creases(Trimesh(vertices, faces, process=False))
+    if not len(part.faces):
+        raise UnreadableMesh("no triangle has an area")
+    rows = np.asarray(part.vertices, dtype=np.float64)
+    return Mesh(rows, _turned(_area_normals(part), np.eye(3)), np.asarray(part.faces, dtype=np.uint32))
 
 
 def pieces(mesh: Mesh) -> tuple[Mesh, ...]:

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
-from nao_kin.viewer.meshes import Shape
+from nao_kin.viewer.meshes import Mesh, Shape
 
 # MessagePack extension types of msgpack-lite, the reader inside meshcat.
 _TYPED_ARRAYS = {
+    "uint8": ("Uint8Array", 0x12),
     "int16": ("Int16Array", 0x13),
     "uint16": ("Uint16Array", 0x14),
     "uint32": ("Uint32Array", 0x16),
@@ -56,6 +57,12 @@ class RetainedMessages:
             self._messages[key] = message
         for watcher in self._watchers:
             watcher(key)
+
+    def drop(self, prefix: str) -> None:
+        """Keep no message under a key that begins so; pages that have it are not told."""
+        with self._lock:
+            for key in [key for key in self._messages if key.startswith(prefix)]:
+                del self._messages[key]
 
     def scene_is_complete(self) -> None:
         """What has been put until now is the scene, which a page that has it need not be sent again."""
@@ -119,19 +126,21 @@ def set_object(path: str, shape: Shape, rgba: Rgba) -> bytes:
     return _packed({"type": "set_object", "path": path, "object": document})
 
 
-def set_animation(path: str, values: Floats, fps: float, *, play: bool, repetitions: float) -> bytes:
+def set_animation(
+    path: str, values: Floats, fps: float, *, play: bool, repetitions: float, ups: Floats | None = None
+) -> bytes:
     """Meshcat's command that loads a clip: the array `joint_values` of one node, (frames, n), one row after another.
 
     Interpolating joint values keeps coupled joints coupled, and turns of more than half a circle whole; keyed
-    quaternions do neither.
+    quaternions do neither. `ups`, (frames, 3), go into the node's array `up_values` likewise.
     """
-    track = {
-        "name": ".joint_values",
-        "type": "number",
-        "times": typed_array(np.arange(len(values), dtype=np.float32)),
-        "values": typed_array(values.astype(np.float32).reshape(-1)),
-    }
-    clip = {"fps": fps, "name": "clip", "tracks": [track]}
+    times = typed_array(np.arange(len(values), dtype=np.float32))
+    tracks = [
+        {"name": name, "type": "number", "times": times, "values": typed_array(rows.astype(np.float32).reshape(-1))}
+        for name, rows in ((".joint_values", values), (".up_values", ups))
+        if rows is not None
+    ]
+    clip = {"fps": fps, "name": "clip", "tracks": tracks}
     options = {"play": play, "repetitions": repetitions, "clampWhenFinished": True}
     return _packed(
         {"type": "set_animation", "path": "", "animations": [{"path": path, "clip": clip}], "options": options}
@@ -160,12 +169,17 @@ def _geometry(shape: Shape) -> dict[str, Any]:
         return {"type": "CylinderGeometry", **radii, "height": shape.length, "radialSegments": 48}
     if isinstance(shape, Sphere):
         return {"type": "SphereGeometry", "radius": shape.radius, "widthSegments": 40, "heightSegments": 28}
+    return {"type": "BufferGeometry", "data": mesh_document(shape)}
+
+
+def mesh_document(shape: Mesh) -> dict[str, Any]:
+    """The triangles of a mesh as three.js's loader takes them."""
     index = shape.faces.astype(np.uint16 if len(shape.vertices) <= 0xFFFF else np.uint32)
     attributes = {
         "position": _attribute(shape.vertices.astype(np.float32)),
         "normal": _attribute(np.round(shape.normals * 32767).astype(np.int16), normalized=True),
     }
-    return {"type": "BufferGeometry", "data": {"attributes": attributes, "index": _attribute(index.reshape(-1, 1))}}
+    return {"attributes": attributes, "index": _attribute(index.reshape(-1, 1))}
 
 
 def _attribute(rows: NDArray[Any], *, normalized: bool = False) -> dict[str, Any]:

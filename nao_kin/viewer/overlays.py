@@ -33,6 +33,8 @@ REACH_LABELS = {
 # A browser without a graphics card still turns so many cubes.
 _MOST_CUBES = 40_000
 _MOST_GHOSTS = 64
+# The colours that NAO's shells were sold in.
+EDITIONS = ("orange", "blue", "red", "grey")
 # Further out a double keeps an angle to 1e-10 rad no longer, and a graphics card, which computes in floats, draws
 # nothing that is still a robot.
 LARGEST = 1e6
@@ -62,6 +64,18 @@ def direction(value: ArrayLike, what: str) -> list[float]:
     return [float(component) for component in unit(vector, what)[0]]
 
 
+def directions(value: ArrayLike, what: str, count: int) -> Floats:
+    """`value`, one direction for all or one for each, as `count` unit vectors, shape (count, 3).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite, ZeroNorm: it is none.
+    """
+    vectors = as_vectors(value, what)
+    if vectors.shape not in ((3,), (count, 3)):
+        raise WrongShape(what, f"(3,) or ({count}, 3)", vectors.shape)
+    return np.broadcast_to(unit(vectors, what)[0], (count, 3))
+
+
 def blanks(robot: RobotModel) -> dict[str, bytes]:
     """Under the key of each message that draws something, the one that takes it away."""
     return {
@@ -73,6 +87,8 @@ def blanks(robot: RobotModel) -> dict[str, bytes]:
         "reach": reach(robot, None, "best", None),
         "lights": lights((), {}, {}),
         "speech": speech(""),
+        "robots": panel_message("robots", {"robots": []}),
+        "extras": panel_message("extras", {"names": []}),
     }
 
 
@@ -213,6 +229,13 @@ def lights(known: Sequence[str], groups: Mapping[str, tuple[str, ...]], values: 
     return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
 
 
+def edition(name: str) -> bytes:
+    """The accents of NAO's shells in the colour of an edition."""
+    if name not in EDITIONS:
+        raise UnknownName("edition", name, EDITIONS)
+    return panel_message("edition", {"name": name})
+
+
 def speech(text: str) -> bytes:
     """A bubble with words."""
     if not isinstance(text, str):
@@ -233,18 +256,20 @@ def colours(
     low: float | None,
     high: float | None,
     label: str,
+    robot: int = 0,
 ) -> bytes:
     """Links in the colours of a scale, with its legend.
 
-    `links` has the place of every link. `carriers` leads from a link without a shape to the link with one that it is
-    fixed to, which shows its colour unless it has a value of its own.
+    `robot` is the number of the robot, 0 for the viewer's own. `links` has the place of every link. `carriers` leads
+    from a link without a shape to the link with one that it is fixed to, which shows its colour unless it has a value
+    of its own.
     """
     if not isinstance(values, Mapping):
         raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
     for name in values:
         if name not in links:
             raise UnknownName("link", name, tuple(links))
-    content: dict[str, Any] = {"links": [], "label": str(label), "low": "", "high": "", "stops": None}
+    content: dict[str, Any] = {"robot": robot, "links": [], "label": str(label), "low": "", "high": "", "stops": None}
     if values:
         numbers = {name: number(value, f"value of {name}") for name, value in values.items()}
         bottom = min(numbers.values()) if low is None else number(low, "low")

@@ -19,7 +19,7 @@ from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.urdf import MeshFile, Rgba, UrdfJoint, UrdfTree, Visual
 from nao_kin.viewer.lights import lights_of
-from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, mesh_path
+from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, mesh_path, shape_box
 from nao_kin.viewer.messages import node_name, set_object, set_transform
 
 ROBOT = "robot"
@@ -99,15 +99,26 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
     return paths
 
 
-def scene_messages(robot: RobotModel, tree: UrdfTree, drawables: tuple[Drawable, ...]) -> Iterator[tuple[str, bytes]]:
-    """Key and message of everything that stands still: placements and shapes."""
-    paths = link_paths(tree)
+def scene_messages(
+    robot: RobotModel, tree: UrdfTree, drawables: tuple[Drawable, ...], *, under: str = "", opacity: float = 1.0
+) -> Iterator[tuple[str, bytes]]:
+    """Key and message of everything that stands still: placements and shapes.
+
+    Args:
+        robot: the robot.
+        tree: its tree.
+        drawables: its shapes.
+        under: path of the node that carries its root's node, with a slash; "" for the scene.
+        opacity: factor for that of every shape.
+    """
+    paths = {link: f"{under}{path}" for link, path in link_paths(tree).items()}
     for joint, T_parent_joint in _placements(robot, tree):
         path = paths[joint.child] if joint.kind == "fixed" else _holder(paths, joint)
         yield f"place {path}", set_transform(path, T_parent_joint)
     for index, drawable in numbered(drawables):
         path = f"{paths[drawable.link]}/visual:{index}"
-        yield f"shape {path}", set_object(path, drawable.shape, drawable.rgba)
+        red, green, blue, alpha = drawable.rgba
+        yield f"shape {path}", set_object(path, drawable.shape, (red, green, blue, opacity * alpha))
         yield f"place {path}", set_transform(path, drawable.T_link_shape)
 
 
@@ -117,6 +128,18 @@ def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
     for drawable in drawables:
         count[drawable.link] = index = count.get(drawable.link, -1) + 1
         yield index, drawable
+
+
+def width(robot: RobotModel, drawables: Iterable[Drawable], q: Floats) -> float:
+    """How far to the left or right of its root's frame a robot reaches with its shapes [m]."""
+    poses = dict(zip(robot.link_names, robot.fk(q), strict=True))
+    most = 0.0
+    for drawable in drawables:
+        T = poses[drawable.link] @ drawable.T_link_shape
+        low, high = shape_box(drawable.shape)
+        middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
+        most = max(most, abs(middle[1]) + half[1])
+    return float(most)
 
 
 def motion(joint: UrdfJoint, value: float) -> Floats:

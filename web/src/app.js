@@ -7,9 +7,9 @@ import { Player } from "./panel/player.js";
 import { element } from "./panel/element.js";
 import { Pick } from "./pick/pick.js";
 import { Video } from "./record/video.js";
-import { Robot } from "./robot/robot.js";
-import { stand } from "./robot/standing.js";
+import { ShownRobot } from "./robot/shown_robot.js";
 import { Balance } from "./scene/balance.js";
+import { Extras } from "./scene/extras.js";
 import { Eyes, makeSight } from "./scene/eyes.js";
 import { Frames } from "./scene/frames.js";
 import { Ghost } from "./scene/ghost.js";
@@ -17,7 +17,7 @@ import { GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
 import { JointAxes } from "./scene/joint_axes.js";
 import { Labels } from "./scene/labels.js";
 import { Lights } from "./scene/lights.js";
-import { LinkColours } from "./scene/link_colours.js";
+import { OtherRobots } from "./scene/other_robots.js";
 import { paintCanvas, takePicture } from "./scene/picture.js";
 import { makeRenderer } from "./scene/renderer.js";
 import { Reach } from "./scene/reach.js";
@@ -33,6 +33,8 @@ import { ViewMenu } from "./view_menu.js";
 
 // The shorter side of a picture in which letters of labels are as many pixels as in the page.
 const LABELS_ACROSS = 640;
+// Time between two reports of where a clip is [ms].
+const CLIP_REPORTS = 50;
 
 /** @param {string} id */
 const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
@@ -47,14 +49,16 @@ const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
  */
 export class App extends EventTarget {
   // What comes with the robot, in `start`.
-  /** @type {Robot} */ robot;
+  /** @type {ShownRobot} */ shown;
+  /** @type {import("./robot/robot.js").Robot} */ robot;
+  /** @type {import("./robot/standing.js").Standing} */ standing;
   /** @type {Frames} */ frames;
   /** @type {JointAxes} */ axes;
   /** @type {Targets} */ targets;
   /** @type {Balance} */ balance;
   /** @type {Ghost} */ ghost;
   /** @type {Ghosts} */ ghosts;
-  /** @type {LinkColours} */ colours;
+  /** @type {import("./scene/link_colours.js").LinkColours} */ colours;
   /** @type {Lights} */ lights;
   /** @type {Labels} */ labels;
   /** @type {Eyes} */ eyes;
@@ -74,6 +78,12 @@ export class App extends EventTarget {
   view = null;
   /** Whether the configuration comes from this page, and nobody has been told. */
   unreported = false;
+  /** Whether the robot was moved last by somebody in a page. */
+  movedByHand = false;
+  /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
+  followsClip = false;
+  /** The report of where the clip is that is to be sent. @type {ReturnType<typeof setTimeout> | undefined} */
+  clipReport;
 
   constructor() {
     super();
@@ -86,8 +96,10 @@ export class App extends EventTarget {
     this.studio = new Studio(this.viewer);
     this.legend = new Legend(byId("legend"));
     this.toggles = new Toggles(this, byId("shown"));
-    this.player = new Player(this.viewer, byId("player"), () => (this.up = null));
+    this.player = new Player(this.viewer, byId("player"), () => this.followClip());
     this.connection = new Connection(this);
+    this.others = new OtherRobots(this);
+    this.extras = new Extras(this);
     // Who this page is, and how often it has told the program a configuration.
     this.source = String(Math.random());
     this.reports = 0;
@@ -130,7 +142,9 @@ export class App extends EventTarget {
   /** @param {About} about */
   start(about) {
     const root = this.viewer.scene_tree.find(["robot"]).object;
-    this.robot = new Robot(root, about);
+    if (this.robot) this.studio.release(this.robot);
+    this.shown = new ShownRobot(root, about, this.studio);
+    ({ robot: this.robot, standing: this.standing, colours: this.colours } = this.shown);
     this.robot.apply(this.q);
     this.studio.fit(this.robot);
     this.labels = new Labels(this.viewer, this.pane, byId("top"));
@@ -139,7 +153,6 @@ export class App extends EventTarget {
     this.targets = new Targets(this.robot, this.studio, this.labels);
     this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
     this.ghost = new Ghost(this.robot, this.viewer.scene);
-    this.colours = new LinkColours(this.robot);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);
@@ -169,6 +182,7 @@ export class App extends EventTarget {
 
   // The scene is all here.
   complete() {
+    this.setDownAnew();
     this.settle();
     this.viewer.set_3d_pane_size();
     if (this.view === null) this.camera("three-quarter");
@@ -205,9 +219,30 @@ export class App extends EventTarget {
   set(q, up = this.up, report = true) {
     if (this.player.loaded) this.player.pause();
     this.robot.q.splice(0, q.length, ...q);
+    this.followsClip = false;
     this.up = up;
     this.unreported = report;
+    this.movedByHand ||= report;
     this.viewer.set_dirty();
+  }
+
+  /**
+   * Show a configuration that comes from elsewhere.
+   *
+   * @param {number[]} q
+   * @param {ArrayLike<number> | null} up
+   * @param {boolean} byHand whether somebody moved the robot in a page
+   */
+  display(q, up, byHand) {
+    // What was done by hand says nothing about what the program shows next.
+    if (this.movedByHand && !byHand) this.setDownAnew();
+    this.set(q, up, false);
+    this.movedByHand = byHand;
+  }
+
+  followClip() {
+    this.up = null;
+    this.followsClip = true;
   }
 
   // No clip any more. meshcat's animator then puts back what it found before the clip, which is out of date.
@@ -231,31 +266,40 @@ export class App extends EventTarget {
   posture(name) {
     const posture = this.robot.about.postures.find((candidate) => candidate.name === name);
     if (!posture) return;
-    this.set(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q, posture.up);
+    this.setDownAnew();
+    this.set(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q, null);
   }
 
   // Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn.
   settle() {
     if (!this.robot) return;
     this.player.refresh();
+    if (this.followsClip) this.up = Math.hypot(...this.robot.clipUp) > 1e-6 ? [...this.robot.clipUp] : null;
     const now = [...this.q, ...Array.from(this.up ?? [])];
     if (this.settled?.length === now.length && now.every((value, i) => value === this.settled?.[i])) return;
     this.settled = now;
     const { robot } = this;
-    robot.apply(this.q);
-    if (!robot.about.floating && !this.drag.held) stand(robot, this.up);
+    this.shown.settle(this.up, this.drag.held !== null);
     if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
     this.ghost.follow();
     this.studio.moved();
     this.balance.draw();
-    const outside = robot.outside(this.q);
-    this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
     this.panel.refresh();
+    if (this.followsClip) this.reportClip();
     const own = this.unreported;
     if (own) this.report();
     this.unreported = false;
     this.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
+  }
+
+  // Tell the program where the clip is, not at every picture.
+  reportClip() {
+    if (this.role !== "") return;
+    this.clipReport ??= setTimeout(() => {
+      this.clipReport = undefined;
+      if (this.followsClip) this.send({ kind: "clip", q: [...this.q] });
+    }, CLIP_REPORTS);
   }
 
   report() {
@@ -267,6 +311,12 @@ export class App extends EventTarget {
   restand() {
     this.settled = null;
     this.viewer.set_dirty();
+  }
+
+  // As if nothing had been shown before.
+  setDownAnew() {
+    this.standing.forget();
+    this.restand();
   }
 
   /**
@@ -289,6 +339,16 @@ export class App extends EventTarget {
   /** @param {Record<string, boolean>} changes */
   show(changes) {
     this.toggles.set(changes);
+  }
+
+  /**
+   * Show what a button of another page does, or the program; a picture has no handles.
+   *
+   * @param {{ shown: Record<string, boolean>, source?: string }} message
+   */
+  receiveShown({ shown, source }) {
+    if (source === this.source) return;
+    this.show(this.role === "" ? shown : { ...shown, handles: false });
   }
 
   /** @param {{ names: string[], size: number | null }} chosen */
@@ -318,7 +378,7 @@ export class App extends EventTarget {
     const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
     this.settle();
     const bar = byId("top");
-    this.studio.look(preset, this.robot, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+    this.studio.look(preset, this.others, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
     this.dispatchEvent(new Event("camera"));
   }
 
@@ -350,7 +410,7 @@ export class App extends EventTarget {
     const preset = this.robot.about.cameras.find(({ name }) => name === camera);
     /** @param {CanvasRenderingContext2D} ink */
     const over = (ink) => this.paintOver(ink, width, height);
-    const picture = takePicture(this.studio, width, height, preset, this.robot, over);
+    const picture = takePicture(this.studio, width, height, preset, this.others, over);
     this.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
   }
 

@@ -9,22 +9,29 @@ import { scaleBar } from "./scene/colour_scale.js";
 export const HANDLERS = {
   robot: (app, { about }) => app.start(about),
   joints: (app, { q, up, source }) => {
-    if (!isOutdated(source, app.source, app.reports)) app.set([...q], up, false);
+    if (!isOutdated(source, app.source, app.reports)) app.display([...q], up, source !== "");
   },
   still: (app) => app.still(),
-  shown: (app, { shown }) => app.show(shown),
+  shown: (app, message) => app.receiveShown(message),
   frames: (app, message) => app.chooseFrames(message),
   edition: (app, { name }) => app.setEdition(String(name)),
   camera: (app, { name }) => app.camera(name),
   ghost: (app, { q }) => app.ghost.show(q),
   ghosts: (app, message) => app.showGhosts(message),
   targets: (app, { targets }) => app.targets.show(targets),
-  colours: (app, { links, label, low, high, stops }) => {
+  colours: (app, { robot, links, label, low, high, stops }) => {
     /** @type {{ link: number, rgb: import("./types.js").Vector }[]} */
     const coloured = links;
-    app.colours.setScale(new Map(coloured.map(({ link, rgb }) => [link, rgb])));
+    const shown = robot ? app.others.robots.get(robot) : app.shown;
+    shown?.colours.setScale(new Map(coloured.map(({ link, rgb }) => [link, rgb])));
     app.legend.set("colours", stops ? [`${label} ${low}`.trim(), scaleBar(stops), `${high}`] : []);
   },
+  robot_added: (app, message) => app.others.add(message),
+  robot_joints: (app, { robot, q, up }) => app.others.display(robot, q, up),
+  robot_removed: (app, { robot }) => app.others.remove(robot),
+  robots: (app, { robots }) => app.others.keep(robots),
+  extra: (app, message) => app.extras.add(message),
+  extras: (app, { names }) => app.extras.keep(names),
   lights: (app, { lights }) => app.lights.show(lights),
   speech: (app, { text }) => app.speech.say(text),
   reach: (app, message) => app.reach.show(message),

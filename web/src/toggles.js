@@ -74,7 +74,10 @@ export class Toggles {
     /** @type {Map<string, HTMLButtonElement>} */
     this.buttons = new Map();
     for (const [name, { text }] of Object.entries(TOGGLES)) {
-      const flip = () => this.set({ [name]: !this.shown[name] });
+      const flip = () => {
+        this.set({ [name]: !this.shown[name] });
+        app.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: app.source });
+      };
       const button = element("button", { type: "button", onclick: flip }, text);
       button.dataset.shown = name;
       this.buttons.set(name, button);

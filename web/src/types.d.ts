@@ -109,7 +109,7 @@ export interface MeshcatViewer {
     addEventListener(type: string, listener: () => void): void;
   };
   animator: Animator;
-  scene_tree: { find(path: string[]): { object: Three.Object3D } };
+  scene_tree: { find(path: string[]): { object: Three.Object3D }; delete(path: string[]): void };
   needs_render: boolean;
   handle_command(message: any): void;
   handle_command_bytearray(message: Uint8Array): void;

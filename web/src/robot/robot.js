@@ -30,7 +30,9 @@ export class Robot extends Skeleton {
     });
     /** The configuration. meshcat's clips write into this array of the root; all else does too: there is one truth. */
     this.q = [...about.neutral];
-    Object.assign(root, { joint_values: this.q });
+    /** The vertical in the root's frame that a clip gives with them, of any length; zeros where it gives none. */
+    this.clipUp = [0, 0, 0];
+    Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
   }
 
   /** @param {string} name of a frame */
@@ -97,11 +99,26 @@ export class Robot extends Skeleton {
 
   /** Height of the lowest vertex over the floor. */
   lowest() {
+    const fromWorld = this.fromWorld();
+    const shapes = this.meshes.map(({ mesh }) => {
+      const T = new THREE.Matrix4().multiplyMatrices(fromWorld, mesh.matrixWorld).elements;
+      if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+      const { min, max } = /** @type {THREE.Box3} */ (mesh.geometry.boundingBox);
+      // The lowest corner of the box around it.
+      const least = (/** @type {number} */ slope, /** @type {number} */ a, /** @type {number} */ b) =>
+        slope * (slope > 0 ? a : b);
+      const under = least(T[2], min.x, max.x) + least(T[6], min.y, max.y) + least(T[10], min.z, max.z) + T[14];
+      return { position: mesh.geometry.attributes.position, T, under };
+    });
     let lowest = Infinity;
-    this.eachVertex(
-      (vertex) => (lowest = Math.min(lowest, vertex.z)),
-      () => lowest,
-    );
+    // Those first that may reach lowest: most of the others need no look then.
+    for (const { position, T, under } of shapes.sort((a, b) => a.under - b.under)) {
+      if (under > lowest) break;
+      for (let i = 0; i < position.count; i++) {
+        const height = T[2] * position.getX(i) + T[6] * position.getY(i) + T[10] * position.getZ(i) + T[14];
+        if (height < lowest) lowest = height;
+      }
+    }
     return Number.isFinite(lowest) ? lowest : 0;
   }
 
@@ -136,7 +153,8 @@ export class Robot extends Skeleton {
     for (const { mesh } of this.meshes) {
       if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
       own.copy(/** @type {THREE.Sphere} */ (mesh.geometry.boundingSphere)).applyMatrix4(mesh.matrixWorld);
-      sphere.union(own);
+      if (sphere.isEmpty()) sphere.copy(own);
+      else sphere.union(own);
     }
     if (sphere.isEmpty()) sphere.set(this.root.getWorldPosition(new THREE.Vector3()), 1);
     return sphere;

@@ -20,6 +20,7 @@ export function dispose(node) {
   const { geometry, material } = /** @type {any} */ (node);
   geometry?.dispose();
   material?.map?.dispose();
+  material?.alphaMap?.dispose();
   material?.dispose();
   node.removeFromParent();
 }

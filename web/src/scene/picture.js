@@ -30,16 +30,16 @@ export function paintCanvas(ink, canvas, width, height) {
  * @param {number} width in pixels
  * @param {number} height
  * @param {import("../types.js").Camera | undefined} preset where to look from; as the page does if none is given
- * @param {import("../robot/robot.js").Robot} robot
+ * @param {{ box(links: number[]): import("three").Box3 }} robots
  * @param {(ink: CanvasRenderingContext2D) => void} over draws what stands over the scene
  */
-export function takePicture(studio, width, height, preset, robot, over) {
+export function takePicture(studio, width, height, preset, robots, over) {
   const { viewer } = studio;
   const { ratio } = studio;
   Object.assign(studio, { alwaysFine: true, ratio: 1 });
   studio.setRatio(1);
   resize(viewer, width, height);
-  if (preset) studio.look(preset, robot);
+  if (preset) studio.look(preset, robots);
   viewer.render();
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [width, height];

@@ -40,8 +40,10 @@ export class Studio {
     scene.add(this.floor.node);
     this.place = [0, 0];
     this.size = 1;
-    /** @type {Robot | null} */
-    this.robot = null;
+    /** Robots that are drawn, the page's own first, and all of their shapes. @type {Robot[]} */
+    this.robots = [];
+    /** @type {import("../types.js").Shape[]} */
+    this.shapes = [];
     this.quality = new Quality();
     // Pictures are always drawn at their best.
     this.alwaysFine = false;
@@ -50,6 +52,7 @@ export class Studio {
     this.shadowsOld = 0;
     this.seen = new Float64Array(32);
     this.sphere = new THREE.Sphere();
+    this.part = new THREE.Sphere();
     this.ratio = renderer.getPixelRatio();
     // The share of their own opacity that shapes have, and whether the axes inside are to be seen.
     this.opacity = 1;
@@ -69,21 +72,38 @@ export class Studio {
   }
 
   /**
-   * Give the robot its materials, and fit light and floor to its size.
+   * Fit floor and marks to the size of the page's own robot.
    *
    * @param {Robot} robot
    */
   fit(robot) {
-    this.robot = robot;
-    for (const { mesh } of robot.meshes) {
-      setMaterial(mesh);
-      mesh.layers.enable(ROBOT_LAYER);
-    }
     this.size = robot.box([]).getSize(new THREE.Vector3()).length() || 1;
     this.floor.fit(this.size);
   }
 
-  /** The robot is elsewhere than in the last picture. */
+  /**
+   * Draw a robot, too.
+   *
+   * @param {Robot} robot
+   */
+  adopt(robot) {
+    for (const { mesh } of robot.meshes) {
+      setMaterial(mesh);
+      mesh.layers.enable(ROBOT_LAYER);
+    }
+    this.robots.push(robot);
+    this.shapes = this.robots.flatMap(({ meshes }) => meshes);
+    this.moved();
+  }
+
+  /** @param {Robot} robot that is drawn no more */
+  release(robot) {
+    this.robots = this.robots.filter((other) => other !== robot);
+    this.shapes = this.robots.flatMap(({ meshes }) => meshes);
+    this.moved();
+  }
+
+  /** A robot is elsewhere than in the last picture. */
   moved() {
     this.robotMoved = true;
   }
@@ -123,11 +143,11 @@ export class Studio {
     if (this.robotMoved) this.shadowsOld += 1;
     this.robotMoved = false;
     const level = this.alwaysFine ? LEVELS[0] : quality.next(now, changed);
-    const fine = level.fine || !this.robot;
+    const fine = level.fine || this.robots.length === 0;
     if (this.shadowsOld >= level.shadows) this.castShadows();
     this.setRatio(level.ratio * this.ratio);
     this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
-    const shapes = this.robot?.meshes ?? [];
+    const { shapes } = this;
     if (fine) this.smoothing.draw(scene, camera);
     else this.fastLook.draw(shapes, camera);
     this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
@@ -171,12 +191,13 @@ export class Studio {
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
   }
 
-  // The light's shadow is fitted to the robot, so that all of its pixels are used.
+  // The light's shadow is fitted to the robots, so that all of its pixels are used.
   castShadows() {
-    if (!this.robot) return;
+    if (this.robots.length === 0) return;
     this.shadowsOld = 0;
     const { key, sphere, viewer } = this;
-    this.robot.sphere(sphere);
+    this.robots[0].sphere(sphere);
+    for (const robot of this.robots.slice(1)) sphere.union(robot.sphere(this.part));
     const { center } = sphere;
     // In steps, so that the shadow of a limb that moves does not swim on one that does not.
     const radius = 1.1 ** Math.ceil(Math.log(sphere.radius) / Math.log(1.1));
@@ -212,7 +233,7 @@ export class Studio {
   setOpacity(share) {
     this.opacity = share;
     const least = this.axesShown ? Math.min(share, SEEN_THROUGH) : share;
-    for (const { mesh } of this.robot?.meshes ?? []) {
+    for (const { mesh } of this.robots[0]?.meshes ?? []) {
       const opacity = least * mesh.userData.opacity;
       const side = opacity < mesh.userData.opacity ? THREE.FrontSide : mesh.userData.side;
       const transparent = opacity < 1;
@@ -226,12 +247,12 @@ export class Studio {
    * Look from one of the presets.
    *
    * @param {import("../types.js").Camera | undefined} preset
-   * @param {Robot} robot
+   * @param {{ box(links: number[]): THREE.Box3 }} robots
    * @param {number} bar share of the picture's height that a bar hides
    */
-  look(preset, robot, bar = 0) {
+  look(preset, robots, bar = 0) {
     if (!preset) return;
-    lookAt(this.viewer, preset, robot.box(preset.links), this.size, bar);
+    lookAt(this.viewer, preset, robots.box(preset.links), this.size, bar);
     this.viewer.set_dirty();
   }
 }

@@ -1,0 +1,160 @@
+"""Another robot in the scene of a viewer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.multidof import MultiDofModel
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import check_rotation
+from nao_kin.viewer import overlays
+from nao_kin.viewer.description import describe, presets_of
+from nao_kin.viewer.messages import RetainedMessages, panel_message, set_transform, typed_array
+from nao_kin.viewer.scene import carriers, link_paths, robot_drawables, scene_messages, width
+
+# Further away [m] a graphics card, which computes in floats, draws no robot.
+_FARTHEST = 1e4
+
+
+class ShownRobot:
+    """A robot that stands in the scene beside the viewer's own; `Viewer.add_robot` makes it.
+
+    It is set down on its ground by the same rule as the viewer's own robot. A typed model is shown with the links of
+    the robot it was made from, in the poses of its typed configuration.
+
+    Attributes:
+        name: what it is called.
+        robot: the robot, or the typed model.
+        notes: what of its looks cannot be shown, one line each.
+        T_world_ground: where its ground is, shape (4, 4); the viewer's own robot stands on that of the world.
+    """
+
+    def __init__(
+        self,
+        messages: RetainedMessages,
+        robot: RobotModel | MultiDofModel,
+        number: int,
+        name: str,
+        opacity: float,
+        forget: Callable[[int], None],
+    ) -> None:
+        self.name, self.robot = name, robot
+        self._typed = robot if isinstance(robot, MultiDofModel) else None
+        self._model = robot.robot if isinstance(robot, MultiDofModel) else robot
+        self._messages, self._number, self._forget = messages, number, forget
+        self._key, self._shown = f"robot {number} ", True
+        tree = self._model.tree
+        self._drawables, self.notes = robot_drawables(tree)
+        self._links = {link: index for index, link in enumerate(link_paths(tree))}
+        self._carriers = carriers(tree, self._drawables)
+        presets = presets_of(self._model)
+        about = describe(self._model, tree, presets, self.notes, self._drawables)
+        self._start = presets.start
+        self.T_world_ground = np.eye(4)
+        self.reaches_aside = width(self._model, self._drawables, presets.start)
+        # A page that has another robot of this number, from a program before this one, is to forget it.
+        self._put("anew", "robot_removed", {})
+        for key, message in scene_messages(
+            self._model, tree, self._drawables, under=f"{self._ground}/", opacity=opacity
+        ):
+            self._messages.put(f"{self._key}{key}", message)
+        self._put("about", "robot_added", {"name": name, "about": about})
+        self._show(presets.start, None)
+
+    @property
+    def q(self) -> Floats:
+        """The configuration on show, shape (nq,), of the robot or of the typed model."""
+        return np.array(self._q) if self._typed is None else self._typed.from_q(self._q)
+
+    def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
+        """Show a configuration, as `Viewer.display` does.
+
+        Args:
+            q: one configuration, shape (nq,); of a typed model a typed one.
+            up: the vertical in the root's frame, shape (3,); None lets the robot stand, sit or lie by itself.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
+            DisagreeingJoints: a typed configuration in which joints of one motor disagree.
+            BadArgument: the robot was removed.
+        """
+        self._check_shown()
+        if self._typed is not None:
+            if np.ndim(q) != 1:
+                raise WrongShape("q", f"({self._typed.nq},)", np.shape(q))
+            q = self._typed.to_q(q, reference=self._q)
+        array = overlays.one_configuration(self._model, q)
+        self._show(array, None if up is None else overlays.direction(up, "up"))
+
+    def place(self, T: ArrayLike) -> None:
+        """Put the ground that the robot stands on elsewhere.
+
+        Args:
+            T: pose of the ground in the world, shape (4, 4); the identity is where the viewer's own robot stands.
+
+        Raises:
+            WrongShape, NotFinite, NotARotation: T is no pose.
+            BadArgument: farther away than 10 km; or the robot was removed.
+        """
+        self._check_shown()
+        self.T_world_ground = checked_pose(T)
+        self._messages.put(f"{self._key}place", set_transform(self._ground, self.T_world_ground))
+
+    def color_links(
+        self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
+    ) -> None:
+        """Colour its links by a number each, as `Viewer.color_links` does; the page's legend is of the last colours.
+
+        Raises:
+            UnknownName, NotFinite, BadArgument: as there; or the robot was removed.
+        """
+        self._check_shown()
+        message = overlays.colours(self._links, self._carriers, values, low, high, label, self._number)
+        self._messages.put(f"{self._key}colours", message)
+
+    def remove(self) -> None:
+        """Take it out of the scene; does nothing the second time."""
+        if self._shown:
+            self._shown = False
+            self._messages.drop(self._key)
+            self._forget(self._number)
+
+    @property
+    def _ground(self) -> str:
+        return f"ground:{self._number}"
+
+    def _show(self, q: Floats, up: list[float] | None) -> None:
+        self._q = q
+        self._put("joints", "robot_joints", {"q": typed_array(q), "up": up})
+
+    def _put(self, key: str, kind: str, content: Mapping[str, object]) -> None:
+        self._messages.put(f"{self._key}{key}", panel_message(kind, {"robot": self._number, **content}))
+
+    def _check_shown(self) -> None:
+        if not self._shown:
+            raise BadArgument(f"{self.name} was removed from the viewer")
+
+    def __repr__(self) -> str:
+        return f"<ShownRobot {self.name}{'' if self._shown else ', removed'}>"
+
+
+def checked_pose(T: ArrayLike) -> Floats:
+    """`T` as a fresh pose, shape (4, 4).
+
+    Raises:
+        WrongShape, NotFinite, NotARotation, BadArgument: it is none, or too far away.
+    """
+    array = as_floats(T, (), "T")
+    if array.shape != (4, 4):
+        raise WrongShape("T", "(4, 4)", array.shape)
+    check_rotation(array[:3, :3])
+    if np.abs(array[:3, 3]).max() > _FARTHEST:
+        raise BadArgument(f"T is {np.abs(array[:3, 3]).max():g} m away; at most {_FARTHEST:g} m is shown")
+    pose = np.eye(4)
+    pose[:3] = array[:3]
+    return pose

@@ -1,0 +1,325 @@
+"""A robot and all that is shown with it: what every page of it gets, live or in a file."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common import atomic
+from nao_kin._common.arrays import Floats
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.motion import HOLD, Hips, Motion
+from nao_kin.multidof import MultiDofModel
+from nao_kin.robot import RobotModel
+from nao_kin.viewer import extras, overlays
+from nao_kin.viewer.changes import ChangeCallback, Changes, Subscription
+from nao_kin.viewer.description import describe, presets_of
+from nao_kin.viewer.drawings import Drawings
+from nao_kin.viewer.lights import GROUPS
+from nao_kin.viewer.messages import panel_message, set_animation, typed_array
+from nao_kin.viewer.outside import OutsideWarnings
+from nao_kin.viewer.page import static_page
+from nao_kin.viewer.recording import Recording
+from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_messages, width
+from nao_kin.viewer.shown_robot import ShownRobot, checked_pose
+
+# Between robots that stand beside each other [m]; and how many there may be beside the first.
+_GAP = 0.1
+_MOST_ROBOTS = 32
+
+
+class ShownScene(Drawings):
+    """What a viewer shows: a robot in a configuration or a clip, other robots, and all that is drawn.
+
+    Attributes:
+        robot: the robot on show.
+        notes: what of its looks cannot be shown, one line each.
+        camera_names: names that `camera` takes.
+
+    Raises:
+        BadModel: the robot's URDF can no longer be read.
+        BadArgument: no robot.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        super().__init__()
+        if not isinstance(robot, RobotModel):
+            raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
+        tree = robot.tree
+        drawables, self.notes = robot_drawables(tree)
+        self._presets = presets = presets_of(robot)
+        self.robot = robot
+        self.camera_names = tuple(presets.cameras)
+        self._links = {name: index for index, name in enumerate(link_paths(tree))}
+        self._carriers = carriers(tree, drawables)
+        names = tuple(drawable.light for drawable in drawables if drawable.light)
+        self._lights = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
+        self.light_names = (*self._lights, *names)
+        self._outside = OutsideWarnings(robot)
+        for key, message in scene_messages(robot, tree, drawables):
+            self._messages.put(key, message)
+        about = describe(robot, tree, presets, self.notes, drawables)
+        self._messages.put("robot", panel_message("robot", {"about": about}))
+        self._messages.scene_is_complete()
+        self._messages.blanks = overlays.blanks(robot)
+        self._others: dict[int, ShownRobot] = {}
+        self._robot_numbers = itertools.count(1)
+        self._own_edge = self._edge = width(robot, drawables, presets.start)
+        self._changes, self._recordings = Changes(), list[Recording]()
+        self._show_joints(presets.start, None)
+
+    # --- the configuration ----------------------------------------------------------------------------------------
+
+    @property
+    def q(self) -> Floats:
+        """The configuration on show, shape (nq,): the one last displayed, or moved to in a page.
+
+        While a clip plays it is where an open page says that its clip is, some twenty times a second; of several pages
+        the one that spoke last. Without an open page a clip stands at its first configuration.
+        """
+        return np.array(self._q)
+
+    def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
+        """Show a configuration.
+
+        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`) unless
+        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside. Values
+        beyond ±1e6 rad or m are refused, from here and from the page: they are no place of a joint, and not wrapped
+        because q would be another one.
+
+        Args:
+            q: one configuration, shape (nq,).
+            up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest gives it,
+                shape (3,): (−1, 0, 0) lies on its belly. None lets the robot stand, sit or lie by itself: on its soles
+                where it is balanced on them, else as the nearest of its postures rests.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
+        """
+        array = overlays.one_configuration(self.robot, q)
+        vertical = None if up is None else overlays.direction(up, "up")
+        self._outside.check(array)
+        if self._messages.get("clip") is not None:
+            self._messages.put("clip", panel_message("still", {}))
+        self._show_joints(array, vertical)
+
+    def rest(self, posture: str) -> tuple[float, float, float] | None:
+        """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles.
+
+        What is displayed comes to rest so by itself; this is for what asks for it elsewhere, such as an `up`.
+
+        Raises:
+            UnknownName: no such posture.
+        """
+        if posture not in self._presets.postures:
+            raise UnknownName("posture", posture, tuple(self._presets.postures))
+        return self._presets.rest.get(posture)
+
+    def animate(
+        self,
+        qs: ArrayLike | Motion,
+        fps: float = 30.0,
+        *,
+        play: bool = True,
+        loop: bool = True,
+        fill: str | ArrayLike = HOLD,
+        hips: Hips = "average",
+        up: ArrayLike | None = None,
+    ) -> None:
+        """Play configurations one after another, as a meshcat clip that the page can pause and scrub.
+
+        Between two of them every joint moves at constant speed, so that joints of one motor stay together.
+
+        Args:
+            qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
+            fps: configurations per second.
+            play: start at once.
+            loop: play again and again.
+            fill: where joints are that a motion does not name, as in `Motion.configurations`.
+            hips: what one motor does that a motion names twice, as there.
+            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None lets the robot stand,
+                sit and lie by itself all along.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
+            ZeroNorm: `up` is no direction.
+            UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+        """
+        if isinstance(qs, Motion):
+            qs = qs.configurations(self.robot, rate=overlays.number(fps, "fps"), fill=fill, hips=hips).q
+        self.robot.angles(qs)  # refuses all that is no configuration
+        array = np.array(qs, dtype=np.float64)
+        if array.ndim != 2 or len(array) == 0:
+            raise WrongShape("qs", f"(n, {self.robot.nq}) with n ≥ 1", array.shape)
+        overlays.check_size(self.robot, array)
+        rate = overlays.number(fps, "fps")
+        if rate <= 0.0:
+            raise BadArgument(f"fps must be positive, got {rate:g}")
+        ups = None if up is None else overlays.directions(up, "up", len(array))
+        self._outside.check(array)
+        self._show_joints(array[0], None if ups is None else ups[0].tolist())
+        repetitions = math.inf if loop else 1.0
+        self._messages.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions, ups=ups))
+
+    def camera(self, name: str) -> None:
+        """Look at the robot from one of `camera_names`.
+
+        Raises:
+            UnknownName: no such camera.
+        """
+        self._check_camera(name)
+        self._messages.put("camera", panel_message("camera", {"name": name}))
+
+    # --- what pages do, and what is shown meanwhile ---------------------------------------------------------------
+
+    def on_change(self, callback: ChangeCallback) -> Subscription:
+        """Call a function when somebody moves the robot in a page: by sliders, handles, postures.
+
+            subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
+            subscription.remove()
+
+        It is called in a thread of its own, never twice at once, with a copy of the newest configuration and the names
+        of all joints that changed since it was called last; none where the base or the direction up alone did. It may
+        take its time, and use the viewer. What it raises is logged, by the logger nao_kin.viewer.changes, and changes
+        nothing. Neither `display` nor a clip calls it.
+
+        Args:
+            callback: called with q, shape (nq,), and the joints' names.
+
+        Returns:
+            What `remove`s it.
+
+        Raises:
+            BadArgument: nothing that can be called.
+        """
+        if not callable(callback):
+            raise BadArgument(f"on_change takes a function of q and joint names, got {quoted(callback)}")
+        return self._changes.add(callback)
+
+    @contextmanager
+    def record(self, fps: float = 30.0) -> Iterator[Recording]:
+        """Record what is shown in a `with` block: what is displayed, dragged, and played in a page.
+
+            with viewer.record() as recording:
+                viewer.wait_for_the_user()
+            nk.motion.write_motion(recording.motion, "wave.json")
+
+        Args:
+            fps: configurations kept per second, at most; see `Recording` for how long ones are kept in bounded memory.
+
+        Raises:
+            BadArgument, WrongShape, NotFinite: fps is no positive number.
+        """
+        rate = overlays.number(fps, "fps")
+        if not 0.0 < rate <= 1000.0:
+            raise BadArgument(f"fps must be above 0 and at most 1000, got {rate:g}")
+        recording = Recording(self.robot, self._q, rate)
+        self._recordings.append(recording)
+        try:
+            yield recording
+        finally:
+            self._recordings.remove(recording)
+            recording.finish()
+
+    def add_robot(
+        self,
+        robot: RobotModel | MultiDofModel,
+        *,
+        name: str | None = None,
+        at: ArrayLike | None = None,
+        opacity: float = 1.0,
+    ) -> ShownRobot:
+        """Put another robot into the scene: a second NAO, its typed model, Romeo.
+
+            other = viewer.add_robot(nk.load_robot("romeo"), at=T_world_ground)
+            other.display(q)
+            other.remove()
+
+        Args:
+            robot: any robot, or a typed model of one.
+            name: what it is called, 1 to 200 characters; None for the robot's name.
+            at: pose in the world of the ground that it stands on, shape (4, 4); the viewer's own robot stands at the
+                origin, x ahead, z up. None for beside the others, to their right.
+            opacity: above 0 and at most 1.
+
+        Raises:
+            BadArgument: no robot, no name, no opacity; more than 32 robots.
+            WrongShape, NotFinite, NotARotation: `at` is no pose.
+            BadModel: the robot's URDF can no longer be read.
+        """
+        if not isinstance(robot, (RobotModel, MultiDofModel)):
+            raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
+        called = (robot.robot if isinstance(robot, MultiDofModel) else robot).name if name is None else name
+        extras.checked_name(called)
+        share = overlays.number(opacity, "opacity")
+        if not 0.0 < share <= 1.0:
+            raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
+        if len(self._others) >= _MOST_ROBOTS:
+            raise BadArgument(f"at most {_MOST_ROBOTS} robots are added; remove some before {abbreviated(called)}")
+        place = None if at is None else checked_pose(at)
+        number = next(self._robot_numbers)
+        added = ShownRobot(self._messages, robot, number, called, share, self._forget_robot)
+        if place is None:
+            place = np.eye(4)
+            place[1, 3] = -(self._edge + _GAP + added.reaches_aside)
+            self._edge += _GAP + 2.0 * added.reaches_aside
+        added.place(place)
+        self._others[number] = added
+        self._list_robots()
+        return added
+
+    def _forget_robot(self, number: int) -> None:
+        del self._others[number]
+        if not self._others:
+            self._edge = self._own_edge
+        self._list_robots()
+
+    def _list_robots(self) -> None:
+        """Which robots there are: a page forgets all others, whatever it has missed."""
+        self._messages.put("robots", panel_message("robots", {"robots": list(self._others)}))
+
+    # --- the file ---------------------------------------------------------------------------------------------------
+
+    def static_html(self) -> str:
+        """The page with all that is on show inside: it needs no server and no network."""
+        return static_page(self.robot.name, self._messages.messages())
+
+    def save_html(self, path: Path | str) -> Path:
+        """Write `static_html` to a file, whole or not at all.
+
+        Returns:
+            The file.
+
+        Raises:
+            BadArgument: it cannot be written.
+        """
+        atomic.write_text(path, self.static_html())
+        return Path(path)
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
+        self._messages.put("joints", panel_message("joints", {"q": typed_array(q), "up": up, "source": source}))
+        self._note(q)
+
+    def _note(self, q: Floats) -> None:
+        self._q = q
+        for recording in tuple(self._recordings):
+            recording.show(q)
+
+    def _changed(self, before: Floats, q: Floats) -> tuple[str, ...]:
+        """The joints whose values differ."""
+        names = self.robot.joint_names
+        differs = (before != q)[len(q) - len(names) :]
+        return tuple(name for name, other in zip(names, differs, strict=True) if other)
+
+    def _check_camera(self, name: str) -> None:
+        if name not in self.camera_names:
+            raise UnknownName("camera", name, self.camera_names)

@@ -1,0 +1,276 @@
+"""How the viewer sets a robot down: what stands stands, what sits sits and what lies lies, however it is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from made_up_robots import J, made_up
+from viewer_pages import Page, chromium, messages_of, opened
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NotFinite, WrongShape, ZeroNorm
+from nao_kin.viewer import Viewer
+from nao_kin.viewer.scene import robot_drawables
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with opened(browser, Viewer(nao).save_html(tmp_path_factory.mktemp("standing") / "nao.html")) as page:
+        page.draw(False)
+        yield page
+
+
+def _set_down(page: Page, q: np.ndarray) -> np.ndarray:
+    """Pose over the floor of the root of a robot that is shown without one before it."""
+    page.run("(q) => { naoKin.standing.forget(); naoKin.set(q, null); }", q.tolist())
+    return _placement(page)
+
+
+def _placement(page: Page) -> np.ndarray:
+    return np.reshape(page.run("() => (naoKin.settle(), naoKin.robot.placement().elements)"), (4, 4)).T
+
+
+def _up(page: Page) -> np.ndarray:
+    return _placement(page)[2, :3]
+
+
+def _degrees(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b))))
+
+
+def _vertices(nao: nk.NaoModel, q: np.ndarray) -> np.ndarray:
+    """Every vertex of the meshes in the root's frame, by the library's own forward kinematics."""
+    drawables, _ = robot_drawables(nao.tree)
+    poses = dict(zip(nao.link_names, nao.fk(q), strict=True))
+    parts = []
+    for drawable in drawables:
+        T = poses[drawable.link] @ drawable.T_link_shape
+        parts.append(drawable.shape.vertices.astype(np.float32).astype(float) @ T[:3, :3].T + T[:3, 3])
+    return np.concatenate(parts)
+
+
+def _rests(nao: nk.NaoModel, q: np.ndarray, T: np.ndarray) -> bool:
+    """Whether the robot is on the floor with its centre of mass above what touches it, looked at from all sides."""
+    vertices = _vertices(nao, q) @ T[:3, :3].T + T[:3, 3]
+    assert abs(vertices[:, 2].min()) < 1e-6
+    centre = T[:3, :3] @ nao.com(q) + T[:3, 3]
+    touching = vertices[vertices[:, 2] < 0.005, :2] - centre[:2]
+    angles = np.linspace(0.0, 2.0 * np.pi, 720)
+    return bool((touching @ np.stack([np.cos(angles), np.sin(angles)])).max(axis=0).min() > 0.0)
+
+
+def test_a_posture_that_is_displayed_rests_as_the_robot_does(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    for name in ("SitRelax", "LyingBack"):
+        viewer.display(nao.posture(name))
+        with opened(browser, viewer.save_html(tmp_path / f"{name}.html")) as page:
+            assert _degrees(_up(page), np.array(viewer.rest(name) or (0.0, 0.0, 1.0))) < 6.0, name
+            assert _rests(nao, nao.posture(name), _placement(page)), name
+
+
+def test_every_posture_is_set_down_balanced_on_the_floor(page: Page, nao: nk.NaoModel) -> None:
+    for name in nao.posture_names:
+        T = _set_down(page, nao.posture(name))
+        assert _rests(nao, nao.posture(name), T), name
+        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_robot_on_its_back_still_lies_there_when_an_arm_moves(page: Page, nao: nk.NaoModel) -> None:
+    angles = nao.angles(nao.posture("LyingBack"))
+    for joint, values in (("LShoulderPitch", (-1.5, 0.0, 1.0)), ("RShoulderRoll", (-1.2, -0.4)), ("HeadYaw", (1.0,))):
+        for value in values:
+            q = nao.configuration(angles | {joint: value}, limits="ignore")
+            T = _set_down(page, q)
+            assert T[2, 0] > 0.8, (joint, value)
+            assert _rests(nao, q, T), (joint, value)
+
+
+def test_a_robot_on_the_floor_rests_wherever_its_joints_are(page: Page, nao: nk.NaoModel) -> None:
+    rested = 0
+    for q in nao.random(3, 60):
+        T = _set_down(page, q)
+        if page.run("() => naoKin.standing.last.rests"):
+            assert _rests(nao, q, T)
+            rested += 1
+    assert rested > 10
+
+
+def test_a_robot_that_would_fall_stands_in_the_red(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.configuration({"LHipPitch": -0.9, "LKneePitch": 1.5, "LAnklePitch": -0.5})
+    T = _set_down(page, q)
+    assert (T @ nao.fk(q, "RLeg"))[2, 2] == pytest.approx(1.0, abs=1e-9)
+    assert not _rests(nao, q, T)
+
+
+def test_what_is_shown_alone_does_not_depend_on_what_was_shown_before(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.posture("Sit")
+    alone = _set_down(page, q)
+    for other in ("LyingBelly", "StandZero", "LyingBack"):
+        _set_down(page, nao.posture(other))
+        page.set(q)
+        assert np.abs(_placement(page) - alone).max() < 1e-9
+
+
+def test_a_slow_way_from_crouching_to_lying_falls_once(page: Page, nao: nk.NaoModel) -> None:
+    way = [nao.posture(name) for name in ("Crouch", "SitRelax", "LyingBack")]
+    _set_down(page, way[0])
+    before, jumps = _up(page), 0
+    for a, b in pairwise(way):
+        for q in np.linspace(a, b, 80):
+            page.set(q)
+            up = _up(page)
+            jumps += _degrees(up, before) > 15.0
+            before = up
+    assert jumps <= 2  # where it leaves its feet, and where it leaves its seat
+    assert before[0] > 0.95
+
+
+def test_an_arm_that_is_moved_by_the_arrow_keys_turns_the_robot_little_by_little(page: Page, nao: nk.NaoModel) -> None:
+    _set_down(page, nao.posture("SitRelax"))
+    page.slider("LShoulderPitch").focus()
+    before = _up(page)
+    for key in ["ArrowLeft"] * 12 + ["ArrowRight"] * 12:
+        page.tab.keyboard.press(key)
+        assert _degrees(_up(page), before) < 6.0
+        before = _up(page)
+    assert _degrees(before, np.array(Viewer(nao).rest("SitRelax"))) < 6.0
+
+
+def _box_with_a_mass(folder: Path, kind: str, up: tuple[float, float, float]) -> nk.RobotModel:
+    """A box of 0.1 × 0.2 × 1 m that carries its own mass once more, on a joint along y, and knows one posture."""
+    path = folder / "box.urdf"
+    shape = '<visual><geometry><box size="0.1 0.2 1"/></geometry></visual>'
+    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    path.write_text(
+        f'<robot name="box"><link name="a">{shape}{mass}</link><link name="b">{mass}</link>'
+        f'<joint name="j" type="{kind}"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>',
+        encoding="utf-8",
+    )
+    posture = nk.semantics.Posture({"j": 0.0}, up)
+    return nk.RobotModel(nk.RobotModel.from_urdf(path).tree, nk.semantics.Semantics(postures={"Rest": posture}))
+
+
+def test_a_posture_rests_as_ever_after_the_robot_was_made_to_fall_in_the_page(browser: Any, tmp_path: Path) -> None:
+    robot = _box_with_a_mass(tmp_path, "prismatic", (0.0, 0.0, 1.0))
+    with Viewer(robot) as viewer, opened(browser, viewer.url) as page:
+        page.draw(False)
+
+        def fall() -> None:
+            assert np.allclose(_up(page), [0.0, 0.0, 1.0], atol=1e-6)
+            for value in (0.1, 0.3, 0.1, 0.0):  # beyond 0.2 the centre of mass leaves the foot of the box
+                page.slide("j", value)
+                page.run("() => naoKin.settle()")
+            assert np.allclose(_up(page), [0.0, -1.0, 0.0], atol=1e-6)  # it lies on the side that it fell on
+
+        fall()
+        page.tab.get_by_role("button", name="Rest", exact=True).click()
+        fall()
+        viewer.display(robot.posture("Rest"))
+        page.tab.wait_for_function("() => (naoKin.settle(), naoKin.robot.placement().elements[10] > 0.999999)")
+
+
+# --- clips and directions given ---------------------------------------------------------------------------------------
+
+
+def _scrub(page: Page, key: str) -> None:
+    page.tab.get_by_label("Time").focus()
+    page.tab.keyboard.press(key)
+
+
+def test_a_clip_sits_down(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Sit"), 50), play=False)
+    with opened(browser, viewer.save_html(tmp_path / "sit.html")) as page:
+        assert _up(page)[2] > 0.95
+        _scrub(page, "End")
+        assert _degrees(_up(page), np.array(viewer.rest("Sit"))) < 6.0
+        assert _rests(nao, page.q, _placement(page))
+
+
+def test_a_clip_goes_along_with_the_directions_given(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer, q = Viewer(nao), nao.posture("StandZero")
+    angles = np.linspace(0.0, np.pi / 2, 11)
+    ups = np.stack([np.sin(angles), np.zeros(11), np.cos(angles)], axis=1)
+    for up, begin, end in ((2.0 * ups, ups[0], ups[-1]), ([0.0, 3.0, 0.0], [0, 1, 0], [0, 1, 0])):
+        viewer.animate(np.tile(q, (11, 1)), 10.0, play=False, up=up)
+        with opened(browser, viewer.save_html(tmp_path / "falls.html")) as page:
+            assert np.allclose(_up(page), begin, atol=1e-6)
+            _scrub(page, "End")
+            assert np.allclose(_up(page), end, atol=1e-6)
+            assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+            page.slide("HeadYaw", 0.5)  # what a slider moves stays as the clip left it
+            assert np.allclose(_up(page), end, atol=1e-6)
+            page.tab.get_by_role("button", name="Stand", exact=True).click()
+            assert _up(page)[2] > 0.95
+
+
+def test_a_motion_takes_a_direction_too(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    viewer.animate(motion, fill="LyingBack", up=[2.0, 0.0, 0.0])
+    messages = messages_of(viewer.static_html())
+    (joints,) = (m for m in messages if m.get("kind") == "joints")
+    (clip,) = (m for m in messages if m["type"] == "set_animation")
+    assert joints["up"] == [1.0, 0.0, 0.0]
+    tracks = {track["name"]: track for track in clip["animations"][0]["clip"]["tracks"]}
+    ups = np.frombuffer(tracks[".up_values"]["values"].data, dtype=np.float32).reshape(-1, 3)
+    assert len(ups) * nao.nq == len(tracks[".joint_values"]["values"].data) / 4
+    assert (ups == [1.0, 0.0, 0.0]).all()
+
+
+def test_directions_that_are_none_are_refused(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    qs = np.tile(nao.posture("Stand"), (4, 1))
+    for up, error in (
+        (np.ones((3, 3)), WrongShape),
+        (np.ones(2), WrongShape),
+        (np.zeros((4, 3)), ZeroNorm),
+        ([0.0, np.nan, 1.0], NotFinite),
+        ("LyingBack", BadArgument),
+    ):
+        with pytest.raises(error):
+            viewer.animate(qs, up=up)
+    assert viewer._messages.get("clip") is None
+
+
+# --- other robots, and time -------------------------------------------------------------------------------------------
+
+
+def test_a_robot_without_postures_keeps_its_trunk_upright(browser: Any, tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", axis=(0.0, 1.0, 0.0), xyz=(0.0, 0.0, 0.1)), J("b", xyz=(0.1, 0.0, 0.1)))
+    viewer = Viewer(robot)
+    viewer.display([2.0, 0.3])
+    with opened(browser, viewer.save_html(tmp_path / "robot.html")) as page:
+        assert np.allclose(_placement(page)[:3, :3], np.eye(3), atol=1e-12)
+
+
+def test_a_robot_without_soles_that_has_a_resting_posture_settles_in_it(browser: Any, tmp_path: Path) -> None:
+    robot = _box_with_a_mass(tmp_path, "revolute", (0.9, 0.1, 0.2))
+    with opened(browser, Viewer(robot).save_html(tmp_path / "box.html")) as page:
+        assert np.allclose(_up(page), [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_setting_down_takes_two_milliseconds_at_most(page: Page, nao: nk.NaoModel) -> None:
+    times = page.run(
+        """(qs) => qs.map((q) => {
+            naoKin.robot.apply(q);
+            naoKin.standing.forget();
+            const begin = performance.now();
+            naoKin.standing.place(q, null);
+            return performance.now() - begin;
+        })""",
+        nao.random(8, 200).tolist(),
+    )
+    assert np.median(times) < 2.0
