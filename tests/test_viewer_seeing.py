@@ -56,12 +56,12 @@ def _click(page: Page, name: str) -> None:
 
 def _open_menu(page: Page) -> None:
     page.tab.locator("summary", has_text="View").click()
-    assert page.tab.locator(".menu .sheet").is_visible()
+    assert page.tab.locator(".view-menu .sheet").is_visible()
 
 
 def _close_menu(page: Page) -> None:
     page.tab.keyboard.press("Escape")
-    assert not page.tab.locator(".menu .sheet").is_visible()
+    assert not page.tab.locator(".view-menu .sheet").is_visible()
 
 
 def _rest(page: Page) -> None:
@@ -341,7 +341,7 @@ def test_on_a_phone_the_bars_are_in_the_menu(browser: Any, document: Path, nao: 
         sheet, view = (page.tab.locator(what).bounding_box() for what in (".sheet", "#view"))
         assert sheet["y"] + sheet["height"] <= view["y"] + view["height"]
         page.tab.mouse.click(20, 200)
-        assert not page.tab.locator(".menu .sheet").is_visible()
+        assert not page.tab.locator(".view-menu .sheet").is_visible()
 
 
 # --- pictures and films ------------------------------------------------------------------------------------------

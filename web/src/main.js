@@ -1,6 +1,5 @@
 import { App } from "./app.js";
 import "./style.css";
-import "./view.css";
 
 try {
   const app = new App();

@@ -23,8 +23,8 @@ export class ViewMenu {
     this.boxes = new Map();
     this.sheet = element("div", { className: "sheet" }, this.bars, this.frames(), this.robot(), this.pictures());
     this.summary = element("summary", {}, "View");
-    this.menu = element("details", { className: "menu" }, this.summary, this.sheet);
-    top.querySelector("details.menu")?.remove();
+    this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
+    top.querySelector("details.view-menu")?.remove();
     const cameras = /** @type {HTMLElement} */ (document.querySelector("#cameras"));
     const shown = /** @type {HTMLElement} */ (document.querySelector("#shown"));
     top.append(this.menu);

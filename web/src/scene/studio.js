@@ -12,6 +12,7 @@ import { THREE } from "../three.js";
 
 // How far a robot goes before the camera does, as a share of its size; the key light's place, from the robot.
 const SLACK = 0.15;
+const ROUNDING = 1e-12;
 const SEEN_THROUGH = 0.28;
 const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
 
@@ -178,7 +179,8 @@ export class Studio {
       [16, camera.projectionMatrix],
     ])) {
       for (let i = 0; i < 16; i++) {
-        moved ||= this.seen[offset + i] !== elements[i];
+        // The controls turn the camera by roundings each time they are asked.
+        moved ||= Math.abs(this.seen[offset + i] - elements[i]) > ROUNDING;
         this.seen[offset + i] = elements[i];
       }
     }
