@@ -152,6 +152,11 @@ def describe(
         ],
         "limbs": limbs(robot),
         "head": next((index for name, index in place.items() if "head" in name.lower()), None),
+        "accents": [
+            {"link": place[drawable.link], "visual": index}
+            for index, drawable in numbered(drawables)
+            if drawable.accent
+        ],
         "lights": [
             {"name": drawable.light, "link": place[drawable.link], "visual": index}
             for index, drawable in numbered(drawables)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, mesh
 from nao_kin.viewer.messages import node_name, set_object, set_transform
 
 ROBOT = "robot"
+# What the names of our NAO's meshes end in that its editions differ by.
+_ACCENT = "_accent"
 _GREY: Rgba = (0.75, 0.77, 0.8, 1.0)
 
 
@@ -36,6 +38,7 @@ class Drawable:
         shape: what it is.
         rgba: its colour and opacity, each in [0, 1].
         light: name of the light that it is; "" for none.
+        accent: whether its colour differs between the editions of our NAO.
     """
 
     link: str
@@ -43,6 +46,7 @@ class Drawable:
     shape: Shape
     rgba: Rgba
     light: str = ""
+    accent: bool = False
 
 
 def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ...]]:
@@ -71,8 +75,9 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
             continue
         for mesh in loaded[path, geometry.scale]:
             rgba = visual.rgba or mesh.colour or _GREY
+            accent = PurePosixPath(geometry.filename).stem.endswith(_ACCENT)
             for name, part in (lights_of(geometry.filename, mesh) or {"": mesh}).items():
-                found.append(Drawable(visual.link, T_link_shape, part, rgba, name))
+                found.append(Drawable(visual.link, T_link_shape, part, rgba, name, accent))
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         notes.insert(0, f"mesh files not found: {abbreviated(missing[0])}{more}")

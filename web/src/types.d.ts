@@ -30,6 +30,8 @@ export interface About {
   limbs: LimbNumbers[];
   head: number | null;
   lights: { name: string; link: number; visual: number }[];
+  /** Shapes whose colour differs between the editions of our NAO. */
+  accents: { link: number; visual: number }[];
   eyes: Eye[];
 }
 

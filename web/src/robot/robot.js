@@ -1,6 +1,6 @@
 import { THREE } from "../three.js";
 import { rangeOf } from "../values/configurations.js";
-import { between } from "./nodes.js";
+import { between, isInside } from "./nodes.js";
 import { Skeleton } from "./skeleton.js";
 
 /** @typedef {import("../types.js").RobotMesh} RobotMesh */
@@ -33,6 +33,17 @@ export class Robot extends Skeleton {
     /** The vertical in the root's frame that a clip gives with them, of any length; zeros where it gives none. */
     this.clipUp = [0, 0, 0];
     Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
+  }
+
+  /**
+   * The shapes that one visual of a link is drawn with.
+   *
+   * @param {number} link
+   * @param {number} number of the visual among those of the link
+   */
+  visual(link, number) {
+    const node = this.nodes[link].children.find(({ name }) => name === `visual:${number}`);
+    return node ? this.meshes.filter(({ mesh }) => isInside(mesh, node)) : [];
   }
 
   /** @param {string} name of a frame */

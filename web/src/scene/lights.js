@@ -1,4 +1,4 @@
-import { between, isInside } from "../robot/nodes.js";
+import { between } from "../robot/nodes.js";
 import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
 
@@ -19,8 +19,7 @@ export class Lights {
     /** @type {Map<string, Light>} */
     this.shapes = new Map();
     for (const { name, link, visual } of robot.about.lights) {
-      const node = robot.nodes[link].children.find((child) => child.name === `visual:${visual}`);
-      const shape = node && robot.meshes.find(({ mesh }) => isInside(mesh, node));
+      const [shape] = robot.visual(link, visual);
       if (!shape) continue;
       const box = robot.boxIn(
         link,

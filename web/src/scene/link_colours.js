@@ -8,8 +8,6 @@ const RED = new THREE.Color(0xd92d20).convertSRGBToLinear();
 
 /** The colours of the accents of NAO's editions. @type {Record<string, number>} */
 export const EDITIONS = { orange: 0xde541c, blue: 0x1f5fae, red: 0xb5161c, grey: 0x7d828a };
-// Chroma from which a colour, as the screen has it, is an accent.
-const ACCENT = 0.4;
 
 /** The colours of the links: red where a joint is outside its limits, by a number, by their chain, or their own. */
 export class LinkColours {
@@ -24,7 +22,9 @@ export class LinkColours {
     this.outside = new Set();
     this.edition = "";
     /** Shapes whose colour differs between editions. @type {Set<import("../types.js").RobotMesh>} */
-    this.accents = new Set(robot.meshes.map(({ mesh }) => mesh).filter(isAccent));
+    this.accents = new Set(
+      robot.about.accents.flatMap(({ link, visual }) => robot.visual(link, visual).map(({ mesh }) => mesh)),
+    );
   }
 
   /** @param {Map<number, import("../types.js").Vector>} scale link → red, green, blue */
@@ -72,10 +72,4 @@ export class LinkColours {
     else color.copy(mesh.userData.own);
     if (this.outside.has(link) && !mesh.userData.lit) color.lerp(RED, 0.8);
   }
-}
-
-/** @param {import("../types.js").RobotMesh} mesh */
-function isAccent(mesh) {
-  const { r, g, b } = mesh.userData.own.clone().convertLinearToSRGB();
-  return Math.max(r, g, b) - Math.min(r, g, b) > ACCENT;
 }
