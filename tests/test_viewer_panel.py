@@ -374,14 +374,15 @@ def test_each_key_that_goes_down_is_one_step(page: Page, nao: nk.NaoModel) -> No
 
 
 def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> None:
+    placed = "() => (naoKin.settle(), naoKin.robot.placement().elements)"
+    standing = page.run(placed)
     tool(page, "LyingBack").click()
-    page.animation_frames(2)
-    lying = page.run("() => naoKin.up")
-    assert lying is not None
+    lying = page.run(placed)
+    assert lying[2] > 0.9  # x of the trunk, ahead, points up
     press(page, "Control+z")
-    assert page.run("() => naoKin.up") is None
+    assert page.run(placed) == pytest.approx(standing, abs=1e-9)
     press(page, "Control+y")
-    assert page.run("() => naoKin.up") == lying
+    assert page.run(placed) == pytest.approx(lying, abs=1e-9)
 
 
 def test_the_past_is_bounded(page: Page) -> None:
@@ -789,15 +790,19 @@ def test_every_joint_can_be_reached_in_every_window(
 
 
 def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> None:
-    small = """() => [...document.querySelectorAll('button, select, input, summary, [role="separator"]')]
-        .filter((e) => e.offsetParent && !e.closest('[popover], #player'))
-        .map((e) => [e.ariaLabel ?? e.textContent, e.getBoundingClientRect()])
+    small = """(shown) => [...document.querySelectorAll('button, select, input, summary, [role="separator"]')]
+        .filter((e) => e.checkVisibility() && (shown ? e.closest(shown) : !e.closest('[popover], #player')))
+        .map((e) => [e.ariaLabel ?? e.textContent, (e.type === 'checkbox' ? e.closest('label') : e)])
+        .map(([name, e]) => [name, e.getBoundingClientRect()])
         .filter(([, { width, height }]) => Math.min(width, height) < 44).map(([name]) => name)"""
     for size in ((390, 844), (844, 390)):
         with another(browser, document, size, **PHONE) as tab:
             assert tab.evaluate(small) == []
+            tab.locator("summary", has_text="View").tap()
+            assert tab.evaluate(small, ".sheet") == []
+            tab.locator("summary", has_text="View").tap()
             tab.get_by_role("button", name="Settings").tap()
-            assert tab.evaluate(small.replace("!e.closest('[popover], #player')", "e.closest(':popover-open')")) == []
+            assert tab.evaluate(small, ":popover-open") == []
 
 
 def test_a_finger_moves_a_slider(browser: Any, document: Path) -> None:

@@ -227,6 +227,17 @@ export class App extends EventTarget {
   }
 
   /**
+   * Show a configuration that is no small step from the one before: it is set down as if it were the first.
+   *
+   * @param {number[]} q
+   * @param {ArrayLike<number> | null} up
+   */
+  jump(q, up = null) {
+    this.setDownAnew();
+    this.set(q, up);
+  }
+
+  /**
    * Show a configuration that comes from elsewhere.
    *
    * @param {number[]} q
@@ -266,8 +277,7 @@ export class App extends EventTarget {
   posture(name) {
     const posture = this.robot.about.postures.find((candidate) => candidate.name === name);
     if (!posture) return;
-    this.setDownAnew();
-    this.set(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q, null);
+    this.jump(this.robot.about.floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q);
   }
 
   // Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn.

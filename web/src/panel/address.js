@@ -119,8 +119,8 @@ export class Address {
       return;
     }
     const { q, up, camera, shown, units, frame } = state;
-    if (q) app.set(unrounded(app.robot.about, q, ROUNDING), up ?? null);
-    else if (up) app.set([...app.q], up);
+    if (q) app.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null);
+    else if (up) app.jump([...app.q], up);
     app.settle();
     if (shown) {
       const offered = [...app.toggles.buttons].filter(([, { hidden }]) => !hidden);

@@ -93,7 +93,7 @@ export class Exchange {
     const { robot, q } = this.app;
     try {
       const read = readConfiguration(robot.about, q, text);
-      this.app.set(read.q);
+      this.app.jump(read.q, this.app.up);
       this.app.settle();
       const outside = robot.outside(read.q).size;
       const values = `${read.count} value${read.count === 1 ? "" : "s"} from ${read.kind}`;

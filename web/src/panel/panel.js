@@ -92,7 +92,7 @@ export class Panel {
   }
 
   reset() {
-    this.app.set([...this.start.q], this.start.up);
+    this.app.jump([...this.start.q], this.start.up);
   }
 
   refresh() {

@@ -83,7 +83,7 @@ export class Past extends EventTarget {
   /** @param {Stance | undefined} stance */
   show(stance) {
     if (!stance) return;
-    this.app.set(stance.q, stance.up);
+    this.app.jump(stance.q, stance.up);
     // It is no step of its own.
     this.now = stance;
     this.app.settle();

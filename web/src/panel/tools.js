@@ -14,7 +14,7 @@ export class Tools {
     past.addEventListener("changed", () => this.refresh());
     const reset = iconButton("reset", "Back to the beginning", () => panel.reset());
     const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror());
-    const random = iconButton("random", "Random within the limits", () => app.set(randomWithin(about, app.q)));
+    const random = iconButton("random", "Random within the limits", () => app.jump(randomWithin(about, app.q)));
     mirror.hidden = about.mirror.length === 0;
     const copy = iconButton("copy", "Copy the configuration", () => {});
     const formats = menu(
@@ -54,6 +54,6 @@ export class Tools {
   mirror() {
     const { app } = this.panel;
     const up = app.up ? [app.up[0], -app.up[1], app.up[2]] : null;
-    app.set(mirrored(app.robot.about, app.q), up);
+    app.jump(mirrored(app.robot.about, app.q), up);
   }
 }
