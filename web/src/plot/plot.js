@@ -27,6 +27,8 @@ export class Plot {
     this.title = title;
     /** @type {Line[]} */
     this.lines = [];
+    /** Where the cursor is [s]. */
+    this.time = 0;
     /** @type {number[]} */
     this.times = [];
     this.values = element("div", { className: "values" });
@@ -81,7 +83,7 @@ export class Plot {
           { ...axis, size: 44, gap: 4, space: 24 },
         ],
         series: [{}, ...lines.map(({ colour }) => ({ stroke: colour, width: 1.75, points: { show: false } }))],
-        hooks: { drawAxes: [(plot) => this.drawLimits(plot)] },
+        hooks: { drawAxes: [(plot) => this.drawLimits(plot)], draw: [() => this.place()] },
       },
       [times, ...lines.map(({ values }) => values)],
       this.picture,
@@ -144,13 +146,20 @@ export class Plot {
    * @param {(line: number) => number} valueOf a line, in the unit shown
    */
   setTime(time, valueOf) {
-    if (!this.plot) return;
-    const last = this.times.at(-1) ?? 0;
-    this.cursor.style.transform = `translateX(${this.plot.valToPos(Math.min(Math.max(time, this.times[0]), last), "x")}px)`;
+    this.time = time;
+    this.place();
     this.lines.forEach(({ digits, sign }, i) => {
       const text = `${valueOf(i).toFixed(digits).replace("-", "−")}${sign === "°" ? "" : " "}${sign}`;
       if (this.outputs) this.outputs[i].textContent = text;
     });
+  }
+
+  // Before the plot is drawn it does not know where its times are.
+  place() {
+    const { plot, times } = this;
+    if (!plot || plot.scales.x.max === undefined) return;
+    const time = Math.min(Math.max(this.time, times[0]), times[times.length - 1]);
+    this.cursor.style.transform = `translateX(${plot.valToPos(time, "x")}px)`;
   }
 
   resize() {

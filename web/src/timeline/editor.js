@@ -69,11 +69,12 @@ export class Editor {
     this.problem.setAttribute("role", "status");
     this.slow = element("button", { type: "button", className: "slow" }, "Slow down");
     this.slow.onclick = () => this.slowDown();
+    const actions = [this.add, this.replace, this.copy, this.remove, interpolation, this.back, this.again];
     return element(
       "div",
-      { className: "tools" },
-      ...[this.add, this.replace, this.copy, this.remove, this.interpolation, this.back, this.again],
-      element("span", { className: "tooFast" }, this.problem, this.slow),
+      { className: "head" },
+      element("div", { className: "actions" }, ...actions),
+      element("div", { className: "tooFast" }, this.problem, this.slow),
     );
   }
 

@@ -58,10 +58,13 @@ export class Player extends EventTarget {
     );
     this.speeds.onchange = () => this.setSpeed(Number(this.speeds.value));
     this.sheets = element("div", { className: "sheets" });
-    this.tools = element("div", { className: "tools" });
+    this.tools = element("div", { className: "actions" });
     const own = element("div", { className: "own" }, this.button, this.scrubber, this.clock, this.loop, this.speeds);
     bar.append(this.sheets, element("div", { className: "transport" }, own, this.tools));
     bar.classList.add("empty");
+    new ResizeObserver(() => {
+      bar.closest("main")?.style.setProperty("--bar-height", `${bar.offsetHeight}px`);
+    }).observe(bar);
     app.addEventListener("started", () => this.start());
   }
 
