@@ -29,7 +29,7 @@ export class PlotStrip {
     this.skeleton = undefined;
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.waiting = undefined;
-    this.button = player.switch("plot", "Plots over time", () => this.open(this.element.hidden !== false));
+    this.button = player.switch("plot", "Plots", () => this.open(this.element.hidden !== false));
     this.frames = element(
       "select",
       { ariaLabel: "Frame to plot" },
@@ -41,7 +41,7 @@ export class PlotStrip {
     const seek = (/** @type {number} */ time) => player.seek(time);
     this.joints = new Plot("Joints", this.jointChooser(), seek);
     this.places = new Plot("Position", this.frames, seek);
-    this.element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots over time" });
+    this.element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots" });
     this.element.append(this.joints.element, this.places.element);
     player.addEventListener("motion", () => this.later(), { signal });
     player.addEventListener("time", () => this.setTime(), { signal });
