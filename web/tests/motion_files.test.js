@@ -2,7 +2,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Motion } from "../src/timeline/motion.js";
-import { NoMotion, readMotion } from "../src/timeline/reading.js";
+import { readMotion } from "../src/timeline/reading.js";
+import { NoMotion } from "../src/timeline/tracks.js";
 import { NotWritten, csvText, jsonText } from "../src/timeline/writing.js";
 import { ABOUT } from "./small_robot.js";
 

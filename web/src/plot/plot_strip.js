@@ -38,6 +38,9 @@ export class PlotStrip {
     this.frames.value = app.panel.readout.select.value;
     this.frames.onchange = () => this.update();
     app.panel.readout.select.addEventListener("change", () => this.follow(app.panel.readout.select.value), { signal });
+    app.addEventListener("selected", () => app.pick.selection.frame && this.follow(app.pick.selection.frame), {
+      signal,
+    });
     const seek = (/** @type {number} */ time) => player.seek(time);
     this.joints = new Plot("Joints", this.jointChooser(), seek);
     this.places = new Plot("Position", this.frames, seek);

@@ -1,6 +1,7 @@
-import { element, iconButton } from "../panel/element.js";
+import { element } from "../panel/element.js";
 import { History } from "../values/history.js";
 import { KeyFrames, LATEST, MOST_KEYS } from "./key_frames.js";
+import { KeyTools } from "./key_tools.js";
 import { excesses, slowedTimes } from "./speed_limits.js";
 import { thinned } from "./thinning.js";
 import { Track } from "./track.js";
@@ -39,43 +40,12 @@ export class Editor {
       seek: (time) => this.seek(time),
       press: (event, place) => this.press(event, place),
     });
-    this.element.append(this.makeTools(), this.track.element);
+    this.tools = new KeyTools(this);
+    this.element.append(this.tools.element, this.track.element);
     this.element.onkeydown = (event) => this.undoKey(event);
     player.addEventListener("time", () => this.track.setTime(this.now), { signal });
     document.addEventListener("keydown", (event) => this.addKey(event), { signal });
     this.draw();
-  }
-
-  makeTools() {
-    this.add = element("button", { type: "button", className: "add", title: "Add key (K)" }, "Add key");
-    this.add.onclick = () => this.adding();
-    this.replace = iconButton("replace", "Replace by what is shown", () => this.replacing());
-    this.copy = iconButton("copy", "Duplicate the key", () => this.duplicating());
-    this.remove = iconButton("trash", "Delete the key", () => this.deleting(), "Del");
-    const interpolation = element(
-      "select",
-      { ariaLabel: "Between the keys", title: "Between the keys" },
-      element("option", { value: "linear" }, "Linear"),
-      element("option", { value: "smooth" }, "Smooth"),
-    );
-    interpolation.onchange = () => {
-      this.apply(this.frames.interpolating(interpolation.value === "smooth" ? "smooth" : "linear"), this.selected);
-      this.player.seek(this.now);
-    };
-    this.interpolation = interpolation;
-    this.back = iconButton("undo", "Undo the change of key frames", () => this.undo(), "Ctrl+Z");
-    this.again = iconButton("redo", "Redo the change of key frames", () => this.redo(), "Ctrl+Shift+Z");
-    this.problem = element("span", { className: "problem" });
-    this.problem.setAttribute("role", "status");
-    this.slow = element("button", { type: "button", className: "slow" }, "Slow down");
-    this.slow.onclick = () => this.slowDown();
-    const actions = [this.add, this.replace, this.copy, this.remove, interpolation, this.back, this.again];
-    return element(
-      "div",
-      { className: "head" },
-      element("div", { className: "actions" }, ...actions),
-      element("div", { className: "tooFast" }, this.problem, this.slow),
-    );
   }
 
   get isOpen() {
@@ -181,7 +151,13 @@ export class Editor {
     if (this.selected < 0) return;
     const focused = this.track.row.contains(document.activeElement);
     this.apply(this.frames.without(this.selected), this.selected);
-    if (focused && this.frames.count === 0) this.add?.focus();
+    if (focused && this.frames.count === 0) this.tools.add.focus();
+  }
+
+  /** @param {import("./motion.js").Interpolation} interpolation */
+  interpolate(interpolation) {
+    this.apply(this.frames.interpolating(interpolation), this.selected);
+    this.player.seek(this.now);
   }
 
   slowDown() {
@@ -291,22 +267,15 @@ export class Editor {
   // --- what is seen ----------------------------------------------------------------------------------------------
 
   draw() {
-    const { keys, motion, interpolation } = this.frames;
+    const { keys, motion } = this.frames;
     const found = motion ? excesses(motion, this.limits) : [];
     const tooFast = found.map(({ segment, column, needs }) => ({
       from: keys[segment].time,
       to: keys[segment + 1].time,
-      text: `${this.names.get(column)} needs ${needs.toFixed(2)} s here`,
+      text: `${this.names.get(column)} needs ${needs.toFixed(2)} s`,
     }));
     this.track.draw(this.frames, this.selected, tooFast);
     this.track.setTime(this.now);
-    const more = tooFast.length > 1 ? ` and ${tooFast.length - 1} more` : "";
-    const problem = tooFast.length > 0 ? `${tooFast[0].text.replace(" here", "")}${more}` : "";
-    if (this.problem && this.problem.textContent !== problem) this.problem.textContent = problem;
-    if (this.slow) this.slow.hidden = tooFast.length === 0;
-    if (this.interpolation) this.interpolation.value = interpolation;
-    for (const tool of [this.replace, this.copy, this.remove]) if (tool) tool.disabled = this.selected < 0;
-    if (this.back) this.back.disabled = this.history.past.length === 0;
-    if (this.again) this.again.disabled = this.history.future.length === 0;
+    this.tools.refresh(tooFast);
   }
 }

@@ -2,7 +2,8 @@ import { button, element, iconButton } from "../panel/element.js";
 import { menu } from "../panel/menu.js";
 import { KeyFrames, MOST_KEYS } from "./key_frames.js";
 import { Motion } from "./motion.js";
-import { MOST_BYTES, NoMotion, readMotion } from "./reading.js";
+import { MOST_BYTES, readMotion } from "./reading.js";
+import { NoMotion } from "./tracks.js";
 import { NotWritten, WRITERS } from "./writing.js";
 
 // A file of at most so many configurations is taken as key frames, a longer one as a clip.
