@@ -362,7 +362,7 @@ def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
     off = np.linalg.norm(corners[:, None] - way[None], axis=2).min(axis=1)
     assert off.max() < 0.006
     assert np.linalg.norm(corners.max(axis=0) - way.max(axis=0)) < 0.01
-    page.tab.locator("#player").get_by_label("Off", exact=True).check()
+    page.tab.locator("#player").get_by_label("None", exact=True).check()
     assert page.run("() => naoKin.player.trails.group.children.length") == 0
 
 

@@ -2,7 +2,7 @@ import { element, iconButton } from "../panel/element.js";
 import { menu } from "../panel/menu.js";
 
 /** @type {Record<import("../scene/trails.js").Mode, string>} */
-const MODES = { off: "Off", behind: "Behind what moves", whole: "Of all that is played" };
+const MODES = { off: "None", behind: "Behind what moves", whole: "Of all that is played" };
 
 /** Which frames leave a trail, and when. */
 export class TrailsMenu {
