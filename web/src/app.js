@@ -96,7 +96,7 @@ export class App extends EventTarget {
     this.studio = new Studio(this.viewer);
     this.legend = new Legend(byId("legend"));
     this.toggles = new Toggles(this, byId("shown"));
-    this.player = new Player(this, byId("player"), () => (this.up = null));
+    this.player = new Player(this, byId("player"), () => this.followClip());
     this.connection = new Connection(this);
     this.others = new OtherRobots(this);
     this.extras = new Extras(this);

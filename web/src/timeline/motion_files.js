@@ -1,5 +1,6 @@
 import { button, element, iconButton } from "../panel/element.js";
 import { menu } from "../panel/menu.js";
+import { download, fileName } from "../record/download.js";
 import { KeyFrames, MOST_KEYS } from "./key_frames.js";
 import { Motion } from "./motion.js";
 import { MOST_BYTES, readMotion } from "./reading.js";
@@ -53,10 +54,7 @@ export class MotionFiles {
     const { type, write } = WRITERS[format];
     const { about } = app.robot;
     try {
-      const url = URL.createObjectURL(new Blob([write(about, motion)], { type }));
-      const name = about.name.slice(0, 60).replace(/[^\p{L}\p{N}_-]+/gu, "_");
-      element("a", { href: url, download: `${name}_motion.${format}` }).click();
-      setTimeout(() => URL.revokeObjectURL(url), 10_000);
+      download(new Blob([write(about, motion)], { type }), fileName(about.name, format));
     } catch (error) {
       if (!(error instanceof NotWritten)) throw error;
       this.player.say(error.message, true);

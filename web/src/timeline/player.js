@@ -194,7 +194,7 @@ export class Player extends EventTarget {
   }
 
   /**
-   * Show a configuration of a motion of this page, and tell the program behind it, not at every picture.
+   * Show a configuration of a motion of this page, and tell the program behind it as of a clip, not at every picture.
    *
    * @param {number[]} q
    */
@@ -202,7 +202,7 @@ export class Player extends EventTarget {
     this.app.put(q, null, false);
     this.reporting ??= setTimeout(() => {
       this.reporting = undefined;
-      this.app.send({ kind: "joints", q: [...this.app.q], up: this.app.up, source: this.app.source });
+      this.app.send({ kind: "clip", q: [...this.app.q] });
     }, REPORTS);
   }
 
