@@ -13,7 +13,7 @@ const common = {
   outdir: TARGET,
   bundle: true,
   charset: "utf8",
-  legalComments: "none",
+  legalComments: "inline",
   minify: true,
   target: "es2022",
   write: false,

@@ -124,10 +124,16 @@ def describe(
                 "column": column[name],
                 "lower": finite_or_none(lower),
                 "upper": finite_or_none(upper),
+                "velocity": finite_or_none(velocity),
                 "unit": unit,
             }
-            for name, lower, upper, unit in zip(
-                robot.joint_names, robot.lower.tolist(), robot.upper.tolist(), robot.joint_units, strict=True
+            for name, lower, upper, velocity, unit in zip(
+                robot.joint_names,
+                robot.lower.tolist(),
+                robot.upper.tolist(),
+                robot.velocity_limits.tolist(),
+                robot.joint_units,
+                strict=True,
             )
         ],
         "tables": [

@@ -3,7 +3,6 @@ import { Drag } from "./drag/drag.js";
 import { Legend, entry } from "./legend.js";
 import { HANDLERS } from "./messages.js";
 import { Panel } from "./panel/panel.js";
-import { Player } from "./panel/player.js";
 import { element } from "./panel/element.js";
 import { Pick } from "./pick/pick.js";
 import { Video } from "./record/video.js";
@@ -25,6 +24,7 @@ import { Speech } from "./scene/speech.js";
 import { Studio, resize } from "./scene/studio.js";
 import { Targets } from "./scene/targets.js";
 import { MeshCat } from "./three.js";
+import { Player } from "./timeline/player.js";
 import { Toggles } from "./toggles.js";
 import { ViewMenu } from "./view_menu.js";
 
@@ -96,7 +96,7 @@ export class App extends EventTarget {
     this.studio = new Studio(this.viewer);
     this.legend = new Legend(byId("legend"));
     this.toggles = new Toggles(this, byId("shown"));
-    this.player = new Player(this.viewer, byId("player"), () => this.followClip());
+    this.player = new Player(this, byId("player"), () => this.followClip());
     this.connection = new Connection(this);
     this.others = new OtherRobots(this);
     this.extras = new Extras(this);
@@ -116,7 +116,7 @@ export class App extends EventTarget {
     viewer.handle_command = (message) => {
       if (message.type === "nao_kin") return this.receive(message);
       handle(message);
-      if (message.type === "set_animation") this.player.load(message.options);
+      if (message.type === "set_animation") this.player.load(message);
     };
     viewer.render = () => {
       this.settle();
@@ -218,6 +218,17 @@ export class App extends EventTarget {
    */
   set(q, up = this.up, report = true) {
     if (this.player.loaded) this.player.pause();
+    this.put(q, up, report);
+  }
+
+  /**
+   * The same, for what is played: it goes on.
+   *
+   * @param {number[]} q
+   * @param {ArrayLike<number> | null} up
+   * @param {boolean} report
+   */
+  put(q, up, report) {
     this.robot.q.splice(0, q.length, ...q);
     this.followsClip = false;
     this.up = up;

@@ -6,7 +6,7 @@ export class Legend {
   constructor(box) {
     this.box = box;
     /** @type {Map<string, (string | Node)[]>} */
-    this.parts = new Map(["colours", "chains", "pairs", "reach", "ghosts"].map((part) => [part, []]));
+    this.parts = new Map(["colours", "chains", "pairs", "reach", "ghosts", "trails"].map((part) => [part, []]));
   }
 
   /**

@@ -62,12 +62,13 @@ export interface JointAbout extends Driven {
   group: number;
 }
 
-/** One number of q; no limit is null. */
+/** One number of q; no limit is null, of its speed [1/s] too. */
 export interface Coordinate {
   joint: string;
   column: number;
   lower: number | null;
   upper: number | null;
+  velocity: number | null;
   unit: string;
 }
 
@@ -125,6 +126,7 @@ export interface MeshcatViewer {
 /** The part of meshcat that plays clips. */
 export interface Animator {
   actions: Three.AnimationAction[];
+  mixer: Three.AnimationMixer;
   duration: number;
   playing: boolean;
   time: number;

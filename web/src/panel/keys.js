@@ -8,6 +8,7 @@ const LIST = {
     ["Ctrl+Shift+Z, Ctrl+Y", "redo"],
     ["Ctrl+V", "paste a configuration"],
     ["Space", "play or pause the clip"],
+    ["K", "add a key frame, where they are open"],
     ["/", "filter the joints"],
     ["P", "show or hide the panel"],
     ["?", "this list"],
@@ -18,6 +19,12 @@ const LIST = {
     ["Shift and these, Page up, Page down", "ten times that"],
     ["Home, End", "the limits (sliders)"],
     ["Enter, Escape", "take a typed number, or give the old one back"],
+  ],
+  "Key frames": [
+    ["← →", "a tenth of a second earlier or later; with Shift a hundredth"],
+    ["↑ ↓, Home, End", "the key frame before and behind, the first, the last"],
+    ["Delete", "delete the key frame"],
+    ["Ctrl+Z, Ctrl+Shift+Z", "undo and redo of key frames"],
   ],
   "The picture": [
     ["← → ↑ ↓", "go round the robot; with Shift three times as far"],

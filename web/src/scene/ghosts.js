@@ -1,5 +1,5 @@
 import { between, isInside } from "../robot/nodes.js";
-import { Skeleton } from "../robot/skeleton.js";
+import { OffScreen } from "../robot/off_screen.js";
 import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
 
@@ -17,15 +17,7 @@ export class Ghosts {
     /** Of the legend. @type {HTMLElement[]} */
     this.entries = [];
     this.group = asMark(new THREE.Group());
-    // The robot's tree once more, bare, for the poses of its links in any configuration.
-    const bare = robot.root.clone(true);
-    bare.position.set(0, 0, 0);
-    bare.quaternion.identity();
-    this.skeleton = new Skeleton(bare, robot.about);
-    /** @type {THREE.Object3D[]} */
-    const dropped = [];
-    bare.traverse((node) => (node.userData.mark || node.name.startsWith("visual:")) && dropped.push(node));
-    dropped.forEach((node) => node.removeFromParent());
+    this.skeleton = new OffScreen(robot);
     this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: between(mesh, robot.nodes[link]) }));
     robot.root.add(this.group);
   }

@@ -1,0 +1,434 @@
+"""The bar under the view by real pointers, keys, fingers and files: key frames, recordings, plots and trails."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from viewer_pages import Page, chromium, messages_of, opened
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.motion import check, read_motion, write_motion
+from nao_kin.viewer import Viewer
+
+SIZE = (1100, 760)
+POSTURES = ("StandInit", "Crouch", "StandZero")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    viewer = Viewer(nao)
+    viewer.display(nao.posture("StandInit"))
+    return viewer.save_html(tmp_path_factory.mktemp("viewer") / "nao.html")
+
+
+@pytest.fixture
+def page(browser: Any, document: Path) -> Iterator[Page]:
+    with opened(browser, document, SIZE) as page:
+        page.draw(False)
+        yield page
+
+
+def press(page: Page, name: str) -> None:
+    page.tab.get_by_role("button", name=name, exact=True).click()
+
+
+def make_keys(page: Page) -> None:
+    """Three key frames, at 0, 1 and 2 s."""
+    press(page, "Key frames")
+    for posture in POSTURES:
+        press(page, posture)
+        page.tab.keyboard.press("k")
+
+
+def times(page: Page) -> list[float]:
+    diamonds = page.tab.locator("#player [role=slider]")
+    return [float(diamonds.nth(i).get_attribute("aria-valuenow")) for i in range(diamonds.count())]
+
+
+def across(page: Page, time: float) -> tuple[float, float]:
+    """Where a time is on the track, in the lower part of it, where the keys are."""
+    box = page.tab.locator(".lane").bounding_box()
+    return box["x"] + box["width"] * time / page.run("() => naoKin.player.editor.track.span"), (
+        box["y"] + box["height"] - 18
+    )
+
+
+def save(page: Page, kind: str, folder: Path) -> Path:
+    press(page, "Motion files")
+    with page.tab.expect_download() as download:
+        press(page, f"Save as {kind}")
+    path = folder / download.value.suggested_filename
+    download.value.save_as(path)
+    return path
+
+
+def drop(page: Page, path: Path) -> None:
+    with page.tab.expect_file_chooser() as chooser:
+        press(page, "Motion files")
+        press(page, "Open a CSV or JSON file …")
+    chooser.value.set_files(path)
+
+
+def message(page: Page) -> str:
+    return str(page.tab.locator("#message span").text_content(timeout=5000))
+
+
+def test_keys_are_added_behind_each_other_and_poses_between_are_those_of_python(page: Page, nao: nk.NaoModel) -> None:
+    make_keys(page)
+    assert times(page) == [0.0, 1.0, 2.0]
+    keys = [nao.posture(name) for name in POSTURES]
+    for interpolation in ("linear", "smooth"):
+        page.tab.get_by_label("Between the keys").select_option(interpolation)
+        motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, keys, interpolation)
+        at = [0.0, 0.1, 0.5, 0.77, 1.0, 1.25, 1.999, 2.0]
+        for time, expected in zip(at, motion.configurations(nao, times=at).q, strict=True):
+            page.run("(time) => naoKin.player.seek(time)", time)
+            q = page.q
+            assert np.abs(q - expected).max() < 1e-9
+            assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
+
+
+def test_a_key_is_dragged_retimed_duplicated_replaced_and_deleted(page: Page, nao: nk.NaoModel) -> None:
+    make_keys(page)
+    x, y = across(page, 1.0)
+    page.tab.mouse.move(x, y)
+    page.tab.mouse.down()
+    page.tab.mouse.move(*across(page, 1.3), steps=4)
+    page.tab.mouse.move(*across(page, 1.5), steps=4)
+    page.tab.mouse.up()
+    assert times(page) == pytest.approx([0.0, 1.5, 2.0], abs=0.051)
+    assert np.abs(page.q - nao.posture("Crouch")).max() < 1e-12  # the key under the pointer is on show
+    dragged = times(page)[1]
+    page.tab.keyboard.press("ArrowLeft")
+    page.tab.keyboard.press("Shift+ArrowRight")
+    assert times(page)[1] == pytest.approx(dragged - 0.09)
+    page.tab.keyboard.press("Control+z")
+    page.tab.keyboard.press("Control+z")
+    page.tab.keyboard.press("Control+z")
+    assert times(page) == [0.0, 1.0, 2.0]  # a drag is one step
+    assert page.tab.get_by_role("slider", name="Key 2 of 3").get_attribute("aria-valuetext") == "1.00 s, selected"
+    press(page, "Duplicate the key")
+    assert times(page) == [0.0, 1.0, 2.0, 3.0]
+    assert np.abs(page.q - nao.posture("Crouch")).max() < 1e-12
+    press(page, "Stand")
+    press(page, "Replace by what is shown")
+    page.run("() => naoKin.player.seek(3)")
+    assert np.abs(page.q - nao.posture("Stand")).max() < 1e-12
+    page.tab.get_by_role("slider", name="Key 4 of 4").focus()
+    page.tab.keyboard.press("Home")
+    page.tab.keyboard.press("ArrowDown")
+    page.tab.keyboard.press("Delete")
+    assert times(page) == [0.0, 2.0, 3.0]
+    press(page, "Undo the change of key frames")
+    assert len(times(page)) == 4
+    press(page, "Redo the change of key frames")
+    assert len(times(page)) == 3
+
+
+def test_a_key_dragged_over_another_passes_it(page: Page, nao: nk.NaoModel) -> None:
+    make_keys(page)
+    page.tab.mouse.move(*across(page, 0.0))
+    page.tab.mouse.down()
+    page.tab.mouse.move(*across(page, 0.7), steps=3)
+    page.tab.mouse.move(*across(page, 1.5), steps=3)
+    page.tab.mouse.up()
+    assert times(page) == pytest.approx([1.0, 1.5, 2.0], abs=0.051)
+    assert np.abs(page.q - nao.posture("StandInit")).max() < 1e-12
+
+
+def test_the_track_beside_the_keys_and_the_plots_go_to_a_time(page: Page, nao: nk.NaoModel) -> None:
+    make_keys(page)
+    x, y = across(page, 0.5)
+    page.tab.mouse.click(x, y)
+    middle = (nao.posture("StandInit") + nao.posture("Crouch")) / 2
+    assert np.abs(page.q - middle).max() < 0.02
+    press(page, "Plots")
+    over = page.tab.locator(".plot .u-over").first
+    over.wait_for()
+    box = over.bounding_box()
+    page.tab.mouse.move(box["x"] + 0.25 * box["width"], box["y"] + 20)
+    page.tab.mouse.down()
+    page.tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 30, steps=3)
+    page.tab.mouse.up()
+    assert page.run("() => naoKin.player.time") == pytest.approx(1.5, abs=0.02)
+    page.run("() => naoKin.player.seek(1)")
+    shown = page.tab.locator(".plot .values").first.inner_text()
+    assert f"{math.degrees(nao.angles(nao.posture('Crouch'))['LKneePitch']):.1f}°" in shown
+
+
+def test_a_plot_says_in_words_what_it_draws(page: Page, nao: nk.NaoModel) -> None:
+    make_keys(page)
+    press(page, "Plots")
+    page.tab.get_by_label("Frame to plot").select_option("LArm")
+    joints, places = (page.tab.locator(".plot .picture").nth(i).get_attribute("aria-label") for i in (0, 1))
+    knee = [math.degrees(nao.angles(nao.posture(name))["LKneePitch"]) for name in POSTURES]
+    assert f"LKneePitch from {min(knee):.1f} to {max(knee):.1f} °" in joints
+    motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES])
+    z = 1000 * nao.fk(motion.configurations(nao, rate=200.0).q, "LArm")[:, 2, 3]
+    assert f"z from {z.min():.1f} to {z.max():.1f} mm".replace("-", "−") in places
+    press(page, "Plots")
+    assert page.tab.locator(".plot canvas").count() == 0
+
+
+@pytest.mark.parametrize("kind", ["CSV", "JSON"])
+def test_what_is_saved_is_read_by_python_and_by_the_page_again(
+    page: Page, nao: nk.NaoModel, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    make_keys(page)
+    page.tab.get_by_role("slider", name="Key 3 of 3").focus()
+    page.tab.keyboard.press("ArrowRight")
+    path = save(page, kind, tmp_path)
+    assert path.suffix == f".{kind.lower()}"
+    motion = read_motion(path)
+    assert motion.interpolation == "linear"
+    assert motion.joint_names == nao.joint_names
+    assert np.abs(motion.key_times - [0.0, 1.0, 2.1]).max() < 1e-12
+    expected = np.array([nao.posture(name) for name in POSTURES])
+    assert np.abs(motion.configurations(nao).q - expected).max() < 1e-12
+    assert run(["fk", str(path), "--frame", "LLeg", "--json", "--as", "matrix", "--ignore-limits"]) == 0
+    rows = json.loads(capsys.readouterr().out)["configurations"]
+    assert np.abs([row["LLeg"] for row in rows] - nao.fk(expected, "LLeg")).max() < 1e-12
+    html = tmp_path / "played.html"
+    assert run(["view", str(path), "--fps", "30", "--html", str(html)]) == 0
+    [clip] = [m for m in messages_of(html.read_text(encoding="utf-8")) if m["type"] == "set_animation"]
+    assert clip["animations"][0]["clip"]["fps"] == 30.0
+    page.tab.get_by_role("slider", name="Key 1 of 3").focus()
+    page.tab.keyboard.press("Delete")
+    drop(page, path)
+    assert "3 key frames" in message(page)
+    assert times(page) == [0.0, 1.0, 2.1]
+    page.run("() => naoKin.player.seek(1.0)")
+    assert np.abs(page.q - expected[1]).max() < 1e-12
+
+
+def test_smooth_keys_are_saved_as_they_are_or_sampled(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
+    make_keys(page)
+    page.tab.get_by_label("Between the keys").select_option("smooth")
+    exact, sampled = (read_motion(save(page, kind, tmp_path)) for kind in ("JSON", "CSV"))
+    assert exact == nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES], "smooth")
+    at = np.linspace(0.0, 2.0, 200)
+    assert np.abs(exact.sample(at) - sampled.sample(at)).max() < 2e-3
+
+
+def test_a_motion_of_python_is_opened(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
+    nod = nk.Motion([[0.0, 0.5, 1.0], [0.2, 0.4]], ["HeadYaw", "HeadPitch"], [[0.0, 0.3, 0.0], [0.1, 0.2]])
+    for name in ("nod.csv", "nod.json"):
+        write_motion(nod, tmp_path / name)
+        drop(page, tmp_path / name)
+        assert name in message(page)
+        for time in (0.0, 0.3, 0.75, 1.0):
+            page.run("(time) => naoKin.player.seek(time)", time)
+            assert np.abs(page.q - nod.configurations(nao, times=[time], fill="StandInit").q[0]).max() < 1e-9
+
+
+def test_a_bad_file_is_refused_in_one_line_and_changes_nothing(page: Page, tmp_path: Path) -> None:
+    make_keys(page)
+    before = page.q
+    huge = "time [s],HeadYaw\n" + "0,0\n" * 200_000
+    for text, expected in (
+        ("time [s],HeadYaw\n0,0\n1,nonsense\n", "line 3, column 2"),
+        ("time [s],HaedYaw\n0,0\n", "nearest: HeadYaw"),
+        ('{"joint_names": ["HeadYaw"],\n"times": [0], "keys": [[NaN]]}', "line 2: malformed JSON"),
+        ("\0\1\2", "columns of times"),
+        (huge, "more than 50000"),
+    ):
+        path = tmp_path / "bad.csv"
+        path.write_text(text)
+        drop(page, path)
+        page.tab.wait_for_function(
+            "(words) => document.querySelector('#message').innerText.includes(words)", arg=expected
+        )
+        assert message(page).startswith("bad.csv: ")
+        assert times(page) == [0.0, 1.0, 2.0]
+        assert np.array_equal(page.q, before)
+
+
+def test_a_file_may_be_dropped_on_the_page(page: Page) -> None:
+    # Nobody but the system can really drop one.
+    page.run(
+        """() => {
+            const files = new DataTransfer();
+            files.items.add(new File(["time [s],HeadYaw [deg]\\n0,0\\n2,90\\n"], "turn.csv"));
+            document.body.dispatchEvent(
+                new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true }),
+            );
+        }"""
+    )
+    assert "turn.csv: 2 key frames" in message(page)
+    page.run("() => naoKin.player.seek(1)")
+    assert page.q[0] == pytest.approx(math.pi / 4)
+
+
+def test_keys_that_are_too_fast_are_named_and_slowed_down(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
+    make_keys(page)
+    page.tab.get_by_role("slider", name="Key 3 of 3").focus()
+    for _ in range(8):
+        page.tab.keyboard.press("ArrowLeft")
+    rise = np.abs(nao.posture("StandZero") - nao.posture("Crouch")) / nao.velocity_limits
+    worst = nao.joint_names[int(rise.argmax())]
+    assert f"{worst} needs {rise.max():.2f} s" in page.tab.locator(".tooFast").inner_text()
+    for interpolation in ("linear", "smooth"):
+        page.tab.get_by_label("Between the keys").select_option(interpolation)
+        press(page, "Slow down")
+        assert not page.tab.get_by_role("button", name="Slow down").is_visible()
+        path = save(page, "JSON", tmp_path)
+        assert [found for found in check(nao, read_motion(path)).violations if "speed" in str(found).lower()] == []
+
+
+def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
+    press(page, "Record what moves")
+    page.slider("HeadYaw").focus()
+    for _ in range(12):
+        page.tab.keyboard.press("Shift+ArrowRight")
+        page.tab.wait_for_timeout(40)
+    press(page, "Stop recording")
+    assert "configurations recorded" in message(page)
+    last = page.q
+    motion = read_motion(save(page, "CSV", tmp_path))
+    yaw = motion.sample(motion.key_times)[:, motion.joint_names.index("HeadYaw")]
+    assert yaw[0] == 0.0
+    assert yaw[-1] == pytest.approx(last[0], abs=1e-12)
+    assert len(yaw) > 8
+    assert (np.diff(motion.key_times) > 0.02).all() or len(yaw) < 20
+    press(page, "Play")
+    page.tab.wait_for_function("() => naoKin.player.time > 0.1")
+    press(page, "Pause")
+    expected = motion.sample(page.run("() => naoKin.player.time"))
+    assert np.abs(page.q - expected).max() < 1e-9
+    press(page, "Key frames")
+    assert "became" in message(page)
+    assert 2 <= len(times(page)) <= len(yaw)
+
+
+def test_the_speed_is_chosen_for_keys_and_for_clips_of_python(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    viewer.animate(np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 101), 10.0, play=False)
+    with opened(browser, viewer.save_html(tmp_path / "clip.html"), SIZE) as page:
+        page.draw(False)
+        speeds = {}
+        for speed in ("0.1", "4"):
+            page.tab.get_by_label("Speed").select_option(speed)
+            page.run("() => naoKin.player.seek(0)")
+            press(page, "Play")
+            measured = page.run(
+                """async () => {
+                    const [time, clock] = [naoKin.player.time, performance.now()];
+                    await new Promise((resolve) => setTimeout(resolve, 700));
+                    return (naoKin.player.time - time) / (performance.now() - clock) * 1000;
+                }"""
+            )
+            press(page, "Pause")
+            speeds[speed] = measured
+        assert speeds["0.1"] == pytest.approx(0.1, rel=0.5)
+        assert speeds["4"] == pytest.approx(4.0, rel=0.5)
+        press(page, "Key frames")
+        assert times(page) == pytest.approx([0.0, 10.0])
+        page.run("() => naoKin.player.seek(2.5)")
+        assert np.abs(page.q - (0.75 * nao.posture("StandInit") + 0.25 * nao.posture("Crouch"))).max() < 1e-6
+        press(page, "Key frames")
+        assert page.run("() => naoKin.player.playback === naoKin.player.clip")
+
+
+def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
+    make_keys(page)
+    press(page, "Trails of frames")
+    page.tab.get_by_label("Of all that is played").check()
+    for frame in ("Head", "LLeg", "RLeg", "CameraTop", "CameraBottom", "RArm"):
+        page.tab.get_by_role("checkbox", name=frame, exact=True).uncheck()
+    corners = np.array(
+        page.run(
+            """() => {
+                const [tube, ...others] = naoKin.player.trails.group.children;
+                if (others.length) throw new Error("one frame, several trails");
+                return Array.from(tube.geometry.attributes.position.array);
+            }"""
+        )
+    ).reshape(-1, 3)
+    motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES])
+    way = nao.fk(motion.configurations(nao, rate=100.0).q, "LArm")[:, :3, 3]
+    off = np.linalg.norm(corners[:, None] - way[None], axis=2).min(axis=1)
+    assert off.max() < 0.006
+    assert np.linalg.norm(corners.max(axis=0) - way.max(axis=0)) < 0.01
+    page.tab.locator("#player").get_by_label("None", exact=True).check()
+    assert page.run("() => naoKin.player.trails.group.children.length") == 0
+
+
+def test_what_the_page_plays_is_known_to_python(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
+        page.draw(False)
+        make_keys(page)
+        page.run("() => naoKin.player.seek(0.5)")
+        middle = (nao.posture("StandInit") + nao.posture("Crouch")) / 2
+        for _ in range(50):
+            if np.abs(viewer.q - middle).max() < 1e-9:
+                break
+            page.tab.wait_for_timeout(40)
+        assert np.abs(viewer.q - middle).max() < 1e-9
+
+
+def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
+        page.draw(False)
+        press(page, "Record what moves")
+        for share in np.linspace(0.0, 1.0, 11):
+            viewer.display((1 - share) * nao.posture("StandInit") + share * nao.posture("Crouch"))
+            page.tab.wait_for_timeout(60)
+        page.tab.wait_for_function("(x) => Math.abs(naoKin.q[9] - x) < 1e-9", arg=float(nao.posture("Crouch")[9]))
+        press(page, "Stop recording")
+        page.run("() => naoKin.player.seek(naoKin.player.motion.end)")
+        assert np.abs(page.q - nao.posture("Crouch")).max() < 1e-9
+        assert page.run("() => naoKin.player.motion.count") > 6
+
+
+def test_keys_are_made_and_moved_by_touch(browser: Any, document: Path) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    tab = context.new_page()
+    tab.goto(document.as_uri())
+    tab.wait_for_selector("body[data-ready]")
+    tab.evaluate("() => { naoKin.viewer.renderer.render = () => {}; }")
+    tab.get_by_role("button", name="Key frames").tap()
+    for posture in ("StandInit", "Crouch"):
+        tab.get_by_role("button", name=posture, exact=True).tap()
+        tab.get_by_role("button", name="Add key").tap()
+    small = tab.evaluate(
+        """() => [...document.querySelectorAll('#player :is(button, select, input, .key)')]
+            .filter((one) => one.checkVisibility())
+            .map((one) => [one.ariaLabel ?? one.textContent, one.getBoundingClientRect()])
+            .filter(([, { width, height }]) => width < 43.5 || height < 43.5)
+            .map(([name, { width, height }]) => `${name} ${width} x ${height}`)"""
+    )
+    assert small == []
+    box = tab.get_by_role("slider", name="Key 1 of 2").bounding_box()
+    lane = tab.locator(".lane").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    touch = context.new_cdp_session(tab)
+    for kind, share in (("touchStart", 0.0), ("touchMove", 0.1), ("touchMove", 0.25), ("touchEnd", None)):
+        points = [] if share is None else [{"x": x + share * lane["width"], "y": y}]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    moved = float(tab.get_by_role("slider", name="Key 1 of 2").get_attribute("aria-valuenow"))
+    assert moved == pytest.approx(0.5, abs=0.1)
+    context.close()
+
+
+def test_the_bar_has_no_barriers(page: Page) -> None:
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    make_keys(page)
+    press(page, "Plots")
+    for scheme in ("light", "dark"):
+        page.tab.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+        page.tab.wait_for_timeout(200)
+        found = axe.run(page.tab, context="#player")
+        assert found.violations_count == 0, found.generate_report()

@@ -1,0 +1,281 @@
+import { element } from "../panel/element.js";
+import { History } from "../values/history.js";
+import { KeyFrames, LATEST, MOST_KEYS } from "./key_frames.js";
+import { KeyTools } from "./key_tools.js";
+import { excesses, slowedTimes } from "./speed_limits.js";
+import { thinned } from "./thinning.js";
+import { Track } from "./track.js";
+
+/** @typedef {{ frames: KeyFrames, selected: number }} State */
+
+// How far [rad, m] key frames made of a clip may be beside it.
+const TOLERANCE = (0.5 * Math.PI) / 180;
+
+/** Key frames as they are edited: the track that they stand on, and the tools over it. */
+export class Editor {
+  /**
+   * @param {import("./player.js").Player} player
+   * @param {AbortSignal} signal
+   */
+  constructor(player, signal) {
+    this.player = player;
+    this.frames = new KeyFrames();
+    this.selected = -1;
+    /** What was before the drag that is under way. @type {State | null} */
+    this.before = null;
+    /** @type {History<State>} */
+    this.history = new History();
+    this.element = element("section", { className: "keys", hidden: true, ariaLabel: "Key frames" });
+    const { about } = player.app.robot;
+    this.names = new Map(about.coordinates.map(({ column, joint }) => [column, joint]));
+    /** @type {(number | null)[]} */
+    this.limits = player.app.q.map(() => null);
+    for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
+    this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true));
+    this.track = new Track({
+      select: (place) => this.select(place),
+      grab: (place) => this.grab(place),
+      drag: (time) => this.drag(time),
+      release: () => this.release(),
+      seek: (time) => this.seek(time),
+      press: (event, place) => this.press(event, place),
+    });
+    this.tools = new KeyTools(this);
+    this.element.append(this.tools.element, this.track.element);
+    this.element.onkeydown = (event) => this.undoKey(event);
+    player.addEventListener("time", () => this.track.setTime(this.now), { signal });
+    document.addEventListener("keydown", (event) => this.addKey(event), { signal });
+    this.draw();
+  }
+
+  get isOpen() {
+    return !this.element.hidden;
+  }
+
+  /** The time of the playhead. */
+  get now() {
+    return this.player.keys?.time ?? 0;
+  }
+
+  /**
+   * @param {boolean} on
+   * @param {boolean} [byHand] then without keys they are made of the clip, and it is played again when they are left
+   */
+  open(on, byHand = false) {
+    if (this.isOpen === on) return;
+    this.element.hidden = !on;
+    this.button.setAttribute("aria-pressed", String(on));
+    const { player } = this;
+    player.bar.classList.toggle("editing", on);
+    if (!byHand) return;
+    if (on && this.frames.count === 0) this.takeClip();
+    else player.change(on ? player.keys : (player.clip ?? player.keys));
+  }
+
+  /** @param {KeyFrames} frames instead of those before */
+  take(frames) {
+    this.open(true);
+    this.apply(frames, 0);
+  }
+
+  takeClip() {
+    const motion = this.player.clip?.motion;
+    if (!motion) return this.player.change(this.player.keys);
+    const few = thinned(motion, TOLERANCE, MOST_KEYS);
+    if (!few) {
+      this.open(false);
+      this.player.say(
+        `The clip moves in more ways than ${MOST_KEYS} key frames can hold; it is played, not edited.`,
+        true,
+      );
+      return;
+    }
+    const { time } = this.player;
+    this.apply(KeyFrames.from(few), -1);
+    this.player.seek(time);
+    this.player.say(`${motion.count} configurations of the clip became ${few.count} key frames, within 0.5° of it.`);
+  }
+
+  // --- changes ---------------------------------------------------------------------------------------------------
+
+  /**
+   * @param {KeyFrames} frames
+   * @param {number} selected
+   * @param {State | null} before what undo gives back; null for no step of its own
+   */
+  apply(frames, selected, before = { frames: this.frames, selected: this.selected }) {
+    if (before) this.history.push(before);
+    this.frames = frames;
+    this.selected = Math.min(selected, frames.count - 1);
+    const { time } = this.player;
+    this.player.setKeys(frames.motion);
+    if (this.player.keys) this.player.keys.time = time;
+    this.draw();
+  }
+
+  /** @param {KeyboardEvent} event anywhere */
+  addKey(event) {
+    if (!this.isOpen || event.key.toLowerCase() !== "k" || event.defaultPrevented) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.player.app.panel.settings.keys) return;
+    const { target } = event;
+    if (target instanceof Element && target.closest('input:not([type="range"]), textarea, select, dialog')) return;
+    event.preventDefault();
+    this.adding();
+  }
+
+  adding() {
+    if (this.frames.count >= MOST_KEYS) return this.player.say(`There are ${MOST_KEYS} key frames: that is all.`, true);
+    const { app } = this.player;
+    this.player.pause();
+    this.added(this.frames.adding(this.frames.nextTime(this.now), app.q));
+  }
+
+  duplicating() {
+    if (this.selected >= 0 && this.frames.count < MOST_KEYS) this.added(this.frames.duplicating(this.selected));
+  }
+
+  /** @param {{ frames: KeyFrames, place: number }} change */
+  added({ frames, place }) {
+    if (!(frames.keys[place].time <= LATEST)) return this.player.say("Key frames end after an hour.", true);
+    this.apply(frames, place);
+    this.player.seek(frames.keys[place].time);
+  }
+
+  replacing() {
+    if (this.selected < 0) return;
+    this.apply(this.frames.replacing(this.selected, this.player.app.q), this.selected);
+    this.player.seek(this.frames.keys[this.selected].time);
+  }
+
+  deleting() {
+    if (this.selected < 0) return;
+    const focused = this.track.row.contains(document.activeElement);
+    this.apply(this.frames.without(this.selected), this.selected);
+    if (focused && this.frames.count === 0) this.tools.add.focus();
+  }
+
+  /** @param {import("./motion.js").Interpolation} interpolation */
+  interpolate(interpolation) {
+    this.apply(this.frames.interpolating(interpolation), this.selected);
+    this.player.seek(this.now);
+  }
+
+  slowDown() {
+    const { motion } = this.frames;
+    if (!motion) return;
+    this.apply(this.frames.retimed(slowedTimes(motion, this.limits)), this.selected);
+    this.player.seek(this.selected < 0 ? this.now : this.frames.keys[this.selected].time);
+  }
+
+  undo() {
+    this.restore(this.history.undo({ frames: this.frames, selected: this.selected }));
+  }
+
+  redo() {
+    this.restore(this.history.redo({ frames: this.frames, selected: this.selected }));
+  }
+
+  /** @param {State | undefined} state */
+  restore(state) {
+    if (!state) return;
+    this.apply(state.frames, state.selected, null);
+    this.player.seek(this.selected < 0 ? this.now : this.frames.keys[this.selected].time);
+  }
+
+  // --- by hand ---------------------------------------------------------------------------------------------------
+
+  /** @param {number} time */
+  seek(time) {
+    this.selected = -1;
+    this.player.seek(Math.round(time * 100) / 100);
+    this.draw();
+  }
+
+  /** @param {number} place */
+  select(place) {
+    this.selected = place;
+    this.player.seek(this.frames.keys[place].time);
+    this.draw();
+    this.track.diamonds[place].focus();
+  }
+
+  /** @param {number} place */
+  grab(place) {
+    this.select(place);
+    this.before = { frames: this.frames, selected: place };
+  }
+
+  /** @param {number} time */
+  drag(time) {
+    if (this.before) this.retime(this.before.frames.moving(this.before.selected, time), null);
+  }
+
+  release() {
+    if (this.before && this.before.frames !== this.frames) this.history.push(this.before);
+    this.before = null;
+    this.draw();
+  }
+
+  /**
+   * @param {{ frames: KeyFrames, place: number }} change
+   * @param {State | null} [before]
+   */
+  retime({ frames, place }, before) {
+    this.apply(frames, place, before);
+    this.player.seek(frames.keys[place].time);
+  }
+
+  /**
+   * @param {KeyboardEvent} event
+   * @param {number} place
+   */
+  press(event, place) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const step = event.shiftKey ? 0.01 : 0.1;
+    const last = this.frames.count - 1;
+    const move = (/** @type {number} */ by) =>
+      this.retime(this.frames.moving(place, this.frames.keys[place].time + by));
+    /** @type {Record<string, () => void>} */
+    const does = {
+      ArrowLeft: () => move(-step),
+      ArrowRight: () => move(step),
+      ArrowUp: () => this.select(Math.max(place - 1, 0)),
+      ArrowDown: () => this.select(Math.min(place + 1, last)),
+      Home: () => this.select(0),
+      End: () => this.select(last),
+      Enter: () => this.select(place),
+      Delete: () => this.deleting(),
+      Backspace: () => this.deleting(),
+    };
+    if (!Object.hasOwn(does, event.key)) return;
+    event.preventDefault();
+    this.selected = place;
+    does[event.key]();
+  }
+
+  /** @param {KeyboardEvent} event */
+  undoKey(event) {
+    if (!(event.ctrlKey || event.metaKey)) return;
+    const key = event.key.toLowerCase();
+    if (key !== "z" && key !== "y") return;
+    // Of the key frames, not of the robot.
+    event.preventDefault();
+    if (key === "y" || event.shiftKey) this.redo();
+    else this.undo();
+  }
+
+  // --- what is seen ----------------------------------------------------------------------------------------------
+
+  draw() {
+    const { keys, motion } = this.frames;
+    const found = motion ? excesses(motion, this.limits) : [];
+    const tooFast = found.map(({ segment, column, needs }) => ({
+      from: keys[segment].time,
+      to: keys[segment + 1].time,
+      text: `${this.names.get(column)} needs ${needs.toFixed(2)} s`,
+    }));
+    this.track.draw(this.frames, this.selected, tooFast);
+    this.track.setTime(this.now);
+    this.tools.refresh(tooFast);
+  }
+}

@@ -1,0 +1,51 @@
+import { element, iconButton } from "../panel/element.js";
+
+/** The buttons over the track of key frames, and what they say of keys that are too fast. */
+export class KeyTools {
+  /** @param {import("./editor.js").Editor} editor */
+  constructor(editor) {
+    this.editor = editor;
+    this.add = element("button", { type: "button", className: "add", title: "Add key (K)" }, "Add key");
+    this.add.onclick = () => editor.adding();
+    /** What is done to the key that is selected. */
+    this.ofKey = [
+      iconButton("replace", "Replace by what is shown", () => editor.replacing()),
+      iconButton("copy", "Duplicate the key", () => editor.duplicating()),
+      iconButton("trash", "Delete the key", () => editor.deleting(), "Del"),
+    ];
+    this.interpolation = element(
+      "select",
+      { ariaLabel: "Between the keys", title: "Between the keys" },
+      element("option", { value: "linear" }, "Linear"),
+      element("option", { value: "smooth" }, "Smooth"),
+    );
+    this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
+    this.back = iconButton("undo", "Undo the change of key frames", () => editor.undo(), "Ctrl+Z");
+    this.again = iconButton("redo", "Redo the change of key frames", () => editor.redo(), "Ctrl+Shift+Z");
+    this.problem = element("span", { className: "problem" });
+    this.problem.setAttribute("role", "status");
+    this.slow = element("button", { type: "button" }, "Slow down");
+    this.slow.onclick = () => editor.slowDown();
+    const actions = [this.add, ...this.ofKey, this.interpolation, this.back, this.again];
+    this.element = element(
+      "div",
+      { className: "head" },
+      element("div", { className: "actions" }, ...actions),
+      element("div", { className: "tooFast" }, this.problem, this.slow),
+    );
+  }
+
+  /** @param {{ text: string }[]} tooFast */
+  refresh(tooFast) {
+    const { history, selected, frames } = this.editor;
+    const more = tooFast.length > 1 ? ` and ${tooFast.length - 1} more` : "";
+    const problem = tooFast.length > 0 ? `${tooFast[0].text}${more}` : "";
+    // A text that stays is not read out again.
+    if (this.problem.textContent !== problem) this.problem.textContent = problem;
+    this.slow.hidden = tooFast.length === 0;
+    this.interpolation.value = frames.interpolation;
+    for (const tool of this.ofKey) tool.disabled = selected < 0;
+    this.back.disabled = history.past.length === 0;
+    this.again.disabled = history.future.length === 0;
+  }
+}

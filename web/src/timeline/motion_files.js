@@ -1,0 +1,118 @@
+import { button, element, iconButton } from "../panel/element.js";
+import { menu } from "../panel/menu.js";
+import { download, fileName } from "../record/download.js";
+import { KeyFrames, MOST_KEYS } from "./key_frames.js";
+import { Motion } from "./motion.js";
+import { MOST_BYTES, readMotion } from "./reading.js";
+import { NoMotion } from "./tracks.js";
+import { NotWritten, WRITERS } from "./writing.js";
+
+// A file of at most so many configurations is taken as key frames, a longer one as a clip.
+const FEW = 60;
+
+/** Motions out of the page and into it as files: by a menu, or dropped on the page. */
+export class MotionFiles {
+  /**
+   * @param {import("./player.js").Player} player
+   * @param {AbortSignal} signal
+   */
+  constructor(player, signal) {
+    this.player = player;
+    this.button = iconButton("file", "Motion files", () => {});
+    this.field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
+    this.field.ariaLabel = "Motion file";
+    this.field.onchange = () => {
+      const [file] = this.field.files ?? [];
+      if (file) this.open(file);
+      this.field.value = "";
+    };
+    this.writers = Object.keys(WRITERS).map((format) =>
+      button(`Save as ${format.toUpperCase()}`, () => {
+        this.menu.hidePopover();
+        this.save(format);
+      }),
+    );
+    const opener = button("Open a CSV or JSON file …", () => {
+      this.menu.hidePopover();
+      this.field.click();
+    });
+    this.menu = menu(this.button, "Motion files", ...this.writers, opener);
+    player.addEventListener("motion", () => this.refresh(), { signal });
+    window.addEventListener("dragover", (event) => this.over(event), { signal });
+    window.addEventListener("drop", (event) => this.drop(event), { signal });
+    this.refresh();
+  }
+
+  refresh() {
+    for (const writer of this.writers) writer.disabled = this.player.motion === null;
+  }
+
+  /** @param {string} format */
+  save(format) {
+    const { app, motion } = this.player;
+    if (!motion) return;
+    const { type, write } = WRITERS[format];
+    const { about } = app.robot;
+    try {
+      download(new Blob([write(about, motion)], { type }), fileName(about.name, format));
+    } catch (error) {
+      if (!(error instanceof NotWritten)) throw error;
+      this.player.say(error.message, true);
+    }
+  }
+
+  /** @param {DragEvent} event */
+  over(event) {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    event.dataTransfer.dropEffect = "copy";
+  }
+
+  /** @param {DragEvent} event */
+  drop(event) {
+    const [file] = event.dataTransfer?.files ?? [];
+    if (!file) return;
+    event.preventDefault();
+    this.open(file);
+  }
+
+  /** @param {File} file */
+  async open(file) {
+    const { player } = this;
+    const name = file.name.length > 60 ? `${file.name.slice(0, 59)}…` : file.name;
+    if (file.size > MOST_BYTES) {
+      player.say(`${name}: ${(file.size / 1e6).toFixed(0)} MB, more than ${MOST_BYTES / 1e6} MB`, true);
+      return;
+    }
+    try {
+      const { robot, q } = player.app;
+      this.take(name, readMotion(robot.about, (await file.text()).replace(/^\ufeff/, ""), q));
+    } catch (error) {
+      player.say(`${name}: ${error instanceof NoMotion ? error.message : "cannot be read"}`, true);
+    }
+  }
+
+  /**
+   * @param {string} name
+   * @param {Motion} read
+   */
+  take(name, read) {
+    const { player } = this;
+    // Time begins at 0 here.
+    const motion =
+      read.start < 0
+        ? new Motion(
+            Array.from(read.times, (time) => time - read.start),
+            read.values,
+            read.interpolation,
+          )
+        : read;
+    player.pause();
+    const edited = motion.count <= (motion.interpolation === "smooth" ? MOST_KEYS : FEW);
+    if (edited) player.editor?.take(KeyFrames.from(motion));
+    else player.setClip(player.playing(motion));
+    player.seek(0);
+    const what = edited ? "key frames" : "configurations";
+    player.say(`${name}: ${motion.count} ${what}, ${motion.end.toFixed(2)} s`);
+  }
+}

@@ -1,0 +1,68 @@
+import { element } from "../panel/element.js";
+import { RATE, Recorder } from "./recorder.js";
+
+/** The button that records what moves, whoever moves it, and the clip that comes of it. */
+export class Recording {
+  /**
+   * @param {import("./player.js").Player} player
+   * @param {AbortSignal} signal
+   */
+  constructor(player, signal) {
+    this.player = player;
+    /** @type {Recorder | null} */
+    this.recorder = null;
+    this.began = 0;
+    this.button = player.switch("record", "Record what moves", () => (this.recorder ? this.stop() : this.start()));
+    this.button.classList.add("record");
+    this.clock = element("span", { className: "clock" });
+    this.button.append(this.clock);
+    signal.addEventListener("abort", () => clearInterval(this.timer));
+  }
+
+  get time() {
+    return (performance.now() - this.began) / 1000;
+  }
+
+  start() {
+    const { app } = this.player;
+    this.recorder = new Recorder(app.q.length);
+    this.began = performance.now();
+    this.recorder.add(0, app.q);
+    this.timer = setInterval(() => this.sample(), 1000 / RATE);
+    this.button.setAttribute("aria-pressed", "true");
+    this.button.ariaLabel = "Stop recording";
+    this.button.title = "Stop recording";
+    this.show();
+  }
+
+  sample() {
+    const { recorder } = this;
+    if (!recorder) return;
+    const { rate } = recorder;
+    recorder.add(this.time, this.player.app.q);
+    this.show();
+    if (recorder.rate === rate) return;
+    this.player.say(`The recording is long: from now on ${recorder.rate.toFixed(1)} configurations a second are kept.`);
+  }
+
+  show() {
+    const seconds = Math.floor(this.time);
+    const text = `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+    if (this.clock.textContent !== text) this.clock.textContent = text;
+  }
+
+  stop() {
+    const { player, recorder } = this;
+    clearInterval(this.timer);
+    recorder?.add(this.time, player.app.q, true);
+    this.recorder = null;
+    this.clock.textContent = "";
+    this.button.setAttribute("aria-pressed", "false");
+    this.button.ariaLabel = this.button.title = "Record what moves";
+    const motion = recorder?.motion;
+    if (!motion) return;
+    player.pause();
+    player.setClip(player.playing(motion));
+    player.say(`${motion.count} configurations recorded in ${motion.end.toFixed(1)} s`);
+  }
+}

@@ -1,0 +1,35 @@
+import { element, iconButton } from "../panel/element.js";
+import { menu } from "../panel/menu.js";
+
+/** @type {Record<import("../scene/trails.js").Mode, string>} */
+const MODES = { off: "None", behind: "Behind what moves", whole: "Of all that is played" };
+
+/** Which frames leave a trail, and when. */
+export class TrailsMenu {
+  /** @param {import("../scene/trails.js").Trails} trails */
+  constructor(trails) {
+    this.button = iconButton("trail", "Trails of frames", () => {});
+    const modes = /** @type {import("../scene/trails.js").Mode[]} */ (Object.keys(MODES)).map((mode) => {
+      const radio = element("input", { type: "radio", name: "trails", checked: mode === trails.mode });
+      radio.onchange = () => {
+        trails.setMode(mode);
+        this.button.classList.toggle("on", mode !== "off");
+      };
+      return element("label", {}, radio, MODES[mode]);
+    });
+    const { about } = trails.app.robot;
+    const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
+    const frames = [...about.effectors, ...others].map((name) => {
+      const box = element("input", { type: "checkbox", checked: trails.frames.has(name) });
+      box.onchange = () => trails.choose(name, box.checked);
+      return element("label", {}, box, name);
+    });
+    this.menu = menu(
+      this.button,
+      "Trails of frames",
+      element("fieldset", { className: "modes" }, element("legend", {}, "Trails"), ...modes),
+      element("fieldset", { className: "frames" }, element("legend", {}, "Frames"), ...frames),
+    );
+    this.menu.classList.add("trails");
+  }
+}
