@@ -89,11 +89,15 @@ def message(page: Page) -> str:
 def test_keys_are_added_behind_each_other_and_poses_between_are_those_of_python(page: Page, nao: nk.NaoModel) -> None:
     make_keys(page)
     assert times(page) == [0.0, 1.0, 2.0]
+    page.tab.get_by_role("slider", name="Key 3 of 3").focus()
+    for _ in range(5):
+        page.tab.keyboard.press("ArrowRight")
+    assert times(page) == [0.0, 1.0, 2.5]
     keys = [nao.posture(name) for name in POSTURES]
     for interpolation in ("linear", "smooth"):
         page.tab.get_by_label("Between the keys").select_option(interpolation)
-        motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, keys, interpolation)
-        at = [0.0, 0.1, 0.5, 0.77, 1.0, 1.25, 1.999, 2.0]
+        motion = nk.Motion([0.0, 1.0, 2.5], nao.joint_names, keys, interpolation)
+        at = [0.0, 0.1, 0.5, 0.77, 1.0, 1.25, 2.499, 2.5]
         for time, expected in zip(at, motion.configurations(nao, times=at).q, strict=True):
             page.run("(time) => naoKin.player.seek(time)", time)
             q = page.q
@@ -411,6 +415,9 @@ def test_keys_are_made_and_moved_by_touch(browser: Any, document: Path) -> None:
             .map(([name, { width, height }]) => `${name} ${width} x ${height}`)"""
     )
     assert small == []
+    track = tab.locator(".track").bounding_box()
+    assert track["x"] >= 0
+    assert track["x"] + track["width"] <= 390
     box = tab.get_by_role("slider", name="Key 1 of 2").bounding_box()
     lane = tab.locator(".lane").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
