@@ -221,9 +221,9 @@ def test_the_pages_differ_in_what_the_model_page_says() -> None:
     tables = {page.version: {field.name for field in fields(page) if getattr(page, field.name)} for page in PAGES}
     always = {"version", "base"}
     assert tables == {
-        "v5": always | {"inertials", "placeholder", "frames", "without_frames"},
+        "v5": always | {"inertials", "placeholder", "frames", "without_frames", "visuals", "without_visuals"},
         "v4": always | {"inertials"},
-        "v3.3": always | {"inertials", "frames"},
+        "v3.3": always | {"inertials", "frames", "visuals", "without_visuals"},
         "v3.2": always
         | {"offsets", "limits", "actuators", "inertials", "without_frames", "visuals", "without_visuals"},
     }
