@@ -1,18 +1,45 @@
-// @ts-nocheck
 import { element } from "../panel/element.js";
 import { onScale, scaleBar } from "./colour_scale.js";
 import { dispose, asMark } from "./marking.js";
 import { THREE } from "../three.js";
 
-// Voxels that a hand reaches, coloured by a number each, behind a plane that a slider moves.
+/** @typedef {import("../types.js").Vector} Vector */
+/** @typedef {{ centre: Vector, colour: THREE.Color }} Voxel */
+/**
+ * A map of voxels in a frame: the place of the first [m], three whole numbers of each from there, and a value of each as a
+ * share of 65535.
+ *
+ * @typedef {{ frame: string, voxel: number, first: Vector, cells: ArrayLike<number> | null, values: Uint16Array,
+ *   stops: Vector[], label: string, low: string, high: string, cut: { axis: string, place: number } | null }} ReachMap
+ */
+
+const AXES = ["x", "y", "z"];
+
+/** Voxels that a hand reaches, coloured by a number each, behind a plane that a slider moves. */
 export class Reach {
+  // What comes with a map, in `show`.
+  /** @type {number} */ voxel;
+  /** @type {Voxel[]} */ voxels;
+  /** Least and most along each axis. @type {[number, number][]} */ box;
+  /** @type {THREE.InstancedMesh} */ mesh;
+  /** @type {THREE.LineLoop} */ rim;
+  /** @type {THREE.Group | null} */ group = null;
+  flipped = false;
+
+  /**
+   * @param {import("../app.js").App} app
+   * @param {HTMLElement} bar
+   */
   constructor(app, bar) {
     this.app = app;
     this.bar = bar;
-    this.axis = element("select", { ariaLabel: "Axis of the cut" });
-    this.axis.append(...["x", "y", "z"].map((name) => element("option", { value: name }, name)));
+    /** @type {HTMLSelectElement} */
+    this.axis = document.createElement("select");
+    this.axis.ariaLabel = "Axis of the cut";
+    this.axis.append(...AXES.map((name) => element("option", { value: name }, name)));
     this.axis.onchange = () => this.turn();
-    this.slider = element("input", { type: "range", step: "any", ariaLabel: "Place of the cut" });
+    this.slider = document.createElement("input");
+    Object.assign(this.slider, { type: "range", step: "any", ariaLabel: "Place of the cut" });
     this.slider.oninput = () => this.cut();
     this.place = element("output");
     this.flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
@@ -23,7 +50,11 @@ export class Reach {
     bar.replaceChildren("Cut", this.axis, this.slider, this.place, this.flip);
   }
 
-  // A message without voxels takes the ones before away.
+  /**
+   * Draw a map instead of the one before; one without voxels only takes that away.
+   *
+   * @param {ReachMap} map
+   */
   show({ frame, voxel, first, cells, values, stops, label, low, high, cut }) {
     this.clear();
     this.bar.hidden = !cells;
@@ -32,7 +63,7 @@ export class Reach {
     this.voxel = voxel;
     this.flipped = false;
     this.voxels = Array.from(values, (value, i) => ({
-      centre: [0, 1, 2].map((axis) => (first[axis] + cells[3 * i + axis] + 0.5) * voxel),
+      centre: /** @type {Vector} */ ([0, 1, 2].map((axis) => (first[axis] + cells[3 * i + axis] + 0.5) * voxel)),
       colour: new THREE.Color(...onScale(stops, value / 65535)).convertSRGBToLinear(),
     }));
     this.box = [0, 1, 2].map((axis) => {
@@ -52,30 +83,32 @@ export class Reach {
     this.rim.frustumCulled = false;
     this.group = asMark(new THREE.Group());
     this.group.add(this.mesh, this.rim);
-    const { robot } = this.app;
-    robot.nodes[robot.frames.get(frame)].add(this.group);
+    this.app.robot.frameNode(frame).add(this.group);
     this.axis.value = cut?.axis ?? "x";
     this.turn(cut?.place);
   }
 
   clear() {
     if (!this.group) return;
-    this.group.removeFromParent();
     this.mesh.dispose();
     dispose(this.group);
     this.group = null;
   }
 
-  // Another axis: the slider goes from one end of the voxels to the other, and begins in the middle.
-  turn(place = null) {
+  /**
+   * Cut along the axis that is chosen: the slider goes from one end of the voxels to the other.
+   *
+   * @param {number} [place] where it begins; the middle if none is given
+   */
+  turn(place) {
     const [least, most] = this.box[this.along];
-    Object.assign(this.slider, { min: least, max: most });
-    this.slider.value = place ?? (least + most) / 2;
+    Object.assign(this.slider, { min: String(least), max: String(most) });
+    this.slider.value = String(place ?? (least + most) / 2);
     this.arrange();
   }
 
   get along() {
-    return ["x", "y", "z"].indexOf(this.axis.value);
+    return AXES.indexOf(this.axis.value);
   }
 
   // Voxels in the order in which the plane meets them, so that drawing fewer of them is a cut.
@@ -88,12 +121,12 @@ export class Reach {
       this.mesh.setMatrixAt(i, matrix.setPosition(...centre));
       this.mesh.setColorAt(i, colour);
     }
-    this.mesh.instanceMatrix.needsUpdate = this.mesh.instanceColor.needsUpdate = true;
+    this.mesh.instanceMatrix.needsUpdate = true;
+    if (this.mesh.instanceColor) this.mesh.instanceColor.needsUpdate = true;
     this.cut();
   }
 
   cut() {
-    const { Vector3 } = THREE;
     const { along, box, voxels } = this;
     const sign = this.flipped ? -1 : 1;
     const plane = Number(this.slider.value);
@@ -111,9 +144,8 @@ export class Reach {
       [1, 1],
       [0, 1],
     ].map(([i, j]) => {
-      const corner = [plane, plane, plane];
-      [corner[a], corner[b]] = [box[a][i], box[b][j]];
-      return new Vector3(...corner);
+      const corner = new THREE.Vector3(plane, plane, plane);
+      return corner.setComponent(a, box[a][i]).setComponent(b, box[b][j]);
     });
     this.rim.geometry.setFromPoints(corners);
     this.place.textContent = `${this.axis.value} ${this.flipped ? ">" : "<"} ${(1000 * plane).toFixed(0)} mm`;
