@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { LAST_STEP, between, directionsAround, nearestPlace } from "../src/drag/nearest_place.js";
+import { LAST_STEP, directionsAround, nearestPlace } from "../src/drag/nearest_place.js";
+import { distance } from "../src/math/vectors.js";
 
 const AROUND = directionsAround([1, 0, 0], [0, 1, 0]);
 
@@ -17,7 +18,7 @@ test("the nearest place in a disc is on its edge, towards the target", () => {
   const isReached = (place) => Math.hypot(...place) <= 0.2;
   const place = nearestPlace([0.3, 0.4, 0], [0, 0, 0], AROUND, isReached);
   assert.ok(isReached(place));
-  assert.ok(between(place, [0.12, 0.16, 0]) < 100 * LAST_STEP);
+  assert.ok(distance(place, [0.12, 0.16, 0]) < 100 * LAST_STEP);
 });
 
 test("where nothing is reached it stays, after a bounded number of tries", () => {

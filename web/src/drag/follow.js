@@ -1,9 +1,11 @@
 import { degrees, sentence } from "./sentence.js";
 import { ArmPlace } from "../ik/arm_place.js";
+import { Leg } from "../ik/leg.js";
 import { product, turned } from "../math/rotations.js";
 
-/** @typedef {import("./types.js").Answer} Answer */
-/** @typedef {import("./types.js").Branch} Branch */
+/** @typedef {import("../ik/answer.js").Answer} Answer */
+/** @typedef {import("../ik/types.js").Branch} Branch */
+/** @typedef {import("../math/types.js").Pose} Pose */
 /** @typedef {import("./types.js").Followed} Followed */
 /** @typedef {import("./types.js").Follower} Follower */
 /** @typedef {import("./types.js").Limb} Limb */
@@ -30,8 +32,8 @@ export class HandFollower {
   stride = STRIDE;
 
   /**
-   * @param {any} limb an Arm
-   * @param {(frame: string) => number[]} poseOf
+   * @param {import("../ik/arm.js").Arm} limb
+   * @param {(frame: string) => Pose} poseOf
    */
   constructor(limb, poseOf) {
     this.limb = limb;
@@ -42,18 +44,15 @@ export class HandFollower {
     this.direction = [pose[0], pose[4], pose[8]];
   }
 
-  /** @type {(target: number[], q: number[]) => Followed} */
+  /** @type {(target: Vector, q: number[]) => Followed} */
   follow(target, q) {
     const { limb, direction } = this;
     const reference = limb.values(q);
     const isNear = this.nearTo(reference);
-    /** @type {Answer} */
     const kept = limb.solveDirection(target, direction, reference);
     const next = kept.branches.find(isNear);
     if (next) return { q: limb.merged(q, next.values), says: "" };
-    const answer = /** @type {Answer} */ (
-      /** @type {any} */ (new ArmPlace(limb, /** @type {Vector} */ (target), reference).solve({ near: true }))
-    );
+    const answer = new ArmPlace(limb, target, reference).solve({ near: true });
     if (!answer.branches.some(isNear)) {
       return { says: isExplained(answer) ? sentence(answer) : "cannot be reached from here" };
     }
@@ -65,7 +64,6 @@ export class HandFollower {
   turn(rotation, q) {
     const { limb } = this;
     const reference = limb.values(q);
-    /** @type {Answer} */
     const answer = limb.solveDirection(this.place, turned(rotation, this.direction), reference);
     const next = answer.branches.find(this.nearTo(reference));
     if (next) return { q: limb.merged(q, next.values), says: "" };
@@ -83,7 +81,7 @@ export class HandFollower {
     return ({ values }) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
   }
 
-  /** @type {(target: number[], q: number[]) => Branch[]} */
+  /** @type {(target: Vector, q: number[]) => Branch[]} */
   branches(target, q) {
     return this.limb.solveDirection(target, this.direction, this.limb.values(q), false).branches;
   }
@@ -97,19 +95,21 @@ export class HandFollower {
  */
 export class FootFollower {
   /**
-   * @param {any} limb a Leg
-   * @param {(frame: string) => number[]} poseOf
+   * @param {import("../ik/leg.js").Leg} limb
+   * @param {(frame: string) => Pose} poseOf
    * @param {Limb[]} limbs
    */
   constructor(limb, poseOf, limbs) {
     this.limb = limb;
     this.pose = poseOf(limb.frame);
-    /** The leg on the same motor. @type {any} */
-    this.other = limbs.find((other) => other.kind === "leg" && other !== limb && other.columns[0] === limb.columns[0]);
-    this.otherPose = this.other && poseOf(this.other.frame);
+    /** The leg on the same motor, and the pose of its foot. */
+    this.other = limbs
+      .filter((other) => other instanceof Leg)
+      .find((other) => other !== limb && other.columns[0] === limb.columns[0]);
+    this.otherPose = poseOf((this.other ?? limb).frame);
   }
 
-  /** @type {(target: number[], q: number[]) => Followed} */
+  /** @type {(target: Vector, q: number[]) => Followed} */
   follow(target, q) {
     return this.followPose(this.poseAt(target), q);
   }
@@ -120,13 +120,12 @@ export class FootFollower {
     const before = /** @type {Rotation} */ ([0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]));
     const R = product(rotation, before);
     const rows = [0, 1, 2].flatMap((row) => [...R.slice(3 * row, 3 * row + 3), pose[4 * row + 3]]);
-    return this.followPose([...rows, 0, 0, 0, 1], q);
+    return this.followPose(/** @type {Pose} */ ([...rows, 0, 0, 0, 1]), q);
   }
 
-  /** @type {(pose: number[], q: number[]) => Followed} */
+  /** @type {(pose: Pose, q: number[]) => Followed} */
   followPose(pose, q) {
     const { limb, other } = this;
-    /** @type {Answer} */
     const answer = limb.solve(pose, limb.values(q));
     if (answer.reason !== "REACHED") return { says: sentence(answer) };
     /** @type {Answer | null} */
@@ -135,10 +134,9 @@ export class FootFollower {
       const moved = limb.merged(q, values);
       if (!other) return { q: moved, says: "" };
       const reference = other.values(moved);
-      /** @type {Answer} */
       const stood = other.stand(this.otherPose, reference[0], reference);
       if (stood.reason === "REACHED") {
-        const [{ values: others, yaw = 0 }] = stood.branches;
+        const [{ values: others, yaw }] = stood.branches;
         const turn = degrees(yaw, 1);
         const isSeen = Number.parseFloat(turn) !== 0;
         const says = isSeen ? `${other.frame} turns by ${turn} with the hip motor that both legs share` : "";
@@ -146,17 +144,18 @@ export class FootFollower {
       }
       blocked ??= stood;
     }
-    return { says: `${other.frame} cannot stay where it is: ${sentence(blocked ?? answer)}` };
+    return { says: `${other?.frame} cannot stay where it is: ${sentence(blocked ?? answer)}` };
   }
 
-  /** @type {(place: number[]) => number[]} */
+  /** @type {(place: Vector) => Pose} */
   poseAt([x, y, z]) {
+    /** @type {Pose} */
     const pose = [...this.pose];
     [pose[3], pose[7], pose[11]] = [x, y, z];
     return pose;
   }
 
-  /** @type {(target: number[], q: number[]) => Branch[]} */
+  /** @type {(target: Vector, q: number[]) => Branch[]} */
   branches(target, q) {
     return this.limb.solve(this.poseAt(target), this.limb.values(q), false).branches;
   }
@@ -168,15 +167,14 @@ export class FootFollower {
  * @implements {Follower}
  */
 export class GazeFollower {
-  /** @param {any} limb a Head */
+  /** @param {import("../ik/gaze.js").Gaze} limb */
   constructor(limb) {
     this.limb = limb;
   }
 
-  /** @type {(target: number[], q: number[]) => Followed} */
+  /** @type {(target: Vector, q: number[]) => Followed} */
   follow(target, q) {
     const { limb } = this;
-    /** @type {Answer} */
     const answer = limb.solveGaze(target, limb.values(q));
     if (answer.reason === "REACHED") return { q: limb.merged(q, answer.branches[0].values), says: "" };
     if (!answer.nearest) return { says: sentence(answer) };
@@ -184,7 +182,7 @@ export class GazeFollower {
     return { q: limb.merged(q, values), says: `${sentence(answer)}; looks ${degrees(error, 1)} past it` };
   }
 
-  /** @type {(target: number[], q: number[]) => Branch[]} */
+  /** @type {(target: Vector, q: number[]) => Branch[]} */
   branches(target, q) {
     return this.limb.solveGaze(target, this.limb.values(q), false).branches;
   }
@@ -193,6 +191,6 @@ export class GazeFollower {
 /**
  * By the kind of limb.
  *
- * @type {Record<string, new (limb: Limb, poseOf: (frame: string) => number[], limbs: Limb[]) => Follower>}
+ * @type {Record<string, new (limb: any, poseOf: (frame: string) => Pose, limbs: Limb[]) => Follower>}
  */
 export const FOLLOWERS = { arm: HandFollower, leg: FootFollower, gaze: GazeFollower };

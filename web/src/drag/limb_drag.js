@@ -1,12 +1,14 @@
 import { squaredDistance } from "../math/numbers.js";
+import { distance, minus, plus, times } from "../math/vectors.js";
 import { THREE } from "../three.js";
 import { feetCross, footOf } from "./feet.js";
 import { FOLLOWERS } from "./follow.js";
-import { LAST_STEP, between, directionsAround, nearestPlace } from "./nearest_place.js";
+import { LAST_STEP, directionsAround, nearestPlace } from "./nearest_place.js";
 
 /** @typedef {import("./types.js").Gesture} Gesture */
 /** @typedef {import("./types.js").Handle} Handle */
 /** @typedef {import("./types.js").Limb} Limb */
+/** @typedef {import("../math/types.js").Vector} Vector */
 
 // Branches whose squared distance is above OTHER are two; the looks of their ghosts.
 const OTHER = 1e-6;
@@ -81,7 +83,7 @@ export class LimbDrag {
   /**
    * Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
    *
-   * @param {number[]} target
+   * @param {Vector} target
    * @param {string} notice
    */
   follow(target, notice) {
@@ -112,14 +114,14 @@ export class LimbDrag {
   /**
    * The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
    *
-   * @param {number[]} target
+   * @param {Vector} target
    */
   approach(target) {
     const { follower, place } = this;
-    const strides = Math.ceil(between(place, target) / (follower.stride ?? Infinity));
+    const strides = Math.ceil(distance(place, target) / (follower.stride ?? Infinity));
     let near = { place, q: this.app.q };
     for (let i = 1; i < strides; i++) {
-      const next = place.map((value, k) => value + (i / strides) * (target[k] - value));
+      const next = plus(place, times(i / strides, minus(target, place)));
       const { q } = follower.follow(next, near.q);
       if (!q) break;
       near = { place: next, q };
@@ -127,7 +129,7 @@ export class LimbDrag {
     return near;
   }
 
-  /** @type {(place: number[], q: number[]) => boolean} */
+  /** @type {(place: Vector, q: number[]) => boolean} */
   isReached(place, q) {
     const isAbove = this.inWorld(place).y > this.floor - LAST_STEP;
     return isAbove && Boolean(this.follower.follow(place, q).q);
@@ -143,7 +145,7 @@ export class LimbDrag {
   /**
    * The other branches for a target as ghosts, fainter where a limit stands against them.
    *
-   * @param {number[]} target
+   * @param {Vector} target
    * @param {number[]} q
    */
   others(target, q) {
@@ -161,12 +163,12 @@ export class LimbDrag {
     return this.app.robot.frameNode(this.handle.limb.torso);
   }
 
-  /** @type {(point: THREE.Vector3) => number[]} of the world */
+  /** @type {(point: THREE.Vector3) => Vector} of the world */
   inTorso(point) {
     return this.torso.worldToLocal(point.clone()).toArray();
   }
 
-  /** @param {number[]} place in the torso */
+  /** @param {Vector} place in the torso */
   inWorld(place) {
     return this.torso.localToWorld(new THREE.Vector3().fromArray(place));
   }
@@ -175,14 +177,12 @@ export class LimbDrag {
    * Pose of a frame in the frame of the torso, row by row.
    *
    * @param {string} frame
+   * @returns {import("../math/types.js").Pose}
    */
   poseOf(frame) {
     const { robot } = this.app;
     const torso = robot.pose(robot.linkOf(this.handle.limb.torso));
-    return torso
-      .invert()
-      .multiply(robot.pose(robot.linkOf(frame)))
-      .transpose()
-      .toArray();
+    const pose = torso.invert().multiply(robot.pose(robot.linkOf(frame)));
+    return /** @type {import("../math/types.js").Pose} */ (pose.transpose().toArray());
   }
 }

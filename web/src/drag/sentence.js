@@ -4,7 +4,7 @@ export const degrees = (angle, digits) => `${((angle * 180) / Math.PI).toFixed(d
 /**
  * Why there is no branch, in degrees.
  *
- * @param {import("./types.js").Answer} answer
+ * @param {import("../ik/answer.js").Answer} answer
  */
 export function sentence({ reason, joint, needed, limit, limb }) {
   if (reason === "OUT_OF_REACH") return `out of reach by ${millimetres(needed)}`;

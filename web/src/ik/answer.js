@@ -19,6 +19,12 @@ export class Answer {
    */
   nearest;
 
+  /** Why there is none, or REACHED. @type {Reason} */
+  reason = "NOT_CONVERGED";
+  joint = -1;
+  needed = 0;
+  limit = 0;
+
   /** How far the branch that is blamed is outside the limits [rad]. */
   #excess = Infinity;
 
@@ -31,7 +37,6 @@ export class Answer {
     this.limb = limb;
     this.reference = reference;
     this.enforce = enforce;
-    this.blame("NOT_CONVERGED");
   }
 
   /**
