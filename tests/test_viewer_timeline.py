@@ -306,7 +306,7 @@ def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.Na
     assert yaw[0] == 0.0
     assert yaw[-1] == pytest.approx(last[0], abs=1e-12)
     assert len(yaw) > 8
-    assert (np.diff(motion.key_times) > 0.02).all() or len(yaw) < 20
+    assert (np.diff(motion.key_times)[:-1] > 0.02).all()  # the last one is where the recording was stopped
     press(page, "Play")
     page.tab.wait_for_function("() => naoKin.player.time > 0.1")
     press(page, "Pause")
