@@ -3,7 +3,7 @@ import { Drag } from "./drag/drag.js";
 import { Legend, entry } from "./legend.js";
 import { HANDLERS } from "./messages.js";
 import { Panel } from "./panel/panel.js";
-import { element } from "./panel/element.js";
+import { button } from "./panel/element.js";
 import { Pick } from "./pick/pick.js";
 import { Video } from "./record/video.js";
 import { ShownRobot } from "./robot/shown_robot.js";
@@ -169,9 +169,7 @@ export class App extends EventTarget {
     this.toggles.offer("chains", about.chains.length > 1);
     this.video = new Video(this);
     this.menu = new ViewMenu(this, byId("top"));
-    byId("cameras").replaceChildren(
-      ...about.cameras.map(({ name }) => element("button", { type: "button", onclick: () => this.camera(name) }, name)),
-    );
+    byId("cameras").replaceChildren(...about.cameras.map(({ name }) => button(name, () => this.camera(name))));
     this.viewer.set_3d_pane_size();
     this.toggles.apply();
     this.settle();

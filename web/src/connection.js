@@ -1,5 +1,5 @@
 import { delayAfter } from "./backoff.js";
-import { element } from "./panel/element.js";
+import { button } from "./panel/element.js";
 
 /**
  * Where the page's messages come from: the page itself, or the program that serves it.
@@ -66,7 +66,7 @@ export class Connection {
   wait() {
     if (document.body.dataset.live !== "ended") {
       document.body.dataset.live = "ended";
-      const now = element("button", { type: "button", onclick: () => this.tryAgain() }, "Try now");
+      const now = button("Try now", () => this.tryAgain());
       this.app.notice(
         "No program is behind this page. The panel still works; the page connects when there is one.",
         now,

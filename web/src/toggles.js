@@ -1,5 +1,5 @@
 import { entry } from "./legend.js";
-import { element } from "./panel/element.js";
+import { button } from "./panel/element.js";
 import { paintFloor } from "./scene/floor_colours.js";
 import { chainColours } from "./scene/chain_colours.js";
 
@@ -78,10 +78,10 @@ export class Toggles {
         this.set({ [name]: !this.shown[name] });
         app.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: app.source });
       };
-      const button = element("button", { type: "button", onclick: flip }, text);
-      button.dataset.shown = name;
-      this.buttons.set(name, button);
-      bar.append(button);
+      const made = button(text, flip);
+      made.dataset.shown = name;
+      this.buttons.set(name, made);
+      bar.append(made);
     }
     this.offer("ghosts", false);
   }

@@ -1,5 +1,5 @@
 import { EDITIONS } from "./scene/link_colours.js";
-import { element } from "./panel/element.js";
+import { button, element } from "./panel/element.js";
 import { saveScreenshot } from "./record/screenshot.js";
 import { Video } from "./record/video.js";
 
@@ -141,14 +141,6 @@ function section(title, ...children) {
 /** @param {...Node} children */
 function row(...children) {
   return element("div", { className: "row" }, ...children);
-}
-
-/**
- * @param {string} text
- * @param {() => void} onclick
- */
-function button(text, onclick) {
-  return element("button", { type: "button", onclick }, text);
 }
 
 /**

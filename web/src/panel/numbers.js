@@ -1,4 +1,4 @@
-import { format, unitOf } from "../values/units.js";
+import { unitOf, withUnit } from "../values/units.js";
 import { element } from "./element.js";
 
 /** @typedef {import("../values/units.js").Choice} Choice */
@@ -30,15 +30,13 @@ export class Numbers {
 
   /** @type {(value: number, choice: Choice) => Shown} */
   static length(value, choice) {
-    const unit = unitOf("m", choice);
-    return { value, text: `${format(value, unit)} ${unit.sign}`, title: `${value} m` };
+    return { value, text: withUnit(value, unitOf("m", choice)), title: `${value} m` };
   }
 
   /** @type {(value: number, choice: Choice) => Shown} */
   static angle(value, choice) {
     const unit = unitOf("rad", choice);
-    const space = unit.sign === "°" ? "" : " ";
-    return { value, text: `${format(value, unit, unit.digits + 1)}${space}${unit.sign}`, title: `${value} rad` };
+    return { value, text: withUnit(value, unit, unit.digits + 1), title: `${value} rad` };
   }
 
   /** @type {(value: number) => Shown} */

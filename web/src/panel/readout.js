@@ -1,6 +1,7 @@
 import { rollPitchYaw } from "../math/roll_pitch_yaw.js";
-import { format, unitOf } from "../values/units.js";
+import { unitOf, withUnit } from "../values/units.js";
 import { element } from "./element.js";
+import { frameOptions } from "./frame_options.js";
 
 const LENGTHS = ["x", "y", "z"];
 const ANGLES = ["roll", "pitch", "yaw"];
@@ -11,13 +12,7 @@ export class Readout {
   constructor(panel) {
     this.panel = panel;
     const { about } = panel.app.robot;
-    const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
-    this.select = element(
-      "select",
-      { ariaLabel: "Frame" },
-      optionGroup("effectors", about.effectors),
-      optionGroup("all frames", others),
-    );
+    this.select = element("select", { ariaLabel: "Frame" }, ...frameOptions(about));
     this.select.onchange = () => {
       this.refresh();
       panel.address.later();
@@ -60,18 +55,8 @@ export class Readout {
   show(name, value, unit, exact) {
     const output = /** @type {HTMLOutputElement} */ (this.numbers.get(name));
     const digits = unit.sign === "°" ? 2 : unit.digits;
-    output.textContent = `${format(value, unit, digits)}${unit.sign === "°" ? "" : " "}${unit.sign}`;
+    output.textContent = withUnit(value, unit, digits);
     output.title = exact;
     output.dataset.value = String(value);
   }
-}
-
-/**
- * @param {string} label
- * @param {string[]} names
- */
-function optionGroup(label, names) {
-  const group = element("optgroup", { label });
-  group.append(...names.map((name) => element("option", { value: name }, name)));
-  return group;
 }

@@ -2,6 +2,7 @@ import { COPIES, poseNumbers } from "../pick/pose_numbers.js";
 import { referencePose } from "../pick/selection.js";
 import { copyText } from "./copy_text.js";
 import { element } from "./element.js";
+import { frameOptions } from "./frame_options.js";
 import { MeasureCard } from "./measure_card.js";
 import { Numbers } from "./numbers.js";
 import "./selection.css";
@@ -55,7 +56,6 @@ export class SelectionSection {
       if (app.pick.selection.frame !== null) this.element.open = true;
       this.refresh();
     });
-    app.addEventListener("settled", () => this.refresh());
     this.element.ontoggle = () => this.refresh();
     this.refresh();
   }
@@ -131,16 +131,8 @@ export class SelectionSection {
 export function frameSelect(label, about, places) {
   const select = element("select", { ariaLabel: label });
   select.append(...places.map(([value, text]) => element("option", { value }, text)));
-  const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
-  for (const [title, names] of /** @type {[string, string[]][]} */ ([
-    ["effectors", about.effectors],
-    ["all frames", others],
-  ])) {
-    const group = element("optgroup", { label: title });
-    // The value says that it is a frame: one may be called floor.
-    group.append(...names.map((name) => element("option", { value: `frame:${name}` }, name)));
-    select.append(group);
-  }
+  // The value says that it is a frame: one may be called floor.
+  select.append(...frameOptions(about, "frame:"));
   return select;
 }
 

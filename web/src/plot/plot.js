@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.js";
 import { element } from "../panel/element.js";
 import { uPlot } from "./uplot.js";
 
@@ -130,8 +131,8 @@ export class Plot {
     const { over } = plot;
     const seek = (/** @type {PointerEvent} */ { clientX }) => {
       const { left, width } = over.getBoundingClientRect();
-      const time = plot.posToVal(Math.min(Math.max(clientX - left, 0), width), "x");
-      this.seek(Math.min(Math.max(time, this.times[0]), this.times.at(-1) ?? 0));
+      const time = plot.posToVal(clamp(clientX - left, 0, width), "x");
+      this.seek(clamp(time, this.times[0], this.times.at(-1) ?? 0));
     };
     over.setPointerCapture(event.pointerId);
     seek(event);
@@ -158,7 +159,7 @@ export class Plot {
   place() {
     const { plot, times } = this;
     if (!plot || plot.scales.x.max === undefined) return;
-    const time = Math.min(Math.max(this.time, times[0]), times[times.length - 1]);
+    const time = clamp(this.time, times[0], times[times.length - 1]);
     this.cursor.style.transform = `translateX(${plot.valToPos(time, "x")}px)`;
   }
 

@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.js";
 import { convexHull, inside } from "../math/polygon.js";
 
 /** @typedef {{ x: number, y: number }} Point */
@@ -119,7 +120,7 @@ function nearestToOrigin(points) {
 function nearestOnEdge(a, b) {
   const [x, y] = [b.x - a.x, b.y - a.y];
   const square = x * x + y * y;
-  const share = square > 0 ? Math.min(Math.max(-(a.x * x + a.y * y) / square, 0), 1) : 0;
+  const share = square > 0 ? clamp(-(a.x * x + a.y * y) / square, 0, 1) : 0;
   return { x: a.x + share * x, y: a.y + share * y };
 }
 

@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.js";
 import { THREE } from "../three.js";
 
 /**
@@ -21,7 +22,7 @@ export function lookAt({ camera, controls }, preset, box, size, bar) {
   const right = new Vector3(0, 1, 0).cross(back).normalize();
   const up = back.clone().cross(right);
   const half = Math.tan(MathUtils.degToRad(camera.fov / 2));
-  const hidden = Math.min(Math.max(2 * bar - 0.1, 0), 0.5);
+  const hidden = clamp(2 * bar - 0.1, 0, 0.5);
   const tall = half * (0.9 - hidden / 2);
   const wide = 0.9 * half * camera.aspect;
   let distance = preset.links.length ? 0 : size;

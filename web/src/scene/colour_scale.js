@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.js";
 import { element } from "../panel/element.js";
 
 /** @typedef {import("../types.js").Vector} Vector */
@@ -10,7 +11,7 @@ import { element } from "../panel/element.js";
  * @returns {Vector}
  */
 export function onScale(stops, share) {
-  const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1);
+  const at = clamp(share, 0, 1) * (stops.length - 1);
   const left = Math.min(Math.floor(at), stops.length - 2);
   const [r, g, b] = stops[left].map((value, channel) => value + (at - left) * (stops[left + 1][channel] - value));
   return [r, g, b];

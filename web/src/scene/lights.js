@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.js";
 import { between } from "../robot/nodes.js";
 import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
@@ -78,7 +79,7 @@ function makeGlow(mesh, box, node) {
     const place = new Vector3().setFromMatrixPosition(glow.matrixWorld);
     towards.setFromMatrixPosition(camera.matrixWorld).sub(place).normalize();
     facing.copy(outwards).transformDirection(node.matrixWorld);
-    glow.material.opacity = GLOW.opacity * glow.userData.strength * Math.min(Math.max(2 * facing.dot(towards), 0), 1);
+    glow.material.opacity = GLOW.opacity * glow.userData.strength * clamp(2 * facing.dot(towards), 0, 1);
     // Before the shape that the light is in, and behind what stands before that.
     place.addScaledVector(towards, GLOW.lift * radius);
     [elements[12], elements[13], elements[14]] = place.toArray();

@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.js";
 import { Motion } from "./motion.js";
 
 /** @typedef {import("./motion.js").Interpolation} Interpolation */
@@ -137,7 +138,7 @@ export class KeyFrames {
  */
 function freeTime(others, wanted) {
   const rounded = (/** @type {number} */ time) => Math.round(time * 1000) / 1000;
-  const inside = Math.min(Math.max(rounded(wanted), 0), LATEST);
+  const inside = clamp(rounded(wanted), 0, LATEST);
   const isFree = (/** @type {number} */ time) => others.every((other) => Math.abs(other - time) > GAP - 1e-9);
   if (isFree(inside)) return inside;
   const beside = others.flatMap((other) => [Math.ceil((other + GAP - 1e-9) * 1000) / 1000, rounded(other - GAP)]);

@@ -1,3 +1,4 @@
+import { clamp } from "../math/numbers.js";
 import { element } from "../panel/element.js";
 
 const STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
@@ -38,7 +39,7 @@ export class Track {
   /** @param {PointerEvent} event */
   timeAt({ clientX }) {
     const { left, width } = this.lane.getBoundingClientRect();
-    return Math.min(Math.max((clientX - left) / width, 0), 1) * this.span;
+    return clamp((clientX - left) / width, 0, 1) * this.span;
   }
 
   /** @param {PointerEvent} event */

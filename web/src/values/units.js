@@ -52,6 +52,16 @@ export const format = (value, { scale, digits: usual }, digits = usual) =>
   (value * scale).toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
 
 /**
+ * The same with its unit.
+ *
+ * @param {number} value
+ * @param {Unit} unit
+ * @param {number} [digits]
+ */
+export const withUnit = (value, unit, digits) =>
+  `${format(value, unit, digits)}${unit.sign === "°" ? "" : " "}${unit.sign}`;
+
+/**
  * The same with its unit, and with the minus sign that is read out as one.
  *
  * @param {number} value
