@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,12 +38,7 @@ class SharedTimes:
     def sample(self, t: Floats) -> Floats:
         """Values at times (n,), shape (n, joints)."""
         result = np.empty((len(t), len(self._last)))
-        for start in range(0, len(t), _AT_ONCE):
-            part = slice(start, start + _AT_ONCE)
-            segment = segment_of(self._times, t[part])
-            x = self._share(segment, t[part])[:, None]
-            rows = result[part]
-            np.take(self._coefficients[-1], segment, axis=0, out=rows)
+        for rows, segment, x in self._begun(t, result):
             for coefficients in self._coefficients[-2::-1]:
                 rows *= x
                 rows += coefficients[segment]
@@ -54,12 +49,7 @@ class SharedTimes:
     def speed(self, t: Floats) -> Floats:
         """Speeds at times (n,), shape (n, joints)."""
         result = np.empty((len(t), len(self._last)))
-        for start in range(0, len(t), _AT_ONCE):
-            part = slice(start, start + _AT_ONCE)
-            segment = segment_of(self._times, t[part])
-            x = self._share(segment, t[part])[:, None]
-            rows = result[part]
-            np.take(self._coefficients[-1], segment, axis=0, out=rows)
+        for rows, segment, x in self._begun(t, result):
             rows *= len(self._coefficients) - 1
             for power in range(len(self._coefficients) - 2, 0, -1):
                 rows *= x
@@ -67,6 +57,15 @@ class SharedTimes:
             rows /= (self._times[segment + 1] - self._times[segment])[:, None]
         result[(t < self._times[0]) | (t > self._times[-1])] = 0.0
         return result
+
+    def _begun(self, t: Floats, result: Floats) -> Iterator[tuple[Floats, NDArray[np.intp], Floats]]:
+        """Parts of the result with their last coefficients in them, their segments, and where in these they are."""
+        for start in range(0, len(t), _AT_ONCE):
+            part = slice(start, start + _AT_ONCE)
+            segment = segment_of(self._times, t[part])
+            rows = result[part]
+            np.take(self._coefficients[-1], segment, axis=0, out=rows)
+            yield rows, segment, self._share(segment, t[part])[:, None]
 
     def _share(self, segment: NDArray[np.intp], t: Floats) -> Floats:
         start = self._times[segment]
