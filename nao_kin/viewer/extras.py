@@ -18,7 +18,7 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.viewer.meshes import Mesh, UnreadableMesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import mesh_document, panel_message, typed_array
-from nao_kin.viewer.overlays import number
+from nao_kin.viewer.overlays import checked_opacity, number
 
 MOST = 1000
 MOST_POINTS = 2_000_000
@@ -77,9 +77,7 @@ def mesh(
         if faces is None:
             raise BadArgument("a mesh of vertices needs its faces, shape (m, 3)")
         parts = (_built(shape, faces),)
-    share = number(opacity, "opacity")
-    if not 0.0 < share <= 1.0:
-        raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
+    share = checked_opacity(opacity)
     own = None if colour is None else one_colour(colour)
     documents = [
         {"geometry": mesh_document(part), "colour": own or (part.colour or (*_BLUE, 1.0))[:3], "opacity": share}

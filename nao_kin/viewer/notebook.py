@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin.viewer.messages import RetainedMessages
-from nao_kin.viewer.server import Answer
+from nao_kin.viewer.server import Answer, weak_receiver
 
 _SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
 # Drawing more often than a screen does helps nobody.
@@ -132,14 +132,7 @@ class Bridge:
 
 def bridge_of(viewer: object, messages: RetainedMessages, receive: Callable[[Answer], None]) -> Bridge:
     """A bridge that ends with the viewer, and does not keep it alive."""
-    receiver = weakref.WeakMethod(receive)
-
-    def on_answer(answer: Answer) -> None:
-        receive = receiver()
-        if receive is not None:
-            receive(answer)
-
-    bridge = Bridge(messages, on_answer)
+    bridge = Bridge(messages, weak_receiver(receive))
     weakref.finalize(viewer, bridge.close)
     return bridge
 

@@ -52,6 +52,18 @@ def number(value: ArrayLike, what: str) -> float:
     return float(array)
 
 
+def checked_opacity(opacity: float) -> float:
+    """`opacity`, above 0 and at most 1.
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: it is none.
+    """
+    share = number(opacity, "opacity")
+    if not 0.0 < share <= 1.0:
+        raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
+    return share
+
+
 def direction(value: ArrayLike, what: str) -> list[float]:
     """`value` as a unit vector.
 
@@ -150,9 +162,7 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
         check_size(robot, array)
     if len(array) > _MOST_GHOSTS:
         raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
-    share = number(opacity, "opacity")
-    if not 0.0 < share <= 1.0:
-        raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
+    share = checked_opacity(opacity)
     content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share}
     return panel_message("ghosts", {**content, "first": whole_number(first, "first", 0)})
 

@@ -14,6 +14,7 @@ import os
 import socket
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -40,6 +41,18 @@ _JOIN_SECONDS = 5.0
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 Answer = dict[str, Any]
+
+
+def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]:
+    """A method that takes answers as a function that does not keep its object alive, and does nothing without it."""
+    receiver = weakref.WeakMethod(receive)
+
+    def on_answer(answer: Answer) -> None:
+        method = receiver()
+        if method is not None:
+            method(answer)
+
+    return on_answer
 
 
 class LiveServer:

@@ -258,9 +258,7 @@ class ShownScene(Drawings):
             raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
         called = (robot.robot if isinstance(robot, MultiDofModel) else robot).name if name is None else name
         extras.checked_name(called)
-        share = overlays.number(opacity, "opacity")
-        if not 0.0 < share <= 1.0:
-            raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
+        share = overlays.checked_opacity(opacity)
         if len(self._others) >= _MOST_ROBOTS:
             raise BadArgument(f"at most {_MOST_ROBOTS} robots are added; remove some before {abbreviated(called)}")
         place = None if at is None else checked_pose(at)

@@ -17,7 +17,7 @@ from nao_kin.viewer.browser import Screenshots
 from nao_kin.viewer.document import Document
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.page import POLICY, live_page
-from nao_kin.viewer.server import Answer, LiveServer
+from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import ShownScene
 
 # A page names itself in what it sends, and is sent it back.
@@ -184,20 +184,13 @@ class Viewer(ShownScene):
 
     def _started(self) -> LiveServer:
         if self._server is None:
-            # The server must not keep the viewer alive: whoever drops it drops the server too.
-            receiver = weakref.WeakMethod(self._receive)
-
-            def on_answer(answer: Answer) -> None:
-                receive = receiver()
-                if receive is not None:
-                    receive(answer)
-
             self._server = LiveServer(
                 self._messages,
                 Document(live_page(self.robot.name), POLICY),
                 host=self.host,
                 port=self._port,
-                on_answer=on_answer,
+                # The server must not keep the viewer alive: whoever drops it drops the server too.
+                on_answer=weak_receiver(self._receive),
                 allow_hosts=self._allow_hosts,
                 token=self._token,
             )
