@@ -3,10 +3,12 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 from slow_tests import MODULES, is_slow
+from viewer_pages import chromium
 
 import nao_kin as nk
 from nao_kin.parameters import VERSIONS
@@ -29,6 +31,13 @@ def _compiled_kernels() -> None:
     """What is compiled once on a machine is there before a test looks at what a command says."""
     nk.batch.warm_up()
     nk.reach.warm_up()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """A headless Chromium for the tests of one module."""
+    with chromium() as browser:
+        yield browser
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, messages_of, opened
+from viewer_pages import Page, messages_of, opened
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
@@ -50,12 +50,6 @@ CLOUDS = """(node) => {
 @pytest.fixture(scope="module")
 def reach(nao: nk.NaoModel) -> ReachMap:
     return workspace(nao, "LArm", 30_000, voxel=0.03)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, made_of, opened, processes, read_png
+from viewer_pages import Page, made_of, opened, processes, read_png
 
 import nao_kin as nk
 from nao_kin.errors import NoBrowser
@@ -18,12 +18,6 @@ from nao_kin.rotations import rpy_from_matrix
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
 
 FPS = 20.0
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

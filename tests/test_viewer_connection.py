@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import socket
 import time
-from collections.abc import Iterator
 from contextlib import ExitStack
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
@@ -14,17 +13,11 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, opened
+from viewer_pages import Page, opened
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.document import PageHandler
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 def _free_port() -> int:

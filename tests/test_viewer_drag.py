@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, opened, read_png
+from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, WrongShape
@@ -34,12 +34,6 @@ GHOSTS = (
     """() => naoKin.drag.ghosts.group.children.filter(({ visible }) => visible).map(({ userData }) => userData.link)"""
 )
 LEG = ("LHipYawPitch", "LHipRoll", "LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from made_up_robots import J, made_up
-from viewer_pages import Page, chromium, opened, read_png
+from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
@@ -53,12 +53,6 @@ OWN = (0.7, 0.89, 1.0)
 COLOURS: dict[str, tuple[float, ...]] = {f"LeftEye{n}": colour for n, colour in enumerate(RAINBOW)}
 COLOURS |= {f"RightEye{n}": colour for n, colour in enumerate(RAINBOW)}
 COLOURS |= {"Chest": (0, 0.5, 0), "LeftFoot": (0, 0, 0)}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

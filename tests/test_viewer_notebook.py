@@ -16,7 +16,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from viewer_pages import chromium
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
@@ -29,12 +28,6 @@ CELLS = (
     "viewer.close()",
 )
 FRAME = "iframe[data-nao-kin]"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

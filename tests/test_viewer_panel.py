@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import OPTIONS, Page, chromium, opened
+from viewer_pages import OPTIONS, Page, opened
 
 import nao_kin as nk
 from nao_kin.configuration_files import read_configurations
@@ -22,12 +22,6 @@ from nao_kin.viewer.browser import find_browser
 
 SIZE = (1100, 760)
 STEP = math.radians(1.0)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

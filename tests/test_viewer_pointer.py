@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from made_up_robots import J, made_up
-from viewer_pages import Page, chromium, opened
+from viewer_pages import Page, opened
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
@@ -58,12 +58,6 @@ LISTEN = """() => {
     window.gestures = [];
     naoKin.addEventListener("gesture", ({ detail }) => window.gestures.push(detail.held));
 }"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

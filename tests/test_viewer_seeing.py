@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, opened, read_png
+from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
@@ -28,12 +28,6 @@ COUNT = """() => {
 COLOURS = (
     "(links) => links.map((l) => naoKin.robot.meshes.find((m) => m.link === l).mesh.material.color.getHexString())"
 )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

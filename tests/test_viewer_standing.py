@@ -10,18 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 from made_up_robots import J, made_up
-from viewer_pages import Page, chromium, messages_of, opened
+from viewer_pages import Page, messages_of, opened
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, WrongShape, ZeroNorm
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.scene import robot_drawables
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, chromium, messages_of, opened
+from viewer_pages import Page, messages_of, opened
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -19,12 +19,6 @@ from nao_kin.viewer import Viewer
 
 SIZE = (1100, 760)
 POSTURES = ("StandInit", "Crouch", "StandZero")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")
