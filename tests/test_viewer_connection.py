@@ -147,10 +147,10 @@ def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(
             assert _shows(other, viewer.q)
             # Nothing goes round and round.
             received = [page.run("() => naoKin.received") for page in pages]
-            reports = [page.run("() => naoKin.reports") for page in pages]
+            reports = [page.run("() => naoKin.reports.count") for page in pages]
             one.tab.wait_for_timeout(300)
             assert [page.run("() => naoKin.received") for page in pages] == received
-            assert [page.run("() => naoKin.reports") for page in pages] == reports
+            assert [page.run("() => naoKin.reports.count") for page in pages] == reports
             assert np.array_equal(one.q, other.q)
             assert np.array_equal(one.q, viewer.q)
 
@@ -162,7 +162,7 @@ def test_a_report_that_another_page_overtakes_is_kept_where_it_came_last(browser
         page.type_number("HeadYaw", "25")
         assert _until_here(viewer, nao, "HeadYaw", np.radians(25.0))
         q = viewer.q
-        mine = page.run("() => `${naoKin.source} ${naoKin.reports}`")
+        mine = page.run("() => `${naoKin.reports.source} ${naoKin.reports.count}`")
         page.run("() => naoKin.set([...naoKin.q].fill(0), null, false)")
         viewer._receive({"kind": "joints", "q": q.tolist(), "up": None, "source": mine})
         assert _shows(page, q)

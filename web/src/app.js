@@ -2,10 +2,12 @@ import { Connection } from "./connection.js";
 import { Drag } from "./drag/drag.js";
 import { Legend, entry } from "./legend.js";
 import { HANDLERS } from "./messages.js";
+import { makeViewer } from "./meshcat_viewer.js";
 import { Panel } from "./panel/panel.js";
 import { button } from "./panel/element.js";
 import { Pick } from "./pick/pick.js";
 import { Video } from "./record/video.js";
+import { Reports } from "./reports.js";
 import { ShownRobot } from "./robot/shown_robot.js";
 import { Balance } from "./scene/balance.js";
 import { Extras } from "./scene/extras.js";
@@ -17,24 +19,16 @@ import { JointAxes } from "./scene/joint_axes.js";
 import { Labels } from "./scene/labels.js";
 import { Lights } from "./scene/lights.js";
 import { OtherRobots } from "./scene/other_robots.js";
-import { paintCanvas, takePicture } from "./scene/picture.js";
-import { makeRenderer } from "./scene/renderer.js";
 import { Reach } from "./scene/reach.js";
 import { Speech } from "./scene/speech.js";
-import { Studio, resize } from "./scene/studio.js";
+import { Studio } from "./scene/studio.js";
 import { Targets } from "./scene/targets.js";
-import { MeshCat } from "./three.js";
 import { Player } from "./timeline/player.js";
 import { Toggles } from "./toggles.js";
 import { ViewMenu } from "./view_menu.js";
 
 /** @typedef {import("./types.js").About} About */
 /** @typedef {import("./types.js").Message} Message */
-
-// The shorter side of a picture in which letters of labels are as many pixels as in the page.
-const LABELS_ACROSS = 640;
-// Time between two reports of where a clip is [ms].
-const CLIP_REPORTS = 50;
 
 /** @param {string} id */
 const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
@@ -82,8 +76,6 @@ export class App extends EventTarget {
   movedByHand = false;
   /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
   followsClip = false;
-  /** The report of where the clip is that is to be sent. @type {ReturnType<typeof setTimeout> | undefined} */
-  clipReport;
 
   constructor() {
     super();
@@ -91,8 +83,7 @@ export class App extends EventTarget {
     document.body.dataset.role = this.role;
     this.received = this.drawn = 0;
     this.pane = byId("pane");
-    this.viewer = new MeshCat.Viewer(this.pane, true, makeRenderer(this.pane));
-    this.adaptViewer();
+    this.viewer = makeViewer(this);
     this.studio = new Studio(this.viewer);
     this.legend = new Legend(byId("legend"));
     this.toggles = new Toggles(this, byId("shown"));
@@ -100,34 +91,7 @@ export class App extends EventTarget {
     this.connection = new Connection(this);
     this.others = new OtherRobots(this);
     this.extras = new Extras(this);
-    // Who this page is, and how often it has told the program a configuration.
-    this.source = String(Math.random());
-    this.reports = 0;
-  }
-
-  // Our messages go to us, all else to meshcat; before each picture the scene is brought up to date.
-  adaptViewer() {
-    const { viewer, pane } = this;
-    const resizeToPane = () => resize(viewer, pane.clientWidth, pane.clientHeight);
-    viewer.set_3d_pane_size = resizeToPane;
-    // The pane is smaller where the legend stands under it.
-    new ResizeObserver(resizeToPane).observe(pane);
-    const handle = viewer.handle_command.bind(viewer);
-    viewer.handle_command = (message) => {
-      if (message.type === "nao_kin") return this.receive(message);
-      handle(message);
-      if (message.type === "set_animation") this.player.load(message);
-    };
-    viewer.render = () => {
-      this.settle();
-      this.studio.draw();
-      viewer.animator.after_render();
-      viewer.needs_render = false;
-      this.speech?.place();
-      this.labels?.draw();
-      this.video?.add();
-      this.drawn += 1;
-    };
+    this.reports = new Reports(this);
   }
 
   // --- messages ------------------------------------------------------------------------------------------------
@@ -305,25 +269,11 @@ export class App extends EventTarget {
     this.studio.moved();
     this.balance.draw();
     this.panel.refresh();
-    if (this.followsClip) this.reportClip();
+    if (this.followsClip) this.reports.clip();
     const own = this.unreported;
-    if (own) this.report();
+    if (own) this.reports.joints();
     this.unreported = false;
     this.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
-  }
-
-  // Tell the program where the clip is, not at every picture.
-  reportClip() {
-    if (this.role !== "") return;
-    this.clipReport ??= setTimeout(() => {
-      this.clipReport = undefined;
-      if (this.followsClip) this.send({ kind: "clip", q: [...this.q] });
-    }, CLIP_REPORTS);
-  }
-
-  report() {
-    this.reports += 1;
-    this.send({ kind: "joints", q: [...this.q], up: this.up, source: `${this.source} ${this.reports}` });
   }
 
   // Put the robot on the floor again, which it keeps off while it is dragged.
@@ -366,7 +316,7 @@ export class App extends EventTarget {
    * @param {{ shown: Record<string, boolean>, source?: string }} message
    */
   receiveShown({ shown, source }) {
-    if (source === this.source) return;
+    if (source === this.reports.source) return;
     this.show(this.role === "" ? shown : { ...shown, handles: false });
   }
 
@@ -422,42 +372,5 @@ export class App extends EventTarget {
   // They were other answers to what is asked no more.
   clearGhosts() {
     if (this.ghosts.entries.length > 0) this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: 1 });
-  }
-
-  /** @param {{ id: string, width: number, height: number, camera: string }} message */
-  capture({ id, width, height, camera }) {
-    const preset = this.robot.about.cameras.find(({ name }) => name === camera);
-    /** @param {CanvasRenderingContext2D} ink */
-    const over = (ink) => this.paintOver(ink, width, height);
-    const picture = takePicture(this.studio, width, height, preset, this.others, over);
-    this.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
-  }
-
-  /**
-   * Paint what the page writes over the picture onto one of another size.
-   *
-   * @param {CanvasRenderingContext2D} ink
-   * @param {number} width
-   * @param {number} height
-   */
-  paintOver(ink, width, height) {
-    this.speech.paint(ink, width, height);
-    const scale = Math.min(width, height) / LABELS_ACROSS;
-    ink.save();
-    ink.scale(scale, scale);
-    this.labels.paint(ink, width / scale, height / scale);
-    ink.restore();
-  }
-
-  /**
-   * Paint the picture that was drawn last.
-   *
-   * @param {CanvasRenderingContext2D} ink
-   * @param {number} width
-   * @param {number} height
-   */
-  paintPicture(ink, width, height) {
-    paintCanvas(ink, this.viewer.renderer.domElement, width, height);
-    this.paintOver(ink, width, height);
   }
 }

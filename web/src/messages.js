@@ -1,4 +1,5 @@
 import { isOutdated } from "./echo.js";
+import { sendPicture } from "./record/pictures.js";
 import { scaleBar } from "./scene/colour_scale.js";
 
 /**
@@ -9,7 +10,7 @@ import { scaleBar } from "./scene/colour_scale.js";
 export const HANDLERS = {
   robot: (app, { about }) => app.start(about),
   joints: (app, { q, up, source }) => {
-    if (!isOutdated(source, app.source, app.reports)) app.display([...q], up, source !== "");
+    if (!isOutdated(source, app.reports.source, app.reports.count)) app.display([...q], up, source !== "");
   },
   still: (app) => app.still(),
   shown: (app, message) => app.receiveShown(message),
@@ -35,7 +36,7 @@ export const HANDLERS = {
   lights: (app, { lights }) => app.lights.show(lights),
   speech: (app, { text }) => app.speech.say(text),
   reach: (app, message) => app.reach.show(message),
-  capture: (app, message) => app.capture(message),
+  capture: (app, message) => sendPicture(app, message),
   version: (app, { version }) => app.connection.compare(version),
   complete: (app) => app.complete(),
 };

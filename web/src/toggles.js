@@ -76,7 +76,7 @@ export class Toggles {
     for (const [name, { text }] of Object.entries(TOGGLES)) {
       const flip = () => {
         this.set({ [name]: !this.shown[name] });
-        app.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: app.source });
+        app.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: app.reports.source });
       };
       const made = button(text, flip);
       made.dataset.shown = name;

@@ -1,4 +1,5 @@
 import { takePicture } from "../scene/picture.js";
+import { paintOver } from "./pictures.js";
 import { download, fileName } from "./download.js";
 
 /**
@@ -16,7 +17,7 @@ export async function saveScreenshot(app, scale) {
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
   const share = Math.min(1, most / Math.max(width, height));
   const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];
-  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => app.paintOver(ink, wide, high));
+  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(app, ink, wide, high));
   const blob = await new Promise((/** @type {(blob: Blob | null) => void} */ done) => canvas.toBlob(done, "image/png"));
   if (blob) download(blob, fileName(robot.about.name, "png"));
   else app.notice("The browser made no picture of this size.");

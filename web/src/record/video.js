@@ -1,4 +1,5 @@
 import { download, fileName } from "./download.js";
+import { paintPicture } from "./pictures.js";
 
 // A film ends by itself after so many seconds, or bytes: it is kept in memory until it is saved.
 const [MOST_SECONDS, MOST_BYTES] = [120, 200e6];
@@ -73,6 +74,6 @@ export class Video {
   add() {
     if (!this.recorder) return;
     const { width, height } = this.canvas;
-    this.app.paintPicture(this.ink, width, height);
+    paintPicture(this.app, this.ink, width, height);
   }
 }
