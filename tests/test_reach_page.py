@@ -58,7 +58,6 @@ def page(browser: Any, nao: nk.NaoModel, reach: ReachMap, tmp_path_factory: pyte
     viewer.display(nao.posture("StandInit"))
     viewer.show_reach(reach, cut=("y", 0.15))
     with opened(browser, viewer.save_html(tmp_path_factory.mktemp("reach") / "reach.html")) as page:
-        page.draw(False)
         yield page
 
 
@@ -134,7 +133,7 @@ def test_the_legend_names_what_is_coloured(page: Page, reach: ReachMap) -> None:
 def test_a_cut_changes_the_picture(browser: Any, nao: nk.NaoModel, reach: ReachMap, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.show_reach(reach)
-    with opened(browser, viewer.save_html(tmp_path / "a.html"), (900, 420)) as page:
+    with opened(browser, viewer.save_html(tmp_path / "a.html"), (900, 420), draws=True) as page:
         slider(page).focus()
         page.tab.keyboard.press("End")
         page.animation_frames(2)
@@ -149,7 +148,6 @@ def test_the_voxels_move_with_their_reference(browser: Any, nao: nk.NaoModel, tm
     viewer = Viewer(nao)
     viewer.show_reach(reach, by="coverage", cut=("x", 9.0))
     with opened(browser, viewer.save_html(tmp_path / "a.html")) as page:
-        page.draw(False)
         for q in nao.random(3, 2):
             page.set(q)
             T = nao.fk(q, "Head")
@@ -162,7 +160,6 @@ def test_the_voxels_move_with_their_reference(browser: Any, nao: nk.NaoModel, tm
 
 def test_a_live_page_takes_it_away_and_shows_another(browser: Any, nao: nk.NaoModel, reach: ReachMap) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
-        page.draw(False)
         assert page.run(CLOUDS, "scene") == 0
         assert page.tab.locator("#cut").is_hidden()
         viewer.show_reach(reach)

@@ -36,7 +36,6 @@ def document(nao: nk.NaoModel, clip: np.ndarray, tmp_path_factory: pytest.TempPa
 def page(browser: Any, document: Path) -> Iterator[Page]:
     """The page from disk, shared: each test puts it where it wants it first."""
     with opened(browser, document) as page:
-        page.draw(False)
         yield page
 
 
@@ -311,7 +310,6 @@ def test_whole_body_cameras_show_the_whole_robot_and_little_else(browser: Any, d
         ).project(camera).toArray());
     }"""
     with opened(browser, document, (900, 600)) as page:
-        page.draw(False)
         box = page.tab.locator("#top").bounding_box()
         lowest_button = box["y"] + box["height"]
         bar = 1.0 - 2.0 * lowest_button / 600.0

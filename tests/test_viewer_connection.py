@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from viewer_pages import Page, opened
+from viewer_pages import Page, opened, visitor
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
@@ -58,7 +58,6 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
     first.say("I was here")
     page = Page(browser, first.url)
     try:
-        page.draw(False)
         page.run("() => { window.here = true; }")
         assert _shows(page, nao.posture("Sit"))
         page.tab.locator("#cameras button", has_text="side").click()
@@ -89,7 +88,6 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
         _live(page, "ended")
 
         page.tab.get_by_role("button", name="Try now").click()  # in vain, but the next tries come soon again
-        page.draw(True)
         other = nk.load_nao("v4")
         with Viewer(other, port=port) as third:
             page.tab.wait_for_function(
@@ -118,7 +116,6 @@ def test_a_page_whose_token_is_the_old_one_says_so_and_asks_no_more(browser: Any
     with Viewer(nao, port=port, token=True) as first:
         page = Page(browser, first.url)
     try:
-        page.draw(False)
         _live(page, "ended")
         with Viewer(nao, port=port, token=True):
             page.tab.locator("#notice", has_text="only its new address").wait_for(timeout=15_000)
@@ -132,8 +129,6 @@ def test_a_page_whose_token_is_the_old_one_says_so_and_asks_no_more(browser: Any
 def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as one, opened(browser, viewer.url) as other:
         pages = (one, other)
-        for page in pages:
-            page.draw(False)
         for joints in (("HeadYaw", "HeadPitch"), ("HeadYaw", "HeadYaw")):
             grips = [_grip(page, joint) for page, joint in zip(pages, joints, strict=True)]
             for step in range(1, 13):
@@ -158,7 +153,6 @@ def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(
 def test_a_report_that_another_page_overtakes_is_kept_where_it_came_last(browser: Any, nao: nk.NaoModel) -> None:
     """The other page's report arrives between this page's own and its echo."""
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
-        page.draw(False)
         page.type_number("HeadYaw", "25")
         assert _until_here(viewer, nao, "HeadYaw", np.radians(25.0))
         q = viewer.q
@@ -173,7 +167,6 @@ def test_a_page_reaches_its_own_server_and_no_other(browser: Any, nao: nk.NaoMod
     with Viewer(nao, token=True) as viewer, Viewer(nao) as other:
         page = Page(browser, viewer.url.replace("127.0.0.1", host))
         try:
-            page.draw(False)
             _live(page, "live")
             assert page.errors == []
             tries = """async (port) => {
@@ -213,7 +206,6 @@ def test_self_in_the_policy_covers_the_socket_where_a_proxy_changes_the_name(
 
     monkeypatch.setattr(PageHandler, "_policy", renamed)
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
-        page.draw(False)
         _live(page, "live")
         viewer.display(nao.posture("Sit"))
         assert _shows(page, nao.posture("Sit"))
@@ -236,9 +228,7 @@ def test_a_notebook_of_this_machine_may_frame_the_page_and_a_stranger_may_not(br
         server = running.enter_context(ThreadingHTTPServer(("127.0.0.1", 0), Notebook))
         Thread(target=server.serve_forever, daemon=True).start()
         running.callback(server.shutdown)
-        context = browser.new_context(viewport={"width": 760, "height": 420})
-        running.callback(context.close)
-        tab = context.new_page()
+        tab = running.enter_context(visitor(browser, viewport={"width": 760, "height": 420})).new_page()
         tab.goto(f"http://localhost:{server.server_port}/")
         inside = tab.frame_locator("iframe").locator('body[data-live="live"][data-ready]')
         inside.wait_for(state="attached", timeout=30_000)
@@ -249,18 +239,14 @@ def test_a_notebook_of_this_machine_may_frame_the_page_and_a_stranger_may_not(br
 
 
 def test_the_browser_asks_again_and_is_told_that_it_has_the_page(browser: Any, nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer:
-        context = browser.new_context(viewport={"width": 760, "height": 420})
+    with Viewer(nao) as viewer, visitor(browser, viewport={"width": 760, "height": 420}) as context:
         tab = context.new_page()
-        try:
-            answers: list[Any] = []
-            tab.on("response", lambda response: answers.append(response))
-            sizes = []
-            for _ in range(2):
-                tab.goto(viewer.url)
-                sizes.append(answers[-1].request.sizes()["responseBodySize"])
-                tab.goto("about:blank")
-            assert 0 < sizes[0] < 400_000
-            assert sizes[1] == 0
-        finally:
-            context.close()
+        answers: list[Any] = []
+        tab.on("response", lambda response: answers.append(response))
+        sizes = []
+        for _ in range(2):
+            tab.goto(viewer.url)
+            sizes.append(answers[-1].request.sizes()["responseBodySize"])
+            tab.goto("about:blank")
+        assert 0 < sizes[0] < 400_000
+        assert sizes[1] == 0

@@ -44,7 +44,6 @@ def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 @pytest.fixture(scope="module")
 def shared(browser: Any, document: Path) -> Iterator[Page]:
     with opened(browser, document, SIZE) as page:
-        page.draw(False)
         yield page
 
 
@@ -412,8 +411,6 @@ def test_what_is_dragged_in_a_live_page_is_known_to_the_program(browser: Any, na
     with Viewer(nao) as viewer:
         viewer.display(nao.posture("StandInit"))
         with opened(browser, viewer.url, SIZE) as one, opened(browser, viewer.url) as other:
-            one.draw(False)
-            other.draw(False)
             drag(one, "RArm", (-10, -20))
             q = assert_consistent(one, nao)
             other.tab.wait_for_function("(x) => Math.abs(naoKin.q[19] - x) < 1e-12", arg=float(q[19]))
@@ -430,7 +427,6 @@ def test_a_floating_robot_is_dragged_where_it_floats(browser: Any, tmp_path: Pat
     viewer = Viewer(nao)
     viewer.display(q)
     with opened(browser, viewer.save_html(tmp_path / "floating.html"), SIZE) as page:
-        page.draw(False)
         pointer = drag(page, "LLeg", (5, -20))
         assert np.abs(on_screen(page, "LLeg") - pointer).max() < 0.1
         moved = page.q
@@ -501,7 +497,6 @@ def test_on_a_narrow_page_neither_legend_nor_line_covers_the_robot(
     viewer.display(q)
     viewer.show_ghosts(found.solutions[1:], first=2)
     with opened(browser, viewer.save_html(tmp_path / "narrow.html"), size) as page:
-        page.draw(False)
         pane = page.tab.locator("#pane").bounding_box()
         legend = page.tab.locator("#legend").bounding_box()
         assert legend["y"] >= pane["y"] + pane["height"]
@@ -519,7 +514,6 @@ def test_on_a_narrow_page_neither_legend_nor_line_covers_the_robot(
 
 def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
-        page.draw(False)
         viewer.show_ghosts(nao.random(3, 2))
         page.tab.wait_for_function("() => naoKin.ghosts.group.children.length > 0")
         viewer.show_ghosts(nao.random(3, 1))
@@ -540,7 +534,6 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
     viewer.display(q)
     viewer.show_ghosts(found.solutions[1:], first=2)
     with opened(browser, viewer.save_html(tmp_path / "ghosts.html"), SIZE) as page:
-        page.draw(False)
         switch = page.tab.get_by_role("button", name="Ghosts", exact=True)
         legend = page.tab.locator("#legend")
         assert legend.inner_text().split() == ["ghosts", *map(str, range(2, 9))]

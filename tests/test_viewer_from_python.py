@@ -31,7 +31,6 @@ def live(nao: nk.NaoModel) -> Iterator[Viewer]:
 @pytest.fixture(scope="module")
 def page(browser: Any, live: Viewer) -> Iterator[Page]:
     with opened(browser, live.url) as page:
-        page.draw(False)
         yield page
 
 
@@ -128,7 +127,6 @@ def test_romeo_stands_beside_a_nao(browser: Any, nao: nk.NaoModel, tmp_path: Pat
 def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     page: Page, live: Viewer, nao: nk.NaoModel
 ) -> None:
-    page.draw(True)
     memory = "() => (naoKin.viewer.render(), { ...naoKin.viewer.renderer.info.memory })"
     before, kept = page.run(memory), sum(map(len, live._messages.messages()))
     T = np.eye(4)
@@ -160,7 +158,6 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     assert sum(map(len, live._messages.messages())) - kept < 200
     with pytest.raises(BadArgument, match="twin was removed"):
         other.display(q)
-    page.draw(False)
 
 
 def test_bad_robots_and_places_are_refused(nao: nk.NaoModel) -> None:
@@ -244,7 +241,6 @@ def test_points_lines_and_meshes_are_in_a_saved_page(browser: Any, nao: nk.NaoMo
 
 
 def test_shapes_are_replaced_and_removed_in_an_open_page(page: Page, live: Viewer) -> None:
-    page.draw(True)
     memory = "() => (naoKin.viewer.render(), { ...naoKin.viewer.renderer.info.memory })"
     # A page that falls behind gets what it lacks in the order in which it began to lack it.
     names = "(expected) => JSON.stringify([...naoKin.extras.shapes.keys()].sort()) === JSON.stringify(expected)"
@@ -265,14 +261,13 @@ def test_shapes_are_replaced_and_removed_in_an_open_page(page: Page, live: Viewe
     assert page.run(memory) == before
     with pytest.raises(UnknownName, match="unknown shape 'cloud'"):
         live.remove("cloud")
-    page.draw(False)
 
 
 def test_a_picture_has_the_shapes(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.add_line("wire", [[0.3, -0.3, 0.1], [0.3, 0.3, 0.1]], color=(1.0, 0.0, 1.0), width=0.02)
     viewer.add_points("dots", [[0.3, y, 0.3] for y in np.linspace(-0.2, 0.2, 9)], colors=(0.0, 1.0, 0.0), size=0.03)
-    with opened(browser, viewer.save_html(tmp_path / "shapes.html")) as page:
+    with opened(browser, viewer.save_html(tmp_path / "shapes.html"), draws=True) as page:
         page.tab.get_by_role("button", name="front", exact=True).click()
         page.animation_frames(3)
         r, g, b = (page.picture()[..., k].astype(int) for k in range(3))
@@ -408,7 +403,6 @@ def test_a_callback_that_fails_or_takes_its_time_harms_nobody(
 def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, page: Page, live: Viewer) -> None:
     assert live.shown["com"] is False
     with opened(browser, live.url) as other:
-        other.draw(False)
         page.tab.get_by_role("button", name="Centre of mass", exact=True).click()
         assert _until(lambda: live.shown["com"] is True)
         other.tab.wait_for_function("() => naoKin.toggles.shown.com")

@@ -70,7 +70,6 @@ def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactor
     viewer.show_lights(COLOURS)
     viewer.say("Good morning")
     with opened(browser, viewer.save_html(tmp_path_factory.mktemp("viewer") / "lights.html"), (900, 600)) as page:
-        page.draw(False)
         yield page
 
 
@@ -196,7 +195,6 @@ def test_the_picture_shows_each_segment_in_its_colour(page: Page, nao: nk.NaoMod
 def test_a_glow_is_seen_from_where_its_light_is_seen(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("Stand"))
     _show(page, {"Chest": (0.5, 0.0, 0.0), "LeftEye0": (1.0, 0.0, 0.0)})
-    page.draw(True)
     strength = """(back) => {
         const { camera, controls } = naoKin.viewer;
         naoKin.camera("front");
@@ -208,7 +206,6 @@ def test_a_glow_is_seen_from_where_its_light_is_seen(page: Page, nao: nk.NaoMode
     chest, eye = page.run(strength, False)
     assert 0.0 < chest == pytest.approx(eye / 2)
     assert page.run(strength, True) == [0.0, 0.0]
-    page.draw(False)
 
 
 # --- words ------------------------------------------------------------------------------------------------------------
@@ -279,7 +276,6 @@ def test_a_page_that_opens_later_has_lights_and_words_and_follows(browser: Any, 
         viewer.show_lights({"Chest": (1.0, 0.0, 0.0)})
         viewer.say("First")
         with opened(browser, viewer.url) as page:
-            page.draw(False)
             assert page.run(LOOK, "Chest")[1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-4)
             assert page.tab.locator("#speech").inner_text() == "First"
             viewer.say("Second")

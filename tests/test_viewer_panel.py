@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import OPTIONS, Page, opened
+from viewer_pages import OPTIONS, Page, opened, visitor
 
 import nao_kin as nk
 from nao_kin.configuration_files import read_configurations
@@ -35,7 +35,6 @@ def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 @pytest.fixture(scope="module")
 def shared(browser: Any, document: Path) -> Iterator[Page]:
     with opened(browser, document, SIZE) as page:
-        page.draw(False)
         page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
         yield page
 
@@ -53,19 +52,15 @@ def page(shared: Page, nao: nk.NaoModel) -> Page:
 @contextmanager
 def another(browser: Any, where: Path | str, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Any]:
     """A tab in a context of its own, that neither draws nor complains."""
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **options)
-    try:
+    with visitor(browser, viewport={"width": size[0], "height": size[1]}, **options) as context:
         tab = context.new_page()
         errors: list[str] = []
         tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
         tab.on("pageerror", lambda error: errors.append(str(error)))
         tab.goto(where.as_uri() if isinstance(where, Path) else where)
         tab.wait_for_selector("body[data-ready]", timeout=30_000)
-        tab.evaluate("() => { naoKin.viewer.renderer.render = () => {}; }")
         yield tab
         assert errors == []
-    finally:
-        context.close()
 
 
 def field(page: Page, joint: str) -> Any:
@@ -240,8 +235,7 @@ def test_units_are_switched_everywhere_and_typed_too(page: Page, nao: nk.NaoMode
 
 
 def test_units_and_colours_are_remembered(browser: Any, document: Path) -> None:
-    context = browser.new_context(viewport={"width": 900, "height": 600})
-    try:
+    with visitor(browser, viewport={"width": 900, "height": 600}) as context:
         for visit in range(2):
             tab = context.new_page()
             tab.goto(document.as_uri())
@@ -255,8 +249,6 @@ def test_units_and_colours_are_remembered(browser: Any, document: Path) -> None:
                 "rgb(24, 28, 36)"
             )
             tab.close()
-    finally:
-        context.close()
 
 
 def test_a_browser_that_remembers_nothing_still_switches(browser: Any, document: Path) -> None:
@@ -265,8 +257,7 @@ def test_a_browser_that_remembers_nothing_still_switches(browser: Any, document:
         Object.defineProperty(window, 'localStorage', { get: refuse });
         Object.defineProperty(navigator, 'clipboard', { get: refuse });
     """
-    context = browser.new_context(viewport={"width": 900, "height": 600})
-    try:
+    with visitor(browser, viewport={"width": 900, "height": 600}) as context:
         tab = context.new_page()
         errors: list[str] = []
         tab.on("pageerror", lambda error: errors.append(str(error)))
@@ -293,8 +284,6 @@ def test_a_browser_that_remembers_nothing_still_switches(browser: Any, document:
         assert tab.evaluate("() => naoKin.q[0]") == 1.0
         assert tab.locator("dialog").count() == 0
         assert errors == []
-    finally:
-        context.close()
 
 
 # --- the list of joints -----------------------------------------------------------------------------------------------
@@ -641,8 +630,7 @@ def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path:
     outer = tmp_path / "outer.html"
     frame = '<iframe sandbox="allow-scripts" width="900" height="600"'
     outer.write_text(f'<!doctype html><meta charset="utf-8">{frame} srcdoc="{inside}"></iframe>', encoding="utf-8")
-    context = browser.new_context(viewport={"width": 950, "height": 650})
-    try:
+    with visitor(browser, viewport={"width": 950, "height": 650}) as context:
         tab = context.new_page()
         errors: list[str] = []
         tab.on("pageerror", lambda error: errors.append(str(error)))
@@ -658,8 +646,6 @@ def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path:
         inner.get_by_role("button", name="Settings").click()
         inner.get_by_text("Radians", exact=True).click()
         assert errors == []
-    finally:
-        context.close()
 
 
 # --- keys -------------------------------------------------------------------------------------------------------------

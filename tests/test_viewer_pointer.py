@@ -68,7 +68,6 @@ def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 @pytest.fixture(scope="module")
 def shared(browser: Any, document: Path) -> Iterator[Page]:
     with opened(browser, document, SIZE) as page:
-        page.draw(False)
         page.run(LISTEN)
         yield page
 
@@ -619,7 +618,6 @@ def test_slides_and_what_follows_them_are_dragged_along_their_axes(
     browser: Any, crane: nk.RobotModel, tmp_path: Path
 ) -> None:
     with opened(browser, Viewer(crane).save_html(tmp_path / "crane.html"), SIZE) as page:
-        page.draw(False)
         look(page, "side")
         for link, factor in (("slide_l", 1.0), ("weight_l", -0.5)):
             page.set(crane.neutral())
@@ -653,7 +651,6 @@ def test_a_pendulum_is_pulled_up_the_way_that_it_can_go(
     path.write_text(path.read_text(encoding="utf-8").replace("</link>", weight), encoding="utf-8")
     pendulum = nk.RobotModel.from_urdf(path)
     with opened(browser, Viewer(pendulum).save_html(tmp_path / "pendulum.html"), SIZE) as page:
-        page.draw(False)
         look(page, "front")
         press(page, seen(page, "swing_l"), (0, -30))
         assert page.q[0] * sum(limits) > 0.1
@@ -663,7 +660,6 @@ def test_a_pendulum_is_pulled_up_the_way_that_it_can_go(
 def test_romeo_is_taken_by_its_links(browser: Any, tmp_path: Path) -> None:
     romeo = nk.load_robot("romeo")
     with opened(browser, Viewer(romeo).save_html(tmp_path / "romeo.html"), SIZE) as page:
-        page.draw(False)
         links = page.run(
             "() => [...new Set(naoKin.robot.meshes.map(({ link }) => naoKin.robot.about.links[link].name))]"
         )
@@ -695,7 +691,6 @@ def test_names_of_other_peoples_making_are_shown_as_text(browser: Any, tmp_path:
     path.write_text(text.replace("BOX", BOX).replace("NAME", escaped), encoding="utf-8")
     robot = nk.RobotModel.from_urdf(path)
     with opened(browser, Viewer(robot).save_html(tmp_path / "hostile.html"), SIZE) as page:
-        page.draw(False)
         place = seen(page, link)
         page.tab.mouse.move(*place)
         assert tip(page).startswith("<b>xxx")

@@ -39,7 +39,6 @@ def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 def page(browser: Any, document: Path) -> Iterator[Page]:
     """The page from disk, shared and not drawn: each test puts it where it wants it first."""
     with opened(browser, document) as page:
-        page.draw(False)
         page.run(COUNT)
         yield page
 
@@ -141,7 +140,7 @@ def test_two_seconds_at_60_hertz_leave_nothing_behind(browser: Any, document: Pa
 
 
 def test_the_picture_of_a_movement_looks_like_the_one_at_rest(browser: Any, document: Path) -> None:
-    with opened(browser, document, (900, 420)) as page:
+    with opened(browser, document, (900, 420), draws=True) as page:
         page.run("() => naoKin.show({ handles: false })")
         seen = []
         for fine in (True, False):
@@ -325,7 +324,6 @@ def test_high_contrast_is_black_on_white(page: Page) -> None:
 
 def test_on_a_phone_the_bars_are_in_the_menu(browser: Any, document: Path, nao: nk.NaoModel) -> None:
     with opened(browser, document, (390, 844)) as page:
-        page.draw(False)
         assert not page.tab.get_by_role("button", name="front", exact=True).is_visible()
         _open_menu(page)
         _click(page, "front")
@@ -342,7 +340,7 @@ def test_on_a_phone_the_bars_are_in_the_menu(browser: Any, document: Path, nao: 
 
 
 def test_a_picture_is_saved_at_twice_the_size(browser: Any, document: Path, tmp_path: Path) -> None:
-    with opened(browser, document) as page:
+    with opened(browser, document, draws=True) as page:
         page.run("() => naoKin.show({ frames: true })")
         width, height = page.run("() => { const { pane } = naoKin; return [pane.clientWidth, pane.clientHeight]; }")
         _open_menu(page)
@@ -357,7 +355,7 @@ def test_a_picture_is_saved_at_twice_the_size(browser: Any, document: Path, tmp_
 
 
 def test_a_film_is_recorded_and_saved(browser: Any, document: Path, tmp_path: Path, nao: nk.NaoModel) -> None:
-    with opened(browser, document, (640, 300)) as page:
+    with opened(browser, document, (640, 300), draws=True) as page:
         _open_menu(page)
         _click(page, "Record video")
         for q in nao.random(1, 8):
@@ -374,7 +372,6 @@ def test_a_film_is_recorded_and_saved(browser: Any, document: Path, tmp_path: Pa
 
 def test_a_browser_that_records_no_films_says_so(browser: Any, document: Path) -> None:
     with opened(browser, document) as page:
-        page.draw(False)
         page.run("() => delete window.MediaRecorder")
         _open_menu(page)
         _click(page, "Record video")

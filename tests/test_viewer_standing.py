@@ -21,7 +21,6 @@ from nao_kin.viewer.scene import robot_drawables
 @pytest.fixture(scope="module")
 def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     with opened(browser, Viewer(nao).save_html(tmp_path_factory.mktemp("standing") / "nao.html")) as page:
-        page.draw(False)
         yield page
 
 
@@ -159,7 +158,6 @@ def _box_with_a_mass(folder: Path, kind: str, up: tuple[float, float, float]) ->
 def test_a_posture_rests_as_ever_after_the_robot_was_made_to_fall_in_the_page(browser: Any, tmp_path: Path) -> None:
     robot = _box_with_a_mass(tmp_path, "prismatic", (0.0, 0.0, 1.0))
     with Viewer(robot) as viewer, opened(browser, viewer.url) as page:
-        page.draw(False)
 
         def fall() -> None:
             assert np.allclose(_up(page), [0.0, 0.0, 1.0], atol=1e-6)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, messages_of, opened
+from viewer_pages import Page, messages_of, opened, visitor
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -31,7 +31,6 @@ def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 @pytest.fixture
 def page(browser: Any, document: Path) -> Iterator[Page]:
     with opened(browser, document, SIZE) as page:
-        page.draw(False)
         yield page
 
 
@@ -315,7 +314,6 @@ def test_the_speed_is_chosen_for_keys_and_for_clips_of_python(browser: Any, nao:
     viewer = Viewer(nao)
     viewer.animate(np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 101), 10.0, play=False)
     with opened(browser, viewer.save_html(tmp_path / "clip.html"), SIZE) as page:
-        page.draw(False)
         speeds = {}
         for speed in ("0.1", "4"):
             page.tab.get_by_label("Speed").select_option(speed)
@@ -366,7 +364,6 @@ def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
 
 def test_what_the_page_plays_is_known_to_python(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
-        page.draw(False)
         make_keys(page)
         page.run("() => naoKin.player.seek(0.5)")
         middle = (nao.posture("StandInit") + nao.posture("Crouch")) / 2
@@ -379,7 +376,6 @@ def test_what_the_page_plays_is_known_to_python(browser: Any, nao: nk.NaoModel) 
 
 def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
-        page.draw(False)
         press(page, "Record what moves")
         for share in np.linspace(0.0, 1.0, 11):
             viewer.display((1 - share) * nao.posture("StandInit") + share * nao.posture("Crouch"))
@@ -392,36 +388,34 @@ def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> Non
 
 
 def test_keys_are_made_and_moved_by_touch(browser: Any, document: Path) -> None:
-    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
-    tab = context.new_page()
-    tab.goto(document.as_uri())
-    tab.wait_for_selector("body[data-ready]")
-    tab.evaluate("() => { naoKin.viewer.renderer.render = () => {}; }")
-    tab.get_by_role("button", name="Key frames").tap()
-    for posture in ("StandInit", "Crouch"):
-        tab.get_by_role("button", name=posture, exact=True).tap()
-        tab.get_by_role("button", name="Add key").tap()
-    small = tab.evaluate(
-        """() => [...document.querySelectorAll('#player :is(button, select, input, .key)')]
-            .filter((one) => one.checkVisibility())
-            .map((one) => [one.ariaLabel ?? one.textContent, one.getBoundingClientRect()])
-            .filter(([, { width, height }]) => width < 43.5 || height < 43.5)
-            .map(([name, { width, height }]) => `${name} ${width} x ${height}`)"""
-    )
-    assert small == []
-    track = tab.locator(".track").bounding_box()
-    assert track["x"] >= 0
-    assert track["x"] + track["width"] <= 390
-    box = tab.get_by_role("slider", name="Key 1 of 2").bounding_box()
-    lane = tab.locator(".lane").bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    touch = context.new_cdp_session(tab)
-    for kind, share in (("touchStart", 0.0), ("touchMove", 0.1), ("touchMove", 0.25), ("touchEnd", None)):
-        points = [] if share is None else [{"x": x + share * lane["width"], "y": y}]
-        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-    moved = float(tab.get_by_role("slider", name="Key 1 of 2").get_attribute("aria-valuenow"))
-    assert moved == pytest.approx(0.5, abs=0.1)
-    context.close()
+    with visitor(browser, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True) as context:
+        tab = context.new_page()
+        tab.goto(document.as_uri())
+        tab.wait_for_selector("body[data-ready]")
+        tab.get_by_role("button", name="Key frames").tap()
+        for posture in ("StandInit", "Crouch"):
+            tab.get_by_role("button", name=posture, exact=True).tap()
+            tab.get_by_role("button", name="Add key").tap()
+        small = tab.evaluate(
+            """() => [...document.querySelectorAll('#player :is(button, select, input, .key)')]
+                .filter((one) => one.checkVisibility())
+                .map((one) => [one.ariaLabel ?? one.textContent, one.getBoundingClientRect()])
+                .filter(([, { width, height }]) => width < 43.5 || height < 43.5)
+                .map(([name, { width, height }]) => `${name} ${width} x ${height}`)"""
+        )
+        assert small == []
+        track = tab.locator(".track").bounding_box()
+        assert track["x"] >= 0
+        assert track["x"] + track["width"] <= 390
+        box = tab.get_by_role("slider", name="Key 1 of 2").bounding_box()
+        lane = tab.locator(".lane").bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        touch = context.new_cdp_session(tab)
+        for kind, share in (("touchStart", 0.0), ("touchMove", 0.1), ("touchMove", 0.25), ("touchEnd", None)):
+            points = [] if share is None else [{"x": x + share * lane["width"], "y": y}]
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        moved = float(tab.get_by_role("slider", name="Key 1 of 2").get_attribute("aria-valuenow"))
+        assert moved == pytest.approx(0.5, abs=0.1)
 
 
 def test_the_bar_has_no_barriers(page: Page) -> None:

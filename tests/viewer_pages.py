@@ -24,6 +24,17 @@ OPTIONS = (
     "--disable-background-networking --disable-component-update --disable-sync --no-first-run --disable-dev-shm-usage"
 ).split()
 
+# Without a graphics card drawing takes most of the time of a test; all else goes on without it.
+_DRAW_NOTHING = """
+    const drawing = /^(drawArrays|drawElements|blitFramebuffer|clear$)/;
+    for (const { prototype } of [WebGLRenderingContext, WebGL2RenderingContext]) {
+        for (const name of Object.keys(prototype).filter((key) => drawing.test(key))) {
+            const own = prototype[name];
+            prototype[name] = function (...values) { if (window.draws) own.apply(this, values); };
+        }
+    }
+"""
+
 
 @contextmanager
 def chromium() -> Iterator[Any]:
@@ -41,16 +52,33 @@ def chromium() -> Iterator[Any]:
             browser.close()
 
 
-class Page:
-    """An open page, with the errors and requests that it made while it was open."""
+@contextmanager
+def visitor(browser: Any, **options: Any) -> Iterator[Any]:
+    """A browser's context of its own: with a memory of its own, and pages that draw nothing into their canvas."""
+    context = browser.new_context(**options)
+    context.add_init_script(_DRAW_NOTHING)
+    try:
+        yield context
+    finally:
+        context.close()
 
-    def __init__(self, browser: Any, url: str, size: tuple[int, int] = (760, 420)) -> None:
+
+class Page:
+    """An open page, with the errors and requests that it made while it was open.
+
+    It draws nothing into its canvas unless it is told to; all else is as if it did.
+    """
+
+    def __init__(self, browser: Any, url: str, size: tuple[int, int] = (760, 420), *, draws: bool = False) -> None:
         self.errors: list[str] = []
         self.requests: list[str] = []
         self.tab = browser.new_page(viewport={"width": size[0], "height": size[1]})
         self.tab.on("console", lambda line: self.errors.append(line.text) if line.type == "error" else None)
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.on("request", lambda request: self.requests.append(request.url))
+        self.tab.add_init_script(_DRAW_NOTHING)
+        if draws:
+            self.tab.add_init_script("window.draws = true;")
         self.tab.goto(url)
         self.tab.wait_for_selector("body[data-ready]", timeout=30_000)
 
@@ -99,15 +127,8 @@ class Page:
         )
 
     def draw(self, on: bool) -> None:
-        """Leave out the drawing itself, which without a graphics card takes most of the time; all else goes on."""
-        self.run(
-            """(on) => {
-                window.drawing ??= naoKin.viewer.renderer.render;
-                naoKin.viewer.renderer.render = on ? window.drawing : () => {};
-                naoKin.viewer.set_dirty();
-            }""",
-            on,
-        )
+        """Whether to draw from now on."""
+        self.run("(on) => { window.draws = on; naoKin.viewer.set_dirty(); }", on)
 
     def picture(self) -> np.ndarray:
         return read_png(self.tab.locator("#pane").screenshot())
@@ -117,9 +138,11 @@ class Page:
 
 
 @contextmanager
-def opened(browser: Any, where: Path | str, size: tuple[int, int] = (760, 420)) -> Iterator[Page]:
+def opened(
+    browser: Any, where: Path | str, size: tuple[int, int] = (760, 420), *, draws: bool = False
+) -> Iterator[Page]:
     """A page that must neither complain nor ask anybody for anything but itself."""
-    page = Page(browser, where.as_uri() if isinstance(where, Path) else where, size)
+    page = Page(browser, where.as_uri() if isinstance(where, Path) else where, size, draws=draws)
     try:
         yield page
         assert page.errors == []
