@@ -863,9 +863,10 @@ def violations(tab: Any) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize(
-    ("size", "options"), [((1400, 900), {}), ((390, 844), PHONE), ((3840, 2160), {})], ids=["desktop", "phone", "4k"]
+    ("size", "options", "scheme"),
+    [((1400, 900), {}, "light"), ((1400, 900), {}, "dark"), ((390, 844), PHONE, "dark"), ((3840, 2160), {}, "light")],
+    ids=["desktop-light", "desktop-dark", "phone-dark", "4k-light"],
 )
 def test_axe_finds_nothing(
     browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool], scheme: str
