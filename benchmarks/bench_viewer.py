@@ -1,9 +1,10 @@
 """How fast the live view is: one `display` beside thirty transforms sent through meshcat's own client, as JSON.
 
 The two are timed in turns on the same machine, and both end when the server has them. With Playwright and a browser at
-hand the page is measured too: how soon it is ready, how many configurations it takes in a second, and how many pictures
-it draws in software while the robot moves and while the camera goes round it, at 1400 × 900. With --beside FILE, a page
-that another version of this library has saved of the same robot, the two are measured in turns and the ratio is given.
+hand the page is measured too: how soon it is ready, how many configurations it takes in a second, what it holds in
+memory before and after (--seconds 30 tells a leak), and how many pictures it draws in software while the robot moves
+and while the camera goes round it, at 1400 × 900. With --beside FILE, a page that another version of this library has
+saved of the same robot, the two are measured in turns and the ratio is given.
 """
 
 from __future__ import annotations
@@ -45,6 +46,13 @@ _MOVE = """([joints, seconds]) => new Promise((done) => {
     };
     requestAnimationFrame(step);
 })"""
+# What the page holds: its heap after a collection, and what it has given the graphics card.
+_HELD = """() => {
+    gc();
+    const { memory } = naoKin.viewer.renderer.info;
+    return { heap_mb: performance.memory.usedJSHeapSize / 1e6, ...memory };
+}"""
+_MEMORY = ("--enable-precise-memory-info", "--js-flags=--expose-gc")
 _OPTIONS = ("--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
 
@@ -121,7 +129,7 @@ def _page(viewer: Viewer, qs: Floats, arguments: argparse.Namespace) -> dict[str
     except (ImportError, NoBrowser) as error:
         return f"not measured: {error}"
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(program), args=_OPTIONS)
+        browser = playwright.chromium.launch(executable_path=str(program), args=[*_OPTIONS, *_MEMORY])
         try:
             tab = browser.new_page(viewport={"width": 960, "height": 480})
             tab.goto(viewer.url)
@@ -135,7 +143,8 @@ def _page(viewer: Viewer, qs: Floats, arguments: argparse.Namespace) -> dict[str
             browser.close()
 
 
-def _watched(tab: Any, viewer: Viewer, qs: Floats, seconds: float, rate: float | None) -> dict[str, float]:
+def _watched(tab: Any, viewer: Viewer, qs: Floats, seconds: float, rate: float | None) -> dict[str, Any]:
+    before = tab.evaluate(_HELD)
     received, drawn = tab.evaluate("() => [naoKin.received, naoKin.drawn]")
     start, sent = time.perf_counter(), 0
     while (now := time.perf_counter() - start) < seconds:
@@ -147,10 +156,12 @@ def _watched(tab: Any, viewer: Viewer, qs: Floats, seconds: float, rate: float |
     tab.wait_for_function("(q) => naoKin.q.every((value, i) => value === q[i])", arg=viewer.q.tolist())
     took = time.perf_counter() - start
     received_then, drawn_then = tab.evaluate("() => [naoKin.received, naoKin.drawn]")
+    after = tab.evaluate(_HELD)
     return {
         "sent_per_second": round(sent / sending, 1),
         "taken_per_second": round((received_then - received) / took, 1),
         "drawn_per_second": round((drawn_then - drawn) / took, 1),
+        "held": {what: [round(before[what], 2), round(after[what], 2)] for what in before},
     }
 
 
