@@ -15,6 +15,8 @@ CHANGES_NOTHING = {
     "the chosen triple not wrapped": "whole turns are chosen for each motor afterwards; the wrapping is gone",
     "the floor under the square in exp at 1e-20": "both quotients are constant to the last digit from 1e-16 down",
     "the floor under the norm in log at 1e-20": "atan2(n, r0)/n is constant to the last digit from 1e-8 down",
+    "points on the floor ahead of the edge that a body rolls over do not stop it": "the edge is the hull's nearest to "
+    "the centre of mass, and none of what touches the floor is ahead of it",
     "the canonical sign of quat_from_matrix blind to its last component": "a last component that is first not to be "
     "zero is a diagonal entry, hence positive; the test of it is gone",
 }

@@ -109,7 +109,7 @@ _PURE = (
     ),
     *_faults(
         "web/src/math/rotations.js",
-        "head.test.js leg.test.js limb.test.js",
+        "rotations.test.js",
         ("angle-of-half-a-turn-is-no-number-by-rounding", "Math.asin(Math.min(1, half))", "Math.asin(half)"),
     ),
     *_faults(
@@ -149,7 +149,6 @@ _PURE = (
             "clamp(-(a.x * x + a.y * y) / square, 0, 1)",
             "-(a.x * x + a.y * y) / square",
         ),
-        ("points-on-the-floor-ahead-do-not-stop-a-roll", "above > TOUCHING || ahead > TOUCHING", "above > TOUCHING"),
     ),
     *_faults(
         "web/src/values/link.js",
@@ -231,7 +230,7 @@ _PURE = (
     ),
     *_faults(
         "web/src/plot/samples.js",
-        "motion.test.js",
+        "samples.test.js",
         ("plots-show-the-joints-that-move-least", "b.range - a.range", "a.range - b.range"),
         (
             "plots-end-before-the-motion",
