@@ -363,7 +363,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/server.py",
-        "test_viewer_server.py",
+        "test_viewer_server.py::test_no_more_than_so_many_pages_are_served test_viewer_server.py::test_a_page_that_has_the_scene_is_sent_what_changed_and_what_takes_the_rest_away test_viewer_server.py::test_a_page_that_is_expected_to_draw_a_picture_needs_no_token_and_opens_one_socket",
         ("one-page-too-many", "len(self.server._pages) >= _MOST_PAGES", "len(self.server._pages) > _MOST_PAGES"),
         (
             "page-of-an-earlier-program-keeps-what-is-gone",
@@ -374,7 +374,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/messages.py",
-        "test_viewer_server.py",
+        "test_viewer_server.py::test_a_page_that_has_the_scene_is_sent_what_changed_and_what_takes_the_rest_away",
         (
             "digest-of-the-scene-forgets-what-is-in-it",
             'b"".join(self._messages.values())',
@@ -383,12 +383,12 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/shown_robot.py",
-        "test_viewer_from_python.py",
+        "test_viewer_from_python_alone.py",
         ("robot-one-takes-robot-ten-along", 'f"robot {number} ", True', 'f"robot {number}", True'),
     ),
     *_faults(
         "viewer/shown_scene.py",
-        "test_viewer_from_python.py",
+        "test_viewer_from_python_alone.py",
         (
             "third-robot-inside-the-second",
             "self._edge += _GAP + 2.0 * added.reaches_aside",
@@ -397,7 +397,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/viewer.py",
-        "test_viewer_server.py",
+        "test_viewer_server.py::test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page",
         (
             "report-of-a-page-loses-its-source",
             'self._show_joints(q, up, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])',
@@ -406,7 +406,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/recording.py",
-        "test_viewer_from_python.py",
+        "test_viewer_from_python_alone.py",
         (
             "halved-recording-loses-its-first-and-last",
             "del self._times[1:-1:2], self._rows[1:-1:2]",
@@ -416,7 +416,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/changes.py",
-        "test_viewer_from_python.py",
+        "test_viewer_from_python_alone.py",
         ("joints-that-wait-to-be-told-forgotten", "before | dict.fromkeys(joints)", "dict.fromkeys(joints)"),
         (
             "callbacks-share-one-configuration",
@@ -431,7 +431,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/extras.py",
-        "test_viewer_from_python.py",
+        "test_viewer_from_python.py::test_what_is_no_shape_is_refused_and_nothing_changes",
         ("corner-behind-the-last-vertex", "corners.max() >= len(rows)", "corners.max() > len(rows)"),
     ),
     *_faults(
@@ -459,12 +459,12 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/notebook.py",
-        "test_viewer_notebook.py",
+        "test_viewer_notebook.py::test_a_frame_that_opens_gets_what_has_changed_since_it_was_made_and_nothing_else",
         ("frame-is-sent-what-it-has", "if self._messages.get(key) is not self._in_frame.get(key)", "if True"),
     ),
     *_faults(
         "_common/supervisor.py",
-        "test_supervisor.py",
+        "test_supervisor.py::test_folders_whose_programs_were_all_killed_are_removed_by_the_next_run test_supervisor.py::test_sigkill_leaves_neither_browser_nor_folder",
         (
             "only-the-program-itself-is-killed",
             "os.killpg(program.pid, signal.SIGKILL)",
