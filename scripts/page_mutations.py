@@ -363,7 +363,9 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/server.py",
-        "test_viewer_server.py::test_no_more_than_so_many_pages_are_served test_viewer_server.py::test_a_page_that_has_the_scene_is_sent_what_changed_and_what_takes_the_rest_away test_viewer_server.py::test_a_page_that_is_expected_to_draw_a_picture_needs_no_token_and_opens_one_socket",
+        "test_viewer_server.py::test_no_more_than_so_many_pages_are_served "
+        "test_viewer_server.py::test_a_page_that_has_the_scene_is_sent_only_the_rest "
+        "test_viewer_server.py::test_the_page_of_a_picture_opens_one_socket_without_a_token",
         ("one-page-too-many", "len(self.server._pages) >= _MOST_PAGES", "len(self.server._pages) > _MOST_PAGES"),
         (
             "page-of-an-earlier-program-keeps-what-is-gone",
@@ -374,7 +376,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/messages.py",
-        "test_viewer_server.py::test_a_page_that_has_the_scene_is_sent_what_changed_and_what_takes_the_rest_away",
+        "test_viewer_server.py::test_a_page_that_has_the_scene_is_sent_only_the_rest",
         (
             "digest-of-the-scene-forgets-what-is-in-it",
             'b"".join(self._messages.values())',
@@ -464,7 +466,8 @@ _PROGRAM = (
     ),
     *_faults(
         "_common/supervisor.py",
-        "test_supervisor.py::test_folders_whose_programs_were_all_killed_are_removed_by_the_next_run test_supervisor.py::test_sigkill_leaves_neither_browser_nor_folder",
+        "test_supervisor.py::test_folders_whose_programs_were_all_killed_are_removed_by_the_next_run "
+        "test_supervisor.py::test_sigkill_leaves_neither_browser_nor_folder",
         (
             "only-the-program-itself-is-killed",
             "os.killpg(program.pid, signal.SIGKILL)",

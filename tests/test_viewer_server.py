@@ -65,9 +65,14 @@ async def _client(viewer: Viewer) -> AsyncIterator[Client]:
         await client.send(kind="ready")
         yield client
     finally:
-        client.connection.close()
-        while await client.connection.read_message() is not None:
-            pass
+        await _closed(client.connection)
+
+
+async def _closed(connection: WebSocketClientConnection) -> None:
+    """Close it, and wait until it is."""
+    connection.close()
+    while await connection.read_message() is not None:
+        pass
 
 
 async def _connected(viewer: Viewer, query: str = "") -> Client:
@@ -214,13 +219,13 @@ def test_a_new_page_receives_everything_on_show(viewer: Viewer, nao: nk.NaoModel
     assert np.array_equal(_q_of(received[kinds.index("joints")]), q)
 
 
-def test_a_page_that_has_the_scene_is_sent_what_changed_and_what_takes_the_rest_away(nao: nk.NaoModel) -> None:
+def test_a_page_that_has_the_scene_is_sent_only_the_rest(nao: nk.NaoModel) -> None:
     async def visit(viewer: Viewer, query: str) -> list[dict[str, Any]]:
         page = await _connected(viewer, query)
         try:
             await page.receive("complete")
         finally:
-            page.connection.close()
+            await _closed(page.connection)
         return page.received
 
     def kinds(messages: list[dict[str, Any]]) -> list[str]:
@@ -251,10 +256,10 @@ async def _first(viewer: Viewer, query: str) -> dict[str, Any]:
     try:
         return await page.receive("version")
     finally:
-        page.connection.close()
+        await _closed(page.connection)
 
 
-def test_a_page_that_is_expected_to_draw_a_picture_needs_no_token_and_opens_one_socket(nao: nk.NaoModel) -> None:
+def test_the_page_of_a_picture_opens_one_socket_without_a_token(nao: nk.NaoModel) -> None:
     async def visit(viewer: Viewer, query: str) -> int:
         port = viewer._server.port
         address = f"ws://127.0.0.1:{port}/live{query}"
@@ -262,7 +267,7 @@ def test_a_page_that_is_expected_to_draw_a_picture_needs_no_token_and_opens_one_
             page = await websocket_connect(HTTPRequest(address, headers={"Origin": f"http://127.0.0.1:{port}"}))
         except HTTPClientError as error:
             return error.code
-        page.close()
+        await _closed(page)
         return 101
 
     with Viewer(nao, token=True) as viewer, viewer._server.expected("a-role-that-nobody-guesses"):
