@@ -466,7 +466,7 @@ _PROGRAM = (
     ),
     *_faults(
         "_common/supervisor.py",
-        "test_supervisor.py::test_folders_whose_programs_were_all_killed_are_removed_by_the_next_run "
+        "test_supervisor.py::test_a_folder_is_in_use_by_one_supervisor_at_a_time "
         "test_supervisor.py::test_sigkill_leaves_neither_browser_nor_folder",
         (
             "only-the-program-itself-is-killed",
