@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import pytest
 import umsgpack
+from made_up_robots import J, made_up
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
@@ -245,10 +246,15 @@ def test_a_page_that_has_the_scene_is_sent_only_the_rest(nao: nk.NaoModel) -> No
         assert np.array_equal(_q_of(received[seen.index("joints")]), viewer.q)
         assert received[seen.index("ghost")]["q"] is None
         assert [message["text"] for message in received if message.get("kind") == "speech"] == ["I am another program"]
-    with Viewer(nk.load_nao("v5")) as other:  # the same links under the same names
-        page = asyncio.run(_first(other, f"?have={version}"))
-        assert page["kind"] == "version"
-        assert page["version"] != version
+
+
+def test_a_robot_of_the_same_name_with_other_lengths_is_another_scene(tmp_path: Path) -> None:
+    def version(length: float) -> str:
+        with Viewer(made_up(tmp_path, J("turn"), J("bow", xyz=(0.0, 0.0, length)))) as viewer:
+            return str(asyncio.run(_first(viewer, "?have=none"))["version"])
+
+    assert version(0.1) == version(0.1)
+    assert version(0.1) != version(0.2)
 
 
 async def _first(viewer: Viewer, query: str) -> dict[str, Any]:
