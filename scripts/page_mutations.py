@@ -480,17 +480,17 @@ _PROGRAM = (
 _IN_A_BROWSER = (
     *_faults(
         "web/src/robot/standing.js",
-        "test_viewer_browser.py::test_a_lifted_leg_leaves_the_robot_standing_on_the_other test_viewer_standing.py",
+        "test_viewer_standing.py::test_of_two_soles_that_could_carry_it_the_robot_stands_on_the_one_that_turns_it_less",
         ("robot-set-down-on-the-sole-that-turns-it-most", "b.z - a.z)[0]", "a.z - b.z)[0]"),
     ),
     *_faults(
         "web/src/panel/past.js",
-        "test_viewer_panel.py",
+        "test_viewer_panel.py::test_undo_gives_back_a_direction_up_that_was_given",
         ("undo-forgets-the-direction-up", "this.app.jump(stance.q, stance.up);", "this.app.jump(stance.q, null);"),
     ),
     *_faults(
         "web/src/panel/address.js",
-        "test_viewer_panel.py",
+        "test_viewer_panel.py::test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads",
         (
             "link-puts-a-joint-beyond-its-limit",
             "app.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null)",
