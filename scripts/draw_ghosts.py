@@ -1,4 +1,4 @@
-"""Draw the picture of ghosts in docs/viewer.md: all branches of a leg for one pose of its foot.
+"""Draw the picture of ghosts in docs/viewer_python.md: all branches of a leg for one pose of its foot.
 
 Example:
     python scripts/draw_ghosts.py            # writes ghosts.jpg into docs/images

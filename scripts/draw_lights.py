@@ -1,4 +1,4 @@
-"""Draw the picture of lights and words in docs/viewer.md: a virtual NAO that greets.
+"""Draw the picture of lights and words in docs/viewer_python.md: a virtual NAO that greets.
 
 Example:
     python scripts/draw_lights.py            # writes lights.jpg into docs/images

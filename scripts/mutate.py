@@ -19,13 +19,14 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from mutations import MUTATIONS, Mutation
+from mutation import Mutation, is_for_node
+from mutations import MUTATIONS
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = ("README.md", "CITATION.cff", "pyproject.toml", "Makefile")
 COPIED = ("nao_kin", "urdf", "tests", "scripts", "examples", "docs", "web", *FILES)
 
-# What pytest's exit codes mean here; others (nothing collected, an import that breaks) tell nothing about the fault.
+# What the exit codes of pytest and node mean here; others (nothing collected, say) tell nothing about the fault.
 PASSED, FAILED = 0, 1
 VERDICTS = {PASSED: "survived", FAILED: "killed"}
 
@@ -69,8 +70,20 @@ def build_page(root: Path) -> None:
 
 
 def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
-    """The exit code of pytest; a test that never ends has failed."""
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
+    """PASSED, or the exit code of what did not; a test that never ends has failed."""
+    for_node: list[str] = []
+    for_pytest: list[str] = []
+    for test in tests:
+        (for_node if is_for_node(test) else for_pytest).append(test)
+    commands = []
+    if for_node:
+        commands.append(["node", "--test", *for_node])
+    if for_pytest:
+        commands.append([sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *for_pytest])
+    return next((code for command in commands if (code := _exit_code(root, command, timeout)) != PASSED), PASSED)
+
+
+def _exit_code(root: Path, command: Sequence[str], timeout: float) -> int:
     # Bytecode is neither written nor found: a fault of the same length within the same second would hide behind it.
     environment = {**os.environ, "PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
     try:
@@ -87,9 +100,7 @@ def run(mutations: Sequence[Mutation], timeout: float) -> int:
         sources = {mutation.name: planted(mutation, root) for mutation in mutations}
         tests = list(dict.fromkeys(test for mutation in mutations for test in mutation.tests))
         if (code := run_tests(root, tests, timeout * len(mutations))) != PASSED:
-            print(
-                f"the tests do not pass without a fault (pytest ended with {code}): {' '.join(tests)}", file=sys.stderr
-            )
+            print(f"the tests do not pass without a fault (exit code {code}): {' '.join(tests)}", file=sys.stderr)
             return 2
         killed = 0
         for mutation in mutations:
@@ -103,7 +114,7 @@ def run(mutations: Sequence[Mutation], timeout: float) -> int:
             if path.suffix == ".js":
                 build_page(root)
             killed += code == FAILED
-            print(f"{VERDICTS.get(code, f'no verdict (pytest ended with {code})'):9} {mutation.name}", flush=True)
+            print(f"{VERDICTS.get(code, f'no verdict (exit code {code})'):9} {mutation.name}", flush=True)
     print(f"{killed} of {len(mutations)} killed")
     return 0 if killed == len(mutations) else 1
 

@@ -1,50 +1,22 @@
 """Small faults of the kind that review overlooks: where each is planted, and the tests that must notice it.
 
-Some faults that once went unnoticed have no place here, for they change nothing: `CHANGES_NOTHING` names them.
+Those of the viewer and its page are in `page_mutations.py`. Some faults that once went unnoticed have no place here,
+for they change nothing: `CHANGES_NOTHING` names them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-
-@dataclass(frozen=True)
-class Mutation:
-    """A fault.
-
-    Attributes:
-        name: what is wrong, in words joined by hyphens.
-        file: the source file, from the root of the project.
-        old: text that occurs in it exactly once.
-        new: what stands in its place.
-        tests: arguments for pytest, files or single tests.
-    """
-
-    name: str
-    file: str
-    old: str
-    new: str
-    tests: tuple[str, ...]
-
-
-def _faults(file: str, tests: str, *texts: tuple[str, str, str]) -> tuple[Mutation, ...]:
-    """Faults of one file that the same tests notice.
-
-    Args:
-        file: the source file, under `nao_kin` or in `web`.
-        tests: arguments for pytest, without the folder, separated by blanks.
-        texts: name, old text and new text of each fault.
-    """
-    arguments = tuple(f"tests/{test}" for test in tests.split())
-    path = file if file.startswith("web/") else f"nao_kin/{file}"
-    return tuple(Mutation(name, path, old, new, arguments) for name, old, new in texts)
-
+from mutation import Mutation
+from mutation import faults as _faults
+from page_mutations import VIEWER
 
 CHANGES_NOTHING = {
     "the carrier of a universal joint placed by the group's first joint": "it has one carrier, that of its first joint",
     "the chosen triple not wrapped": "whole turns are chosen for each motor afterwards; the wrapping is gone",
     "the floor under the square in exp at 1e-20": "both quotients are constant to the last digit from 1e-16 down",
     "the floor under the norm in log at 1e-20": "atan2(n, r0)/n is constant to the last digit from 1e-8 down",
+    "points on the floor ahead of the edge that a body rolls over do not stop it": "the edge is the hull's nearest to "
+    "the centre of mass, and none of what touches the floor is ahead of it",
     "the canonical sign of quat_from_matrix blind to its last component": "a last component that is first not to be "
     "zero is a diagonal entry, hence positive; the test of it is gone",
 }
@@ -759,91 +731,6 @@ _BATCH = (
     ),
 )
 
-_VIEWER = (
-    *_faults(
-        "web/src/ik/limb.js",
-        "test_viewer_closed_forms.py",
-        (
-            "page-forgets-the-coupled-limit",
-            "    if (!this.table) return true;\n    const [low, high] = this.tableRange",
-            "    return true;\n    const [low, high] = this.tableRange",
-        ),
-    ),
-    *_faults(
-        "web/src/ik/answer.js",
-        "test_viewer_closed_forms.py",
-        ("page-sorts-branches-the-other-way", "].distance > branch.distance", "].distance < branch.distance"),
-    ),
-    *_faults(
-        "web/src/ik/leg.js",
-        "test_viewer_closed_forms.py",
-        (
-            "hip-beside-the-axis-of-ankle-roll-taken-for-on-it",
-            "const ON_AXIS = 1e-12;",
-            "const ON_AXIS = 1e-7;",
-        ),
-    ),
-    *_faults(
-        "web/src/ik/leg_standing.js",
-        "test_viewer_closed_forms.py",
-        (
-            "other-foot-turns-the-other-way-round",
-            "return Math.atan2(E[3] - E[1], E[0] + E[4]);",
-            "return Math.atan2(E[1] - E[3], E[0] + E[4]);",
-        ),
-    ),
-    *_faults(
-        "web/src/drag/follow.js",
-        "test_viewer_drag.py",
-        ("other-foot-carried-along-by-the-shared-motor", "q: other.merged(moved, others)", "q: moved"),
-    ),
-    *_faults(
-        "web/src/drag/pointer.js",
-        "test_viewer_drag.py",
-        ("camera-turns-while-a-handle-is-held", "    this.app.viewer.controls.enabled = false;\n", ""),
-    ),
-    *_faults(
-        "web/src/drag/limb_drag.js",
-        "test_viewer_drag.py",
-        ("ghosts-stay-when-a-handle-is-let-go", "    this.ghosts.clear();\n", ""),
-    ),
-    *_faults(
-        "web/src/drag/drag.js",
-        "test_viewer_pointer.py",
-        ("escape-lets-go-and-gives-nothing-back", "    this.app.set(q, up);\n", ""),
-        ("history-not-told-that-it-is-let-go", "    this.announce(false);\n", ""),
-    ),
-    *_faults(
-        "web/src/drag/stops.js",
-        "test_viewer_pointer.py",
-        ("coupled-partner-of-a-dragged-joint-left-out", "      if (share >= 1) continue;\n", "      continue;\n"),
-    ),
-    *_faults(
-        "web/src/drag/joint_drag.js",
-        "test_viewer_pointer.py",
-        ("mimic-joints-dragged-without-their-multiplier", ".multiplyScalar(multiplier);", ";"),
-    ),
-    *_faults(
-        "web/src/pick/picker.js",
-        "test_viewer_pointer.py",
-        ("search-ends-at-the-first-shape", "if (entry > least) break;", "if (least < Infinity) break;"),
-    ),
-    *_faults(
-        "web/src/scene/ghosts.js",
-        "test_viewer_drag.py",
-        (
-            "ghosts-not-looked-at-again-when-the-robot-moves",
-            "> Ghosts.SAME);",
-            "> Ghosts.SAME || copy.visible);",
-        ),
-    ),
-    *_faults(
-        "ik/limbs.py",
-        "test_viewer_closed_forms.py",
-        ("table-of-a-limb-described-with-its-padding", "list(ranges.at[:bends])", "list(ranges.at)"),
-    ),
-)
-
 _FOLLOWING = (
     *_faults(
         "ik/paths/branch_choice.py",
@@ -1104,7 +991,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_WHOLE_BODY,
     *_IK,
     *_CROSSCHECK,
-    *_VIEWER,
+    *VIEWER,
     *_FOLLOWING,
     *_MOTION,
     *_NAOQI,

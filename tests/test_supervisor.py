@@ -16,6 +16,7 @@ import pytest
 from viewer_pages import processes
 
 import nao_kin as nk
+from nao_kin._common import supervisor
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
@@ -197,3 +198,14 @@ def test_folders_whose_programs_were_all_killed_are_removed_by_the_next_run(
             Viewer(nao).save_png(tmp_path / "x.png")
     assert set(short_folder.iterdir()) == {young, used, other, link}
     assert (tmp_path / "precious").is_dir()
+
+
+def test_a_folder_is_in_use_by_one_supervisor_at_a_time(tmp_path: Path) -> None:
+    path = str(tmp_path / "in_use")
+    first = supervisor._locked(path)
+    assert first is not None
+    assert supervisor._locked(path) is None  # whoever tidies up leaves it alone
+    os.close(first)
+    second = supervisor._locked(path)
+    assert second is not None
+    os.close(second)

@@ -368,6 +368,15 @@ def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> Non
     assert page.run(placed) == pytest.approx(lying, abs=1e-9)
 
 
+def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => { location.hash = 'v=1&q=&up=0,-1,0'; }")
+    page.tab.wait_for_function("() => naoKin.up !== null")
+    tool(page, "Crouch").click()
+    assert page.run("() => (naoKin.settle(), naoKin.up)") is None
+    press(page, "Control+z")
+    assert page.run("() => (naoKin.settle(), [...naoKin.up])") == [0, -1, 0]
+
+
 def test_the_past_is_bounded(page: Page) -> None:
     page.run("""() => {
         const { past } = naoKin.panel;
@@ -559,6 +568,20 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
     for name in ("Joint axes", "Support", "three-quarter"):
         tool(page, name).click()
     choose(page, "Degrees")
+
+
+def test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads(page: Page, nao: nk.NaoModel) -> None:
+    (table,) = (table for table in nao.coupled_limits if table.joint == "HeadPitch")
+    yaws = np.linspace(0.5, 1.9, 9).round(6)
+    bounds = np.interp(yaws, table.at, table.upper)
+    beyond = np.ceil(bounds * 1e6) / 1e6  # as a link writes them, if rounding goes that way
+    assert (beyond - bounds).max() > 1e-7
+    for yaw, pitch, bound in zip(yaws, beyond, bounds, strict=True):
+        joints = f"HeadYaw:{yaw:.6f},HeadPitch:{pitch:.6f},LElbowRoll:-0.5,RElbowRoll:0.5"
+        page.run("(joints) => { location.hash = `v=1&q=${joints}`; }", joints)
+        page.tab.wait_for_function("(yaw) => naoKin.q[0] === yaw", arg=float(yaw))
+        assert page.q[1] == pytest.approx(bound, abs=1e-12)
+        assert page.run("() => naoKin.robot.outside(naoKin.q).size") == 0
 
 
 def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any, document: Path) -> None:

@@ -24,7 +24,8 @@ from typing import Any
 import numpy as np
 import pytest
 import umsgpack
-from tornado.httpclient import HTTPRequest
+from made_up_robots import J, made_up
+from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 import nao_kin as nk
@@ -65,13 +66,19 @@ async def _client(viewer: Viewer) -> AsyncIterator[Client]:
         await client.send(kind="ready")
         yield client
     finally:
-        client.connection.close()
-        while await client.connection.read_message() is not None:
-            pass
+        await _closed(client.connection)
 
 
-async def _connected(viewer: Viewer) -> Client:
-    request = HTTPRequest(viewer.url.replace("http:", "ws:") + "live", headers={"Origin": viewer.url.rstrip("/")})
+async def _closed(connection: WebSocketClientConnection) -> None:
+    """Close it, and wait until it is."""
+    connection.close()
+    while await connection.read_message() is not None:
+        pass
+
+
+async def _connected(viewer: Viewer, query: str = "") -> Client:
+    address = viewer.url.replace("http:", "ws:") + "live" + query
+    request = HTTPRequest(address, headers={"Origin": viewer.url.rstrip("/")})
     return Client(await websocket_connect(request, max_message_size=1 << 27))
 
 
@@ -211,6 +218,68 @@ def test_a_new_page_receives_everything_on_show(viewer: Viewer, nao: nk.NaoModel
     assert kinds.index("set_object") < kinds.index("robot") < kinds.index("joints") < kinds.index("shown")
     assert kinds[-1] == "complete"
     assert np.array_equal(_q_of(received[kinds.index("joints")]), q)
+
+
+def test_a_page_that_has_the_scene_is_sent_only_the_rest(nao: nk.NaoModel) -> None:
+    async def visit(viewer: Viewer, query: str) -> list[dict[str, Any]]:
+        page = await _connected(viewer, query)
+        try:
+            await page.receive("complete")
+        finally:
+            await _closed(page.connection)
+        return page.received
+
+    def kinds(messages: list[dict[str, Any]]) -> list[str]:
+        return [message.get("kind", message["type"]) for message in messages]
+
+    with Viewer(nao) as before:
+        before.say("Hello")
+        before.show_ghost(nao.posture("Stand"))
+        received = asyncio.run(visit(before, ""))
+        version = received[kinds(received).index("version")]["version"]
+    with Viewer(nao) as viewer:
+        viewer.camera("front")
+        viewer.say("I am another program")
+        received = asyncio.run(visit(viewer, f"?have={version}"))
+        seen = kinds(received)
+        assert not {"set_object", "robot", "camera"} & set(seen)
+        assert np.array_equal(_q_of(received[seen.index("joints")]), viewer.q)
+        assert received[seen.index("ghost")]["q"] is None
+        assert [message["text"] for message in received if message.get("kind") == "speech"] == ["I am another program"]
+
+
+def test_a_robot_of_the_same_name_with_other_lengths_is_another_scene(tmp_path: Path) -> None:
+    def version(length: float) -> str:
+        with Viewer(made_up(tmp_path, J("turn"), J("bow", xyz=(0.0, 0.0, length)))) as viewer:
+            return str(asyncio.run(_first(viewer, "?have=none"))["version"])
+
+    assert version(0.1) == version(0.1)
+    assert version(0.1) != version(0.2)
+
+
+async def _first(viewer: Viewer, query: str) -> dict[str, Any]:
+    page = await _connected(viewer, query)
+    try:
+        return await page.receive("version")
+    finally:
+        await _closed(page.connection)
+
+
+def test_the_page_of_a_picture_opens_one_socket_without_a_token(nao: nk.NaoModel) -> None:
+    async def visit(viewer: Viewer, query: str) -> int:
+        port = viewer._server.port
+        address = f"ws://127.0.0.1:{port}/live{query}"
+        try:
+            page = await websocket_connect(HTTPRequest(address, headers={"Origin": f"http://127.0.0.1:{port}"}))
+        except HTTPClientError as error:
+            return error.code
+        await _closed(page)
+        return 101
+
+    with Viewer(nao, token=True) as viewer, viewer._server.expected("a-role-that-nobody-guesses"):
+        assert asyncio.run(visit(viewer, "?role=some-other-role")) == 403
+        assert asyncio.run(visit(viewer, "?role=a-role-that-nobody-guesses")) == 101
+        assert asyncio.run(visit(viewer, "?role=a-role-that-nobody-guesses")) == 403
 
 
 def test_a_page_follows_every_display_and_may_skip_what_is_out_of_date(viewer: Viewer, nao: nk.NaoModel) -> None:

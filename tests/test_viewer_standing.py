@@ -106,6 +106,15 @@ def test_a_robot_that_would_fall_stands_in_the_red(page: Page, nao: nk.NaoModel)
     assert not _rests(nao, q, T)
 
 
+def test_of_two_soles_that_could_carry_it_the_robot_stands_on_the_one_that_turns_it_less(
+    page: Page, nao: nk.NaoModel
+) -> None:
+    for left, right, standing in ((0.35, -0.2, "RLeg"), (0.2, -0.35, "LLeg")):
+        q = nao.configuration({"LAnkleRoll": left, "RAnkleRoll": right})
+        T = _set_down(page, q)
+        assert (T @ nao.fk(q, standing))[2, 2] == pytest.approx(1.0, abs=1e-9), (left, right)
+
+
 def test_what_is_shown_alone_does_not_depend_on_what_was_shown_before(page: Page, nao: nk.NaoModel) -> None:
     q = nao.posture("Sit")
     alone = _set_down(page, q)

@@ -159,3 +159,9 @@ export function assertBlamed(answer, reason, joint, needed, limit) {
   assert.equal(answer.branches.length, 0);
   assertClose([answer.needed, answer.limit], [needed, limit], 1e-8);
 }
+
+/** That what is blamed is as far outside as the least of all branches that there are without limits. */
+export function assertLeastOutside(limb, answer, { branches }) {
+  const least = Math.min(...branches.map(({ values }) => limb.excess(values)));
+  assertClose([Math.abs(answer.needed - answer.limit)], [least], 1e-8);
+}

@@ -7,6 +7,7 @@ import {
   areInside,
   assertBlamed,
   assertClose,
+  assertLeastOutside,
   assertSorted,
   forwardIn,
   hasBranch,
@@ -88,6 +89,13 @@ test("what leans to a side or is outside the limits gets the nearest orientation
   });
 });
 
+test("a table that is wider than the range of HeadPitch widens nothing", () => {
+  const table = { joint: PITCH, of: YAW, at: [-3, 3], lower: [-2, -2], upper: [2, 2] };
+  const wide = new Head({ ...numbers, table });
+  const { values } = wide.solve(poseOf(numbers, [0.2, 1]), [0, 0]).nearest;
+  assertClose(values, [0.2, numbers.upper[PITCH]], 1e-7);
+});
+
 test("HeadYaw leaves HeadPitch less than its own range", () => {
   const { at, upper } = numbers.table;
   const bend = upper.indexOf(Math.min(...upper));
@@ -129,6 +137,15 @@ for (const camera of ["CameraTop", "CameraBottom"]) {
       assertClose([nearest.error], [missed(cameraNumbers, nearest.values, point)], 1e-7);
       const others = [...INSIDE, ...around(nearest.values)];
       assert.ok(others.every((q) => nearest.error <= missed(cameraNumbers, q, point) + 1e-9));
+    }
+  });
+
+  test(`${camera} blames the joint of the look that is least outside`, () => {
+    for (const q of randomValues(unlimited(cameraNumbers), 300, 5)) {
+      const T = poseOf(cameraNumbers, q);
+      const point = placeIn(T).map((value, k) => value + 0.5 * forwardIn(T)[k]);
+      const answer = gaze.solveGaze(point, [0, 0]);
+      if (answer.branches.length === 0) assertLeastOutside(gaze, answer, gaze.solveGaze(point, [0, 0], false));
     }
   });
 

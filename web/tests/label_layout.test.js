@@ -38,6 +38,7 @@ test("labels keep their places while their points move a little", () => {
   const anchors = scattered(12, { x: 200, y: 150, width: 400, height: 300 });
   placeLabels(anchors, PICTURE);
   const before = anchors.map(({ place }) => place);
+  assert.ok(before.every((place) => place >= 0));
   for (const point of anchors) point.x += 1;
   placeLabels(anchors, PICTURE);
   assert.deepEqual(
@@ -48,4 +49,11 @@ test("labels keep their places while their points move a little", () => {
 
 test("points outside the picture, or behind the camera, have no labels", () => {
   assert.deepEqual(placeLabels([anchor(-5, 10), anchor(NaN, 10), anchor(10, 700)], PICTURE), [null, null, null]);
+});
+
+test("a label stays where it had to go when the room beside its point is free again", () => {
+  const [one, other] = [anchor(400, 300), anchor(401, 300)];
+  const [, crowded] = placeLabels([one, other], PICTURE);
+  assert.notDeepEqual(crowded, placeLabels([anchor(401, 300)], PICTURE)[0]);
+  assert.deepEqual(placeLabels([other], PICTURE)[0], crowded);
 });

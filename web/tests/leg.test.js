@@ -6,6 +6,7 @@ import {
   areInside,
   assertBlamed,
   assertClose,
+  assertLeastOutside,
   assertSorted,
   hasBranch,
   movedBy,
@@ -74,6 +75,15 @@ for (const frame of ["LLeg", "RLeg"]) {
       assert.equal(answer.reason === "REACHED", answer.branches.length > 0);
     });
     assert.ok(met > 50 && refused > 10);
+  });
+
+  test(`where no branch of ${frame} is inside the limits, the joint of the one that is least outside is blamed`, () => {
+    const zeros = [0, 0, 0, 0, 0, 0];
+    for (const q of randomValues(unlimited(numbers), 500, 4)) {
+      const T = poseOf(numbers, q);
+      const answer = leg.solve(T, zeros);
+      if (answer.branches.length === 0) assertLeastOutside(leg, answer, leg.solve(T, zeros, false));
+    }
   });
 
   test(`${frame} out of reach says by how much, stretched or folded`, () => {

@@ -38,6 +38,19 @@ test("a floating base comes along", () => {
   assert.deepEqual(read.q, joints);
 });
 
+test("a base may stand before the joints, and needs an orientation", () => {
+  const about = {
+    ...ABOUT,
+    floating: true,
+    neutral: [0, 0, 0, 0, 0, 0, 1, 0],
+    joints: [{ ...ABOUT.joints[0], column: 7 }],
+    coordinates: [{ joint: "HeadYaw", column: 7, lower: -2, upper: 2 }],
+  };
+  const { q } = readLink(about, TOGGLES, "v=1&base=1,2,3,0,0,0,1&q=HeadYaw:0.5");
+  assert.deepEqual(q, [1, 2, 3, 0, 0, 0, 1, 0.5]);
+  assert.throws(() => readLink(about, TOGGLES, "v=1&base=1,2,3,0,0,0,0"), /a base with no orientation/);
+});
+
 test("a link of nothing but its version changes nothing", () => {
   assert.deepEqual(readLink(ABOUT, TOGGLES, "v=1"), {});
 });
@@ -56,6 +69,9 @@ test("what is no state is refused", () => {
     ["v=1&q=%E0%A4%A:1", /no text of a link/],
     ["v=1&up=0,0,0", /no direction/],
     ["v=1&up=0,0", /expected 3 numbers/],
+    ["v=1&up=0,,1", /expected 3 numbers/],
+    ["v=1&up=0,1e9,1", /expected 3 numbers/],
+    ["v=1&up=0,Infinity,1", /expected 3 numbers/],
     ["v=1&base=0,0,0,0,0,0,1", /does not have/],
     ["v=1&camera=above", /unknown camera "above"/],
     ["v=1&camera=1,1,1,1,1,1", /looks at itself/],

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { KeyFrames, GAP } from "../src/timeline/key_frames.js";
+import { GAP, KeyFrames, LATEST } from "../src/timeline/key_frames.js";
 import { Motion } from "../src/timeline/motion.js";
 import { Recorder } from "../src/timeline/recorder.js";
 import { excesses, slowedTimes } from "../src/timeline/speed_limits.js";
@@ -42,6 +42,19 @@ test("a smooth motion starts and ends at rest, and never leaves the range of two
   }
 });
 
+test("a smooth motion passes a key at the slope that Fritsch and Butland give it", () => {
+  // scipy's PchipInterpolator through the same keys has these slopes inside.
+  const motion = Motion.of(TIMES, ROWS, "smooth");
+  for (const [time, slope] of [
+    [1, 1.173913043478261],
+    [3, 1.7647058823529411],
+  ]) {
+    for (const step of [-1e-6, 1e-6]) {
+      assert.ok(Math.abs((motion.at(time + step)[0] - motion.at(time)[0]) / step - slope) < 1e-5);
+    }
+  }
+});
+
 test("the fastest speed of a smooth segment is that of its samples", () => {
   const motion = Motion.of(TIMES, ROWS, "smooth");
   for (let segment = 0; segment < 3; segment++) {
@@ -66,6 +79,13 @@ test("a key is put where there is room, in order of time", () => {
   assert.deepEqual([moved.place, moved.frames.keys.map(({ time }) => time)], [1, [1, 2]]);
   assert.deepEqual(frames.moving(1, -3).frames.keys[0].time, 0);
   assert.equal(frames.keys.length, 2);
+});
+
+test("no key comes after an hour, however many are put there", () => {
+  let frames = new KeyFrames().adding(LATEST, [0]).frames;
+  for (let i = 0; i < 4; i++) frames = frames.duplicating(0).frames;
+  assert.equal(frames.count, 5);
+  frames.keys.forEach(({ time }, i) => assert.ok(Math.abs(time - (LATEST - (4 - i) * GAP)) < 1e-9, `${time}`));
 });
 
 test("a key that is added on another one stands a second behind the last", () => {
@@ -99,6 +119,8 @@ test("samples on straight lines thin out to the corners", () => {
     times.map((time) => [Math.min(time, 1), 0.5]),
   );
   assert.deepEqual(Array.from(thinned(motion, 1e-9, 500)?.times ?? []), [0, 1, 2]);
+  assert.equal(thinned(motion, 1e-9, 3)?.count, 3);
+  assert.equal(thinned(motion, 1e-9, 2), null);
   const noisy = Motion.of(
     times,
     times.map((_, i) => [i % 2, 0]),
@@ -131,4 +153,9 @@ test("samples nearer together than the rate are left out", () => {
   for (let i = 0; i < 30; i++) recorder.add(i / 300, [i]);
   assert.equal(recorder.motion?.count, 4);
   assert.equal(new Recorder(1).motion, null);
+});
+
+test("a recording of a NAO has room for 20 minutes, and of a larger robot for less", () => {
+  assert.equal(new Recorder(25).most, 36_000);
+  assert.equal(new Recorder(100).most, 9_000);
 });

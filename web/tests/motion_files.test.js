@@ -5,7 +5,7 @@ import { Motion } from "../src/timeline/motion.js";
 import { readMotion } from "../src/timeline/reading.js";
 import { NoMotion } from "../src/timeline/tracks.js";
 import { NotWritten, csvText, jsonText } from "../src/timeline/writing.js";
-import { ABOUT } from "./small_robot.js";
+import { ABOUT, GEARED } from "./small_robot.js";
 
 const Q = ABOUT.neutral;
 const MOTION = Motion.of(
@@ -46,6 +46,18 @@ test("degrees, milliseconds, empty cells and joints of one motor are understood"
   assert.equal(read.at(0)[4], 9);
   const own = '{"joint_names": ["HeadYaw", "LArm"], "times": [[0, 1], [0.5]], "keys": [[0, 2], [7]]}';
   assert.deepEqual(readMotion(ABOUT, own, Q).at(0.5).slice(0, 4), [1, 0, 0, 7]);
+});
+
+test("a joint that follows a motor moves it by what it does itself", () => {
+  const read = readMotion(GEARED, "time,RHip\n0,0.375\n1,0.125\n", Q);
+  assert.deepEqual([read.at(0)[2], read.at(1)[2]], [-0.5, 0]);
+});
+
+test("in a file of degrees a hand is a share all the same", () => {
+  const joints = [...ABOUT.joints, { ...ABOUT.joints[0], name: "LHand", column: 3 }];
+  const text = '{"units": {"angle": "deg"}, "joint_names": ["HeadYaw", "LHand"], "times": [0], "keys": [[180, 0.5]]}';
+  const read = readMotion({ ...ABOUT, joints }, text, Q);
+  assert.deepEqual(read.at(0), [Math.PI, 0, 0, 0.5, 0]);
 });
 
 test("a file that is no motion is refused in one line that says where", () => {

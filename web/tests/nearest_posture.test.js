@@ -8,6 +8,7 @@ const postures = [{ q: [0, 0, 0, 0] }, { q: [1, 1, 1, 0] }, { q: [-1, 0, 1, 1] }
 test("a configuration is nearest to the posture that most of its joints have", () => {
   assert.equal(nearestPosture([0, 0, 0, 0], postures), 0);
   assert.equal(nearestPosture([0, 0, 3, 0], postures), 0); // one joint, however far
+  assert.equal(nearestPosture([0.4, 0.4, 3, 0], postures), 0);
   assert.equal(nearestPosture([0.9, 1, 1.2, 0.1], postures), 1);
 });
 

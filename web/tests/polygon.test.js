@@ -34,5 +34,6 @@ test("outlines overlap where they share more than an edge", () => {
   assert.ok(overlap(square(0, 0), square(0.9, 0.9)));
   assert.ok(overlap(square(0, 0, 3), square(1, 1)));
   assert.ok(!overlap(square(0, 0), square(1.1, 0)));
+  assert.ok(!overlap(square(0, 0), square(1, 0)));
   assert.ok(!overlap(square(0, 0), []));
 });

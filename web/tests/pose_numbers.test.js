@@ -57,3 +57,23 @@ test("what is copied has every digit, and no minus zero", () => {
   assert.equal(rpy, "[0, 0, 0]");
   assert.equal(quaternion, "[1, 0, 0, 0]");
 });
+
+test("of the two quaternions of a rotation the one with a positive first number is given", () => {
+  for (const [axis, angle] of [
+    [[1, 0, 0], 3],
+    [[-1, 0, 0], 3],
+    [[0, -0.6, 0.8], 2.5],
+    [[-0.48, 0.6, -0.64], 2],
+  ]) {
+    const [c, s] = [Math.cos(angle / 2), Math.sin(angle / 2)];
+    const [x, y, z] = axis.map((value) => value * s);
+    const quaternion = quaternionOf(
+      matrix([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - c * z), 2 * (x * z + c * y)],
+        [2 * (x * y + c * z), 1 - 2 * (x * x + z * z), 2 * (y * z - c * x)],
+        [2 * (x * z - c * y), 2 * (y * z + c * x), 1 - 2 * (x * x + y * y)],
+      ]),
+    );
+    quaternion.forEach((value, i) => assert.ok(Math.abs(value - [c, x, y, z][i]) < 1e-15, `${quaternion}`));
+  }
+});

@@ -3,7 +3,7 @@ import test from "node:test";
 
 import { NoConfiguration, readConfiguration } from "../src/values/reading.js";
 import { FORMATS } from "../src/values/writing.js";
-import { ABOUT, Q } from "./small_robot.js";
+import { ABOUT, GEARED, Q } from "./small_robot.js";
 
 const read = (text) => readConfiguration(ABOUT, [1, 0, 0, 0, 0], text);
 
@@ -13,6 +13,23 @@ for (const [name, { write }] of Object.entries(FORMATS)) {
     assert.deepEqual(read(write(ABOUT, Q, false)).q, Q);
   });
 }
+
+test("a joint that follows a motor is told, and read, by what it does itself", () => {
+  const [begin, q] = [
+    [0, 0, 0, 0, 0],
+    [0, 0, -0.5, 0, 0],
+  ];
+  for (const text of ['{"RHip": 0.375}', '{"RHip": 0.375, "LHip": -0.5}', '{"LHip": -0.5, "RHip": 0.375}']) {
+    assert.deepEqual(readConfiguration(GEARED, begin, text).q, q, text);
+  }
+  assert.throws(
+    () => readConfiguration(GEARED, begin, '{"RHip": 0.374, "LHip": -0.5}'),
+    /RHip and LHip share one motor/,
+  );
+  const call = FORMATS.setAngles.write(GEARED, q);
+  assert.ok(call.includes("[0, 0, -0.5, 0.375, 0, 0]"), call);
+  assert.deepEqual(readConfiguration(GEARED, begin, call).q, q);
+});
 
 test("each way of writing is recognised", () => {
   const [q, rest] = [0.5, [0, 0, 0, 0]];
@@ -58,6 +75,7 @@ test("a refused text says what was wrong with it, and where", () => {
     ['[{"HeadYaw": 1}, {"HeadYaw": 2}]', /2 configurations, expected one/],
     ["HeadYaw,HeadPitch\n1\n", /line 2: 1 values, the header names 2 joints/],
     ["HeadYaw\n1\n2\n", /2 rows of values/],
+    ['HeadYaw,"HeadPitch\n"\nfast,1', /line 3: HeadYaw is "fast"/],
     ["HeadYaw\nfast\n", /line 2: HeadYaw is "fast"/],
     ['"HeadYaw\n1', /quotation mark that is not closed/],
     ['{"LHip": 0.1, "RHip": 0.2}', /LHip and RHip share one motor/],
@@ -99,6 +117,6 @@ test("hostile and huge texts are refused at once, in one short line", () => {
       () => read(text),
       (error) => error instanceof NoConfiguration && error.message.length < 250,
     );
-    assert.ok(performance.now() - begin < 500, text.slice(0, 10));
+    assert.ok(performance.now() - begin < 2000, text.slice(0, 10));
   }
 });

@@ -40,3 +40,9 @@ export const ABOUT = {
 };
 
 export const Q = [0.25, -1e-7, -0.5, 0.05, 1.5];
+
+/** The same robot with a right hip that turns the other way round, half as far and with an offset. */
+export const GEARED = {
+  ...ABOUT,
+  joints: ABOUT.joints.map((one) => (one.name === "RHip" ? { ...one, multiplier: -0.5, offset: 0.125 } : one)),
+};

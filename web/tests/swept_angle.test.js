@@ -58,6 +58,17 @@ test("along a slide the point that is nearest to the ray goes with the pointer",
   near(sweptDistance([1, 0, 0], point, through([0, 0.1, 0]), through([0, 0.4, 0])), 0);
 });
 
+test("a place behind the camera turns nothing", () => {
+  const swept = new SweptAngle(Z, [0.1, 0, 0], EYE, 0.01);
+  // The rays look away from the plane, and their lines meet it behind the camera.
+  const away = (point) => {
+    const { origin, direction } = through(point);
+    return { origin, direction: direction.map((value) => -value) };
+  };
+  near(swept.between(through([0.1, 0, 0]), away([0, 0.2, 0])), 0);
+  near(swept.between(away([0.1, 0, 0]), away([0, 0.2, 0])), 0);
+});
+
 test("a slide seen end on stays", () => {
   assert.equal(sweptDistance([0, 0, 1], [0, 0, 0], through([0, 0, 0]), through([0.01, 0, 0])), 0);
 });

@@ -27,7 +27,20 @@ test("typed numbers take a comma, a unit and a minus sign of print, and nothing 
   assert.equal(parse("−3 RAD", RADIANS), -3);
   assert.equal(parse("90°", DEGREES), Math.PI / 2);
   assert.equal(parse("1e2", RADIANS), 100);
-  for (const text of ["", "x", "0x10", "1,2,3", "1e999", "Infinity", "NaN", "--1", "1 2", "1".repeat(1000), "1m"]) {
+  for (const text of [
+    "",
+    "x",
+    "0x10",
+    "1,2,3",
+    "1e999",
+    "Infinity",
+    "NaN",
+    "--1",
+    "1 2",
+    "1".repeat(1000),
+    "0".repeat(41),
+    "1m",
+  ]) {
     assert.ok(Number.isNaN(parse(text, RADIANS)), text);
   }
 });
@@ -46,6 +59,7 @@ test("arrow keys mean one step, ten with Shift, a tenth with Ctrl or Alt", () =>
 test("a coupled range is that of its table where the other joint stands", () => {
   assert.deepEqual(rangeOf(ABOUT, ABOUT.coordinates[1], [1, 0]), [-0.5, 0.35]);
   assert.deepEqual(rangeOf(ABOUT, ABOUT.coordinates[4], Q), [-Infinity, Infinity]);
+  assert.deepEqual(rangeOf(ABOUT, { ...ABOUT.coordinates[1], lower: -0.4, upper: 0.3 }, [1, 0]), [-0.4, 0.3]);
 });
 
 test("mirrored twice a configuration is itself", () => {

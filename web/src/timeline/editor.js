@@ -1,6 +1,6 @@
 import { element } from "../panel/element.js";
 import { History } from "../values/history.js";
-import { KeyFrames, LATEST, MOST_KEYS } from "./key_frames.js";
+import { GAP, KeyFrames, LATEST, MOST_KEYS } from "./key_frames.js";
 import { KeyTools } from "./key_tools.js";
 import { excesses, slowedTimes } from "./speed_limits.js";
 import { thinned } from "./thinning.js";
@@ -126,17 +126,27 @@ export class Editor {
   adding() {
     if (this.frames.count >= MOST_KEYS) return this.player.say(`There are ${MOST_KEYS} key frames: that is all.`, true);
     const { app } = this.player;
+    const time = this.frames.nextTime(this.now);
+    if (time > LATEST && this.isFull()) return;
     this.player.pause();
-    this.added(this.frames.adding(this.frames.nextTime(this.now), app.q));
+    this.added(this.frames.adding(time, app.q));
   }
 
   duplicating() {
-    if (this.selected >= 0 && this.frames.count < MOST_KEYS) this.added(this.frames.duplicating(this.selected));
+    if (this.selected < 0 || this.frames.count >= MOST_KEYS || this.isFull()) return;
+    this.added(this.frames.duplicating(this.selected));
+  }
+
+  /** Whether no key fits behind the last one; then it is said. */
+  isFull() {
+    const last = this.frames.keys.at(-1)?.time ?? 0;
+    if (last <= LATEST - GAP) return false;
+    this.player.say("Key frames end after an hour.", true);
+    return true;
   }
 
   /** @param {{ frames: KeyFrames, place: number }} change */
   added({ frames, place }) {
-    if (!(frames.keys[place].time <= LATEST)) return this.player.say("Key frames end after an hour.", true);
     this.apply(frames, place);
     this.player.seek(frames.keys[place].time);
   }

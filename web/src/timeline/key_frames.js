@@ -143,6 +143,6 @@ function freeTime(others, wanted) {
   if (isFree(inside)) return inside;
   const beside = others.flatMap((other) => [Math.ceil((other + GAP - 1e-9) * 1000) / 1000, rounded(other - GAP)]);
   return beside
-    .filter((time) => time >= 0 && isFree(time))
+    .filter((time) => time >= 0 && time <= LATEST && isFree(time))
     .reduce((best, time) => (Math.abs(time - inside) < Math.abs(best - inside) ? time : best), Infinity);
 }

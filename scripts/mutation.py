@@ -1,0 +1,42 @@
+"""What a planted fault is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """A fault.
+
+    Attributes:
+        name: what is wrong, in words joined by hyphens.
+        file: the source file, from the root of the project.
+        old: text that occurs in it exactly once.
+        new: what stands in its place.
+        tests: arguments for pytest, files or single tests; or files of `web/tests`, which node runs.
+    """
+
+    name: str
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+
+def is_for_node(test: str) -> bool:
+    """Whether a test is one of the page's modules."""
+    return test.endswith(".test.js")
+
+
+def faults(file: str, tests: str, *texts: tuple[str, str, str]) -> tuple[Mutation, ...]:
+    """Faults of one file that the same tests notice.
+
+    Args:
+        file: the source file, under `nao_kin` or in `web`.
+        tests: separated by blanks and without their folder, arguments for pytest, and files of `web/tests`.
+        texts: name, old text and new text of each fault.
+    """
+    arguments = tuple(f"web/tests/{test}" if is_for_node(test) else f"tests/{test}" for test in tests.split())
+    path = file if file.startswith("web/") else f"nao_kin/{file}"
+    return tuple(Mutation(name, path, old, new, arguments) for name, old, new in texts)
