@@ -486,8 +486,10 @@ def test_where_the_clipboard_is_shut_the_text_is_there_to_be_copied_by_hand(page
     field.wait_for()
     values = [float(value) for value in field.input_value().strip("[]").split(",")]
     assert values[:3] == pytest.approx(nao.fk(page.q, "LForeArm")[:3, 3], abs=1e-6)
-    page.animation_frames(2)
-    assert page.run("() => String(getSelection())") or page.run("() => document.activeElement.selectionEnd") > 10
+    start, end = page.run("() => [document.activeElement.selectionStart, document.activeElement.selectionEnd]")
+    assert (start, end) == (0, len(field.input_value()))
+    page.tab.keyboard.press("Escape")
+    assert page.tab.get_by_text("Copied: position6d.").count() == 0
     page.run("() => { delete navigator.clipboard.writeText; }")
 
 

@@ -38,6 +38,8 @@ EDITIONS = ("orange", "blue", "red", "grey")
 # Further out a double keeps an angle to 1e-10 rad no longer, and a graphics card, which computes in floats, draws
 # nothing that is still a robot.
 LARGEST = 1e6
+# Further away [m] it draws nothing that keeps its shape.
+FARTHEST = 1e4
 
 
 def number(value: ArrayLike, what: str) -> float:
