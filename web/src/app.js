@@ -11,8 +11,7 @@ import { Balance } from "./scene/balance.js";
 import { Extras } from "./scene/extras.js";
 import { Eyes, makeSight } from "./scene/eyes.js";
 import { Frames } from "./scene/frames.js";
-import { Ghost } from "./scene/ghost.js";
-import { GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
+import { COMPARED, GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
 import { JointAxes } from "./scene/joint_axes.js";
 import { Labels } from "./scene/labels.js";
 import { Lights } from "./scene/lights.js";
@@ -56,7 +55,6 @@ export class App extends EventTarget {
   /** @type {JointAxes} */ axes;
   /** @type {Targets} */ targets;
   /** @type {Balance} */ balance;
-  /** @type {Ghost} */ ghost;
   /** @type {Ghosts} */ ghosts;
   /** @type {import("./scene/link_colours.js").LinkColours} */ colours;
   /** @type {Lights} */ lights;
@@ -152,7 +150,6 @@ export class App extends EventTarget {
     this.axes = new JointAxes(this.robot, this.studio, this.labels);
     this.targets = new Targets(this.robot, this.studio, this.labels);
     this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
-    this.ghost = new Ghost(this.robot, this.viewer.scene);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);
@@ -301,7 +298,6 @@ export class App extends EventTarget {
     this.shown.settle(this.up, this.drag.held !== null);
     if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
-    this.ghost.follow();
     this.studio.moved();
     this.balance.draw();
     this.panel.refresh();
@@ -378,10 +374,7 @@ export class App extends EventTarget {
 
   // The configuration of now stays as a pale copy.
   keepGhost() {
-    this.ghost.show([...this.q]);
-    this.settle();
-    this.ghost.follow();
-    this.viewer.set_dirty();
+    this.showGhosts({ qs: Float64Array.from(this.q), count: 1, opacity: 0.3, first: null });
   }
 
   /** @param {string} name one of the editions, or "" for the robot's own colours */
@@ -402,26 +395,25 @@ export class App extends EventTarget {
   }
 
   /**
-   * Configurations, each in a colour of its own; the legend numbers them.
+   * Configurations, each in a colour of its own; the legend numbers them. Without numbers they are to compare with.
    *
-   * @param {{ qs: Float64Array, count: number, opacity: number, first: number }} message one after another; number of the first
+   * @param {{ qs: Float64Array, count: number, opacity: number, first: number | null }} message one after another; number of the first
    */
   showGhosts({ qs, count, opacity, first }) {
     const width = qs.length / count;
     const ghosts = Array.from({ length: count }, (_, i) => {
-      const colour = GHOST_COLOURS[i % GHOST_COLOURS.length];
+      const colour = first === null ? COMPARED : GHOST_COLOURS[i % GHOST_COLOURS.length];
       return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
     });
     this.settle();
     this.ghosts.show(ghosts);
-    this.ghosts.entries = ghosts.map(({ colour }, i) => entry(`${first + i}`, colour));
+    this.ghosts.entries = first === null ? [] : ghosts.map(({ colour }, i) => entry(`${first + i}`, colour));
     this.toggles.offer("ghosts", count > 0);
     this.show({ ghosts: true });
   }
 
-  // They were other answers to what is asked no more.
   clearGhosts() {
-    if (this.ghosts.entries.length > 0) this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: 1 });
+    this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: null });
   }
 
   /** @param {{ id: string, width: number, height: number, camera: string }} message */

@@ -16,7 +16,6 @@ export const HANDLERS = {
   frames: (app, message) => app.chooseFrames(message),
   edition: (app, { name }) => app.setEdition(String(name)),
   camera: (app, { name }) => app.camera(name),
-  ghost: (app, { q }) => app.ghost.show(q),
   ghosts: (app, message) => app.showGhosts(message),
   targets: (app, { targets }) => app.targets.show(targets),
   colours: (app, { robot, links, label, low, high, stops }) => {

@@ -111,7 +111,7 @@ export class Drag {
     this.held = null;
     this.say("");
     // The legend goes only now: on a narrow page the picture grows by it.
-    if (app.ghosts.group.children.length === 0) app.clearGhosts();
+    if (app.ghosts.entries.length > 0 && app.ghosts.copies.length === 0) app.clearGhosts();
     app.restand();
     this.announce(false);
   }
