@@ -461,6 +461,39 @@ def test_the_configuration_is_known_while_a_clip_plays(page: Page, live: Viewer,
     live.display(nao.posture("Stand"))
 
 
+def test_a_clip_plays_that_is_shown_right_after_a_configuration(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    for _ in range(3):
+        live.display(nao.posture("Stand"))
+        live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
+        page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+        live.display(nao.posture("Sit"))
+        page.tab.wait_for_function("() => !naoKin.player.loaded")
+        assert np.array_equal(page.q, nao.posture("Sit"))
+
+
+def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
+    browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
+) -> None:
+    clip = np.tile(nao.posture("Stand"), (101, 1))
+    clip[:, 0] = np.linspace(-1.0, 1.0, 101)
+    heard: list[float] = []
+    subscription = live.on_change(lambda q, joints: heard.append(q[0]))
+    live.animate(clip, fps=10.0, loop=False)
+    assert _until(lambda: len(heard) > 2)
+    with opened(browser, live.url) as late:  # its clip begins anew
+        late.draw(False)
+        late.tab.wait_for_timeout(800)
+        assert late.q[0] < page.q[0] - 0.1
+        assert len(heard) > 6
+        assert heard == sorted(heard)
+        # Now this one is the one that somebody uses.
+        late.tab.get_by_label("Time").focus()
+        late.tab.keyboard.press("Home")
+        assert _until(lambda: live.q[0] < -0.99)
+    subscription.remove()
+    live.display(nao.posture("Stand"))
+
+
 def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
     live.display(nao.posture("StandInit"))
     with live.record(fps=50.0) as taken:

@@ -426,6 +426,48 @@ def test_what_the_page_plays_is_known_to_python(browser: Any, nao: nk.NaoModel) 
         assert np.abs(viewer.q - middle).max() < 1e-9
 
 
+def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page, opened(browser, viewer.url) as other:
+        page.draw(False)
+        other.draw(False)
+        make_keys(page)
+        page.run("() => naoKin.player.seek(0)")
+        other.tab.wait_for_function("(x) => Math.abs(naoKin.q[5] - x) < 1e-9", arg=float(nao.posture("StandInit")[5]))
+        heard: list[np.ndarray] = []
+        subscription = viewer.on_change(lambda q, joints: heard.append(q))
+        reports = other.run("() => naoKin.reports")
+        press(page, "Play")
+        seen = []
+        for _ in range(8):
+            page.tab.wait_for_timeout(100)
+            seen.append(other.q)
+        assert page.run("() => naoKin.player.playback.playing")  # its own reports do not stop it
+        press(page, "Pause")
+        motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES])
+        way = motion.configurations(nao, rate=1000.0).q
+        assert len({row.tobytes() for row in heard}) >= 4
+        assert len({row.tobytes() for row in seen}) >= 4
+        for q in (*heard, *seen):
+            assert np.abs(way - q).max(axis=1).min() < 5e-3
+        other.tab.wait_for_function("(q) => q.every((x, i) => Math.abs(naoKin.q[i] - x) < 1e-9)", arg=page.q.tolist())
+        assert np.array_equal(viewer.q, page.q)
+        # Nothing goes round and round.
+        assert other.run("() => naoKin.reports") == reports
+        told = page.run("() => naoKin.reports")
+        page.tab.wait_for_timeout(200)
+        assert page.run("() => naoKin.reports") == told
+
+        # Who takes hold of the robot elsewhere stops it.
+        press(page, "Play")
+        other.slider("HeadYaw").focus()
+        other.tab.keyboard.press("Home")
+        page.tab.wait_for_function("() => !naoKin.player.playback.playing && naoKin.q[0] < -1.5")
+        page.tab.wait_for_timeout(200)
+        assert np.array_equal(viewer.q, page.q)
+        assert np.array_equal(other.q, page.q)
+        subscription.remove()
+
+
 def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
         page.draw(False)

@@ -32,8 +32,6 @@ import { ViewMenu } from "./view_menu.js";
 
 // The shorter side of a picture in which letters of labels are as many pixels as in the page.
 const LABELS_ACROSS = 640;
-// Time between two reports of where a clip is [ms].
-const CLIP_REPORTS = 50;
 
 /** @param {string} id */
 const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
@@ -80,8 +78,6 @@ export class App extends EventTarget {
   movedByHand = false;
   /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
   followsClip = false;
-  /** The report of where the clip is that is to be sent. @type {ReturnType<typeof setTimeout> | undefined} */
-  clipReport;
 
   constructor() {
     super();
@@ -301,20 +297,11 @@ export class App extends EventTarget {
     this.studio.moved();
     this.balance.draw();
     this.panel.refresh();
-    if (this.followsClip) this.reportClip();
+    if (this.followsClip) this.player.report("clip", this.q);
     const own = this.unreported;
     if (own) this.report();
     this.unreported = false;
     this.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
-  }
-
-  // Tell the program where the clip is, not at every picture.
-  reportClip() {
-    if (this.role !== "") return;
-    this.clipReport ??= setTimeout(() => {
-      this.clipReport = undefined;
-      if (this.followsClip) this.send({ kind: "clip", q: [...this.q] });
-    }, CLIP_REPORTS);
   }
 
   report() {

@@ -9,7 +9,8 @@ import { scaleBar } from "./scene/colour_scale.js";
 export const HANDLERS = {
   robot: (app, { about }) => app.start(about),
   joints: (app, { q, up, source }) => {
-    if (!isOutdated(source, app.source, app.reports)) app.display([...q], up, source !== "");
+    const plays = app.player.playback?.playing;
+    if (!isOutdated(source, app.source, app.reports, plays)) app.display([...q], up, source !== "");
   },
   still: (app) => app.still(),
   shown: (app, message) => app.receiveShown(message),

@@ -13,7 +13,7 @@ import { TrailsMenu } from "./trails_menu.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
 
-// Time between two reports of where a motion of this page is [ms].
+// Time between two reports of where what is played is [ms].
 const REPORTS = 1000 / 30;
 
 /**
@@ -42,8 +42,10 @@ export class Player extends EventTarget {
     this.playback = null;
     /** What the bar shows. @type {string | undefined} */
     this.shownState = undefined;
-    /** @type {ReturnType<typeof setTimeout> | undefined} */
-    this.reporting = undefined;
+    /** What is to be told the program. @type {{ kind: "clip" | "played", q: number[] } | null} */
+    this.reporting = null;
+    /** Whether somebody has begun to play, or gone to a time, and the program has not been told. */
+    this.begins = false;
     this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
     this.scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
@@ -165,6 +167,7 @@ export class Player extends EventTarget {
   toggle() {
     if (!this.playback) return;
     if (this.playback.playing) return this.pause();
+    this.begins = true;
     this.playback.play();
     this.refresh();
   }
@@ -176,6 +179,7 @@ export class Player extends EventTarget {
 
   /** @param {number} time */
   seek(time) {
+    this.begins = true;
     this.playback?.seek(time);
     this.refresh();
   }
@@ -194,16 +198,37 @@ export class Player extends EventTarget {
   }
 
   /**
-   * Show a configuration of a motion of this page, and tell the program behind it as of a clip, not at every picture.
+   * Show a configuration of a motion of this page; other pages follow.
    *
    * @param {number[]} q
    */
   show(q) {
     this.app.put(q, null, false);
-    this.reporting ??= setTimeout(() => {
-      this.reporting = undefined;
-      this.app.send({ kind: "clip", q: [...this.app.q] });
-    }, REPORTS);
+    this.report("played", q);
+  }
+
+  /**
+   * Tell the program where what is played is, not at every picture.
+   *
+   * @param {"clip" | "played"} kind whether it is the program's clip, which every page plays for itself, or of this page
+   * @param {readonly number[]} q
+   */
+  report(kind, q) {
+    const { app } = this;
+    if (app.role !== "") return;
+    if (!this.reporting) setTimeout(() => this.send(), REPORTS);
+    this.reporting = { kind, q: [...q] };
+    // What was reported before is out of date when it comes back.
+    app.reports += 1;
+  }
+
+  send() {
+    const { app, reporting, begins } = this;
+    this.reporting = null;
+    // Somebody else may move the robot by now.
+    if (!reporting || (reporting.kind === "clip" && !app.followsClip)) return;
+    this.begins = false;
+    app.send({ ...reporting, begins, source: `${app.source} ${app.reports}` });
   }
 
   /** Bring the bar up to date; on every picture. */
