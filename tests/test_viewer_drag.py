@@ -247,7 +247,7 @@ def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: 
 
 # The place of a ring's point on the screen, so far round about its axis.
 ON_RING = """([axis, angle]) => {
-    const ring = naoKin.drag.rings.list.find((one) => one.axis.getComponent(axis) === 1);
+    const ring = naoKin.drag.rings.list.find((one) => one.axis.axis[axis] === 1);
     const radius = ring.mesh.geometry.parameters.radius;
     ring.mesh.updateWorldMatrix(true, false);
     const point = new MeshCat.THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
