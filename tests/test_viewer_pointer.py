@@ -626,7 +626,7 @@ def test_keys_turn_no_handle_farther_than_the_limb_goes_nor_one_without_rings(pa
     for _ in range(60):
         page.tab.keyboard.press("x")
     assert nao.within_limits(page.q)
-    assert re.search(r"LLeg: .* needs .*, turned by \d+\.\d° about x", said(page))
+    assert re.search(r"LLeg: .* needs .*; turned by \d+\.\d° about x", said(page))
     page.tab.keyboard.press("Shift+X")  # back at once: what was not reached is not owed
     assert " needs " not in said(page)
     page.tab.keyboard.press("Enter")

@@ -376,9 +376,19 @@ export class App extends EventTarget {
     this.view = name;
     const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
     this.settle();
-    const bar = byId("top");
-    this.studio.look(preset, this.others, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+    this.look(preset, this.others);
     this.dispatchEvent(new Event("camera"));
+  }
+
+  /**
+   * Fill the view, under the bar over it.
+   *
+   * @param {import("./types.js").Camera | undefined} preset
+   * @param {{ box(links: number[]): import("three").Box3 }} robots
+   */
+  look(preset, robots) {
+    const bar = byId("top");
+    this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
   }
 
   /**

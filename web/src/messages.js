@@ -22,7 +22,7 @@ export const HANDLERS = {
   colours: (app, { robot, links, label, low, high, stops }) => {
     /** @type {{ link: number, rgb: import("./types.js").Vector }[]} */
     const coloured = links;
-    const shown = robot ? app.others.robots.get(robot) : app.shown;
+    const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;
     shown?.colours.setScale(new Map(coloured.map(({ link, rgb }) => [link, rgb])));
     app.legend.set("colours", stops ? [`${label} ${low}`.trim(), scaleBar(stops), `${high}`] : []);
   },

@@ -121,7 +121,7 @@ export class HandleKeys {
     }
     const gesture = /** @type {import("./turn_drag.js").TurnDrag} */ (drag.held?.gesture);
     const says = gesture.step(angle);
-    drag.say(`${says || frame}, turned by ${degrees(gesture.reached, 1)} about ${name}`);
+    drag.say(`${says ? `${says};` : frame} turned by ${degrees(gesture.reached, 1)} about ${name}`);
   }
 
   /**
