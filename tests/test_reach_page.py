@@ -41,7 +41,7 @@ COLOUR = """(place) => {
 # How many clouds of voxels are anywhere under a node.
 CLOUDS = """(node) => {
     let clouds = 0;
-    const nodes = { scene: naoKin.viewer.scene, ghost: naoKin.ghost.skeleton?.root };
+    const nodes = { scene: naoKin.viewer.scene, ghost: naoKin.ghosts.group };
     nodes[node].traverse((child) => (clouds += child.isInstancedMesh ? 1 : 0));
     return clouds;
 }"""
@@ -154,7 +154,8 @@ def test_the_voxels_move_with_their_reference(browser: Any, nao: nk.NaoModel, tm
             expected = reach.centres @ T[:3, :3].T + T[:3, 3]
             order = np.argsort(reach.centres[:, 0], kind="stable")
             assert np.abs(np.array(page.run(DRAWN)) - expected[order]).max() < 1e-5
-        page.run("(q) => naoKin.ghost.show(q)", nao.neutral().tolist())
+        page.run("() => naoKin.keepGhost()")
+        assert page.run("() => naoKin.ghosts.copies.length") > 20
         assert page.run(CLOUDS, "ghost") == 0
 
 

@@ -380,7 +380,7 @@ def test_a_robot_of_one_bare_link_makes_a_page(browser: Any, tmp_path: Path) -> 
     viewer = Viewer(nk.RobotModel.from_urdf(path))
     for show in (viewer.show_com, viewer.show_support_polygon, viewer.show_joint_axes):
         show()
-    viewer.show_ghost(np.zeros(0))
+    viewer.show_ghosts(np.zeros(0))
     with opened(browser, viewer.save_html(tmp_path / "bare.html")) as page:
         assert np.isfinite(page.run("() => naoKin.viewer.camera.position.toArray()")).all()
         assert np.array_equal(page.poses(("only",))[0], np.eye(4))
@@ -391,18 +391,18 @@ def test_a_ghost_targets_and_colours_are_drawn(browser: Any, nao: nk.NaoModel, t
     viewer = Viewer(nao)
     q, other = nao.posture("StandInit"), nao.posture("StandZero")
     viewer.display(q)
-    viewer.show_ghost(other)
+    viewer.show_ghosts(other)
     viewer.show_targets({"point": [0.2, 0.1, 0.0], "pose": nao.fk(other, "LArm")})
     viewer.color_links({"Head": 0.0, "LFoot": 10.0}, label="torque")
     viewer.show_frames(["LArm"], size=0.05)
     viewer.camera("front")
     with opened(browser, viewer.save_html(tmp_path / "more.html")) as page:
-        ghost = page.run(
-            "(links) => links.map((link) => naoKin.ghost.skeleton.pose(link).transpose().toArray())",
-            list(range(len(nao.link_names))),
-        )
         names = [link["name"] for link in page.run("() => naoKin.robot.about.links")]
-        assert np.abs(np.reshape(ghost, (-1, 4, 4)) - nao.fk(other, names)).max() < 1e-6
+        copies = page.run(
+            "() => naoKin.ghosts.copies.map(({ userData: u }) => [u.link, u.pose.clone().transpose().toArray()])"
+        )
+        poses = np.reshape([pose for _, pose in copies], (-1, 4, 4))
+        assert np.abs(poses - nao.fk(other, [names[link] for link, _ in copies])).max() < 1e-6
         assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
         assert page.run("() => naoKin.targets.group.children.length") == 2
         assert "torque" in page.tab.locator("#legend").inner_text()

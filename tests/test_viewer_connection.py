@@ -54,7 +54,7 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
     port = _free_port()
     first = Viewer(nao, port=port)
     first.display(nao.posture("Sit"))
-    first.show_ghost(nao.posture("Stand"))
+    first.show_ghosts(nao.posture("Stand"))
     first.say("I was here")
     page = Page(browser, first.url)
     try:

@@ -246,7 +246,7 @@ def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: 
 
 # The place of a ring's point on the screen, so far round about its axis.
 ON_RING = """([axis, angle]) => {
-    const ring = naoKin.drag.rings.list.find((one) => one.axis.getComponent(axis) === 1);
+    const ring = naoKin.drag.rings.list.find((one) => one.axis.axis[axis] === 1);
     const radius = ring.mesh.geometry.parameters.radius;
     ring.mesh.updateWorldMatrix(true, false);
     const point = new MeshCat.THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
@@ -553,6 +553,20 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
         assert not switch.is_visible()
 
 
+def test_one_ghost_is_to_compare_with_and_outlives_a_drag(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    viewer.display(nao.posture("StandInit"))
+    viewer.show_ghosts(nao.posture("StandZero"))
+    with opened(browser, viewer.save_html(tmp_path / "one.html"), SIZE) as page:
+        assert not page.tab.locator("#legend").is_visible()
+        drag(page, "RArm", (-10, -20))
+        page.tab.mouse.up()
+        drawn = assert_drawn_where_they_differ(page, nao, nao.posture("StandZero")[np.newaxis])
+        assert {"LThigh", "RThigh"} <= {link for _, link in drawn}
+        page.tab.get_by_role("button", name="Ghosts", exact=True).click()
+        assert not page.run("() => naoKin.ghosts.group.visible")
+
+
 def test_a_picture_has_ghosts_and_no_handles(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     with Viewer(nao) as viewer:
         q = nao.posture("StandInit")
@@ -568,8 +582,8 @@ def test_a_picture_has_ghosts_and_no_handles(browser: Any, nao: nk.NaoModel, tmp
 
 def test_ghosts_that_are_no_configurations_are_refused(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
-    with pytest.raises(WrongShape, match=r"\(k, 25\)"):
-        viewer.show_ghosts(nao.neutral())
+    with pytest.raises(WrongShape, match=r"\(25,\) or \(k, 25\)"):
+        viewer.show_ghosts(np.zeros((1, 2, 25)))
     with pytest.raises(WrongShape):
         viewer.show_ghosts(np.zeros((2, 24)))
     with pytest.raises(NotFinite):

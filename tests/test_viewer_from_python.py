@@ -47,7 +47,7 @@ def _poses(page: Page, number: int, links: tuple[str, ...]) -> np.ndarray:
     """Poses of links of another robot in its root's frame, shape (n, 4, 4)."""
     rows = page.run(
         """([number, links]) => {
-            const { robot } = naoKin.others.robots.get(number);
+            const { robot } = naoKin.others.robots.get(number).shown;
             return links.map((name) => robot.pose(robot.linkOf(name)).transpose().toArray());
         }""",
         [number, list(links)],
@@ -57,14 +57,14 @@ def _poses(page: Page, number: int, links: tuple[str, ...]) -> np.ndarray:
 
 def _on_ground(page: Page, number: int) -> np.ndarray:
     """Pose of the root of another robot over its ground."""
-    return np.reshape(page.run("(n) => naoKin.others.robots.get(n).robot.placement().elements", number), (4, 4)).T
+    return np.reshape(page.run("(n) => naoKin.others.robots.get(n).shown.robot.placement().elements", number), (4, 4)).T
 
 
 def _in_world(page: Page, number: int) -> np.ndarray:
     """Pose of the root of another robot over the floor of the scene."""
     elements = page.run(
         """(n) => new MeshCat.THREE.Matrix4().copy(naoKin.viewer.scene.matrixWorld).invert()
-            .multiply(naoKin.others.robots.get(n).robot.root.matrixWorld).elements""",
+            .multiply(naoKin.others.robots.get(n).shown.robot.root.matrixWorld).elements""",
         number,
     )
     return np.reshape(elements, (4, 4)).T
@@ -90,7 +90,7 @@ def test_every_robot_of_a_saved_page_is_where_its_forward_kinematics_says(
         assert np.abs(_poses(page, 2, typed.link_names) - typed.fk(q_typed)).max() < 1e-6
         assert _on_ground(page, 1)[2, 0] > 0.95  # it lies on its back
         for number in (1, 2):
-            lowest = page.run("(n) => naoKin.others.robots.get(n).robot.lowest()", number)
+            lowest = page.run("(n) => naoKin.others.robots.get(n).shown.robot.lowest()", number)
             assert lowest == pytest.approx(0.0, abs=1e-9)
         apart = np.diff([0.0, *(_in_world(page, number)[1, 3] for number in (1, 2))])
         assert (apart < -0.3).all()
@@ -100,7 +100,7 @@ def test_every_robot_of_a_saved_page_is_where_its_forward_kinematics_says(
                 const { camera } = naoKin.viewer;
                 camera.updateMatrixWorld();
                 return [1, 2].flatMap((n) => {
-                    const { robot } = naoKin.others.robots.get(n);
+                    const { robot } = naoKin.others.robots.get(n).shown;
                     return robot.nodes.map((node) => node.getWorldPosition(new Vector3()).project(camera).toArray());
                 });
             }"""
@@ -121,7 +121,7 @@ def test_romeo_stands_beside_a_nao(browser: Any, nao: nk.NaoModel, tmp_path: Pat
     other.display(q)
     with opened(browser, viewer.save_html(tmp_path / "romeo.html")) as page:
         assert np.abs(_poses(page, 1, romeo.link_names) - romeo.fk(q)).max() < 1e-6
-        assert page.run("() => naoKin.others.robots.get(1).robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+        assert page.run("() => naoKin.others.robots.get(1).shown.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
@@ -136,18 +136,22 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     (number,) = page.run("() => [...naoKin.others.robots.keys()]")
     q = nao.posture("Stand")
     other.display(q)
-    page.tab.wait_for_function("([n, x]) => naoKin.others.robots.get(n).robot.q[1] === x", arg=[number, float(q[1])])
+    page.tab.wait_for_function(
+        "([n, x]) => naoKin.others.robots.get(n).shown.robot.q[1] === x", arg=[number, float(q[1])]
+    )
     assert np.abs(_poses(page, number, nao.link_names) - nao.fk(q)).max() < 1e-6
     assert np.allclose(_in_world(page, number), T @ _on_ground(page, number), atol=1e-9)
     assert page.run(memory)["geometries"] > before["geometries"]
     other.color_links({"Head": 1.0, "torso": 0.0})
-    page.tab.wait_for_function("(n) => naoKin.others.robots.get(n).colours.scale.size > 0", arg=number)
+    page.tab.wait_for_function("(n) => naoKin.others.robots.get(n).shown.colours.scale.size > 0", arg=number)
     assert page.run("() => naoKin.colours.scale.size") == 0
     other.display(q, up=[0.0, 1.0, 0.0])
-    page.tab.wait_for_function("(n) => naoKin.others.robots.get(n).robot.placement().elements[6] > 0.999", arg=number)
+    page.tab.wait_for_function(
+        "(n) => naoKin.others.robots.get(n).shown.robot.placement().elements[6] > 0.999", arg=number
+    )
     other.place(np.eye(4))
     page.tab.wait_for_function(
-        "(n) => Math.abs(naoKin.others.robots.get(n).robot.root.parent.position.x) < 1e-12", arg=number
+        "(n) => Math.abs(naoKin.others.robots.get(n).shown.robot.root.parent.position.x) < 1e-12", arg=number
     )
     other.remove()
     other.remove()
@@ -158,6 +162,55 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     assert sum(map(len, live._messages.messages())) - kept < 200
     with pytest.raises(BadArgument, match="twin was removed"):
         other.display(q)
+
+
+def test_robots_are_named_hidden_and_looked_at_in_the_panel(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path, page: Page
+) -> None:
+    assert not page.tab.get_by_role("region", name="Robots in the scene").is_visible()
+    viewer = Viewer(nao)
+    viewer.add_robot(nao, name="twin")
+    viewer.add_robot(nk.load_nao("v4"), name=HOSTILE[1])
+    viewer.add_robot(nao, name=HOSTILE[1])
+    box = "(n) => { const b = naoKin.others.box([]); return [b.min.z, b.max.z]; }"
+    with opened(browser, viewer.save_html(tmp_path / "several.html"), (900, 700)) as several:
+        several.draw(False)
+        section = several.tab.get_by_role("region", name="Robots in the scene")
+        names = section.get_by_role("listitem").all_inner_texts()
+        assert [name.split("\n")[0].strip() for name in names] == [
+            nao.name,
+            "twin",
+            f"{HOSTILE[1]} (3)",
+            f"{HOSTILE[1]} (4)",
+        ]
+        assert "the program that added the others moves them" in section.inner_text()
+        all_of_them = several.run(box)
+        show = section.get_by_role("checkbox", name=f"Show {HOSTILE[1]} (4)", exact=True)
+        show.focus()
+        several.tab.keyboard.press("Space")
+        assert not several.run("() => naoKin.others.robots.get(3).shown.robot.root.visible")
+        assert several.run(box)[1] < all_of_them[1] - 0.1  # cameras look at what is seen
+        several.tab.keyboard.press("Space")
+        assert several.run("() => naoKin.others.robots.get(3).shown.robot.root.visible")
+        assert several.run(box) == all_of_them
+
+        for name, number in (("twin", 1), (f"{HOSTILE[1]} (3)", 2), (nao.name, 0)):
+            section.get_by_role("button", name=f"Look at {name}", exact=True).click()
+            middle, corners = several.run(
+                """(n) => {
+                    const { Vector3 } = MeshCat.THREE;
+                    const robot = n ? naoKin.others.robots.get(n).shown.robot : naoKin.robot;
+                    const { camera, controls } = naoKin.viewer;
+                    camera.updateMatrixWorld();
+                    const centre = robot.box([]).getCenter(new Vector3());
+                    return [controls.target.distanceTo(centre),
+                        robot.nodes.map((node) => node.getWorldPosition(new Vector3()).project(camera).toArray())];
+                }""",
+                number,
+            )
+            assert middle < 1e-6
+            assert np.abs(corners).max() < 1.0
+            assert np.ptp(np.array(corners)[:, 1]) > 1.0  # it fills the view
 
 
 def test_bad_robots_and_places_are_refused(nao: nk.NaoModel) -> None:
@@ -452,6 +505,39 @@ def test_the_configuration_is_known_while_a_clip_plays(page: Page, live: Viewer,
     page.tab.get_by_label("Time").focus()
     page.tab.keyboard.press("Home")
     assert _until(lambda: np.allclose(live.q, clip[0], atol=1e-6))
+    live.display(nao.posture("Stand"))
+
+
+def test_a_clip_plays_that_is_shown_right_after_a_configuration(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    for _ in range(3):
+        live.display(nao.posture("Stand"))
+        live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
+        page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+        live.display(nao.posture("Sit"))
+        page.tab.wait_for_function("() => !naoKin.player.loaded")
+        assert np.array_equal(page.q, nao.posture("Sit"))
+
+
+def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
+    browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
+) -> None:
+    clip = np.tile(nao.posture("Stand"), (101, 1))
+    clip[:, 0] = np.linspace(-1.0, 1.0, 101)
+    heard: list[float] = []
+    subscription = live.on_change(lambda q, joints: heard.append(q[0]))
+    live.animate(clip, fps=10.0, loop=False)
+    assert _until(lambda: len(heard) > 2)
+    with opened(browser, live.url) as late:  # its clip begins anew
+        late.draw(False)
+        late.tab.wait_for_timeout(800)
+        assert late.q[0] < page.q[0] - 0.1
+        assert len(heard) > 6
+        assert heard == sorted(heard)
+        # Now this one is the one that somebody uses.
+        late.tab.get_by_label("Time").focus()
+        late.tab.keyboard.press("Home")
+        assert _until(lambda: live.q[0] < -0.99)
+    subscription.remove()
     live.display(nao.posture("Stand"))
 
 

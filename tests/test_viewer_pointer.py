@@ -485,8 +485,10 @@ def test_where_the_clipboard_is_shut_the_text_is_there_to_be_copied_by_hand(page
     field.wait_for()
     values = [float(value) for value in field.input_value().strip("[]").split(",")]
     assert values[:3] == pytest.approx(nao.fk(page.q, "LForeArm")[:3, 3], abs=1e-6)
-    page.animation_frames(2)
-    assert page.run("() => String(getSelection())") or page.run("() => document.activeElement.selectionEnd") > 10
+    start, end = page.run("() => [document.activeElement.selectionStart, document.activeElement.selectionEnd]")
+    assert (start, end) == (0, len(field.input_value()))
+    page.tab.keyboard.press("Escape")
+    assert page.tab.get_by_text("Copied: position6d.").count() == 0
     page.run("() => { delete navigator.clipboard.writeText; }")
 
 
@@ -580,6 +582,59 @@ def test_escape_puts_a_hand_back_that_keys_have_moved(page: Page) -> None:
     page.tab.keyboard.press("Escape")
     assert np.array_equal(page.q, before)
     assert said(page) == ""
+    assert page.run("() => window.gestures") == [True, False]
+
+
+@pytest.mark.parametrize(("frame", "key", "axis"), [("LLeg", "x", 0), ("RLeg", "z", 2), ("LArm", "y", 1)])
+def test_letters_turn_a_handle_about_the_axes_of_its_frame(
+    page: Page, nao: nk.NaoModel, frame: str, key: str, axis: int
+) -> None:
+    q = page.q
+    before = nao.fk(q, frame)
+    button = page.tab.locator("#handles").get_by_role("button", name=frame)
+    button.focus()
+    assert f"{key.upper()}" in button.get_attribute("title")
+    for _ in range(5):
+        page.tab.keyboard.press(key)
+    page.tab.keyboard.press(f"Shift+{key.upper()}")
+    after = nao.fk(page.q, frame)
+    assert np.abs(page.poses((frame,)) - after).max() < 1e-6
+    assert np.abs(after[:3, 3] - before[:3, 3]).max() < 1e-9
+    wanted = before[:3, :3] @ getattr(nk.rotations, f"rot_{key}")(np.radians(4.0))
+    # Five joints turn the forearm, not the hand about it.
+    assert np.abs(after[:3, 0] - wanted[:, 0]).max() < 1e-6
+    if frame != "LArm":
+        assert np.abs(after[:3, :3] - wanted).max() < 1e-6
+    assert said(page).endswith(f"turned by 4.0° about {key}")
+    assert page.run("() => naoKin.drag.rings.list.length") == (2 if frame == "LArm" else 3)
+    # Moved in the same hold, it keeps how it is turned; Escape gives back all of it.
+    page.tab.keyboard.press("Shift+ArrowUp")
+    assert said(page).endswith("mm in torso")
+    moved = nao.fk(page.q, frame)
+    assert np.linalg.norm(moved[:3, 3] - after[:3, 3]) == pytest.approx(0.01, abs=1e-3)
+    if frame != "LArm":  # which may have to turn on its way
+        assert np.abs(moved[:3, :3] - after[:3, :3]).max() < 1e-6
+    page.tab.keyboard.press("Escape")
+    assert np.array_equal(page.q, q)
+    assert page.run("() => window.gestures") == [True, False]
+
+
+def test_keys_turn_no_handle_farther_than_the_limb_goes_nor_one_without_rings(page: Page, nao: nk.NaoModel) -> None:
+    handles = page.tab.locator("#handles")
+    handles.get_by_role("button", name="LLeg").focus()
+    for _ in range(60):
+        page.tab.keyboard.press("x")
+    assert nao.within_limits(page.q)
+    assert re.search(r"LLeg: .* needs .*; turned by \d+\.\d° about x", said(page))
+    page.tab.keyboard.press("Shift+X")  # back at once: what was not reached is not owed
+    assert " needs " not in said(page)
+    page.tab.keyboard.press("Enter")
+    handles.get_by_role("button", name="LArm").focus()
+    page.tab.keyboard.press("x")
+    assert said(page) == "LArm turns about y and z"
+    handles.get_by_role("button", name="CameraTop").focus()
+    page.tab.keyboard.press("x")
+    assert said(page) == "CameraTop has no ring to turn"
     assert page.run("() => window.gestures") == [True, False]
 
 

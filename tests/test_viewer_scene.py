@@ -365,7 +365,7 @@ def test_hundreds_of_displays_do_not_grow_the_page_or_the_memory(nao: nk.NaoMode
     sizes = set()
     for index, q in enumerate(qs):
         viewer.display(q)
-        viewer.show_ghost(q)
+        viewer.show_ghosts(q)
         viewer.show_targets({"a": nao.position(q, "LArm")})
         viewer.show_frames(["LArm"])
         viewer.color_links({"Head": 0.1 * index + 1.0, "torso": 0.0}, low=0.0, high=50.0)
@@ -416,7 +416,7 @@ def test_nan_is_refused_and_nothing_changes(viewer: Viewer, nao: nk.NaoModel) ->
     bad[3] = np.nan
     for call in (
         viewer.display,
-        viewer.show_ghost,
+        viewer.show_ghosts,
         lambda q: viewer.animate([q]),
         lambda q: viewer.show_targets({"a": [0.0, np.nan, 0.0]}),
         lambda q: viewer.color_links({"Head": np.nan}),
@@ -432,7 +432,7 @@ def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
     for call in (
         lambda: viewer.display(np.zeros(24)),
         lambda: viewer.display(np.zeros((2, 25))),
-        lambda: viewer.show_ghost(np.zeros((1, 25))),
+        lambda: viewer.show_ghosts(np.zeros((1, 1, 25))),
         lambda: viewer.animate(np.zeros(25)),
         lambda: viewer.animate(np.zeros((0, 25))),
         lambda: viewer.animate(np.zeros((2, 2, 25))),

@@ -279,10 +279,11 @@ def test_a_configuration_is_kept_as_a_ghost(page: Page, nao: nk.NaoModel) -> Non
     _open_menu(page)
     _click(page, "Keep as ghost")
     page.set(nao.posture("StandZero"))
-    ghost = page.run("(link) => naoKin.ghost.skeleton.pose(link).toArray()", nao.link_names.index("l_wrist"))
-    assert np.allclose(np.reshape(ghost, (4, 4)).T, nao.fk(q, "l_wrist"), atol=1e-6)
+    ghost = "(link) => naoKin.ghosts.copies.find(({ userData }) => userData.link === link).userData.pose.toArray()"
+    link = page.run("() => naoKin.robot.about.links.findIndex(({ name }) => name === 'l_wrist')")
+    assert np.allclose(np.reshape(page.run(ghost, link), (4, 4)).T, nao.fk(q, "l_wrist"), atol=1e-6)
     _click(page, "Remove ghost")
-    assert page.run("() => naoKin.ghost.skeleton") is None
+    assert page.run("() => naoKin.ghosts.copies.length") == 0
     _close_menu(page)
 
 

@@ -234,7 +234,7 @@ def test_a_page_that_has_the_scene_is_sent_only_the_rest(nao: nk.NaoModel) -> No
 
     with Viewer(nao) as before:
         before.say("Hello")
-        before.show_ghost(nao.posture("Stand"))
+        before.show_ghosts(nao.posture("Stand"))
         received = asyncio.run(visit(before, ""))
         version = received[kinds(received).index("version")]["version"]
     with Viewer(nao) as viewer:
@@ -485,7 +485,7 @@ def test_configurations_of_absurd_size_are_refused_and_nothing_changes(
     viewer.display(q)
     absurd = q.copy()
     absurd[nao.joint_names.index("LKneePitch")] = value
-    for show in (viewer.display, viewer.show_ghost, lambda q: viewer.show_ghosts([q]), lambda q: viewer.animate([q])):
+    for show in (viewer.display, viewer.show_ghosts, lambda q: viewer.show_ghosts([q]), lambda q: viewer.animate([q])):
         with pytest.raises(
             BadArgument, match=r"^LKneePitch is -?1(\.1)?e\+\d+; values from -1e\+06 to 1e\+06 rad or m"
         ):

@@ -269,6 +269,54 @@ def test_a_file_may_be_dropped_on_the_page(page: Page) -> None:
     assert page.q[0] == pytest.approx(math.pi / 4)
 
 
+KEYS = """() => {
+    const { frames, now } = naoKin.player.editor;
+    return { keys: frames.keys, between: frames.interpolation, now };
+}"""
+
+
+def test_a_link_leads_to_the_key_frames_too(page: Page, browser: Any, nao: nk.NaoModel) -> None:
+    make_keys(page)
+    page.tab.get_by_label("Between the keys").select_option("smooth")
+    x, y = across(page, 1.5)
+    page.tab.mouse.click(x, y - 12)
+    page.tab.wait_for_function("() => location.hash.includes('keys=smooth:1.5:')")
+    expected, link = page.run(KEYS), page.tab.url
+    assert expected["now"] == 1.5
+    with opened(browser, link, SIZE) as other:
+        found = other.run(KEYS)
+        assert other.tab.get_by_role("slider", name="Key 3 of 3").is_visible()
+        for key, wanted, posture in zip(found["keys"], expected["keys"], POSTURES, strict=True):
+            assert key["time"] == wanted["time"]
+            assert np.abs(np.subtract(key["q"], nao.posture(posture))).max() < 1e-6
+        assert (found["between"], found["now"]) == ("smooth", 1.5)
+        assert np.abs(other.q - page.q).max() < 1e-6
+        press(other, "Play")
+        other.tab.wait_for_function("() => naoKin.player.time > 1.6 || naoKin.player.time < 1.4")
+
+        # What is no link changes nothing.
+        press(other, "Pause")
+        before = other.run(KEYS)
+        for bad in ("linear:0:HeadYow;0:1", "linear:0:HeadYaw;1:1;0:2", "linear:0:HeadYaw;0:<img>", ";" * 5000):
+            other.run("(bad) => { location.hash = `v=1&keys=${bad}&q=HeadYaw:0.1`; }", bad)
+            assert "The link leads nowhere" in message(other)
+            assert other.run(KEYS) == before
+            other.tab.get_by_role("button", name="Close the message").click()
+
+
+def test_a_link_without_room_for_the_key_frames_says_so(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
+    motion = nk.Motion(np.arange(80.0), nao.joint_names, nao.random(3, 80), "smooth")
+    write_motion(motion, tmp_path / "long.json")
+    drop(page, tmp_path / "long.json")
+    page.tab.get_by_text("The address of this page goes without the 80 key frames").wait_for()
+    assert "keys=" not in page.tab.url
+    page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    press(page, "Copy a link to this state")
+    page.tab.get_by_text("Link, without the 80 key frames").wait_for()
+    assert "keys=" not in page.run("() => navigator.clipboard.readText()")
+    page.tab.context.clear_permissions()
+
+
 def test_keys_that_are_too_fast_are_named_and_slowed_down(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     make_keys(page)
     page.tab.get_by_role("slider", name="Key 3 of 3").focus()
@@ -372,6 +420,46 @@ def test_what_the_page_plays_is_known_to_python(browser: Any, nao: nk.NaoModel) 
                 break
             page.tab.wait_for_timeout(40)
         assert np.abs(viewer.q - middle).max() < 1e-9
+
+
+def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page, opened(browser, viewer.url) as other:
+        make_keys(page)
+        page.run("() => naoKin.player.seek(0)")
+        other.tab.wait_for_function("(x) => Math.abs(naoKin.q[5] - x) < 1e-9", arg=float(nao.posture("StandInit")[5]))
+        heard: list[np.ndarray] = []
+        subscription = viewer.on_change(lambda q, joints: heard.append(q))
+        reports = other.run("() => naoKin.reports.count")
+        press(page, "Play")
+        seen = []
+        for _ in range(8):
+            page.tab.wait_for_timeout(100)
+            seen.append(other.q)
+        assert page.run("() => naoKin.player.playback.playing")  # its own reports do not stop it
+        press(page, "Pause")
+        motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES])
+        way = motion.configurations(nao, rate=1000.0).q
+        assert len({row.tobytes() for row in heard}) >= 4
+        assert len({row.tobytes() for row in seen}) >= 4
+        for q in (*heard, *seen):
+            assert np.abs(way - q).max(axis=1).min() < 5e-3
+        other.tab.wait_for_function("(q) => q.every((x, i) => Math.abs(naoKin.q[i] - x) < 1e-9)", arg=page.q.tolist())
+        assert np.array_equal(viewer.q, page.q)
+        # Nothing goes round and round.
+        assert other.run("() => naoKin.reports.count") == reports
+        told = page.run("() => naoKin.reports.count")
+        page.tab.wait_for_timeout(200)
+        assert page.run("() => naoKin.reports.count") == told
+
+        # Who takes hold of the robot elsewhere stops it.
+        press(page, "Play")
+        other.slider("HeadYaw").focus()
+        other.tab.keyboard.press("Home")
+        page.tab.wait_for_function("() => !naoKin.player.playback.playing && naoKin.q[0] < -1.5")
+        page.tab.wait_for_timeout(200)
+        assert np.array_equal(viewer.q, page.q)
+        assert np.array_equal(other.q, page.q)
+        subscription.remove()
 
 
 def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> None:

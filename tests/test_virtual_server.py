@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import http.client
 import json
 import os
 import signal
@@ -389,6 +390,41 @@ def test_a_page_is_served_where_it_is_asked_for(serve: Callable[..., Served]) ->
     with urllib.request.urlopen(served.url, timeout=10.0) as page:
         assert b"nao" in page.read()
     assert served.end(signal.SIGINT) == (130, "")
+
+
+def test_the_page_has_an_address_names_and_a_token_of_its_own(serve: Callable[..., Served]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    served = serve("--view", "--page-host", "0.0.0.0", "--page-port", str(port), "--allow-host", "nao.example")
+    assert served.url.startswith(f"http://127.0.0.1:{port}/?token=")
+    for path, host, status in (
+        (f"/?{served.url.partition('?')[2]}", "nao.example", 200),
+        ("/", "nao.example", 403),
+        (f"/?{served.url.partition('?')[2]}", "evil.example", 403),
+    ):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10.0)
+        connection.request("GET", path, headers={"Host": host})
+        assert connection.getresponse().status == status
+        connection.close()
+    code, errors = served.end(signal.SIGINT)
+    assert (code, errors.count("\n")) == (130, 1)
+    assert "put the name or the address of this one into the page's address" in errors
+
+
+def test_a_script_is_shown_where_it_is_asked_for(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    script = tmp_path / "looks.py"
+    script.write_text(
+        "import sys, urllib.request\n"
+        "asked = urllib.request.Request(f'http://127.0.0.1:{sys.argv[1]}/', headers={'Host': 'nao.example'})\n"
+        "print(urllib.request.urlopen(asked, timeout=10.0).status)\n"
+    )
+    options = ["--view", "--page-port", str(port), "--allow-host", "nao.example", "--no-token"]
+    command = [sys.executable, "-m", "nao_kin", "run", str(script), *options, "--", str(port)]
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=SECONDS)
+    assert (done.returncode, done.stdout) == (0, "200\n")
+    assert f"nao-kin: the virtual NAO is at http://127.0.0.1:{port}/\n" in done.stderr
 
 
 def test_a_port_in_use_is_named(capsys: pytest.CaptureFixture[str], shared: Served) -> None:

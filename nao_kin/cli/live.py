@@ -12,7 +12,8 @@ import typer
 from nao_kin._common import atomic
 from nao_kin._common.ending import uninterrupted
 from nao_kin._text import abbreviated
-from nao_kin.cli.options import ELSEWHERE, EVERYWHERE, AllowHostOption, JsonOption, TokenOption, VersionOption, load
+from nao_kin.cli.live_page import AllowHostOption, HostOption, LivePage, PortOption, TokenOption
+from nao_kin.cli.options import JsonOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from nao_kin.naoqi import JointReading
 
 _RATE = 25.0
-_HOST = "127.0.0.1"
 
 
 def register(app: typer.Typer) -> None:
@@ -41,11 +41,8 @@ def live(
     ] = None,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="End after so many seconds of readings.")] = None,
     view: Annotated[bool, typer.Option("--view/--no-view", help="Show the robot in a live page.")] = True,
-    host: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help=f"Address of the page; 0.0.0.0 lets others in. Default: {_HOST}."),
-    ] = None,
-    port: Annotated[int | None, typer.Option(metavar="N", help="Port of the page. Default: the next free one.")] = None,
+    host: HostOption = None,
+    port: PortOption = None,
     allow_host: AllowHostOption = None,
     token: TokenOption = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the recording if it exists.")] = False,
@@ -60,11 +57,9 @@ def live(
         raise BadArgument("give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET")
     if seconds is not None and not seconds > 0.0:
         raise BadArgument(f"--seconds must be a positive number, got {seconds:g}")
-    if not view and (host is not None or port is not None or allow_host or token is not None):
-        raise BadArgument("--host, --port, --allow-host and --token are for the live page; leave out --no-view")
-    page_host = _HOST if host is None else host.strip()
-    if not page_host:
-        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
+    page = LivePage(host, port, allow_host, token)
+    if not view:
+        page.refuse("leave out --no-view")
     if record is not None:
         from nao_kin.motion import FORMATS
 
@@ -83,13 +78,8 @@ def live(
     with ExitStack() as running:
         viewer = None
         if view:
-            from nao_kin.viewer import Viewer
-
-            page = Viewer(robot, host=page_host, port=port, allow_hosts=allow_host or (), token=token)
-            viewer = running.enter_context(closing(page))
-            print_note(f"{viewer.url}  (Ctrl-C ends)")
-            if page_host in EVERYWHERE:
-                print_note(ELSEWHERE)
+            viewer = running.enter_context(closing(page.viewer(robot)))
+            print_note(f"{page.address(viewer)}  (Ctrl-C ends)")
         # A signal ends the reading, and what was read is still written.
         ended = running.enter_context(uninterrupted())
         for reading in readings(source, robot, rate=rate, wanted=lambda: not ended(), on_state=print_note):

@@ -30,21 +30,6 @@ HipsOption = Annotated[
 TimelineOption = Annotated[
     str | None, typer.Option("--timeline", metavar="NAME", help="Which of several motions in the file; name or number.")
 ]
-AllowHostOption = Annotated[
-    list[str] | None,
-    typer.Option("--allow-host", metavar="NAME", help="Answer to this name too, as of a proxy; repeatable, * for all."),
-]
-TokenOption = Annotated[
-    bool | None,
-    typer.Option(
-        "--token/--no-token",
-        help="Let in only who has the page's whole address. Default: where others could reach it.",
-    ),
-]
-
-# Said with the address of a page that is served on all addresses of this machine, which names one of them.
-ELSEWHERE = "on another machine, put the name or the address of this one into the page's address"
-EVERYWHERE = ("", "0.0.0.0", "::")
 
 # Options of any command that cannot stand beside each other, by the names of their parameters, and why.
 _CONTRADICTIONS = (

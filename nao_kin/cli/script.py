@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from nao_kin._common.scalars import whole_number
+from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
 from nao_kin.cli.options import VersionOption
 from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument
@@ -38,6 +39,10 @@ def run(
     ] = None,
     posture: Annotated[str | None, typer.Option(metavar="NAME", help="Posture to begin in. Default: Crouch.")] = None,
     view: Annotated[bool, typer.Option("--view", help="Show the virtual NAO in a live page.")] = False,
+    page_host: PageHostOption = None,
+    page_port: PagePortOption = None,
+    allow_host: AllowHostOption = None,
+    token: TokenOption = None,
     log: Annotated[bool, typer.Option("--log", help="Print what the virtual NAO says and remarks.")] = False,
 ) -> None:
     """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
@@ -48,6 +53,9 @@ def run(
     from nao_kin.naoqi import run_script
 
     given = arguments or []
+    page = LivePage(page_host, page_port, allow_host, token, prefix="--page-")
+    if not view:
+        page.refuse("add --view")
     if port is None and host is None:
         from nao_kin.cli.serve import served
 
@@ -57,7 +65,7 @@ def run(
             port=0,
             speed=1.0 if speed is None else speed,
             posture="Crouch" if posture is None else posture,
-            view=view,
+            page=page if view else None,
             log=log,
         ) as where_it_is:
             if "url" in where_it_is:

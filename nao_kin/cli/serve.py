@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nao_kin.cli.options import AllowHostOption, JsonOption, TokenOption, VersionOption
+from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
+from nao_kin.cli.options import JsonOption, VersionOption
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -35,6 +36,8 @@ def serve(
     speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
     posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
     view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
+    page_host: PageHostOption = None,
+    page_port: PagePortOption = None,
     allow_host: AllowHostOption = None,
     token: TokenOption = None,
     log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
@@ -47,10 +50,12 @@ def serve(
     """
     if not host.strip():
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
-    if not view and (allow_host or token is not None):
-        raise BadArgument("--allow-host and --token are for the live page; add --view")
-    page = {"allow_hosts": allow_host or (), "token": token}
-    with served(version, host=host, port=port, speed=speed, posture=posture, view=view, log=log, page=page) as done:
+    page = LivePage(page_host, page_port, allow_host, token, prefix="--page-")
+    if not view:
+        page.refuse("add --view")
+    with served(
+        version, host=host, port=port, speed=speed, posture=posture, page=page if view else None, log=log
+    ) as done:
         if json:
             print_json(done)
         else:
@@ -68,9 +73,8 @@ def served(
     port: int,
     speed: float,
     posture: str,
-    view: bool,
+    page: LivePage | None,
     log: bool,
-    page: Mapping[str, Any] | None = None,
 ) -> Iterator[dict[str, str]]:
     """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
 
@@ -80,9 +84,8 @@ def served(
         port: port to listen on; 0 for a free one.
         speed: seconds of its time in one second.
         posture: to begin in.
-        view: show it in a live page.
+        page: that shows it; None for none.
         log: print what it says and remarks on standard error.
-        page: further arguments of `Viewer`, for the page.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -99,11 +102,9 @@ def served(
         nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
-        if view:
-            from nao_kin.viewer import Viewer
-
-            viewer = running.enter_context(closing(Viewer(load_nao(version, base="floating"), **(page or {}))))
-            done["url"] = viewer.url
+        if page is not None:
+            viewer = running.enter_context(closing(page.viewer(load_nao(version, base="floating"))))
+            done["url"] = page.address(viewer)
             ended = threading.Event()
             follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)
             follower.start()

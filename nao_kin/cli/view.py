@@ -14,18 +14,15 @@ from nao_kin._common import atomic
 from nao_kin._common.scalars import decimal
 from nao_kin._text import quoted
 from nao_kin.cli.fk import one_configuration
+from nao_kin.cli.live_page import AllowHostOption, HostOption, LivePage, PortOption, TokenOption
 from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory
 from nao_kin.cli.options import (
-    ELSEWHERE,
-    EVERYWHERE,
-    AllowHostOption,
     DegOption,
     HipsOption,
     JsonOption,
     RateOption,
     RobotOption,
     TimelineOption,
-    TokenOption,
     UrdfOption,
     VersionOption,
     load,
@@ -38,7 +35,6 @@ if TYPE_CHECKING:
     from nao_kin.viewer import Viewer
 
 _FPS = 30.0
-_HOST = "127.0.0.1"
 _BROWSER_SECONDS = 30.0
 
 
@@ -88,11 +84,8 @@ def view(
             "--wait/--no-wait", help="Serve until Ctrl-C, the default; --no-wait needs --open, --html or --png."
         ),
     ] = None,
-    host: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help=f"Address to serve on; 0.0.0.0 lets others in. Default: {_HOST}."),
-    ] = None,
-    port: Annotated[int | None, typer.Option(metavar="N", help="Port to serve on. Default: the next free one.")] = None,
+    host: HostOption = None,
+    port: PortOption = None,
     allow_host: AllowHostOption = None,
     token: TokenOption = None,
     version: VersionOption = "v6",
@@ -119,8 +112,7 @@ def view(
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (allow_host or token is not None):
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
-    if host is not None and not host.strip():
-        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
+    page = LivePage(host, port, allow_host, token)
     _check_files(html, png, json)
     moves = file is not None and is_motion(file)
     if not moves:
@@ -128,10 +120,7 @@ def view(
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
 
     model = load(version, urdf, robot)
-    from nao_kin.viewer import Viewer
-
-    address = _HOST if host is None else host
-    with closing(Viewer(model, host=address, port=port, allow_hosts=allow_host or (), token=token)) as viewer:
+    with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
         if moves and file is not None:
             motion = read(model, file, deg=deg, timeline=timeline)
@@ -151,9 +140,7 @@ def view(
         if png is not None:
             done["png"] = str(viewer.save_png(png, camera=camera))
         if live:
-            done["url"] = viewer.url
-            if address in EVERYWHERE:
-                print_note(ELSEWHERE)
+            done["url"] = page.address(viewer)
         _report(done, json, serving=live and wait is not False)
         if open_:
             viewer.open()

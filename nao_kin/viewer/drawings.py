@@ -80,26 +80,21 @@ class Drawings:
         """Draw the convex hull of what touches the floor: green while the centre of mass is above it, red otherwise."""
         self._show("support", on)
 
-    def show_ghost(self, q: ArrayLike | None) -> None:
-        """Draw a second, pale robot in another configuration, shape (nq,); None removes it.
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: q is no configuration.
-        """
-        self._messages.put("ghost", overlays.ghost(self.robot, q))
-
     def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3, first: int = 1) -> None:
-        """Draw the links that other configurations put elsewhere, in one pale colour for each, instead of those before.
+        """Draw the links that other configurations put elsewhere, pale, instead of those before.
+
+            viewer.show_ghosts(nao.posture("StandZero"))
 
             found = nk.ik.leg(nao, "L", T_torso_foot, reference=q, limits="ignore")
             viewer.display(found.q)
             viewer.show_ghosts(found.solutions[1:], first=2)
 
-        Links that are where the robot has them are not drawn twice. The legend of the page numbers the rows. They
-        belong to the configuration shown: a limb that is dragged in a page removes them from that page.
+        Links that are where the robot has them are not drawn twice. One configuration by itself is one to compare with:
+        it is blue, and stays until it is cleared. The rows of several have a colour each, and numbers in the legend of
+        the page; they belong to the configuration shown, and a limb that is dragged in a page removes them there.
 
         Args:
-            configurations: shape (k, nq), k up to 64; none for none.
+            configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; none for none.
             opacity: of the links, above 0 and at most 1.
             first: number of the first row in the legend, at least 0; 2 where the robot itself is solution 1.
 

@@ -18,15 +18,13 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.viewer.meshes import Mesh, UnreadableMesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import mesh_document, panel_message, typed_array
-from nao_kin.viewer.overlays import checked_opacity, number
+from nao_kin.viewer.overlays import FARTHEST, checked_opacity, number
 
 MOST = 1000
 MOST_POINTS = 2_000_000
 _MOST_CORNERS = 2_000_000
 _MOST_LINE_POINTS = 100_000
 _LONGEST_NAME = 200
-# Further away [m] a graphics card, which computes in floats, draws nothing that keeps its shape.
-_FARTHEST = 1e4
 _BLUE = (0.15, 0.39, 0.92)
 
 
@@ -123,15 +121,15 @@ def _positions(array: ArrayLike, what: str, most: int) -> Floats:
         raise WrongShape(what, "(n, 3)", rows.shape)
     if len(rows) > most:
         raise BadArgument(f"at most {most} {what} are drawn, got {len(rows)}; leave some out")
-    if rows.size and np.abs(rows).max() > _FARTHEST:
-        raise BadArgument(f"{what} reach to {np.abs(rows).max():g} m; at most {_FARTHEST:g} m is drawn")
+    if rows.size and np.abs(rows).max() > FARTHEST:
+        raise BadArgument(f"{what} reach to {np.abs(rows).max():g} m; at most {FARTHEST:g} m is drawn")
     return rows
 
 
 def _positive(value: float, what: str) -> float:
     size = number(value, what)
-    if not 0.0 < size <= _FARTHEST:
-        raise BadArgument(f"{what} must be above 0 and at most {_FARTHEST:g} m, got {size:g}")
+    if not 0.0 < size <= FARTHEST:
+        raise BadArgument(f"{what} must be above 0 and at most {FARTHEST:g} m, got {size:g}")
     return size
 
 

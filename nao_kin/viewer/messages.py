@@ -95,6 +95,16 @@ class RetainedMessages:
             self._watchers.remove(watcher)
 
 
+def note_last(keys: dict[str, None], key: str) -> None:
+    """Note that the message under `key` is what changed last.
+
+    A page is sent what it lacks in the order of the last changes: a clip that follows a configuration is to play, and a
+    configuration that follows a clip to end it.
+    """
+    keys.pop(key, None)
+    keys[key] = None
+
+
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
     """A message for the panel."""
     return _packed({"type": "nao_kin", "kind": kind, **content})

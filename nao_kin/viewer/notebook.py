@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from nao_kin.viewer.messages import RetainedMessages
+from nao_kin.viewer.messages import RetainedMessages, note_last
 from nao_kin.viewer.server import Answer, weak_receiver
 
 _SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
@@ -113,7 +113,7 @@ class Bridge:
 
     def _note_change(self, key: str) -> None:
         with self._news:
-            self._changed[key] = None
+            note_last(self._changed, key)
             self._news.notify_all()
 
     def _send_changes(self) -> None:

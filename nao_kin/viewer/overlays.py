@@ -38,6 +38,8 @@ EDITIONS = ("orange", "blue", "red", "grey")
 # Further out a double keeps an angle to 1e-10 rad no longer, and a graphics card, which computes in floats, draws
 # nothing that is still a robot.
 LARGEST = 1e6
+# Further away [m] it draws nothing that keeps its shape.
+FARTHEST = 1e4
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -92,7 +94,6 @@ def blanks(robot: RobotModel) -> dict[str, bytes]:
     """Under the key of each message that draws something, the one that takes it away."""
     return {
         "clip": panel_message("still", {}),
-        "ghost": ghost(robot, None),
         "ghosts": ghosts(robot, np.zeros((0, robot.nq)), 1.0, 1),
         "targets": targets({}),
         "colours": colours({}, {}, {}, None, None, ""),
@@ -147,16 +148,13 @@ def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes
     return panel_message("frames", {"names": chosen, "size": size})
 
 
-def ghost(robot: RobotModel, q: ArrayLike | None) -> bytes:
-    """A second, pale robot."""
-    return panel_message("ghost", {"q": None if q is None else typed_array(one_configuration(robot, q))})
-
-
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
-    """Links in other configurations."""
+    """Links in another configuration, or in several, which are numbered."""
     array = as_floats(configurations, (robot.nq,), "configurations")
-    if array.ndim != 2:
-        raise WrongShape("configurations", f"(k, {robot.nq})", array.shape)
+    if array.ndim not in (1, 2):
+        raise WrongShape("configurations", f"({robot.nq},) or (k, {robot.nq})", array.shape)
+    numbered_from = whole_number(first, "first", 0) if array.ndim == 2 else None
+    array = np.atleast_2d(array)
     if len(array):
         robot.angles(array)  # refuses all that are no configurations
         check_size(robot, array)
@@ -164,7 +162,7 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
         raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
     share = checked_opacity(opacity)
     content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share}
-    return panel_message("ghosts", {**content, "first": whole_number(first, "first", 0)})
+    return panel_message("ghosts", {**content, "first": numbered_from})
 
 
 def targets(poses: Mapping[str, ArrayLike]) -> bytes:

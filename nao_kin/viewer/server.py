@@ -29,7 +29,7 @@ from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.viewer.access import Access, Token
 from nao_kin.viewer.document import Document, Guarded, NotFound, PageHandler
-from nao_kin.viewer.messages import RetainedMessages, panel_message
+from nao_kin.viewer.messages import RetainedMessages, note_last, panel_message
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
 _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
@@ -204,7 +204,7 @@ class LiveServer:
     def _note_change(self, key: str) -> None:
         """One update in the server's thread covers all changes until it runs."""
         with self._lock:
-            self._changed[key] = None
+            note_last(self._changed, key)
             schedule = bool(self._pages) and not self._update_scheduled
             self._update_scheduled |= schedule
         if schedule:
@@ -296,7 +296,8 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         await asyncio.sleep(_SECONDS_BETWEEN_ANSWERS)
 
     def refresh(self, keys: dict[str, None]) -> None:
-        self._pending.update(keys)
+        for key in keys:
+            note_last(self._pending, key)
         self._start_sending()
 
     def send_once(self, message: bytes) -> None:

@@ -17,9 +17,6 @@ from nao_kin.viewer.description import describe, presets_of
 from nao_kin.viewer.messages import RetainedMessages, panel_message, set_transform, typed_array
 from nao_kin.viewer.scene import carriers, link_paths, robot_drawables, scene_messages, width
 
-# Further away [m] a graphics card, which computes in floats, draws no robot.
-_FARTHEST = 1e4
-
 
 class ShownRobot:
     """A robot that stands in the scene beside the viewer's own; `Viewer.add_robot` makes it.
@@ -153,8 +150,8 @@ def checked_pose(T: ArrayLike) -> Floats:
     if array.shape != (4, 4):
         raise WrongShape("T", "(4, 4)", array.shape)
     check_rotation(array[:3, :3])
-    if np.abs(array[:3, 3]).max() > _FARTHEST:
-        raise BadArgument(f"T is {np.abs(array[:3, 3]).max():g} m away; at most {_FARTHEST:g} m is shown")
+    if np.abs(array[:3, 3]).max() > overlays.FARTHEST:
+        raise BadArgument(f"T is {np.abs(array[:3, 3]).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
     pose = np.eye(4)
     pose[:3] = array[:3]
     return pose

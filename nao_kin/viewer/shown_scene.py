@@ -22,6 +22,7 @@ from nao_kin.viewer import extras, overlays
 from nao_kin.viewer.changes import ChangeCallback, Changes, Subscription
 from nao_kin.viewer.description import describe, presets_of
 from nao_kin.viewer.drawings import Drawings
+from nao_kin.viewer.lead import Lead
 from nao_kin.viewer.lights import GROUPS
 from nao_kin.viewer.messages import panel_message, set_animation, typed_array
 from nao_kin.viewer.outside import OutsideWarnings
@@ -72,17 +73,18 @@ class ShownScene(Drawings):
         self._others: dict[int, ShownRobot] = {}
         self._robot_numbers = itertools.count(1)
         self._own_edge = self._edge = width(robot, drawables, presets.start)
-        self._changes, self._recordings = Changes(), list[Recording]()
+        self._changes, self._recordings, self._lead = Changes(), list[Recording](), Lead()
         self._show_joints(presets.start, None)
 
     # --- the configuration ----------------------------------------------------------------------------------------
 
     @property
     def q(self) -> Floats:
-        """The configuration on show, shape (nq,): the one last displayed, or moved to in a page.
+        """The configuration on show, shape (nq,): the one last displayed, moved to in a page, or played.
 
-        While a clip plays it is where an open page says that its clip is, some twenty times a second; of several pages
-        the one that spoke last. Without an open page a clip stands at its first configuration.
+        While a clip plays, or key frames of a page, it is where an open page says that it is, at most thirty times a
+        second; of several pages the one in which somebody pressed play or went to a time last, or else the first.
+        Without an open page a clip stands at its first configuration.
         """
         return np.array(self._q)
 
@@ -106,6 +108,7 @@ class ShownScene(Drawings):
         array = overlays.one_configuration(self.robot, q)
         vertical = None if up is None else overlays.direction(up, "up")
         self._outside.check(array)
+        self._lead.take("")
         if self._messages.get("clip") is not None:
             self._messages.put("clip", panel_message("still", {}))
         self._show_joints(array, vertical)
@@ -164,6 +167,7 @@ class ShownScene(Drawings):
             raise BadArgument(f"fps must be positive, got {rate:g}")
         ups = None if up is None else overlays.directions(up, "up", len(array))
         self._outside.check(array)
+        self._lead.release()
         self._show_joints(array[0], None if ups is None else ups[0].tolist())
         repetitions = math.inf if loop else 1.0
         self._messages.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions, ups=ups))
@@ -180,7 +184,7 @@ class ShownScene(Drawings):
     # --- what pages do, and what is shown meanwhile ---------------------------------------------------------------
 
     def on_change(self, callback: ChangeCallback) -> Subscription:
-        """Call a function when somebody moves the robot in a page: by sliders, handles, postures.
+        """Call a function when the robot moves in a page: by sliders, handles, postures, by a clip or key frames.
 
             subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
             subscription.remove()
@@ -188,7 +192,7 @@ class ShownScene(Drawings):
         It is called in a thread of its own, never twice at once, with a copy of the newest configuration and the names
         of all joints that changed since it was called last; none where the base or the direction up alone did. It may
         take its time, and use the viewer. What it raises is logged, by the logger nao_kin.viewer.changes, and changes
-        nothing. Neither `display` nor a clip calls it.
+        nothing. `display` does not call it. What is played calls it at most thirty times a second.
 
         Args:
             callback: called with q, shape (nq,), and the joints' names.

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
+
 from nao_kin._common import atomic
 from nao_kin.errors import NaoKinError, NoBrowser
 from nao_kin.robot import RobotModel
@@ -203,18 +205,27 @@ class Viewer(ShownScene):
             self._screenshots.deliver(answer)
         elif answer.get("kind") == "shown":
             self._receive_shown(answer, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
-        elif answer.get("kind") in ("joints", "clip"):
-            try:
-                q = overlays.one_configuration(self.robot, answer.get("q", ()))
-                up = None if answer.get("up") is None else overlays.direction(answer["up"], "up")
-            except NaoKinError:
-                return
-            if answer.get("kind") == "clip":
-                # Where the clip of a page is; other pages have clips of their own.
-                self._note(q)
-                return
-            before = self._q
-            self._show_joints(q, up, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
+        elif answer.get("kind") in ("joints", "clip", "played"):
+            self._receive_configuration(answer, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
+
+    def _receive_configuration(self, answer: Answer, source: str) -> None:
+        """Take where a page has the robot: somebody moved it, or it plays the program's clip, or one of its own."""
+        try:
+            q = overlays.one_configuration(self.robot, answer.get("q", ()))
+            up = None if answer.get("up") is None else overlays.direction(answer["up"], "up")
+        except NaoKinError:
+            return
+        page = source.partition(" ")[0]
+        if answer["kind"] == "joints":
+            self._lead.take(page)
+        elif not self._lead.admits(page, begins=answer.get("begins") is True):
+            return
+        before = self._q
+        if answer["kind"] == "clip":
+            self._note(q)  # all pages have the program's clip
+        else:
+            self._show_joints(q, up, source)
+        if answer["kind"] == "joints" or not np.array_equal(before, q):
             self._changes.tell(q, self._changed(before, q))
 
     def __repr__(self) -> str:

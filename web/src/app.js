@@ -13,8 +13,7 @@ import { Balance } from "./scene/balance.js";
 import { Extras } from "./scene/extras.js";
 import { Eyes, makeSight } from "./scene/eyes.js";
 import { Frames } from "./scene/frames.js";
-import { Ghost } from "./scene/ghost.js";
-import { GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
+import { COMPARED, GHOST_COLOURS, Ghosts } from "./scene/ghosts.js";
 import { JointAxes } from "./scene/joint_axes.js";
 import { Labels } from "./scene/labels.js";
 import { Lights } from "./scene/lights.js";
@@ -50,7 +49,6 @@ export class App extends EventTarget {
   /** @type {JointAxes} */ axes;
   /** @type {Targets} */ targets;
   /** @type {Balance} */ balance;
-  /** @type {Ghost} */ ghost;
   /** @type {Ghosts} */ ghosts;
   /** @type {import("./scene/link_colours.js").LinkColours} */ colours;
   /** @type {Lights} */ lights;
@@ -116,7 +114,6 @@ export class App extends EventTarget {
     this.axes = new JointAxes(this.robot, this.studio, this.labels);
     this.targets = new Targets(this.robot, this.studio, this.labels);
     this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
-    this.ghost = new Ghost(this.robot, this.viewer.scene);
     this.lights = new Lights(this.robot, this.colours);
     this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
     this.pick = new Pick(this, this.pane);
@@ -265,11 +262,10 @@ export class App extends EventTarget {
     this.shown.settle(this.up, this.drag.held !== null);
     if (robot.about.floating) this.studio.goAlong(this.q[0], this.q[1]);
     this.ghosts.refresh();
-    this.ghost.follow();
     this.studio.moved();
     this.balance.draw();
     this.panel.refresh();
-    if (this.followsClip) this.reports.clip();
+    if (this.followsClip) this.reports.playing("clip", this.q);
     const own = this.unreported;
     if (own) this.reports.joints();
     this.unreported = false;
@@ -328,10 +324,7 @@ export class App extends EventTarget {
 
   // The configuration of now stays as a pale copy.
   keepGhost() {
-    this.ghost.show([...this.q]);
-    this.settle();
-    this.ghost.follow();
-    this.viewer.set_dirty();
+    this.showGhosts({ qs: Float64Array.from(this.q), count: 1, opacity: 0.3, first: null });
   }
 
   /** @param {string} name one of the editions, or "" for the robot's own colours */
@@ -346,31 +339,40 @@ export class App extends EventTarget {
     this.view = name;
     const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
     this.settle();
-    const bar = byId("top");
-    this.studio.look(preset, this.others, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+    this.look(preset, this.others);
     this.dispatchEvent(new Event("camera"));
   }
 
   /**
-   * Configurations, each in a colour of its own; the legend numbers them.
+   * Fill the view, under the bar over it.
    *
-   * @param {{ qs: Float64Array, count: number, opacity: number, first: number }} message one after another; number of the first
+   * @param {import("./types.js").Camera | undefined} preset
+   * @param {{ box(links: number[]): import("three").Box3 }} robots
+   */
+  look(preset, robots) {
+    const bar = byId("top");
+    this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+  }
+
+  /**
+   * Configurations, each in a colour of its own; the legend numbers them. Without numbers they are to compare with.
+   *
+   * @param {{ qs: Float64Array, count: number, opacity: number, first: number | null }} message one after another; number of the first
    */
   showGhosts({ qs, count, opacity, first }) {
     const width = qs.length / count;
     const ghosts = Array.from({ length: count }, (_, i) => {
-      const colour = GHOST_COLOURS[i % GHOST_COLOURS.length];
+      const colour = first === null ? COMPARED : GHOST_COLOURS[i % GHOST_COLOURS.length];
       return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
     });
     this.settle();
     this.ghosts.show(ghosts);
-    this.ghosts.entries = ghosts.map(({ colour }, i) => entry(`${first + i}`, colour));
+    this.ghosts.entries = first === null ? [] : ghosts.map(({ colour }, i) => entry(`${first + i}`, colour));
     this.toggles.offer("ghosts", count > 0);
     this.show({ ghosts: true });
   }
 
-  // They were other answers to what is asked no more.
   clearGhosts() {
-    if (this.ghosts.entries.length > 0) this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: 1 });
+    this.showGhosts({ qs: new Float64Array(0), count: 0, opacity: 1, first: null });
   }
 }

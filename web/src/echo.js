@@ -8,8 +8,9 @@
  * @param {string} source who reported it, a space, and a number that grows
  * @param {string} mine who this page is
  * @param {number} newest number of its newest report
+ * @param {boolean} plays whether a motion goes on here, which its own reports are not to stop
  */
-export function isOutdated(source, mine, newest) {
+export function isOutdated(source, mine, newest, plays = false) {
   const [who, number] = source.split(" ");
-  return who === mine && Number(number) < newest;
+  return who === mine && (plays || Number(number) < newest);
 }

@@ -10,20 +10,20 @@ import { scaleBar } from "./scene/colour_scale.js";
 export const HANDLERS = {
   robot: (app, { about }) => app.start(about),
   joints: (app, { q, up, source }) => {
-    if (!isOutdated(source, app.reports.source, app.reports.count)) app.display([...q], up, source !== "");
+    const plays = app.player.playback?.playing;
+    if (!isOutdated(source, app.reports.source, app.reports.count, plays)) app.display([...q], up, source !== "");
   },
   still: (app) => app.still(),
   shown: (app, message) => app.receiveShown(message),
   frames: (app, message) => app.chooseFrames(message),
   edition: (app, { name }) => app.setEdition(String(name)),
   camera: (app, { name }) => app.camera(name),
-  ghost: (app, { q }) => app.ghost.show(q),
   ghosts: (app, message) => app.showGhosts(message),
   targets: (app, { targets }) => app.targets.show(targets),
   colours: (app, { robot, links, label, low, high, stops }) => {
     /** @type {{ link: number, rgb: import("./types.js").Vector }[]} */
     const coloured = links;
-    const shown = robot ? app.others.robots.get(robot) : app.shown;
+    const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;
     shown?.colours.setScale(new Map(coloured.map(({ link, rgb }) => [link, rgb])));
     app.legend.set("colours", stops ? [`${label} ${low}`.trim(), scaleBar(stops), `${high}`] : []);
   },

@@ -1,33 +1,53 @@
-// Time between two reports of where a clip is [ms].
-const BETWEEN_CLIPS = 50;
+// Time between two reports of where what is played is [ms].
+const BETWEEN = 1000 / 30;
 
 /** What the program behind the page is told of where the robot is. */
 export class Reports {
   /** Who this page is. */
   source = String(Math.random());
-  /** How many configurations it has told. */
+  /** How many configurations it has had to tell; those told before are out of date when they come back. */
   count = 0;
-  /** The report of where the clip is that is to be sent. @type {ReturnType<typeof setTimeout> | undefined} */
-  waiting;
+  /** Whether somebody has begun to play, or gone to a time, and the program has not been told. */
+  begins = false;
+  /** What is played, and is to be told next. @type {{ kind: "clip" | "played", q: number[] } | null} */
+  waiting = null;
 
   /** @param {import("./app.js").App} app */
   constructor(app) {
     this.app = app;
   }
 
-  /** A configuration that comes from this page. */
+  /** A configuration that somebody has made in this page. */
   joints() {
     this.count += 1;
     const { q, up } = this.app;
-    this.app.send({ kind: "joints", q: [...q], up, source: `${this.source} ${this.count}` });
+    this.send({ kind: "joints", q: [...q], up });
   }
 
-  /** Where the clip is, not at every picture. */
-  clip() {
+  /**
+   * Where what is played is, not at every picture.
+   *
+   * @param {"clip" | "played"} kind whether it is the program's clip, which every page plays for itself, or of this page
+   * @param {readonly number[]} q
+   */
+  playing(kind, q) {
     if (this.app.role !== "") return;
-    this.waiting ??= setTimeout(() => {
-      this.waiting = undefined;
-      if (this.app.followsClip) this.app.send({ kind: "clip", q: [...this.app.q] });
-    }, BETWEEN_CLIPS);
+    if (!this.waiting) setTimeout(() => this.sendWaiting(), BETWEEN);
+    this.waiting = { kind, q: [...q] };
+    this.count += 1;
+  }
+
+  sendWaiting() {
+    const { waiting, begins } = this;
+    this.waiting = null;
+    // Somebody else may move the robot by now.
+    if (!waiting || (waiting.kind === "clip" && !this.app.followsClip)) return;
+    this.begins = false;
+    this.send({ ...waiting, begins });
+  }
+
+  /** @param {object} report */
+  send(report) {
+    this.app.send({ ...report, source: `${this.source} ${this.count}` });
   }
 }

@@ -100,7 +100,7 @@ export class ViewMenu {
       opacity.style.setProperty("--to", `${((Number(opacity.value) - 0.1) / 0.9) * 100}%`);
     };
     const keep = button("Keep as ghost", () => app.keepGhost());
-    const remove = button("Remove ghost", () => app.ghost.show(null));
+    const remove = button("Remove ghost", () => app.clearGhosts());
     this.edition.add(new Option("as it is", ""));
     for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
     this.edition.onchange = () => app.setEdition(this.edition.value);

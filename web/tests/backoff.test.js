@@ -14,4 +14,6 @@ test("only a page's own report is outdated, and only while a newer one is on its
   assert.equal(isOutdated("b 3", "a", 4), false);
   assert.equal(isOutdated("", "a", 4), false);
   assert.equal(isOutdated("a", "a", 4), false);
+  assert.equal(isOutdated("a 4", "a", 4, true), true);
+  assert.equal(isOutdated("b 4", "a", 4, true), false);
 });

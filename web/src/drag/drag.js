@@ -79,17 +79,22 @@ export class Drag {
   }
 
   /**
-   * @param {import("./rings.js").Ring} ring
-   * @param {import("three").Vector3} point on it
-   * @param {import("three").Ray} ray
+   * @param {Pick<import("./rings.js").Ring, "handle" | "axis">} ring
+   * @param {{ point: import("three").Vector3, ray: import("three").Ray } | null} pointer on it
    */
-  takeRing(ring, point, ray) {
-    this.begin(() => new TurnDrag(this.app, this.limbs, ring, point, ray));
+  takeRing(ring, pointer = null) {
+    this.begin(() => new TurnDrag(this.app, this.limbs, ring, pointer));
   }
 
   /** @param {() => Gesture} make */
   begin(make) {
     this.app.settle();
+    if (this.held) {
+      // By keyboard a handle is moved and turned in one hold: letting go is one change, and Escape gives back all of it.
+      this.held.gesture.end();
+      this.held.gesture = make();
+      return;
+    }
     const { q, up } = this.app;
     this.held = { gesture: make(), q: [...q], up };
     this.announce(true);
@@ -111,7 +116,7 @@ export class Drag {
     this.held = null;
     this.say("");
     // The legend goes only now: on a narrow page the picture grows by it.
-    if (app.ghosts.group.children.length === 0) app.clearGhosts();
+    if (app.ghosts.entries.length > 0 && app.ghosts.copies.length === 0) app.clearGhosts();
     app.restand();
     this.announce(false);
   }

@@ -98,7 +98,7 @@ export class LimbDrag {
     }
     if (followed.q) {
       this.place = place;
-      app.ghosts.clear();
+      app.ghosts.clearAnswers();
       const others = this.others(place, followed.q);
       app.set(followed.q);
       app.settle();

@@ -71,7 +71,7 @@ export class Pointer {
     const { drag } = this;
     const ray = this.app.pick.viewport.ray(event);
     if (handle) return () => drag.takeHandle(handle, ray);
-    if (grip) return () => drag.takeRing(grip.ring, grip.point, ray);
+    if (grip) return () => drag.takeRing(grip.ring, { point: grip.point, ray });
     const motion = hit && this.mayMove(event, hit) ? motionOf(this.app.robot, hit.link, hit.point) : null;
     return hit && motion ? () => drag.takeJoint(motion, hit.point, ray) : null;
   }

@@ -3,19 +3,28 @@ import { asMark, dispose } from "../scene/marking.js";
 import { THREE } from "../three.js";
 
 /** @typedef {import("./types.js").Handle} Handle */
-/** @typedef {{ handle: Handle, axis: THREE.Vector3, mesh: THREE.Mesh }} Ring a turn of a handle's frame about its own axis */
+/** @typedef {{ name: string, axis: [number, number, number], colour: string }} Axis of a frame */
+/** @typedef {{ handle: Handle, axis: Axis, mesh: THREE.Mesh }} Ring a turn of a handle's frame about its own axis */
 
 // Sizes in metres for a small robot; the points of a ring that are looked at; how near to it a pointer is on it [px].
 const [RADIUS, THICKNESS, SAMPLES, POINT, FINGER] = [0.072, 0.0011, 64, 6, 16];
 
+/** @type {Axis[]} */
 const AXES = [
-  { axis: [1, 0, 0], colour: "#e0433a" },
-  { axis: [0, 1, 0], colour: "#2f9e44" },
-  { axis: [0, 0, 1], colour: "#2f6fe0" },
+  { name: "x", axis: [1, 0, 0], colour: "#e0433a" },
+  { name: "y", axis: [0, 1, 0], colour: "#2f9e44" },
+  { name: "z", axis: [0, 0, 1], colour: "#2f6fe0" },
 ];
 
-/** @type {Record<string, typeof AXES>} */
+/** @type {Record<string, Axis[]>} */
 const TURNS = { leg: AXES, arm: AXES.slice(1) };
+
+/**
+ * The axes that a handle's frame may be turned about.
+ *
+ * @param {Handle} handle
+ */
+export const turnsOf = ({ limb }) => TURNS[limb.kind] ?? [];
 
 /**
  * Rings that turn the frame of a limb, around the handle of the one that is selected: about all three axes of a foot; of a
@@ -39,25 +48,23 @@ export class Rings {
     for (const { mesh } of this.list) dispose(mesh);
     const { frame } = this.app.pick.selection;
     const handle = this.handles.shown && this.handles.list.find(({ limb }) => limb.frame === frame);
-    const turns = handle ? TURNS[handle.limb.kind] : undefined;
-    this.list = handle && turns ? turns.map((turn) => this.make(handle, turn)) : [];
+    this.list = handle ? turnsOf(handle).map((axis) => this.make(handle, axis)) : [];
     this.app.viewer.set_dirty();
   }
 
   /**
    * @param {Handle} handle
-   * @param {{ axis: number[], colour: string }} turn
+   * @param {Axis} axis
    * @returns {Ring}
    */
-  make(handle, turn) {
+  make(handle, axis) {
     const scale = this.app.studio.markScale;
-    const axis = new THREE.Vector3().fromArray(turn.axis);
     const mesh = new THREE.Mesh(
       new THREE.TorusGeometry(RADIUS * scale, THICKNESS * scale, 8, 64),
-      flatMaterial(turn.colour, 21),
+      flatMaterial(axis.colour, 21),
     );
     mesh.renderOrder = 21;
-    mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+    mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis.axis));
     this.app.robot.frameNode(handle.limb.frame).add(asMark(mesh));
     return { handle, axis, mesh };
   }

@@ -11,7 +11,8 @@ import { triples } from "./triples.js";
 const [STEP, HALVINGS, NEAR_AXIS] = [0.05, 8, 10];
 
 /**
- * A ring that is held: the limb turns its frame about the axis of the ring, at its place, as far as it can.
+ * A ring that is held, by the pointer or by keys: the limb turns its frame about the axis of the ring, at its place, as far
+ * as it can.
  *
  * @implements {Gesture}
  */
@@ -19,11 +20,10 @@ export class TurnDrag {
   /**
    * @param {import("../app.js").App} app
    * @param {import("./types.js").Limb[]} limbs
-   * @param {import("./rings.js").Ring} ring
-   * @param {THREE.Vector3} point on the ring, in the world
-   * @param {THREE.Ray} ray
+   * @param {{ handle: import("./types.js").Handle, axis: import("./rings.js").Axis }} ring
+   * @param {{ point: THREE.Vector3, ray: THREE.Ray } | null} pointer on the ring, in the world, if one takes hold of it
    */
-  constructor(app, limbs, { handle, axis, mesh }, point, ray) {
+  constructor(app, limbs, { handle, axis }, pointer) {
     this.app = app;
     this.limb = handle.limb;
     const { robot, pick } = app;
@@ -31,22 +31,40 @@ export class TurnDrag {
     /** @param {string} frame */
     const poseOf = (frame) => torso.clone().multiply(robot.pose(robot.linkOf(frame)));
     this.follower = new FOLLOWERS[this.limb.kind](this.limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
-    this.axis = axis.clone().transformDirection(poseOf(this.limb.frame));
-    const line = {
-      origin: mesh.getWorldPosition(new THREE.Vector3()).toArray(),
-      direction: axis.clone().transformDirection(robot.frameNode(this.limb.frame).matrixWorld).toArray(),
-    };
-    const least = NEAR_AXIS * pick.viewport.metresPerPixel(point);
-    this.before = triples(ray);
-    this.angle = new SweptAngle(line, point.toArray(), this.before.origin, least);
+    const own = new THREE.Vector3(...axis.axis);
+    this.axis = own.clone().transformDirection(poseOf(this.limb.frame));
     this.wanted = this.reached = 0;
+    if (!pointer) return;
+    const node = robot.frameNode(this.limb.frame);
+    const line = {
+      origin: node.getWorldPosition(new THREE.Vector3()).toArray(),
+      direction: own.transformDirection(node.matrixWorld).toArray(),
+    };
+    const least = NEAR_AXIS * pick.viewport.metresPerPixel(pointer.point);
+    this.before = triples(pointer.ray);
+    this.angle = new SweptAngle(line, pointer.point.toArray(), this.before.origin, least);
   }
 
   /** @param {THREE.Ray} ray */
   move(ray) {
     const now = triples(ray);
-    this.wanted += this.angle.between(this.before, now);
+    if (this.angle && this.before) this.wanted += this.angle.between(this.before, now);
     this.before = now;
+    return this.turn();
+  }
+
+  /**
+   * Go on from where the frame is.
+   *
+   * @param {number} angle [rad]
+   */
+  step(angle) {
+    this.wanted = this.reached + angle;
+    return this.turn();
+  }
+
+  /** Turn as far towards the angle wanted as the limb can; gives what there is to say. */
+  turn() {
     const { app } = this;
     let { q } = app;
     let says = "";

@@ -1,6 +1,8 @@
 import { unrounded } from "../values/configurations.js";
-import { ROUNDING, readLink, writeLink } from "../values/link.js";
+import { readLink, writeLink } from "../values/link.js";
+import { ROUNDING } from "../values/link_text.js";
 import { NoConfiguration } from "../values/reading.js";
+import { MOST_LINKED, writeKeys } from "../timeline/key_text.js";
 import { THREE } from "../three.js";
 
 // How often [ms] the address follows; browsers refuse more than some hundred changes in half a minute.
@@ -24,6 +26,8 @@ export class Address {
     this.app = panel.app;
     this.timer = 0;
     this.isOpen = false;
+    /** Whether it was said that the address goes without the key frames. */
+    this.saidSo = false;
     /** Where the preset chosen last has put the camera. @type {number[]} */
     this.preset = [];
     const { app } = this;
@@ -38,6 +42,7 @@ export class Address {
       app.pane.addEventListener(name, later, { signal, passive: true });
     }
     panel.settings.addEventListener("units", later, { signal });
+    for (const name of ["motion", "time"]) app.player.addEventListener(name, later, { signal });
     window.addEventListener("hashchange", () => this.apply(), { signal });
     signal.addEventListener("abort", () => clearTimeout(this.timer));
   }
@@ -66,6 +71,20 @@ export class Address {
     return isThere ? (view ?? "three-quarter") : places;
   }
 
+  /** The key frames, and when they are shown; null where there are none. */
+  get keys() {
+    const { editor } = this.app.player;
+    return editor && editor.frames.count > 0 ? { frames: editor.frames, time: editor.now } : null;
+  }
+
+  /** What a link leaves out, to be said. */
+  get without() {
+    const { keys } = this;
+    if (!keys || writeKeys(this.app.robot.about, keys) !== null) return "";
+    const { count } = keys.frames;
+    return `without the ${count} key frames, which are too long for a link (at most ${MOST_LINKED}, 9 kB); save them as a file`;
+  }
+
   /** What stands behind the #. */
   get text() {
     const { app, panel } = this;
@@ -77,6 +96,7 @@ export class Address {
       shown: Object.keys(shown).filter((name) => shown[name] && !buttons.get(name)?.hidden),
       units: panel.settings.units,
       frame: panel.readout.select.value,
+      keys: this.keys,
     });
   }
 
@@ -90,7 +110,10 @@ export class Address {
 
   write() {
     // A clip would write a new address at every step.
-    if (this.app.viewer.animator.playing) return;
+    if (this.app.player.playback?.playing) return;
+    const { without } = this;
+    if (without && !this.saidSo) this.panel.messages.say(`The address of this page goes ${without}.`);
+    this.saidSo = without !== "";
     try {
       history.replaceState(history.state, "", `${bare()}#${this.text}`);
     } catch {
@@ -99,9 +122,10 @@ export class Address {
   }
 
   copy() {
-    const { text } = this;
+    const { text, without } = this;
     const hasAddress = /^(https?|file):/.test(location.protocol);
-    const what = hasAddress ? "Link" : "End of a link to this page, which has no address of its own,";
+    const kind = hasAddress ? "Link" : "End of a link to this page, which has no address of its own,";
+    const what = without ? `${kind}, ${without},` : kind;
     return this.panel.exchange.copy(hasAddress ? `${bare()}#${text}` : `#${text}`, what);
   }
 
@@ -118,7 +142,8 @@ export class Address {
       panel.messages.say(`The link leads nowhere: ${error.message}`, { bad: true });
       return;
     }
-    const { q, up, camera, shown, units, frame } = state;
+    const { q, up, camera, shown, units, frame, keys } = state;
+    if (keys) app.player.editor?.take(keys.frames, keys.time);
     if (q) app.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null);
     else if (up) app.jump([...app.q], up);
     app.settle();

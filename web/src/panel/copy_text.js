@@ -1,3 +1,4 @@
+import { openDialog } from "./dialog.js";
 import { element } from "./element.js";
 
 /**
@@ -5,24 +6,18 @@ import { element } from "./element.js";
  *
  * @param {string} text
  * @param {string} what it is
- * @returns {Promise<Node | string>} what there is to say
+ * @returns {Promise<boolean>} whether it is on the clipboard
  */
 export async function copyText(text, what) {
   try {
     await navigator.clipboard.writeText(text);
-    return `Copied: ${what}.`;
+    return true;
   } catch {
-    const field = element("textarea", { value: text, readOnly: true, rows: 3, ariaLabel: what });
-    requestAnimationFrame(() => {
-      field.focus();
-      field.select();
-    });
-    const label = element(
-      "label",
-      { className: "by-hand" },
-      "The browser keeps the clipboard shut; copy it from here:",
-    );
-    label.append(field);
-    return label;
+    const field = element("textarea", { value: text, readOnly: true, rows: 8, ariaLabel: what });
+    const keys = element("p", {}, "The browser keeps the clipboard from this page: copy the text with Ctrl+C or ⌘C.");
+    openDialog(`Copy: ${what}`, keys, field);
+    field.focus();
+    field.select();
+    return false;
   }
 }

@@ -1,5 +1,6 @@
 import { NoConfiguration, readConfiguration } from "../values/reading.js";
 import { FORMATS } from "../values/writing.js";
+import { copyText } from "./copy_text.js";
 import { openDialog } from "./dialog.js";
 import { button, element } from "./element.js";
 
@@ -31,16 +32,7 @@ export class Exchange {
    * @param {string} what it is, for the message
    */
   async copy(text, what) {
-    try {
-      await navigator.clipboard.writeText(text);
-      this.messages.say(`${what} copied`);
-    } catch {
-      const field = element("textarea", { value: text, readOnly: true, rows: 8, ariaLabel: what });
-      const keys = element("p", {}, "The browser keeps the clipboard from this page: copy the text with Ctrl+C or ⌘C.");
-      openDialog(`Copy: ${what}`, keys, field);
-      field.focus();
-      field.select();
-    }
+    if (await copyText(text, what)) this.messages.say(`${what} copied`);
   }
 
   // What the clipboard holds, if the page may read it; else a field to paste into.

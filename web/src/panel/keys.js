@@ -26,6 +26,11 @@ const LIST = {
     ["Delete", "delete the key frame"],
     ["Ctrl+Z, Ctrl+Shift+Z", "undo and redo of key frames"],
   ],
+  "Handles (Tab, after the buttons over the picture)": [
+    ["← → ↑ ↓", "move it by 1 mm; with Shift by 10 mm"],
+    ["X, Y, Z", "turn it by 1° about an axis of its frame; with Shift back"],
+    ["Enter, Escape", "let go, or give back what was before"],
+  ],
   "The picture": [
     ["← → ↑ ↓", "go round the robot; with Shift three times as far"],
     ["+ −", "nearer, further away"],

@@ -10,6 +10,7 @@ import { Past } from "./past.js";
 import { Postures } from "./postures.js";
 import { Readout } from "./readout.js";
 import { SelectionSection } from "./selection.js";
+import { Robots } from "./robots.js";
 import { Settings } from "./settings.js";
 import { Tools } from "./tools.js";
 import { paintFloor } from "../scene/floor_colours.js";
@@ -49,6 +50,7 @@ export class Panel {
     /** From top to bottom. @type {Section[]} */
     this.sections = [
       new Head(this),
+      new Robots(this, signal),
       new Tools(this),
       new Postures(this),
       this.joints,

@@ -65,7 +65,7 @@ export class SelectionSection {
       const button = element("button", { type: "button", title }, name);
       button.onclick = async () => {
         const pose = this.selected();
-        if (pose) this.said.replaceChildren(await copyText(text(poseNumbers(pose)), name));
+        this.said.textContent = pose && (await copyText(text(poseNumbers(pose)), name)) ? `Copied: ${name}.` : "";
       };
       return button;
     });

@@ -14,7 +14,7 @@ export class Ghosts {
   /** @param {import("../robot/robot.js").Robot} robot */
   constructor(robot) {
     this.robot = robot;
-    /** Of the legend. @type {HTMLElement[]} */
+    /** Of the legend: none for what is only to compare with. @type {HTMLElement[]} */
     this.entries = [];
     this.group = asMark(new THREE.Group());
     this.skeleton = new OffScreen(robot);
@@ -70,6 +70,11 @@ export class Ghosts {
     }
   }
 
+  /** Take them away if they are other answers to what is asked no more. */
+  clearAnswers() {
+    if (this.entries.length > 0) this.clear();
+  }
+
   /** Take them away; the shapes' geometries are the robot's. */
   clear() {
     for (const copy of [...this.copies]) {
@@ -78,6 +83,9 @@ export class Ghosts {
     }
   }
 }
+
+// Of one that is to compare with.
+export const COMPARED = "#3f7fd9";
 
 // Neither the blue nor the grey of the branches while a limb is dragged.
 export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];

@@ -72,10 +72,16 @@ export class Editor {
     else player.change(on ? player.keys : (player.clip ?? player.keys));
   }
 
-  /** @param {KeyFrames} frames instead of those before */
-  take(frames) {
+  /**
+   * @param {KeyFrames} frames instead of those before
+   * @param {number} [time] on show
+   */
+  take(frames, time = 0) {
+    this.player.pause();
     this.open(true);
-    this.apply(frames, 0);
+    this.apply(frames, time === 0 ? 0 : -1);
+    if (this.player.keys) this.player.keys.time = time;
+    this.draw();
   }
 
   takeClip() {

@@ -13,9 +13,6 @@ import { TrailsMenu } from "./trails_menu.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
 
-// Time between two reports of where a motion of this page is [ms].
-const REPORTS = 1000 / 30;
-
 /**
  * The bar under the view: it plays the clip from Python, a recording or key frames, one at a time.
  *
@@ -42,8 +39,6 @@ export class Player extends EventTarget {
     this.playback = null;
     /** What the bar shows. @type {string | undefined} */
     this.shownState = undefined;
-    /** @type {ReturnType<typeof setTimeout> | undefined} */
-    this.reporting = undefined;
     this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
     this.scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
@@ -165,6 +160,7 @@ export class Player extends EventTarget {
   toggle() {
     if (!this.playback) return;
     if (this.playback.playing) return this.pause();
+    this.app.reports.begins = true;
     this.playback.play();
     this.refresh();
   }
@@ -176,6 +172,7 @@ export class Player extends EventTarget {
 
   /** @param {number} time */
   seek(time) {
+    this.app.reports.begins = true;
     this.playback?.seek(time);
     this.refresh();
   }
@@ -194,16 +191,13 @@ export class Player extends EventTarget {
   }
 
   /**
-   * Show a configuration of a motion of this page, and tell the program behind it as of a clip, not at every picture.
+   * Show a configuration of a motion of this page; other pages follow.
    *
    * @param {number[]} q
    */
   show(q) {
     this.app.put(q, null, false);
-    this.reporting ??= setTimeout(() => {
-      this.reporting = undefined;
-      this.app.send({ kind: "clip", q: [...this.app.q] });
-    }, REPORTS);
+    this.app.reports.playing("played", q);
   }
 
   /** Bring the bar up to date; on every picture. */

@@ -1,3 +1,5 @@
+import { readKeys, writeKeys } from "../timeline/key_text.js";
+import { NUMBER, decoded, rounded, splitAt } from "./link_text.js";
 import { NoConfiguration, withValues } from "./reading.js";
 import { quoted } from "./names.js";
 
@@ -13,44 +15,11 @@ import { quoted } from "./names.js";
  * @property {string[]} shown what is drawn over the robot
  * @property {import("./units.js").Choice} units
  * @property {string} frame whose pose is read out
+ * @property {import("../timeline/key_text.js").KeysShown | null} keys the key frames, if there are any
  */
 
 const VERSION = "1";
 const LONGEST = 20_000;
-
-// Links give joints to a millionth: of a radian, that moves no hand by a micrometre.
-export const ROUNDING = 1e-6;
-
-const NUMBER = /^-?\d{1,9}(\.\d{1,17})?$/;
-
-/**
- * @param {number} value
- * @param {number} [digits]
- */
-const rounded = (value, digits = 6) =>
-  value
-    .toFixed(digits)
-    .replace(/\.?0+$/, "")
-    .replace(/^-0$/, "0");
-
-/**
- * @param {string} text
- * @param {string} sign
- * @returns {[string, string]} what is before the sign, and after it
- */
-function splitAt(text, sign) {
-  const at = text.indexOf(sign);
-  return at < 0 ? [text, ""] : [text.slice(0, at), text.slice(at + 1)];
-}
-
-/** @param {string} text */
-function decoded(text) {
-  try {
-    return decodeURIComponent(text);
-  } catch {
-    throw new NoConfiguration(`${quoted(text)} is no text of a link`);
-  }
-}
 
 /**
  * @param {string} text
@@ -133,15 +102,17 @@ const READERS = {
       "frame",
     ),
   }),
+  keys: (value, { about }) => ({ keys: readKeys(about, value) }),
 };
 
 /**
- * What stands after the # of a link. Joints at zero are left out, as `nao.configuration({…})` does.
+ * What stands after the # of a link. Joints at zero are left out, as `nao.configuration({…})` does; and key frames, where
+ * there is no room for them.
  *
  * @param {About} about
  * @param {State} state
  */
-export function writeLink(about, { q, up, camera, shown, units, frame }) {
+export function writeLink(about, { q, up, camera, shown, units, frame, keys }) {
   const joints = about.coordinates
     .filter(({ column }) => Number(rounded(q[column])) !== 0)
     .map(({ joint, column }) => `${encodeURIComponent(joint)}:${rounded(q[column])}`);
@@ -158,6 +129,8 @@ export function writeLink(about, { q, up, camera, shown, units, frame }) {
   const view = typeof camera === "string" ? encodeURIComponent(camera) : camera.map((x) => rounded(x, 4)).join(",");
   parts.push(`camera=${view}`, `show=${shown.map(encodeURIComponent).join(",")}`);
   parts.push(`units=${units.angle},${units.length}`, `frame=${encodeURIComponent(frame)}`);
+  const written = keys && writeKeys(about, keys);
+  if (written) parts.push(`keys=${written}`);
   return parts.join("&");
 }
 
