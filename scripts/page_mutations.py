@@ -402,7 +402,7 @@ _PROGRAM = (
         "test_viewer_server.py::test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page",
         (
             "report-of-a-page-loses-its-source",
-            'self._show_joints(q, up, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])',
+            "self._show_joints(q, up, source)",
             "self._show_joints(q, up)",
         ),
     ),
@@ -411,8 +411,8 @@ _PROGRAM = (
         "test_viewer_from_python_alone.py",
         (
             "halved-recording-loses-its-first-and-last",
-            "del self._times[1:-1:2], self._rows[1:-1:2]",
-            "del self._times[::2], self._rows[::2]",
+            "kept.append(len(self._times) - 1)",
+            "pass",
         ),
         ("robot-that-stood-still-drifts-in-a-recording", "if now - last > 2.0 * step:", "if False:"),
     ),

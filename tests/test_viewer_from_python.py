@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -565,7 +566,7 @@ def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk
 
 def test_recordings_of_any_length_need_bounded_memory(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(np.arange(0.0, 1e6, 0.04))
-    monkeypatch.setattr(recording.time, "monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr(recording, "time", SimpleNamespace(monotonic=lambda: float(next(clock))))
     monkeypatch.setattr(recording, "_MOST", 40)
     viewer = Viewer(nao)
     with viewer.record(fps=30.0) as taken:

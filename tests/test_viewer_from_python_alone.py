@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -37,7 +38,7 @@ def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_i
     nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = [0.0]
-    monkeypatch.setattr(recording.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(recording, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(recording, "_MOST", 20)
     viewer = Viewer(nao)
     begin = viewer.q
@@ -50,6 +51,8 @@ def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_i
         for step in range(10, 200):
             clock[0] = 100.0 + 0.1 * step
             viewer.display(nao.configuration({"HeadYaw": 0.5 + 1e-3 * step}))
+        for time in (50.0, 99.0):
+            assert np.array_equal(taken.motion.sample(time), begin[-25:])
         clock[0] = 1000.0
     assert len(taken) <= 21
     assert (taken.times[0], taken.times[-1]) == (0.0, 1000.0)

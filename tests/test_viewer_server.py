@@ -244,7 +244,7 @@ def test_a_page_that_has_the_scene_is_sent_only_the_rest(nao: nk.NaoModel) -> No
         seen = kinds(received)
         assert not {"set_object", "robot", "camera"} & set(seen)
         assert np.array_equal(_q_of(received[seen.index("joints")]), viewer.q)
-        assert received[seen.index("ghost")]["q"] is None
+        assert received[seen.index("ghosts")]["count"] == 0
         assert [message["text"] for message in received if message.get("kind") == "speech"] == ["I am another program"]
 
 

@@ -12,7 +12,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
 
-# With so many configurations a recording drops every other one. Of a NAO they take some 30 MB.
+# With so many configurations a recording is thinned out. Of a NAO they take some 30 MB.
 _MOST = 120_000
 
 
@@ -21,8 +21,8 @@ class Recording:
 
     Attributes:
         robot: the robot that moves.
-        fps: configurations kept per second, at most; halved whenever there are 120 000 of them, and every other one
-            that was kept until then is dropped. At 30 an hour fits, and longer recordings need no more memory.
+        fps: configurations kept per second, at most; halved whenever there are 120 000 of them, and those kept until
+            then are thinned out to as few. At 30 an hour fits, and longer recordings need no more memory.
     """
 
     def __init__(self, robot: RobotModel, q: Floats, fps: float) -> None:
@@ -82,8 +82,20 @@ class Recording:
         self._times.append(now)
         self._rows.append(q)
         if len(self._times) >= _MOST:
-            del self._times[1:-1:2], self._rows[1:-1:2]
+            self._thin_out()
+
+    def _thin_out(self) -> None:
+        """Halve the pace until a quarter is free; what stood still goes on doing so."""
+        while len(self._times) > 0.75 * _MOST:
             self.fps /= 2.0
+            # Numbers of equal steps are compared, which are not equal to the last digit.
+            longest = 1.01 / self.fps
+            kept = [0]
+            for index in range(1, len(self._times) - 1):
+                if self._times[index + 1] - self._times[kept[-1]] > longest:
+                    kept.append(index)
+            kept.append(len(self._times) - 1)
+            self._times, self._rows = [self._times[k] for k in kept], [self._rows[k] for k in kept]
 
     def __len__(self) -> int:
         return len(self._times)
