@@ -89,7 +89,7 @@ def _drum(low: float, high: float, edge: float, grow: float = 0.0) -> Manifold:
     inwards = np.clip(1 - np.minimum(y - low, high - y) / edge, 0.0, 1.0)
     radius = _KNEE + grow - _BULGE * np.clip(y / 36.0, -1.0, 1.0) ** 2 - edge * (1 - np.sqrt(1 - inwards**2))
     profile = [(0.0, low), *zip(radius.tolist(), y.tolist(), strict=True), (0.0, high)]
-    return place(lathe(profile, 44), (0.0, 0.0, 0.0), Y)
+    return place(lathe(profile, 38), (0.0, 0.0, 0.0), Y)
 
 
 def _thigh(grow: float) -> Manifold:
