@@ -260,11 +260,9 @@ def main() -> int:
         return 1
 
     q = np.concatenate([walking.sampled(FPS), drawing.sampled(FPS)[1:]])
-    # Marks without names: the viewer has no lines.
-    beads = {" " * (i + 1): point for i, point in enumerate(eight(centre, np.arange(36) / 36.0))}
     clip, picture = options.folder / "_static" / "walk_and_draw.html", options.folder / "images" / "walk_and_draw.jpg"
     with nk.Viewer(nao) as viewer:
-        viewer.show_targets(beads)
+        viewer.add_line("eight", eight(centre, np.linspace(0.0, 1.0, 73)), color=(0.85, 0.2, 0.5))
         viewer.show_com()
         viewer.animate(q, FPS)
         viewer.camera("three-quarter")

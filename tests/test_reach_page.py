@@ -114,15 +114,29 @@ def test_keys_move_the_cut_from_end_to_end(page: Page, reach: ReachMap) -> None:
     assert 0 < len(page.run(DRAWN)) < len(reach.count)
 
 
-def test_the_best_voxel_is_warm_and_the_worst_cold(page: Page, reach: ReachMap) -> None:
-    assert page.run(COLOUR, reach.centres[np.argmax(reach.best)].tolist()) == pytest.approx(
-        [0.74, 0.17, 0.12], abs=1e-3
-    )
-    assert page.run(COLOUR, reach.centres[np.argmin(reach.best)].tolist()) == pytest.approx(
-        [0.16, 0.32, 0.66], abs=1e-3
-    )
+def test_the_best_voxel_is_warm_and_the_worst_cold_in_the_cut_through_them(page: Page, reach: ReachMap) -> None:
     middle = int(np.argmin(np.abs(reach.best - (reach.best.min() + reach.best.max()) / 2)))
-    assert page.run(COLOUR, reach.centres[middle].tolist()) == pytest.approx([0.90, 0.91, 0.88], abs=0.05)
+    for i, expected, within in (
+        (np.argmax(reach.best), [0.74, 0.17, 0.12], 1e-3),
+        (np.argmin(reach.best), [0.16, 0.32, 0.66], 1e-3),
+        (middle, [0.90, 0.91, 0.88], 0.05),
+    ):
+        choose(page, "z")
+        put(page, reach.centres[i][2] + 0.001)
+        assert page.run(COLOUR, reach.centres[i].tolist()) == pytest.approx(expected, abs=within)
+        put(page, 9.0)
+        assert sum(page.run(COLOUR, reach.centres[i].tolist())) < 0.95 * sum(expected)
+
+
+def test_a_cut_has_the_colours_of_the_legend(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    viewer.show_reach(workspace(nao, "LArm", 1, voxel=0.1), by="count", cut=("z", 9.0))
+    with opened(browser, viewer.save_html(tmp_path / "a.html")) as page:
+        legend = page.run("() => naoKin.reach.voxels[0].colour.clone().convertLinearToSRGB().toArray()")
+        page.tab.get_by_role("button", name="three-quarter", exact=True).click()
+        page.tab.wait_for_timeout(300)  # for the picture at rest
+        seen = np.abs(page.picture() / 255.0 - legend).max(axis=2) < 0.01
+        assert seen.sum() > 100
 
 
 def test_the_legend_names_what_is_coloured(page: Page, reach: ReachMap) -> None:

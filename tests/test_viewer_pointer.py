@@ -216,7 +216,7 @@ LINKS = [
     ("side", "LBicep", "LShoulderRoll", 0.2),
     ("front", "Head", "HeadPitch", 0.25),
     ("front", "RBicep", "RShoulderRoll", -0.3),
-    ("three-quarter", "RTibia", "RKneePitch", 0.3),
+    ("three-quarter", "RTibia", "RKneePitch", 0.6),
     ("three-quarter", "LForeArm", "LElbowRoll", -0.25),
     ("three-quarter", "Head", "HeadPitch", -0.2),
 ]

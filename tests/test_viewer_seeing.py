@@ -315,11 +315,12 @@ def test_an_edition_recolours_the_accents_and_nothing_else(page: Page, nao: nk.N
 
 
 def test_high_contrast_is_black_on_white(page: Page) -> None:
+    colours = "() => ['--ink', '--sky'].map((it) => getComputedStyle(document.documentElement).getPropertyValue(it))"
     _open_menu(page)
     _click(page, "High contrast")
-    assert page.run("() => getComputedStyle(document.documentElement).getPropertyValue('--ink').trim()") == "#000"
+    assert page.run(colours) == ["rgb(0, 0, 0)", "rgb(255, 255, 255)"]
     _click(page, "High contrast")
-    assert page.run("() => getComputedStyle(document.documentElement).getPropertyValue('--ink').trim()") != "#000"
+    assert page.run(colours)[0] not in ("rgb(0, 0, 0)", "")
     _close_menu(page)
 
 
@@ -355,13 +356,39 @@ def test_a_picture_is_saved_at_twice_the_size(browser: Any, document: Path, tmp_
         assert page.run("() => naoKin.viewer.renderer.domElement.clientWidth") == width
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_picture_has_the_background_and_the_labels_of_the_page(
+    browser: Any, document: Path, tmp_path: Path, scheme: str
+) -> None:
+    with opened(browser, document, draws=True) as page:
+        page.tab.emulate_media(color_scheme=scheme)
+        page.run("() => naoKin.show({ frames: true, handles: false })")
+        page.tab.wait_for_timeout(300)  # for the picture at rest
+        seen = page.picture().astype(float)
+        _open_menu(page)
+        with page.tab.expect_download() as saved:
+            _click(page, "Picture 1×")
+        saved.value.save_as(tmp_path / "nao.png")
+        picture = read_png((tmp_path / "nao.png").read_bytes()).astype(float)
+        assert picture.shape == seen.shape
+        # Nothing is at the left edge but the background, from under the buttons to above the legend.
+        assert np.abs(picture[150:-100, :4] - seen[150:-100, :4]).max() <= 2.0
+        assert (picture[-1, 0].mean() < 60.0) == (scheme == "dark")
+        x, y, width, height = page.run("() => Object.values(naoKin.labels.shown[0].at)")
+        label = picture[round(y) : round(y + height), round(x) : round(x + width)].mean(axis=2)
+        assert (np.median(label) < 100.0) == (scheme == "dark")
+
+
 def test_a_film_is_recorded_and_saved(browser: Any, document: Path, tmp_path: Path, nao: nk.NaoModel) -> None:
     with opened(browser, document, (640, 300), draws=True) as page:
+        page.tab.emulate_media(color_scheme="dark")
         _open_menu(page)
         _click(page, "Record video")
         for q in nao.random(1, 8):
             page.set(q)
             page.animation_frames(4)
+        corner = page.run("() => [...naoKin.video.ink.getImageData(0, 0, 1, 1).data]")
+        assert max(corner[:3]) < 80  # as dark as the page
         with page.tab.expect_download() as saved:
             page.tab.get_by_role("button", name="Stop video").click()
         saved.value.save_as(tmp_path / "nao.webm")

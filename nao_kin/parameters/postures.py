@@ -56,8 +56,8 @@ POSTURES: tuple[PostureRow, ...] = (
 # NAOqi's postures say nothing about the trunk. Off its feet the robot rests where its centre of mass is lowest: the
 # vertical there in the torso's frame, found with the shapes of the V6 by turning them until no small turn lowers it.
 REST: dict[str, Vector] = {
-    "Sit": (0.384, -0.001, 0.923),
-    "SitRelax": (0.177, 0.010, 0.984),
-    "LyingBelly": (-0.976, -0.160, 0.146),
-    "LyingBack": (1.000, -0.015, 0.003),
+    "Sit": (0.310, -0.001, 0.951),
+    "SitRelax": (0.155, -0.005, 0.988),
+    "LyingBelly": (-0.985, -0.117, 0.130),
+    "LyingBack": (1.000, -0.019, 0.001),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from manifold3d import Manifold
 
 from nao_shapes.loft import End, Section, loft
-from nao_shapes.solids import FAR, Part, ball, prism, rod, slab
+from nao_shapes.solids import FAR, Part, X, ball, prism, rod, slab
 
 # Radius of the upper arm about the shoulder, and of the ball in the elbow [mm].
 _CAP, _ELBOW = 34.5, 22.5
@@ -45,12 +45,13 @@ def elbow() -> Part:
 
 def hinge() -> Part:
     """The pin of the elbow, fixed to the forearm."""
-    return {"grey": rod((0.0, 0.0, -24.6), (0.0, 0.0, 24.6), 9.5, 1.5, 20)}
+    return {"grey": rod((0.0, 0.0, -26.2), (0.0, 0.0, 26.2), 9.5, 1.5, 24)}
 
 
 def forearm(length: float) -> Part:
     """What LElbowRoll turns, wrist at length: open towards the upper arm on the side where the elbow bends."""
-    bend = slab((1.0, 0.55, 0.0), -FAR, 1.0)
+    # The rim is flat and wider than the ball in it, so that the ball leaves it in a clean arc.
+    bend = slab((1.0, 0.55, 0.0), -FAR, 1.0) + slab(X, -FAR, -9.0)
     inside = bend + rod((length + 5.0, 0.0, 0.0), (length + 40.0, 0.0, 0.0), 26.0, 0.0, 32)
     outline = [
         (2.0, 9.0),
@@ -67,10 +68,10 @@ def forearm(length: float) -> Part:
 
 def _forearm(length: float, grow: float) -> Manifold:
     sections = [
-        Section(-14.0, (21.0, 20.0, 23.0, 23.0), 2.2),
-        Section(4.0, (25.5, 23.0, 25.5, 25.5), 2.25),
+        Section(-24.0, (24.0, 23.0, 24.5, 24.5), 2.2),
+        Section(4.0, (26.0, 24.5, 25.5, 25.5), 2.25),
         Section(0.45 * length, (31.0, 27.5, 30.0, 29.5)),
         Section(0.85 * length, (33.5, 30.5, 33.0, 32.0)),
         Section(length + 12.0, (30.5, 28.0, 30.5, 30.0), 2.2),
     ]
-    return loft(sections, End(12.0, 0.6, 3), End(4.0, 0.12, 2), axis="x", grow=grow, around=42, along=6)
+    return loft(sections, End(4.0, 0.1, 1), End(4.0, 0.12, 2), axis="x", grow=grow, around=42, along=7)

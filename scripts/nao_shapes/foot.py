@@ -15,7 +15,8 @@ _DOME = (
     Section(-11.0, (34.0, 36.5, 32.5, 30.5), 2.2),
     Section(-6.0, (30.0, 33.5, 31.0, 29.5), 2.1),
 )
-_SOLE = (Section(-45.1, (99.0, 51.0, 47.2, 36.4), 2.5), Section(-40.0, (101.0, 52.0, 48.0, 37.0), 2.5))
+# Within the rim of the dome, that it ends in a shadow and not in a crossing.
+_SOLE = (Section(-45.1, (98.5, 50.2, 46.4, 35.6), 2.5), Section(-40.0, (99.5, 51.0, 47.0, 36.0), 2.5))
 _BUMPER = (
     Section(-42.0, (103.2, 54.0, 50.0, 38.8), 2.5),
     Section(-36.0, (103.3, 54.0, 49.8, 38.6), 2.5),
@@ -27,7 +28,7 @@ _AROUND = 60
 def foot() -> Part:
     """What LAnkleRoll turns."""
     sole = loft(_SOLE, End(1.0, 0.01, 1), End(1.0, 0.01, 1), around=44, along=0)
-    dome = loft(_DOME, End(1.5, 0.02, 1), End(2.5, 0.1, 2), around=_AROUND, along=7)
+    dome = loft(_DOME, End(1.5, 0.008, 1), End(2.5, 0.1, 2), around=_AROUND, along=7)
     toes = box((60.0, 2.2, -FAR), (FAR, FAR, FAR)) + box((60.0, -FAR, -FAR), (FAR, 0.8, FAR))
     bumper = loft(_BUMPER, End(2.5, 0.03, 2), End(3.0, 0.04, 2), around=_AROUND, along=2) ^ toes
     light = place(lathe(pill(4.6, 4.0, 0.0, 1.2, 1), 20).translate((0, 0, -3)), (44.0, 3.0, -16.6), (0.30, 0.0, 1.0))

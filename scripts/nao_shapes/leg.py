@@ -9,11 +9,14 @@ import numpy as np
 from manifold3d import Manifold
 
 from nao_shapes.loft import End, Floats, Section, loft
-from nao_shapes.solids import FAR, Part, Y, Z, ball, box, lathe, pill, place, prism, rod, slab
+from nao_shapes.solids import FAR, Part, Y, Z, ball, lathe, pill, place, prism, rod, slab, union
 
 _THIGH_LENGTH = 100.0
-# Radii of the knee's drum and the ankle's ball, and the gap around them [mm].
-_KNEE, _ANKLE, _GAP = 31.5, 27.0, 0.8
+# Radii of the knee's drum and the ankle's ball, the gap around them, and how much wider the drum is in the middle [mm].
+_KNEE, _ANKLE, _GAP, _BULGE = 31.5, 27.0, 0.8, 2.2
+# The cover that the robot sits on, rounded as if over rollers across it: x, z and radius [mm]. In Sit it touches the
+# floor with flat soles, and in SitRelax it carries the robot and not the fingers.
+_SEAT = ((-31.0, 5.0, 18.5), (-5.0, 7.0, 17.0), (-25.0, -15.5, 28.6), (-7.0, -38.0, 21.0))
 # Reaches to the front, back, outside and inside by height over the hip joint [mm].
 _THIGH = (
     Section(-100.0, (29.0, 25.0, 36.0, 33.5), 2.7),
@@ -42,15 +45,20 @@ def pelvis() -> Part:
 
 def hip() -> Part:
     """What LHipRoll turns: the motor behind the hip, under the cover that the robot sits on."""
-    cap = rod((-50.6, 0.0, -1.0), (-40.0, 0.0, -1.0), 11.0, 1.2, 20)
-    return {"white": box((-49.5, -25.0, -45.5), (12.0, 25.0, 24.0), 16.0, 4), "grey": cap}
+    cover = [_roller(x, z, radius) for x, z, radius in _SEAT]
+    cap = rod((-52.2, 0.0, -0.2), (-42.4, 0.0, -2.3), 8.8, 1.2, 24)
+    return {"white": Manifold.batch_hull(cover), "grey": cap}
+
+
+def _roller(x: float, z: float, radius: float) -> Manifold:
+    return place(lathe(pill(radius, 50.0, 14.0, 14.0, 5), 40), (x, -25.0, z), Y)
 
 
 def thigh() -> Part:
     """What LHipPitch turns: hollow below, where the knee's drum turns in it."""
     plate = prism([(-15.0, -24.0), (20.0, -24.0), (14.0, -62.0), (-10.0, -62.0)], 36.0, FAR, 7.0)
     disc = place(lathe(pill(14.0, 4.9, 0.0, 1.6), 28), (0.0, 40.0, -9.0), Y)
-    drum = rod((0.0, -60.0, -_THIGH_LENGTH), (0.0, 60.0, -_THIGH_LENGTH), _KNEE + _GAP, 0.0, 48)
+    drum = _drum(-60.0, 60.0, 1.0, _GAP).translate((0.0, 0.0, -_THIGH_LENGTH))
     # Seen through the gap alone.
     fork = rod((0.0, 0.0, -60.0), (0.0, 0.0, -_THIGH_LENGTH), 12.0, 0.0, 12)
     return {"white": _thigh(0.0) - drum, "accent": _thigh(0.9) ^ plate, "grey": disc + fork}
@@ -59,16 +67,29 @@ def thigh() -> Part:
 def shin() -> Part:
     """What LKneePitch turns."""
     plate = prism([(-14.0, -34.0), (17.0, -30.0), (18.0, -66.0), (-16.0, -74.0)], 34.0, FAR, 7.0)
+    # The pin lies in a well on each side, for the shell bulges below it.
+    wells = (rod((0.0, start, 0.0), (0.0, end, 0.0), 13.8, 0.0, 32) for start, end in ((-60.0, -31.0), (34.0, 60.0)))
     return {
-        "white": _shin(0.0) + rod((0.0, -33.0, 0.0), (0.0, 36.0, 0.0), _KNEE, 5.0, 48),
+        "white": _shin(0.0) + _drum(-33.0, 36.0, 8.5) - union(wells),
         "accent": _shin(0.9) ^ plate,
-        "grey": rod((0.0, -34.0, 0.0), (0.0, 37.2, 0.0), 13.0, 1.5, 24),
+        "grey": rod((0.0, -33.8, 0.0), (0.0, 36.8, 0.0), 13.0, 1.2, 32),
     }
 
 
 def ankle() -> Part:
     """What LAnklePitch turns: the ball between shin and foot, and in it the cross of the two axles."""
     return {"grey": ball(_ANKLE, segments=28) ^ slab(Z, -20.0, 22.0)}
+
+
+def _drum(low: float, high: float, edge: float, grow: float = 0.0) -> Manifold:
+    """The knee: a body of revolution about y, wider in the middle, its rims rounded with radius `edge`."""
+    turn = np.linspace(0.0, np.pi / 2, 4)
+    rim = edge * (1 - np.cos(turn))
+    y = np.concatenate([low + rim, np.linspace(low + edge, high - edge, 7)[1:-1], high - rim[::-1]])
+    inwards = np.clip(1 - np.minimum(y - low, high - y) / edge, 0.0, 1.0)
+    radius = _KNEE + grow - _BULGE * np.clip(y / 36.0, -1.0, 1.0) ** 2 - edge * (1 - np.sqrt(1 - inwards**2))
+    profile = [(0.0, low), *zip(radius.tolist(), y.tolist(), strict=True), (0.0, high)]
+    return place(lathe(profile, 38), (0.0, 0.0, 0.0), Y)
 
 
 def _thigh(grow: float) -> Manifold:

@@ -18,13 +18,14 @@ from nao_shapes.torso import torso
 
 # Head and fingers have finer curves than the rest: how far its surface may move [mm].
 _FINE_MM = 0.25
+# The skull is the largest round outline of all; the segments of an eye stay alike.
+_TOLERANCES_MM = {"head_white": 0.15, "head_led": 0.0}
 
 
 def mesh_texts() -> Iterator[tuple[str, str]]:
     """Name and OBJ text of every mesh; equal every time."""
     for name, solid in _meshes(_middle_parts()):
-        # The segments of an eye stay alike.
-        fine = TOLERANCE_MM if name.startswith("torso") else 0.0 if name == "head_led" else _FINE_MM
+        fine = TOLERANCE_MM if name.startswith("torso") else _TOLERANCES_MM.get(name, _FINE_MM)
         yield name, obj_text(name, surface_of(solid, mirror="y", tolerance=fine))
     for name, solid in _meshes({"phalanx": phalanx(), "fingertip": fingertip()}):
         yield name, obj_text(name, surface_of(solid, mirror="z", tolerance=_FINE_MM))

@@ -77,7 +77,8 @@ def _behind(grow: float, outline: Manifold) -> Manifold:
 def _flank() -> Manifold:
     """Where the coloured inserts lie: from the armpit up over the collarbone."""
     outline = [(60.0, 98.0), (60.0, 74.0), (22.0, 84.0), (-28.0, 86.0), (-28.0, 130.0), (22.0, 130.0)]
-    return prism(outline, 29.0, FAR, 6.0)
+    # No sharp corner runs out over the shoulder.
+    return prism(outline, 20.0, FAR, 6.0) ^ box((-28.0, 29.0, -FAR), (FAR, FAR, FAR), 14.0, 4)
 
 
 def _sonar(at: Point) -> Manifold:

@@ -88,7 +88,7 @@ export class Labels {
       picture,
     );
     const style = getComputedStyle(this.pane);
-    const [text, paper] = [style.getPropertyValue("--ink") || "#1d2433", style.getPropertyValue("--panel") || "#fff"];
+    const [text, paper] = [style.getPropertyValue("--ink"), style.getPropertyValue("--panel")];
     Object.assign(ink, { font: FONT, textBaseline: "middle", lineWidth: 1 });
     this.shown = labels.flatMap((label, i) => (places[i] ? [{ text: label.text, at: places[i] }] : []));
     // First all lines: a name may cover another's line, but no line a name.

@@ -1,10 +1,11 @@
 import { resize } from "./studio.js";
 
+// The page's background, from above: the colours that the styles have for it, in light or dark.
 /** @type {[number, string][]} */
 const SKY = [
-  [0, "#fbfcfd"],
-  [0.55, "#eef1f6"],
-  [1, "#dde3ec"],
+  [0, "--sky"],
+  [0.55, "--haze"],
+  [1, "--ground"],
 ];
 
 /**
@@ -17,7 +18,8 @@ const SKY = [
  */
 export function paintCanvas(ink, canvas, width, height) {
   const sky = ink.createLinearGradient(0, 0, 0, height);
-  for (const [at, colour] of SKY) sky.addColorStop(at, colour);
+  const styles = getComputedStyle(document.documentElement);
+  for (const [at, property] of SKY) sky.addColorStop(at, styles.getPropertyValue(property));
   ink.fillStyle = sky;
   ink.fillRect(0, 0, width, height);
   ink.drawImage(canvas, 0, 0, width, height);

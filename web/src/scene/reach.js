@@ -14,6 +14,9 @@ import { THREE } from "../three.js";
  */
 
 const AXES = ["x", "y", "z"];
+// What the sides of a voxel have of its colour, along x and y, upwards and downwards; along the cut it is all of it. Behind
+// the layer that is cut it is less.
+const [SHADES, UP, DOWN, BEHIND] = [[0.6, 0.5], 0.8, 0.35, 0.75];
 
 /** Voxels that a hand reaches, coloured by a number each, behind a plane that a slider moves. */
 export class Reach {
@@ -75,7 +78,8 @@ export class Reach {
       return [least - voxel / 2, most + voxel / 2];
     });
     const side = 0.94 * voxel;
-    const material = new THREE.MeshPhongMaterial({ specular: 0x101010, shininess: 12 });
+    // No light falls on them: a colour in the cut is to be found again in the legend.
+    const material = new THREE.MeshBasicMaterial({ vertexColors: true });
     this.mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(side, side, side), material, this.voxels.length);
     this.mesh.frustumCulled = false; // what is reckoned for one voxel does not hold for all
     const ink = new THREE.LineBasicMaterial({ color: 0x20242c });
@@ -104,7 +108,26 @@ export class Reach {
     const [least, most] = this.box[this.along];
     Object.assign(this.slider, { min: String(least), max: String(most) });
     this.slider.value = String(place ?? (least + most) / 2);
+    this.shade();
     this.arrange();
+  }
+
+  // Voxels are seen as cubes by the shades of their sides.
+  shade() {
+    const { geometry } = this.mesh;
+    const { normal } = geometry.attributes;
+    const shades = Array.from({ length: normal.count }, (_, i) => {
+      const sides = [normal.getX(i), normal.getY(i), normal.getZ(i)];
+      const along = sides.findIndex((value) => Math.abs(value) > 0.5);
+      return along === this.along ? 1 : (SHADES[along] ?? (sides[along] > 0 ? UP : DOWN));
+    });
+    geometry.setAttribute(
+      "color",
+      new THREE.Float32BufferAttribute(
+        shades.flatMap((shade) => [shade, shade, shade]),
+        3,
+      ),
+    );
   }
 
   get along() {
@@ -117,13 +140,21 @@ export class Reach {
     const { along } = this;
     this.voxels.sort((a, b) => sign * (a.centre[along] - b.centre[along]));
     const matrix = new THREE.Matrix4();
-    for (const [i, { centre, colour }] of this.voxels.entries()) {
-      this.mesh.setMatrixAt(i, matrix.setPosition(...centre));
-      this.mesh.setColorAt(i, colour);
-    }
+    for (const [i, { centre }] of this.voxels.entries()) this.mesh.setMatrixAt(i, matrix.setPosition(...centre));
     this.mesh.instanceMatrix.needsUpdate = true;
-    if (this.mesh.instanceColor) this.mesh.instanceColor.needsUpdate = true;
     this.cut();
+  }
+
+  // The layer in the cut in the colours of the legend, all behind it darker.
+  colour() {
+    const { along, mesh, voxel, voxels } = this;
+    const layer = voxels[mesh.count - 1]?.centre[along] ?? 0;
+    const darker = new THREE.Color();
+    for (const [i, { centre, colour }] of voxels.entries()) {
+      const behind = Math.abs(centre[along] - layer) > voxel / 2;
+      mesh.setColorAt(i, behind ? darker.copy(colour).multiplyScalar(BEHIND) : colour);
+    }
+    if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
   }
 
   cut() {
@@ -137,6 +168,7 @@ export class Reach {
       else high = middle;
     }
     this.mesh.count = low;
+    this.colour();
     const [a, b] = [0, 1, 2].filter((axis) => axis !== along);
     const corners = [
       [0, 0],

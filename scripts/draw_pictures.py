@@ -1,0 +1,86 @@
+"""Draw all pictures in docs/ that show the robot or its page, again: after a change of either.
+
+Needs a Chromium and playwright (`pip install nao-kin[dev]`), and some minutes.
+
+Example:
+    python scripts/draw_pictures.py            # view.jpg, viewer.jpg, and what the other scripts here draw
+    python scripts/draw_pictures.py --pages    # view.jpg and viewer.jpg alone
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+import nao_kin as nk
+from nao_kin.viewer.browser import find_browser
+
+HERE = Path(__file__).resolve().parent
+IMAGES = HERE.parent / "docs" / "images"
+# Of the page, in CSS pixels and in pixels of the screen for each.
+WIDTH, HEIGHT, SCALE = 1280, 800, 1.5
+OTHERS = ("draw_ghosts", "draw_lights", "draw_old_script", "draw_reach", "draw_whole_body", "walk_and_draw")
+# Chromium draws without a graphics card; the picture at rest comes soon after the last change [ms].
+OPTIONS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+AT_REST = 3000
+
+
+def stand(nao: nk.NaoModel) -> nk.Viewer:
+    """The page as it opens."""
+    viewer = nk.Viewer(nao)
+    viewer.display(nao.posture("Stand"))
+    return viewer
+
+
+def crouch(nao: nk.NaoModel) -> nk.Viewer:
+    """A clip, halfway, with the joint axes."""
+    viewer = nk.Viewer(nao)
+    viewer.show_joint_axes()
+    viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 121), 30.0, play=False)
+    return viewer
+
+
+PAGES = {"view": stand, "viewer": crouch}
+
+
+def draw_pages() -> None:
+    """Pictures of the whole page, its panel included."""
+    nao = nk.load_nao()
+    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as temporary:
+        browser = playwright.chromium.launch(executable_path=str(find_browser()), args=OPTIONS)
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, device_scale_factor=SCALE)
+        for name, make in PAGES.items():
+            html = make(nao).save_html(Path(temporary) / f"{name}.html")
+            page.goto(html.as_uri())
+            page.wait_for_selector("body[data-ready]")
+            if name == "viewer":
+                page.get_by_label("Time").click()  # the middle of the slider
+            page.mouse.move(0, 0)
+            page.wait_for_timeout(AT_REST)
+            picture = Image.open(io.BytesIO(page.screenshot(timeout=120_000))).convert("RGB")
+            picture = picture.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+            picture.save(IMAGES / f"{name}.jpg", quality=85, optimize=True)
+            print(IMAGES / f"{name}.jpg")
+        browser.close()
+
+
+def main() -> None:
+    """The pages, and all that the other scripts draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pages", action="store_true", help="the pictures of the page alone")
+    options = parser.parse_args()
+    draw_pages()
+    for name in () if options.pages else OTHERS:
+        subprocess.run([sys.executable, HERE / f"{name}.py"], check=True)
+
+
+if __name__ == "__main__":
+    main()
