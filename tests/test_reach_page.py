@@ -131,7 +131,7 @@ def test_the_best_voxel_is_warm_and_the_worst_cold_in_the_cut_through_them(page:
 def test_a_cut_has_the_colours_of_the_legend(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.show_reach(workspace(nao, "LArm", 1, voxel=0.1), by="count", cut=("z", 9.0))
-    with opened(browser, viewer.save_html(tmp_path / "a.html")) as page:
+    with opened(browser, viewer.save_html(tmp_path / "a.html"), draws=True) as page:
         legend = page.run("() => naoKin.reach.voxels[0].colour.clone().convertLinearToSRGB().toArray()")
         page.tab.get_by_role("button", name="three-quarter", exact=True).click()
         page.tab.wait_for_timeout(300)  # for the picture at rest
