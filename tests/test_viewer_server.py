@@ -453,6 +453,7 @@ def test_a_page_with_too_much_to_say_is_shown_out(viewer: Viewer, nao: nk.NaoMod
         await page.connection.write_message('{"kind": "joints", "source": "' + "x" * (1 << 20) + '"}')
         while await asyncio.wait_for(page.connection.read_message(), 5.0) is not None:
             pass
+        page.connection.close()
 
     asyncio.run(shout())
     assert _until(lambda: len(viewer._server._pages) == 0)
