@@ -167,6 +167,7 @@ def test_no_host_and_two_hosts_are_refused(viewer: Viewer) -> None:
         "file://127.0.0.1:{port}",
         "chrome-extension://127.0.0.1:{port}",
         "http://user@127.0.0.1:{port}",
+        "http://[127.0.0.1:{port}",
         ["http://127.0.0.1:{port}", "http://evil.example"],
     ],
 )
@@ -350,8 +351,20 @@ def test_nothing_that_is_asked_is_logged(
     _ask(viewer, "/live")
     _ask(guarded, "/?token=%ff")
     _connect(viewer, Origin="http://evil.example")
+    _connect(guarded, query=_query(guarded), Origin="http://[")
     assert caplog.records == []
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_fault_of_ours_is_logged_without_the_token(
+    guarded: Viewer, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Access, "embedders", lambda self: 1 / 0)
+    token = guarded._started().token
+    assert _ask(guarded, f"/?token={token}").status == 500
+    assert "GET / failed" in caplog.text
+    assert "ZeroDivisionError" in caplog.text
+    assert token not in caplog.text
 
 
 def test_the_command_line_serves_other_names_and_asks_for_a_token() -> None:

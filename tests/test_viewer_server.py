@@ -162,6 +162,81 @@ def test_a_viewer_that_nobody_holds_ends_its_server(nao: nk.NaoModel) -> None:
     assert not _answers(url)
 
 
+def test_a_viewer_may_be_dropped_by_what_a_page_sends(nao: nk.NaoModel) -> None:
+    ended = []
+
+    class Dropped(Viewer):
+        def _receive(self, answer: dict[str, Any]) -> None:
+            ended.append(threading.current_thread())
+            kept.clear()
+
+    kept = [Dropped(nao)]
+    seen = weakref.ref(kept[0])
+    server, threads = kept[0]._started(), _viewer_threads()
+
+    server._call(lambda: server._on_answer({"kind": "ready"}))  # as from a page
+    assert _until(lambda: seen() is None)
+    assert ended == threads
+    assert not server.wait_for_page(5.0, role="nobody")
+    assert _until(lambda: _viewer_threads() == [])
+
+
+def test_servers_that_have_ended_leave_no_memory_behind(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    viewer._started()
+    ended = [weakref.ref(viewer._started()._document)]
+    for _ in range(3):
+        viewer.close()
+        ended.append(weakref.ref(viewer._started()._document))
+    viewer.close()
+    gc.collect()
+    assert [document() for document in ended] == [None] * 4
+
+
+def test_threads_that_ask_at_once_get_one_address(nao: nk.NaoModel) -> None:
+    viewer, together, found = Viewer(nao), threading.Barrier(6), []
+
+    def ask() -> None:
+        together.wait(10.0)
+        found.append(viewer.url)
+
+    threads = [threading.Thread(target=ask) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(_viewer_threads()) == 1
+    assert set(found) == {viewer.url}
+    viewer.close()
+    assert _viewer_threads() == []
+
+
+def test_a_process_without_free_files_is_told_so(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(coroutine: Any) -> None:
+        coroutine.close()
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr("nao_kin.viewer.server.asyncio.run", full)
+    with pytest.raises(BadArgument, match="cannot serve the page: Too many open files"), Viewer(nao):
+        pass
+
+
+def test_what_is_sent_along_with_a_request_is_not_read(viewer: Viewer) -> None:
+    port = int(viewer.url.rstrip("/").rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port), timeout=10.0) as connection:
+        # No byte of the body is sent, so that whoever waits for it waits in vain.
+        connection.sendall(f"POST / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: 90000000\r\n\r\n".encode())
+        assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
+
+
+def test_what_comes_and_goes_without_a_page_is_not_remembered(viewer: Viewer) -> None:
+    viewer._started()
+    for number in range(20):
+        viewer.add_points(f"scan {number}", [[0.0, 0.0, 0.0]])
+        viewer.remove(f"scan {number}")
+    assert len(viewer._server._changed) == 0
+
+
 def test_two_viewers_at_once_have_two_addresses(nao: nk.NaoModel) -> None:
     with Viewer(nao) as one, Viewer(nk.load_nao("v4")) as other:
         assert one.url != other.url
@@ -326,16 +401,19 @@ def test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page(viewer:
         '{"kind": {"a": 1}}',
         '{"kind": "joints", "q": [' + ", ".join(["1e300"] * 25) + "]}",
         '{"kind": "joints", "q": [' + ", ".join(["1" + "0" * 400] * 25) + "]}",
-        '{"kind": "joints", "q": [' + ", ".join(["0"] * 25) + '], "up": [1e300, 1e300, 1e300], "source": 1e999}'
+        '{"kind": "joints", "q": [' + ", ".join(["0"] * 25) + '], "up": [1e300, 1e300, 1e300], "source": 1e999}',
         '{"kind": "joints", "q": {"__proto__": 1}, "up": "<script>"}',
         '{"kind": "no such kind", "q": [' + ", ".join(["0"] * 25) + "]}",
         '{"__proto__": {"kind": "joints"}, "toString": 1}',
+        '{"kind": "shown", "shown": {"\\ud800": true, "com": 1, "axes": "x"}}',
+        '{"kind": "shown", "shown": [["com", true]], "source": "\\ud800"}',
+        '{"kind": "shown", "shown": {"com": false}, "source": ' + "[" * 900 + "]" * 900 + "}",
         "\x00",
         "[" * 100_000,
     ],
 )
 def test_nonsense_from_a_page_changes_nothing(viewer: Viewer, answer: str, caplog: pytest.LogCaptureFixture) -> None:
-    before = viewer.q
+    before, shown = viewer.q, viewer.shown
 
     async def talk() -> None:
         async with _client(viewer) as page:
@@ -346,8 +424,26 @@ def test_nonsense_from_a_page_changes_nothing(viewer: Viewer, answer: str, caplo
 
     asyncio.run(talk())
     assert np.array_equal(viewer.q, before)
+    assert viewer.shown == shown
     assert caplog.records == []
     assert _answers(viewer.url)
+
+
+def test_a_page_may_call_itself_what_it_likes(
+    viewer: Viewer, nao: nk.NaoModel, caplog: pytest.LogCaptureFixture
+) -> None:
+    q = nao.posture("Crouch")
+
+    async def talk() -> None:
+        async with _client(viewer) as page:
+            for number, source in enumerate(["\ud800", 1e999, None, {"a": []}, "x" * 100_000]):
+                q[0] = 0.1 * number
+                await page.send(kind="joints", q=q.tolist(), source=source)
+                await page.receive("joints", lambda message: np.array_equal(_q_of(message), q))
+                assert len(page.received[-1]["source"]) <= 64
+
+    asyncio.run(talk())
+    assert caplog.records == []
 
 
 def test_a_page_with_too_much_to_say_is_shown_out(viewer: Viewer, nao: nk.NaoModel) -> None:
@@ -357,6 +453,7 @@ def test_a_page_with_too_much_to_say_is_shown_out(viewer: Viewer, nao: nk.NaoMod
         await page.connection.write_message('{"kind": "joints", "source": "' + "x" * (1 << 20) + '"}')
         while await asyncio.wait_for(page.connection.read_message(), 5.0) is not None:
             pass
+        page.connection.close()
 
     asyncio.run(shout())
     assert _until(lambda: len(viewer._server._pages) == 0)

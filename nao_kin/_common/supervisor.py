@@ -69,7 +69,11 @@ def _say(line: str) -> None:
 def _end_of(code: int | None) -> str:
     if code is None:
         return "was told to end"
-    return f"ended with exit code {code}" if code >= 0 else f"was ended by {signal.Signals(-code).name}"
+    if code >= 0:
+        return f"ended with exit code {code}"
+    with suppress(ValueError):  # real-time signals have no names
+        return f"was ended by {signal.Signals(-code).name}"
+    return f"was ended by signal {-code}"
 
 
 def _kill_group(program: subprocess.Popen[bytes]) -> None:

@@ -63,7 +63,7 @@ def live(
     if record is not None:
         from nao_kin.motion import FORMATS
 
-        suffixes = [suffix for known in FORMATS.values() for suffix in known.suffixes]
+        suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
         if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
         atomic.check_writable(record)

@@ -103,7 +103,10 @@ class Access:
             if self.token and self.has_token(token):
                 return None
             return "A socket needs the Origin header of the page, as browsers send it, or a token."
-        parts = urlsplit(origins[0]) if len(origins) == 1 else urlsplit("")
+        parts = urlsplit("")
+        if len(origins) == 1:
+            with suppress(ValueError):  # an address in brackets that is none
+                parts = urlsplit(origins[0])
         match = _HOST.fullmatch(parts.netloc) if parts.scheme in ("http", "https") else None
         if match is not None:
             same = parts.netloc.lower() == host.strip().lower()

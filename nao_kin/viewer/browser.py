@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nao_kin._common.ending import before_ending, uninterrupted
+from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer.messages import panel_message
@@ -59,7 +60,7 @@ _END_SECONDS = 0.7
 _LOOK_SECONDS = 0.05
 _KEY_BYTES = 16
 # Width and height of a picture in pixels.
-_EDGES = range(16, 8193)
+_LEAST_EDGE, _MOST_EDGE = 16, 8192
 
 
 class Screenshots:
@@ -81,24 +82,21 @@ class Screenshots:
             BadArgument: a size out of range.
             NoBrowser: there is none, it ends, or it gives no picture in time.
         """
-        if (
-            not isinstance(size, (tuple, list))
-            or len(size) != 2
-            or not all(isinstance(edge, int) and edge in _EDGES for edge in size)
-        ):
-            raise BadArgument(f"size must be two whole numbers from {_EDGES[0]} to {_EDGES[-1]}, got {quoted(size)}")
+        if not isinstance(size, (tuple, list)) or len(size) != 2:
+            raise BadArgument(f"size must be two whole numbers from {_LEAST_EDGE} to {_MOST_EDGE}, got {quoted(size)}")
+        width, height = (whole_number(edge, "size", _LEAST_EDGE, _MOST_EDGE) for edge in size)
         end = time.monotonic() + timeout
         # Nobody else can answer for the browser, or take its place.
         mine = secrets.token_urlsafe(_KEY_BYTES)
         role = f"capture-{mine}"
         answers = self._waiting[mine] = queue.Queue(1)
         try:
-            with server.expected(role) as address, headless(address, size=size) as browser:
+            with server.expected(role) as address, headless(address, size=(width, height)) as browser:
                 while not server.wait_for_page(_LOOK_SECONDS, role):
                     browser.check("before it showed the scene")
                     if time.monotonic() > end:
                         raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
-                request = {"id": mine, "camera": camera, "width": size[0], "height": size[1]}
+                request = {"id": mine, "camera": camera, "width": width, "height": height}
                 server.send_once(panel_message("capture", request), role)
                 while True:
                     with suppress(queue.Empty):

@@ -77,7 +77,9 @@ class Changes:
                     return
             q, joints = pending
             for subscription in subscriptions:
+                if subscription not in self._subscriptions:  # removed by the one before it, or meanwhile
+                    continue
                 try:
                     subscription.callback(q.copy(), tuple(joints))
-                except Exception:  # whatever a caller's function raises is the caller's
+                except BaseException:  # whatever a caller's function raises, sys.exit() too, is the caller's
                     _LOG.exception("a callback of viewer.on_change failed")

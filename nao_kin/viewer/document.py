@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import hashlib
+import logging
 import re
 from functools import cached_property
 from typing import Any
@@ -13,6 +14,7 @@ import tornado.web
 
 from nao_kin.viewer.access import Access
 
+_LOG = logging.getLogger(__name__)
 _NO_GZIP = re.compile(r"gzip\s*;\s*q\s*=\s*0(\.0*)?")
 
 
@@ -75,9 +77,9 @@ class Guarded(tornado.web.RequestHandler):
         return None
 
     def log_exception(self, kind: Any, error: Any, trace: Any) -> None:
-        """Leave a request that was wrong to whoever sent it; a fault of ours is logged."""
+        """Leave a request that was wrong to whoever sent it; a fault of ours is logged, without the token."""
         if not isinstance(error, tornado.web.HTTPError):
-            super().log_exception(kind, error, trace)
+            _LOG.error("%s %s failed", self.request.method, self.request.path, exc_info=(kind, error, trace))
 
     def write_error(self, status_code: int, **_: object) -> None:
         """One line of text, whatever was wrong with the request."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -35,6 +36,8 @@ class Drawings:
 
     def __init__(self) -> None:
         self._messages = RetainedMessages()
+        # Held while what is shown and the message that says so change: a page's answers come in another thread.
+        self._lock = threading.RLock()
         self._links: dict[str, int] = {}
         self._carriers: dict[str, str] = {}
         self._lights: dict[str, tuple[str, ...]] = {}
@@ -61,8 +64,7 @@ class Drawings:
             BadArgument: no names, or a size that is not positive.
         """
         chosen = [names] if isinstance(names, str) else list(names) if isinstance(names, Iterable) else names
-        self._messages.put("frames", overlays.frames(self.robot, chosen, size))
-        self._reset("frames", bool(chosen))
+        self._draw("frames", overlays.frames(self.robot, chosen, size), on=bool(chosen))
 
     def show_joint_axes(self, on: bool = True) -> None:
         """Draw the joint axes as screws, turning or sliding.
@@ -101,8 +103,7 @@ class Drawings:
         Raises:
             WrongShape, NotFinite, BadArgument: no configurations, too many of them, no opacity or no such number.
         """
-        self._messages.put("ghosts", overlays.ghosts(self.robot, configurations, opacity, first))
-        self._reset("ghosts", True)
+        self._draw("ghosts", overlays.ghosts(self.robot, configurations, opacity, first), on=True)
 
     def clear_ghosts(self) -> None:
         """Remove what `show_ghosts` has drawn."""
@@ -279,40 +280,47 @@ class Drawings:
         Raises:
             UnknownName: there is none.
         """
-        if name not in self._extras:
-            raise UnknownName("shape", name, tuple(self._extras))
-        del self._extras[name]
-        self._messages.drop(_key(name))
-        self._list_extras()
+        with self._lock:
+            if name not in tuple(self._extras):
+                raise UnknownName("shape", name, tuple(self._extras))
+            del self._extras[name]
+            self._messages.drop(_key(name))
+            self._list_extras()
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _add(self, name: str, message: bytes) -> None:
-        if name not in self._extras and len(self._extras) >= extras.MOST:
-            raise BadArgument(f"at most {extras.MOST} shapes are drawn; remove some before {abbreviated(name)}")
-        self._extras[name] = None
-        self._messages.put(_key(name), message)
-        self._list_extras()
+        with self._lock:
+            if name not in self._extras and len(self._extras) >= extras.MOST:
+                raise BadArgument(f"at most {extras.MOST} shapes are drawn; remove some before {abbreviated(name)}")
+            self._extras[name] = None
+            self._messages.put(_key(name), message)
+            self._list_extras()
 
     def _list_extras(self) -> None:
         """Which shapes there are: a page forgets all others, whatever it has missed."""
         self._messages.put("extras", panel_message("extras", {"names": list(self._extras)}))
 
     def _show(self, what: str, on: bool, source: str = "") -> None:
-        self._shown[what] = bool(on)
-        content = {"shown": {what: bool(on)}, "source": source}
-        self._messages.put(f"shown {what}", panel_message("shown", content))
+        message = panel_message("shown", {"shown": {what: bool(on)}, "source": source})
+        with self._lock:
+            self._shown[what] = bool(on)
+            self._messages.put(f"shown {what}", message)
 
-    def _reset(self, what: str, on: bool) -> None:
-        """Note what a message that draws something shows by itself; what a button said before is out of date."""
-        self._shown[what] = on
-        self._messages.drop(f"shown {what}")
+    def _draw(self, what: str, message: bytes, *, on: bool) -> None:
+        """Put a message that draws something and sets its button; what that one said before is out of date."""
+        with self._lock:
+            self._messages.put(what, message)
+            self._shown[what] = on
+            self._messages.drop(f"shown {what}")
 
     def _receive_shown(self, answer: Mapping[str, object], source: str) -> None:
         """Take what a page's buttons show."""
         shown = answer.get("shown")
         for what, on in list(shown.items())[:_MOST_SHOWN] if isinstance(shown, dict) else ():
-            known = what in self._shown or (len(self._shown) < _MOST_SHOWN and 0 < len(what) <= 40)
+            known = what in self._shown or (
+                len(self._shown) < _MOST_SHOWN and 0 < len(what) <= 40 and what.isprintable()
+            )
             if known and isinstance(on, bool) and self._shown.get(what) is not on:
                 self._show(what, on, source)
 

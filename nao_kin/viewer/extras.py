@@ -36,6 +36,7 @@ def checked_name(name: str) -> str:
     """
     if not isinstance(name, str) or not name or len(name) > _LONGEST_NAME:
         raise BadArgument(f"name must be 1 to {_LONGEST_NAME} characters, got {quoted(name)}")
+    panel_message("name", {"name": name})  # refuses what cannot be sent
     return name
 
 

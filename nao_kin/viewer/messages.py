@@ -10,6 +10,7 @@ import hashlib
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ import umsgpack
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument
 from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
 from nao_kin.viewer.meshes import Mesh, Shape
 
@@ -55,7 +58,7 @@ class RetainedMessages:
         """Keep `message` instead of the one before it; its key keeps the place in the order that it took at first."""
         with self._lock:
             self._messages[key] = message
-        for watcher in self._watchers:
+        for watcher in tuple(self._watchers):  # one may stop watching meanwhile, in another thread
             watcher(key)
 
     def drop(self, prefix: str) -> None:
@@ -91,7 +94,7 @@ class RetainedMessages:
 
     def unwatch(self, watcher: Callable[[str], None]) -> None:
         """Stop calling `watcher`."""
-        if watcher in self._watchers:
+        with suppress(ValueError):
             self._watchers.remove(watcher)
 
 
@@ -168,7 +171,10 @@ def node_name(kind: str, name: str) -> str:
 
 
 def _packed(message: Mapping[str, Any]) -> bytes:
-    return bytes(umsgpack.packb(message))
+    try:
+        return bytes(umsgpack.packb(message))
+    except UnicodeEncodeError as error:
+        raise BadArgument(f"text holds half a character, which no page can show: {quoted(error.object)}") from None
 
 
 def _geometry(shape: Shape) -> dict[str, Any]:

@@ -70,6 +70,7 @@ class Bridge:
 
     Attributes:
         name: what the frame is found by.
+        end: closes it; of one that ends with a viewer, without leaving anything of it.
         widget: what the cell is to display beside the frame.
 
     Args:
@@ -85,6 +86,7 @@ class Bridge:
         self._news = threading.Condition()
         self._thread: threading.Thread | None = None
         self._closed = False
+        self.end: Callable[[], object] = self.close
         self.widget = _widget_class()(frame=self.name)
         self.widget.on_msg(self._received)
         messages.watch(self._note_change)
@@ -113,6 +115,8 @@ class Bridge:
 
     def _note_change(self, key: str) -> None:
         with self._news:
+            if self._thread is None:  # what the frame lacks when it opens is found then
+                return
             note_last(self._changed, key)
             self._news.notify_all()
 
@@ -133,7 +137,7 @@ class Bridge:
 def bridge_of(viewer: object, messages: RetainedMessages, receive: Callable[[Answer], None]) -> Bridge:
     """A bridge that ends with the viewer, and does not keep it alive."""
     bridge = Bridge(messages, weak_receiver(receive))
-    weakref.finalize(viewer, bridge.close)
+    bridge.end = weakref.finalize(viewer, bridge.close)
     return bridge
 
 

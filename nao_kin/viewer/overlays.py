@@ -33,6 +33,7 @@ REACH_LABELS = {
 # A browser without a graphics card still turns so many cubes.
 _MOST_CUBES = 40_000
 _MOST_GHOSTS = 64
+_LARGEST_FIRST = 1_000_000
 # The colours that NAO's shells were sold in.
 EDITIONS = ("orange", "blue", "red", "grey")
 # Further out a double keeps an angle to 1e-10 rad no longer, and a graphics card, which computes in floats, draws
@@ -143,9 +144,10 @@ def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes
     for name in chosen:
         if name not in robot.frame_names:
             raise UnknownName("frame", name, robot.frame_names)
-    if size is not None and number(size, "size") <= 0.0:
-        raise BadArgument(f"size must be positive, got {size:g}")
-    return panel_message("frames", {"names": chosen, "size": size})
+    length = None if size is None else number(size, "size")
+    if length is not None and not 0.0 < length <= FARTHEST:
+        raise BadArgument(f"size must be above 0 and at most {FARTHEST:g} m, got {length:g}")
+    return panel_message("frames", {"names": chosen, "size": length})
 
 
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
@@ -153,7 +155,7 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
     array = as_floats(configurations, (robot.nq,), "configurations")
     if array.ndim not in (1, 2):
         raise WrongShape("configurations", f"({robot.nq},) or (k, {robot.nq})", array.shape)
-    numbered_from = whole_number(first, "first", 0) if array.ndim == 2 else None
+    numbered_from = whole_number(first, "first", 0, _LARGEST_FIRST) if array.ndim == 2 else None
     array = np.atleast_2d(array)
     if len(array):
         robot.angles(array)  # refuses all that are no configurations

@@ -25,6 +25,7 @@ import tornado.iostream
 import tornado.web
 import tornado.websocket
 
+from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.viewer.access import Access, Token
@@ -33,6 +34,8 @@ from nao_kin.viewer.messages import RetainedMessages, note_last, panel_message
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
 _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
+# Nothing here is asked for with a body; tornado would keep 100 MB of one before it is refused.
+_LARGEST_BODY = 1 << 10
 _MOST_PAGES = 64
 # No page has so much to say: one that draws 240 times a second says less.
 _SECONDS_BETWEEN_ANSWERS = 1.0 / 500.0
@@ -73,7 +76,8 @@ class LiveServer:
         token: text that the page's address carries; "" for none.
 
     Raises:
-        BadArgument: the address or the port cannot be had, or every name is to be answered without a token.
+        BadArgument: the address or the port cannot be had, or every name is to be answered without a token; or this
+            process can open no more files.
     """
 
     def __init__(
@@ -112,9 +116,13 @@ class LiveServer:
             log_function=lambda handler: None,
         )
         started = threading.Event()
+        self._failures: list[OSError] = []
         self._thread = threading.Thread(target=self._run, args=(listening, started), name="nao_kin viewer", daemon=True)
         self._thread.start()
         started.wait()
+        for failure in self._failures:
+            listening.close()
+            raise BadArgument(f"cannot serve the page: {failure.strerror or failure}")
         messages.watch(self._note_change)
 
     @property
@@ -147,7 +155,8 @@ class LiveServer:
         self._messages.unwatch(self._note_change)
         if self._thread.is_alive():
             self._call(self._stop.set)
-            self._thread.join(_JOIN_SECONDS)
+            if self._thread is not threading.current_thread():  # which may be the last to hold a viewer
+                self._thread.join(_JOIN_SECONDS)
         with self._arrival:
             self._arrival.notify_all()
 
@@ -184,11 +193,16 @@ class LiveServer:
     # --- the server's thread --------------------------------------------------------------------------------------
 
     def _run(self, listening: socket.socket, started: threading.Event) -> None:
-        asyncio.run(self._serve(listening, started))
+        try:
+            asyncio.run(self._serve(listening, started))
+        except OSError as error:
+            self._failures.append(error)
+        finally:
+            started.set()
 
     async def _serve(self, listening: socket.socket, started: threading.Event) -> None:
         self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
-        server = tornado.httpserver.HTTPServer(self._application)
+        server = tornado.httpserver.HTTPServer(self._application, max_body_size=_LARGEST_BODY)
         server.add_sockets([listening])
         started.set()
         await self._stop.wait()
@@ -203,10 +217,12 @@ class LiveServer:
 
     def _note_change(self, key: str) -> None:
         """One update in the server's thread covers all changes until it runs."""
+        if not self._pages:  # one that opens from now on is sent all there is
+            return
         with self._lock:
             note_last(self._changed, key)
-            schedule = bool(self._pages) and not self._update_scheduled
-            self._update_scheduled |= schedule
+            schedule = not self._update_scheduled
+            self._update_scheduled = True
         if schedule:
             self._call(self._update_pages)
 
@@ -330,9 +346,10 @@ def _listen(host: str, port: int | None) -> socket.socket:
     """A socket on the port asked for, or on the first free one."""
     if not isinstance(host, str):
         raise BadArgument(f"host must be an address or a name, got {quoted(host)}")
-    if port is not None and not (isinstance(port, int) and not isinstance(port, bool) and 0 <= port <= 0xFFFF):
-        raise BadArgument(f"port must be a number from 0 to 65535, got {quoted(port)}")
-    wanted = [port] if port is not None else [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]
+    if port is None:
+        wanted = [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]
+    else:
+        wanted = [whole_number(port, "port", 0, 0xFFFF)]
     for number in wanted:
         try:
             return _bound(host, number)

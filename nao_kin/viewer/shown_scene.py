@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common import atomic
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.motion import HOLD, Hips, Motion
@@ -108,10 +108,11 @@ class ShownScene(Drawings):
         array = overlays.one_configuration(self.robot, q)
         vertical = None if up is None else overlays.direction(up, "up")
         self._outside.check(array)
-        self._lead.take("")
-        if self._messages.get("clip") is not None:
-            self._messages.put("clip", panel_message("still", {}))
-        self._show_joints(array, vertical)
+        with self._lock:
+            self._lead.take("")
+            if self._messages.get("clip") is not None:
+                self._messages.put("clip", panel_message("still", {}))
+            self._show_joints(array, vertical)
 
     def rest(self, posture: str) -> tuple[float, float, float] | None:
         """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles.
@@ -121,7 +122,7 @@ class ShownScene(Drawings):
         Raises:
             UnknownName: no such posture.
         """
-        if posture not in self._presets.postures:
+        if posture not in tuple(self._presets.postures):
             raise UnknownName("posture", posture, tuple(self._presets.postures))
         return self._presets.rest.get(posture)
 
@@ -157,8 +158,8 @@ class ShownScene(Drawings):
         """
         if isinstance(qs, Motion):
             qs = qs.configurations(self.robot, rate=overlays.number(fps, "fps"), fill=fill, hips=hips).q
-        self.robot.angles(qs)  # refuses all that is no configuration
-        array = np.array(qs, dtype=np.float64)
+        array = np.array(as_floats(qs, (self.robot.nq,), "qs"))
+        self.robot.angles(array)  # refuses all that is no configuration
         if array.ndim != 2 or len(array) == 0:
             raise WrongShape("qs", f"(n, {self.robot.nq}) with n ≥ 1", array.shape)
         overlays.check_size(self.robot, array)
@@ -167,10 +168,12 @@ class ShownScene(Drawings):
             raise BadArgument(f"fps must be positive, got {rate:g}")
         ups = None if up is None else overlays.directions(up, "up", len(array))
         self._outside.check(array)
-        self._lead.release()
-        self._show_joints(array[0], None if ups is None else ups[0].tolist())
         repetitions = math.inf if loop else 1.0
-        self._messages.put("clip", set_animation(ROBOT, array, rate, play=play, repetitions=repetitions, ups=ups))
+        clip = set_animation(ROBOT, array, rate, play=play, repetitions=repetitions, ups=ups)
+        with self._lock:
+            self._lead.release()
+            self._show_joints(array[0], None if ups is None else ups[0].tolist())
+            self._messages.put("clip", clip)
 
     def camera(self, name: str) -> None:
         """Look at the robot from one of `camera_names`.
@@ -212,7 +215,7 @@ class ShownScene(Drawings):
         """Record what is shown in a `with` block: what is displayed, dragged, and played in a page.
 
             with viewer.record() as recording:
-                viewer.wait_for_the_user()
+                input("Move the robot in the page, then press Enter.")
             nk.motion.write_motion(recording.motion, "wave.json")
 
         Args:
@@ -224,8 +227,9 @@ class ShownScene(Drawings):
         rate = overlays.number(fps, "fps")
         if not 0.0 < rate <= 1000.0:
             raise BadArgument(f"fps must be above 0 and at most 1000, got {rate:g}")
-        recording = Recording(self.robot, self._q, rate)
-        self._recordings.append(recording)
+        with self._lock:
+            recording = Recording(self.robot, self._q, rate)
+            self._recordings.append(recording)
         try:
             yield recording
         finally:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import weakref
 import webbrowser
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import TracebackType
 
@@ -54,7 +55,8 @@ class Viewer(ShownScene):
 
     Raises:
         BadModel: the robot's URDF can no longer be read.
-        BadArgument: no robot, no names, no token; and when the server starts, a port or an address that cannot be had.
+        BadArgument: no robot, no names, no token; and when the server starts, a port or an address that cannot be had,
+            or every name is allowed without a token.
     """
 
     def __init__(
@@ -67,6 +69,9 @@ class Viewer(ShownScene):
         token: bool | str | None = None,
     ) -> None:
         self._server: LiveServer | None = None
+        # Ends it. A finalizer that has run holds nothing any more; others would keep every page ever served.
+        self._end_server: Callable[[], object] | None = None
+        self._starting = threading.Lock()
         self._allow_hosts, self._token = checked_names(allow_hosts), checked_token(token)
         super().__init__(robot)
         self.host, self._port = host, port
@@ -112,10 +117,11 @@ class Viewer(ShownScene):
         """End the server, and with it the connection of every open page; does nothing when there is none."""
         bridges, self._bridges = self._bridges, []
         for bridge in bridges:
-            bridge.close()
-        server, self._server = self._server, None
-        if server is not None:
-            server.close()
+            bridge.end()
+        with self._starting:
+            self._server, end, self._end_server = None, self._end_server, None
+            if end is not None:
+                end()
 
     def __enter__(self) -> Viewer:
         self._started()
@@ -185,28 +191,29 @@ class Viewer(ShownScene):
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _started(self) -> LiveServer:
-        if self._server is None:
-            self._server = LiveServer(
-                self._messages,
-                Document(live_page(self.robot.name), POLICY),
-                host=self.host,
-                port=self._port,
-                # The server must not keep the viewer alive: whoever drops it drops the server too.
-                on_answer=weak_receiver(self._receive),
-                allow_hosts=self._allow_hosts,
-                token=self._token,
-            )
-            weakref.finalize(self, self._server.close)
-        return self._server
+        with self._starting:
+            if self._server is None:
+                self._server = LiveServer(
+                    self._messages,
+                    Document(live_page(self.robot.name), POLICY),
+                    host=self.host,
+                    port=self._port,
+                    # The server must not keep the viewer alive: whoever drops it drops the server too.
+                    on_answer=weak_receiver(self._receive),
+                    allow_hosts=self._allow_hosts,
+                    token=self._token,
+                )
+                self._end_server = weakref.finalize(self, self._server.close)
+            return self._server
 
     def _receive(self, answer: Answer) -> None:
         """Take what a page sends; runs in the server's thread."""
         if answer.get("kind") == "picture":
             self._screenshots.deliver(answer)
         elif answer.get("kind") == "shown":
-            self._receive_shown(answer, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
+            self._receive_shown(answer, _source_of(answer))
         elif answer.get("kind") in ("joints", "clip", "played"):
-            self._receive_configuration(answer, str(answer.get("source", ""))[:_MOST_OF_A_SOURCE])
+            self._receive_configuration(answer, _source_of(answer))
 
     def _receive_configuration(self, answer: Answer, source: str) -> None:
         """Take where a page has the robot: somebody moved it, or it plays the program's clip, or one of its own."""
@@ -216,19 +223,26 @@ class Viewer(ShownScene):
         except NaoKinError:
             return
         page = source.partition(" ")[0]
-        if answer["kind"] == "joints":
-            self._lead.take(page)
-        elif not self._lead.admits(page, begins=answer.get("begins") is True):
-            return
-        before = self._q
-        if answer["kind"] == "clip":
-            self._note(q)  # all pages have the program's clip
-        else:
-            self._show_joints(q, up, source)
-        if answer["kind"] == "joints" or not np.array_equal(before, q):
-            self._changes.tell(q, self._changed(before, q))
+        with self._lock:
+            if answer["kind"] == "joints":
+                self._lead.take(page)
+            elif not self._lead.admits(page, begins=answer.get("begins") is True):
+                return
+            before = self._q
+            if answer["kind"] == "clip":
+                self._note(q)  # all pages have the program's clip
+            else:
+                self._show_joints(q, up, source)
+            if answer["kind"] == "joints" or not np.array_equal(before, q):
+                self._changes.tell(q, self._changed(before, q))
 
     def __repr__(self) -> str:
         # Not the token, for what is printed is logged and shared.
         where = f"live at {self._server.address}" if self._server is not None else "not live"
         return f"<Viewer of {self.robot.name}, {where}>"
+
+
+def _source_of(answer: Answer) -> str:
+    """What the page that sends this calls itself, as text that can be sent on."""
+    source = answer.get("source")
+    return source[:_MOST_OF_A_SOURCE].encode("utf-8", "replace").decode("utf-8") if isinstance(source, str) else ""
