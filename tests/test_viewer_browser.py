@@ -258,7 +258,7 @@ def test_a_clip_does_not_lie_down_with_the_direction_given_before_it(page: Page)
         page.run("() => { naoKin.set(naoKin.q, [1, 0, 0]); naoKin.settle(); }")
         assert _in_the_room(page, "torso")[2, 0] == pytest.approx(1.0)
         page.run(f"() => {{ {start}; naoKin.player.pause(); naoKin.settle(); }}")
-        assert page.run("() => naoKin.up") is None
+        assert page.run("() => naoKin.stance.up") is None
         assert _in_the_room(page, "torso")[2, 2] > 0.9
 
 

@@ -370,11 +370,11 @@ def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> Non
 
 def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => { location.hash = 'v=1&q=&up=0,-1,0'; }")
-    page.tab.wait_for_function("() => naoKin.up !== null")
+    page.tab.wait_for_function("() => naoKin.stance.up !== null")
     tool(page, "Crouch").click()
-    assert page.run("() => (naoKin.settle(), naoKin.up)") is None
+    assert page.run("() => (naoKin.settle(), naoKin.stance.up)") is None
     press(page, "Control+z")
-    assert page.run("() => (naoKin.settle(), [...naoKin.up])") == [0, -1, 0]
+    assert page.run("() => (naoKin.settle(), [...naoKin.stance.up])") == [0, -1, 0]
 
 
 def test_the_past_is_bounded(page: Page) -> None:
@@ -537,7 +537,7 @@ def test_a_paste_into_a_field_is_the_fields(page: Page, nao: nk.NaoModel) -> Non
 def state_of(tab: Any) -> dict[str, Any]:
     return dict(
         tab.evaluate("""() => (naoKin.settle(), {
-            q: [...naoKin.q], up: naoKin.up, shown: naoKin.toggles.shown, units: naoKin.panel.settings.units,
+            q: [...naoKin.q], up: naoKin.stance.up, shown: naoKin.toggles.shown, units: naoKin.panel.settings.units,
             frame: naoKin.panel.readout.select.value,
             camera: [...naoKin.viewer.camera.position.toArray(), ...naoKin.viewer.controls.target.toArray()],
         })""")
@@ -633,19 +633,6 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             tab.reload()
             tab.wait_for_selector("body[data-ready]")
             assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
-
-
-def test_a_robot_that_comes_again_is_not_moved_by_the_address(browser: Any, document: Path) -> None:
-    with another(browser, f"{document.as_uri()}#v=1&q=HeadYaw:0.5") as tab:
-        assert state_of(tab)["q"][0] == 0.5
-        tab.evaluate("() => { naoKin.start(naoKin.robot.about); naoKin.complete(); }")
-        assert state_of(tab)["q"][0] == 0.0
-        # Of two panels only the newer one listens to keys.
-        tab.get_by_role("button", name="Crouch").click()
-        crouched = state_of(tab)["q"]
-        tab.get_by_role("button", name="Stand", exact=True).click()
-        tab.keyboard.press("Control+z")
-        assert state_of(tab)["q"] == crouched
 
 
 def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:

@@ -59,8 +59,14 @@ export class Connection {
    * @param {string} version
    */
   compare(version) {
-    if (this.version && version !== this.version) location.reload();
+    if (this.version && version !== this.version) this.beginAnew();
     this.version = version;
+  }
+
+  /** Load the page anew. What the program says until then may be of another robot. */
+  beginAnew() {
+    if (this.socket) this.socket.onmessage = null;
+    location.reload();
   }
 
   wait() {

@@ -46,7 +46,7 @@ export class Pointer {
     // A second finger makes no tap of the first.
     if (this.press) this.press.still = false;
     if (this.drag.held || this.press || event.button !== 0 || !event.isPrimary) return;
-    this.app.settle();
+    this.app.stance.settle();
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
     const handle = this.drag.marks.at(event);
     const grip = handle ? null : this.drag.rings.at(event);

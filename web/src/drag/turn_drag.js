@@ -66,7 +66,7 @@ export class TurnDrag {
   /** Turn as far towards the angle wanted as the limb can; gives what there is to say. */
   turn() {
     const { app } = this;
-    let { q } = app;
+    let { q } = app.stance;
     let says = "";
     let step = STEP;
     while (this.reached !== this.wanted && step > STEP / 2 ** HALVINGS) {
@@ -76,8 +76,8 @@ export class TurnDrag {
       else step *= 0.5;
       says = followed?.says ?? "";
     }
-    app.set(q);
-    app.settle();
+    app.stance.set(q);
+    app.stance.settle();
     return says && `${this.limb.frame}: ${says}`;
   }
 

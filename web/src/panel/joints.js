@@ -54,9 +54,9 @@ export class Joints {
   }
 
   refresh() {
-    const { app } = this.panel;
-    const outside = app.robot.outside(app.q);
-    for (const row of this.rows) row.refresh(app.q, outside.has(row.joint.column));
+    const { robot } = this.panel.app;
+    const outside = robot.outside(robot.q);
+    for (const row of this.rows) row.refresh(robot.q, outside.has(row.joint.column));
   }
 
   relabel() {

@@ -1,7 +1,13 @@
+import { entry } from "../legend.js";
 import { between, isInside } from "../robot/nodes.js";
 import { OffScreen } from "../robot/off_screen.js";
 import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
+
+// Of one that is to compare with.
+const COMPARED = "#3f7fd9";
+// Neither the blue nor the grey of the branches while a limb is dragged.
+export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];
 
 /** @typedef {{ q: number[], colour: string, opacity: number }} GhostLook */
 /** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.Material>} Copy */
@@ -84,8 +90,36 @@ export class Ghosts {
   }
 }
 
-// Of one that is to compare with.
-export const COMPARED = "#3f7fd9";
+/**
+ * Show configurations as ghosts, each in a colour of its own; the legend numbers them. Without numbers they are to compare
+ * with.
+ *
+ * @param {import("../app.js").App} app
+ * @param {{ qs: Float64Array, count: number, opacity: number, first: number | null }} message one after another; number of the first
+ */
+export function showGhosts(app, { qs, count, opacity, first }) {
+  const width = qs.length / count;
+  const looks = Array.from({ length: count }, (_, i) => {
+    const colour = first === null ? COMPARED : GHOST_COLOURS[i % GHOST_COLOURS.length];
+    return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
+  });
+  app.stance.settle();
+  app.ghosts.show(looks);
+  app.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
+  app.toggles.offer("ghosts", count > 0);
+  app.show({ ghosts: true });
+}
 
-// Neither the blue nor the grey of the branches while a limb is dragged.
-export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];
+/** @param {import("../app.js").App} app */
+export function clearGhosts(app) {
+  showGhosts(app, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
+}
+
+/**
+ * The configuration of now stays as a pale copy.
+ *
+ * @param {import("../app.js").App} app
+ */
+export function keepGhost(app) {
+  showGhosts(app, { qs: Float64Array.from(app.stance.q), count: 1, opacity: 0.3, first: null });
+}

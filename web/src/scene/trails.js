@@ -18,9 +18,8 @@ export class Trails {
   /**
    * @param {import("../app.js").App} app
    * @param {import("../timeline/player.js").Player} player
-   * @param {AbortSignal} signal
    */
-  constructor(app, player, signal) {
+  constructor(app, player) {
     this.app = app;
     this.player = player;
     /** @type {Mode} */
@@ -34,8 +33,8 @@ export class Trails {
     this.waiting = undefined;
     this.group = asMark(new THREE.Group());
     app.robot.root.add(this.group);
-    app.addEventListener("settled", () => this.follow(), { signal });
-    player.addEventListener("motion", () => this.mode === "whole" && this.later(), { signal });
+    app.addEventListener("settled", () => this.follow());
+    player.addEventListener("motion", () => this.mode === "whole" && this.later());
   }
 
   /** @param {Mode} mode */

@@ -12,11 +12,8 @@ const FEW = 60;
 
 /** Motions out of the page and into it as files: by a menu, or dropped on the page. */
 export class MotionFiles {
-  /**
-   * @param {import("./player.js").Player} player
-   * @param {AbortSignal} signal
-   */
-  constructor(player, signal) {
+  /** @param {import("./player.js").Player} player */
+  constructor(player) {
     this.player = player;
     this.button = iconButton("file", "Motion files", () => {});
     this.field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
@@ -37,9 +34,9 @@ export class MotionFiles {
       this.field.click();
     });
     this.menu = menu(this.button, "Motion files", ...this.writers, opener);
-    player.addEventListener("motion", () => this.refresh(), { signal });
-    window.addEventListener("dragover", (event) => this.over(event), { signal });
-    window.addEventListener("drop", (event) => this.drop(event), { signal });
+    player.addEventListener("motion", () => this.refresh());
+    window.addEventListener("dragover", (event) => this.over(event));
+    window.addEventListener("drop", (event) => this.drop(event));
     this.refresh();
   }
 
@@ -85,8 +82,8 @@ export class MotionFiles {
       return;
     }
     try {
-      const { robot, q } = player.app;
-      this.take(name, readMotion(robot.about, (await file.text()).replace(/^\ufeff/, ""), q));
+      const { robot, stance } = player.app;
+      this.take(name, readMotion(robot.about, (await file.text()).replace(/^\ufeff/, ""), stance.q));
     } catch (error) {
       player.say(`${name}: ${error instanceof NoMotion ? error.message : "cannot be read"}`, true);
     }
@@ -109,7 +106,7 @@ export class MotionFiles {
         : read;
     player.pause();
     const edited = motion.count <= (motion.interpolation === "smooth" ? MOST_KEYS : FEW);
-    if (edited) player.editor?.take(KeyFrames.from(motion));
+    if (edited) player.editor.take(KeyFrames.from(motion));
     else player.setClip(player.playing(motion));
     player.seek(0);
     const what = edited ? "key frames" : "configurations";
