@@ -112,6 +112,21 @@ def _until_here(viewer: Viewer, nao: nk.NaoModel, joint: str, value: float) -> b
     return True
 
 
+def test_however_often_it_is_told_to_try_a_page_opens_one_socket(browser: Any, nao: nk.NaoModel) -> None:
+    port = _free_port()
+    sockets: list[str] = []
+    with Viewer(nao, port=port) as first, opened(browser, first.url) as page:
+        first.close()
+        _live(page, "ended")
+        page.tab.on("websocket", lambda socket: sockets.append(socket.url))
+        with Viewer(nao, port=port):
+            page.tab.get_by_role("button", name="Try now").dblclick()
+            _live(page, "live")
+            page.tab.wait_for_timeout(300)
+        page.errors.clear()  # the browser's own, of the socket that it could not open
+    assert len(sockets) == 1
+
+
 def test_a_page_that_loses_its_program_before_it_knows_what_that_has_is_loaded_anew(
     browser: Any, nao: nk.NaoModel
 ) -> None:

@@ -368,6 +368,19 @@ def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> Non
     assert page.run(placed) == pytest.approx(lying, abs=1e-9)
 
 
+def test_a_key_that_a_mac_says_nothing_of_when_it_goes_up_keeps_no_step_open(page: Page, nao: nk.NaoModel) -> None:
+    # With ⌘ down no other key goes up there: of ⌘C the page hears that C goes down, and ⌘ up.
+    page.tab.keyboard.down("Meta")
+    page.tab.keyboard.down("c")
+    page.tab.keyboard.up("Meta")
+    pull(page, "HeadYaw", 20)
+    one = page.q
+    pull(page, "HeadPitch", -10)
+    press(page, "Control+z")
+    assert np.array_equal(page.q, one)
+    page.tab.keyboard.up("c")
+
+
 def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => { location.hash = 'v=1&q=&up=0,-1,0'; }")
     page.tab.wait_for_function("() => naoKin.stance.up !== null")
@@ -633,6 +646,24 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             tab.reload()
             tab.wait_for_selector("body[data-ready]")
             assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
+
+
+def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
+    browser: Any, document: Path, tmp_path: Path
+) -> None:
+    inside = document.read_text(encoding="utf-8").replace("&", "&amp;").replace('"', "&quot;")
+    outer = tmp_path / "hidden.html"
+    frame = '<iframe style="display: none" width="900" height="600"'
+    outer.write_text(f'<!doctype html><meta charset="utf-8">{frame} srcdoc="{inside}"></iframe>', encoding="utf-8")
+    with visitor(browser, viewport={"width": 950, "height": 650}) as context:
+        tab = context.new_page()
+        tab.goto(outer.as_uri())
+        page = next(frame for frame in tab.frames if frame.parent_frame)
+        page.wait_for_function("() => document.body.dataset.ready")
+        tab.evaluate("() => { document.querySelector('iframe').style.display = 'block'; }")
+        page.wait_for_function("() => naoKin.pane.clientHeight > 0")
+        place = page.evaluate("() => naoKin.viewer.camera.position.toArray()")
+        assert np.isfinite(place).all()
 
 
 def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:

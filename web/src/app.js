@@ -232,6 +232,6 @@ export class App extends EventTarget {
    */
   look(preset, robots) {
     const bar = byId("top");
-    this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / this.pane.clientHeight);
+    this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1));
   }
 }

@@ -118,7 +118,7 @@ export class ViewMenu {
     };
     const film = button("Record video", () => {
       const { obstacle } = Video;
-      if (obstacle) app.notice(obstacle);
+      if (obstacle) app.panel.messages.say(obstacle, { bad: true });
       else if (app.video.recording) app.video.stop();
       else app.video.start();
     });

@@ -159,6 +159,8 @@ export class Pointer {
   /** @param {KeyboardEvent} event */
   key(event) {
     if (event.key !== "Escape" || event.defaultPrevented) return;
+    // What is open over the picture closes, and takes nothing along.
+    if (event.target instanceof Element && event.target.closest("dialog, [popover]")) return;
     const { measure, selection } = this.app.pick;
     if (this.drag.held) {
       this.drag.cancel();

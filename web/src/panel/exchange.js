@@ -37,11 +37,13 @@ export class Exchange {
 
   // What the clipboard holds, if the page may read it; else a field to paste into.
   async paste() {
+    let text;
     try {
-      this.take(await navigator.clipboard.readText());
+      text = await navigator.clipboard.readText();
     } catch {
-      this.askForText();
+      return this.askForText();
     }
+    this.take(text);
   }
 
   askForText() {

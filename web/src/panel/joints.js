@@ -54,9 +54,8 @@ export class Joints {
   }
 
   refresh() {
-    const { robot } = this.panel.app;
-    const outside = robot.outside(robot.q);
-    for (const row of this.rows) row.refresh(robot.q, outside.has(row.joint.column));
+    const { robot, shown } = this.panel.app;
+    for (const row of this.rows) row.refresh(robot.q, shown.outside.has(row.joint.column));
   }
 
   relabel() {

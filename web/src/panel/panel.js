@@ -60,6 +60,9 @@ export class Panel {
     this.settings.addEventListener("units", () => {
       this.joints.relabel();
       this.refresh();
+      app.pick.hover.tip.refresh();
+      app.pick.measure.draw();
+      app.viewer.set_dirty();
     });
     bindViewKeys(app);
     const paint = () => paintFloor(app.studio);

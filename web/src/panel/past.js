@@ -33,7 +33,15 @@ export class Past extends EventTarget {
     window.addEventListener("pointerup", ({ pointerId }) => end(`pointer ${pointerId}`), options);
     window.addEventListener("pointercancel", ({ pointerId }) => end(`pointer ${pointerId}`), options);
     window.addEventListener("keydown", ({ code }) => begin(`key ${code}`), options);
-    window.addEventListener("keyup", ({ code }) => end(`key ${code}`), options);
+    window.addEventListener(
+      "keyup",
+      ({ code, key }) => {
+        // On a Mac no key goes up that went down with ⌘, until ⌘ itself does.
+        if (key === "Meta") for (const what of this.held) if (what.startsWith("key ")) this.held.delete(what);
+        end(`key ${code}`);
+      },
+      options,
+    );
     window.addEventListener("blur", () => this.letGo());
   }
 

@@ -48,7 +48,7 @@ export class Player extends EventTarget {
     this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
     this.scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
-    this.clock = element("output");
+    this.clock = element("output", { ariaLive: "off" });
     this.loop = element("button", { type: "button", className: "loop", title: "Play again and again" }, "↻");
     this.loop.ariaLabel = "Play again and again";
     this.loop.onclick = () => this.setLoop(!this.looping);
