@@ -180,9 +180,7 @@ export class LimbDrag {
    * @returns {import("../math/types.js").Pose}
    */
   poseOf(frame) {
-    const { robot } = this.app;
-    const torso = robot.pose(robot.linkOf(this.handle.limb.torso));
-    const pose = torso.invert().multiply(robot.pose(robot.linkOf(frame)));
+    const pose = this.app.robot.poseIn(frame, this.handle.limb.torso);
     return /** @type {import("../math/types.js").Pose} */ (pose.transpose().toArray());
   }
 }

@@ -27,9 +27,8 @@ export class TurnDrag {
     this.app = app;
     this.limb = handle.limb;
     const { robot, pick } = app;
-    const torso = robot.pose(robot.linkOf(this.limb.torso)).invert();
     /** @param {string} frame */
-    const poseOf = (frame) => torso.clone().multiply(robot.pose(robot.linkOf(frame)));
+    const poseOf = (frame) => robot.poseIn(frame, this.limb.torso);
     this.follower = new FOLLOWERS[this.limb.kind](this.limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
     const own = new THREE.Vector3(...axis.axis);
     this.axis = own.clone().transformDirection(poseOf(this.limb.frame));

@@ -17,9 +17,9 @@ import { paintFloor } from "../scene/floor_colours.js";
 import { bindViewKeys } from "./view_keys.js";
 
 /**
- * A part of the panel: what it looks like, and how it follows the robot.
+ * A part of the panel: what it looks like, and how it follows the robot if it does.
  *
- * @typedef {{ element: HTMLElement, refresh(): void }} Section
+ * @typedef {{ element: HTMLElement, refresh?(): void }} Section
  */
 
 /** The panel beside the view. */
@@ -90,6 +90,6 @@ export class Panel {
   }
 
   refresh() {
-    for (const section of this.sections) section.refresh();
+    for (const section of this.sections) section.refresh?.();
   }
 }

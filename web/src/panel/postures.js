@@ -7,6 +7,4 @@ export class Postures {
     const buttons = app.robot.about.postures.map(({ name }) => button(name, () => app.stance.posture(name)));
     this.element = element("section", { className: "postures", ariaLabel: "Postures" }, ...buttons);
   }
-
-  refresh() {}
 }

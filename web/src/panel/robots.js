@@ -26,8 +26,6 @@ export class Robots {
     this.draw();
   }
 
-  refresh() {}
-
   draw() {
     const { others, robot } = this.app;
     const added = [...others.robots].sort(([a], [b]) => a - b);

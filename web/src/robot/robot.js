@@ -63,6 +63,18 @@ export class Robot extends Skeleton {
   }
 
   /**
+   * Pose of a frame in that of another one.
+   *
+   * @param {string} frame
+   * @param {string} reference
+   */
+  poseIn(frame, reference) {
+    return this.pose(this.linkOf(reference))
+      .invert()
+      .multiply(this.pose(this.linkOf(frame)));
+  }
+
+  /**
    * The range of a coordinate, coupled limits included, in a configuration.
    *
    * @param {import("../types.js").Coordinate} coordinate

@@ -15,6 +15,8 @@ export class MotionFiles {
   /** @param {import("./player.js").Player} player */
   constructor(player) {
     this.player = player;
+    /** Files that were opened. */
+    this.opened = 0;
     this.button = iconButton("file", "Motion files", () => {});
     this.field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
     this.field.ariaLabel = "Motion file";
@@ -76,6 +78,7 @@ export class MotionFiles {
   /** @param {File} file */
   async open(file) {
     const { player } = this;
+    const number = ++this.opened;
     const name = file.name.length > 60 ? `${file.name.slice(0, 59)}…` : file.name;
     if (file.size > MOST_BYTES) {
       player.say(`${name}: ${(file.size / 1e6).toFixed(0)} MB, more than ${MOST_BYTES / 1e6} MB`, true);
@@ -83,7 +86,9 @@ export class MotionFiles {
     }
     try {
       const { robot, stance } = player.app;
-      this.take(name, readMotion(robot.about, (await file.text()).replace(/^\ufeff/, ""), stance.q));
+      const text = await file.text();
+      // A short file that was opened after a long one is read before it.
+      if (number === this.opened) this.take(name, readMotion(robot.about, text.replace(/^\ufeff/, ""), stance.q));
     } catch (error) {
       player.say(`${name}: ${error instanceof NoMotion ? error.message : "cannot be read"}`, true);
     }
