@@ -148,14 +148,14 @@ def test_a_lit_light_outshines_the_colour_of_its_link_and_red(page: Page, nao: n
 def test_neither_ghosts_nor_the_size_of_the_robot_have_glows(page: Page, nao: nk.NaoModel) -> None:
     _show(page, {})
     sprites = "(root) => { let n = 0; root().traverse((node) => (n += node.isSprite ? 1 : 0)); return n; }"
-    count = f"() => ({sprites})(() => naoKin.ghost.skeleton.root)"
+    count = f"() => ({sprites})(() => naoKin.ghosts.skeleton.root)"
     box = "() => { const { min, max } = naoKin.robot.box([]); return [...min.toArray(), ...max.toArray()]; }"
     dark = page.run(box)
     _show(page, COLOURS)
-    page.run("(q) => naoKin.ghost.show(q)", nao.posture("Crouch").tolist())
+    page.run("""(q) => naoKin.ghosts.show([{ q, colour: "#000000", opacity: 0.5 }])""", nao.posture("Crouch").tolist())
     assert page.run(count) == 0
     assert page.run(box) == dark
-    page.run("() => naoKin.ghost.show(null)")
+    page.run("() => naoKin.ghosts.clear()")
 
 
 def test_the_picture_shows_each_segment_in_its_colour(page: Page, nao: nk.NaoModel) -> None:

@@ -69,12 +69,13 @@ export class Ghosts {
   refresh() {
     if (this.group.children.length === 0) return;
     const toRoot = this.robot.toRoot();
-    const own = new THREE.Matrix4();
+    const poses = this.robot.nodes.map(
+      ({ matrixWorld }) => new THREE.Matrix4().multiplyMatrices(toRoot, matrixWorld).elements,
+    );
     for (const copy of this.copies) {
       /** @type {{ link: number, pose: THREE.Matrix4 }} */
       const { link, pose } = /** @type {any} */ (copy.userData);
-      own.multiplyMatrices(toRoot, this.robot.nodes[link].matrixWorld);
-      copy.visible = pose.elements.some((value, i) => Math.abs(value - own.elements[i]) > SAME);
+      copy.visible = pose.elements.some((value, i) => Math.abs(value - poses[link][i]) > SAME);
     }
   }
 
