@@ -61,6 +61,7 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
         page.run("() => { window.here = true; }")
         assert _shows(page, nao.posture("Sit"))
         page.tab.locator("#cameras button", has_text="side").click()
+        page.animation_frames(2)  # the camera's matrix is that of the last picture
         looks = page.run("() => naoKin.viewer.camera.matrixWorld.elements.join()")
         first.close()
         _live(page, "ended")
@@ -109,6 +110,58 @@ def _until_here(viewer: Viewer, nao: nk.NaoModel, joint: str, value: float) -> b
             return False
         time.sleep(0.02)
     return True
+
+
+def test_however_often_it_is_told_to_try_a_page_opens_one_socket(browser: Any, nao: nk.NaoModel) -> None:
+    port = _free_port()
+    sockets: list[str] = []
+    with Viewer(nao, port=port) as first, opened(browser, first.url) as page:
+        first.close()
+        _live(page, "ended")
+        page.tab.on("websocket", lambda socket: sockets.append(socket.url))
+        with Viewer(nao, port=port):
+            page.tab.get_by_role("button", name="Try now").dblclick()
+            _live(page, "live")
+            page.tab.wait_for_timeout(300)
+        page.errors.clear()  # the browser's own, of the socket that it could not open
+    assert len(sockets) == 1
+
+
+def test_a_page_that_loses_its_program_before_it_knows_what_that_has_is_loaded_anew(
+    browser: Any, nao: nk.NaoModel
+) -> None:
+    errors: list[str] = []
+    sockets: list[Any] = []
+
+    def break_the_first(socket: Any) -> None:
+        sockets.append(socket)
+        server, is_first = socket.connect_to_server(), len(sockets) == 1
+
+        def pass_on(message: bytes) -> None:
+            if is_first and b"\xa4kind\xa7version" in message:
+                socket.close()
+            else:
+                socket.send(message)
+
+        server.on_message(pass_on)
+
+    with Viewer(nao) as viewer, visitor(browser, viewport={"width": 900, "height": 600}) as context:
+        viewer.display(nao.posture("Crouch"))
+        tab = context.new_page()
+        tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.route_web_socket(re.compile("/live"), break_the_first)
+        tab.goto(viewer.url)
+        tab.wait_for_selector("body[data-ready]", timeout=30_000)
+        assert len(sockets) == 3  # the one that broke, the one that sent the scene again, that of the new page
+        assert tab.evaluate("() => performance.getEntriesByType('navigation')[0].type") == "reload"
+        crouched = tab.evaluate("() => [...naoKin.q]")
+        assert np.allclose(crouched, nao.posture("Crouch"))
+        assert [tab.locator(one).count() for one in ("#fold", "#eye", ".view-menu", ".play")] == [1, 1, 1, 1]
+        tab.get_by_role("button", name="Stand", exact=True).click()
+        tab.keyboard.press("Control+z")  # once: there is one panel
+        assert tab.evaluate("() => [...naoKin.q]") == crouched
+    assert not errors
 
 
 def test_a_page_whose_token_is_the_old_one_says_so_and_asks_no_more(browser: Any, nao: nk.NaoModel) -> None:

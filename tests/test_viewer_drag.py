@@ -244,6 +244,31 @@ def test_the_other_branches_are_ghosts_while_a_foot_is_dragged(page: Page, nao: 
     assert page.run("() => naoKin.drag.ghosts.group.children.length") == 0
 
 
+def test_ghosts_and_balance_need_no_new_shaders_with_each_step_of_a_drag(page: Page) -> None:
+    page.run("""() => {
+        window.linked = 0;
+        const own = naoKin.viewer.renderer.getContext().linkProgram;
+        naoKin.viewer.renderer.getContext().linkProgram = function (...values) {
+            window.linked += 1;
+            return own.apply(this, values);
+        };
+        naoKin.show({ com: true, support: true });
+    }""")
+    place = drag(page, "LLeg", (10, -30))
+    page.run("() => naoKin.viewer.render()")
+    assert page.run(GHOSTS)
+    before = page.run("() => window.linked")
+    for _ in range(4):
+        place += np.array((2, -4))
+        page.tab.mouse.move(*place)
+        page.run("() => naoKin.viewer.render()")
+    assert page.run(GHOSTS)
+    assert page.run("() => window.linked") == before
+    page.tab.mouse.up()
+    page.run("() => { delete naoKin.viewer.renderer.getContext().linkProgram; }")
+    page.run("() => naoKin.show({ com: false, support: false })")
+
+
 # The place of a ring's point on the screen, so far round about its axis.
 ON_RING = """([axis, angle]) => {
     const ring = naoKin.drag.rings.list.find((one) => one.axis.axis[axis] === 1);

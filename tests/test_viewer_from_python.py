@@ -154,9 +154,12 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     page.tab.wait_for_function(
         "(n) => Math.abs(naoKin.others.robots.get(n).shown.robot.root.parent.position.x) < 1e-12", arg=number
     )
+    page.run("() => { const { fastLook, shapes } = naoKin.studio; fastLook.draw(shapes, naoKin.viewer.camera); }")
     other.remove()
     other.remove()
     page.tab.wait_for_function("() => naoKin.others.robots.size === 0")
+    looks = "() => [naoKin.studio.fastLook.materials.size, naoKin.robot.meshes.length]"
+    assert len(set(page.run(looks))) == 1
     live.color_links({})
     # What draws a picture while something moves may be made only now; a robot would have left dozens behind.
     assert all(count <= before[kind] + 1 for kind, count in page.run(memory).items())

@@ -368,13 +368,26 @@ def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> Non
     assert page.run(placed) == pytest.approx(lying, abs=1e-9)
 
 
+def test_a_key_that_a_mac_says_nothing_of_when_it_goes_up_keeps_no_step_open(page: Page, nao: nk.NaoModel) -> None:
+    # With ⌘ down no other key goes up there: of ⌘C the page hears that C goes down, and ⌘ up.
+    page.tab.keyboard.down("Meta")
+    page.tab.keyboard.down("c")
+    page.tab.keyboard.up("Meta")
+    pull(page, "HeadYaw", 20)
+    one = page.q
+    pull(page, "HeadPitch", -10)
+    press(page, "Control+z")
+    assert np.array_equal(page.q, one)
+    page.tab.keyboard.up("c")
+
+
 def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoModel) -> None:
     page.run("() => { location.hash = 'v=1&q=&up=0,-1,0'; }")
-    page.tab.wait_for_function("() => naoKin.up !== null")
+    page.tab.wait_for_function("() => naoKin.stance.up !== null")
     tool(page, "Crouch").click()
-    assert page.run("() => (naoKin.settle(), naoKin.up)") is None
+    assert page.run("() => (naoKin.settle(), naoKin.stance.up)") is None
     press(page, "Control+z")
-    assert page.run("() => (naoKin.settle(), [...naoKin.up])") == [0, -1, 0]
+    assert page.run("() => (naoKin.settle(), [...naoKin.stance.up])") == [0, -1, 0]
 
 
 def test_the_past_is_bounded(page: Page) -> None:
@@ -537,7 +550,7 @@ def test_a_paste_into_a_field_is_the_fields(page: Page, nao: nk.NaoModel) -> Non
 def state_of(tab: Any) -> dict[str, Any]:
     return dict(
         tab.evaluate("""() => (naoKin.settle(), {
-            q: [...naoKin.q], up: naoKin.up, shown: naoKin.toggles.shown, units: naoKin.panel.settings.units,
+            q: [...naoKin.q], up: naoKin.stance.up, shown: naoKin.toggles.shown, units: naoKin.panel.settings.units,
             frame: naoKin.panel.readout.select.value,
             camera: [...naoKin.viewer.camera.position.toArray(), ...naoKin.viewer.controls.target.toArray()],
         })""")
@@ -639,17 +652,22 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
 
 
-def test_a_robot_that_comes_again_is_not_moved_by_the_address(browser: Any, document: Path) -> None:
-    with another(browser, f"{document.as_uri()}#v=1&q=HeadYaw:0.5") as tab:
-        assert state_of(tab)["q"][0] == 0.5
-        tab.evaluate("() => { naoKin.start(naoKin.robot.about); naoKin.complete(); }")
-        assert state_of(tab)["q"][0] == 0.0
-        # Of two panels only the newer one listens to keys.
-        tab.get_by_role("button", name="Crouch").click()
-        crouched = state_of(tab)["q"]
-        tab.get_by_role("button", name="Stand", exact=True).click()
-        tab.keyboard.press("Control+z")
-        assert state_of(tab)["q"] == crouched
+def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
+    browser: Any, document: Path, tmp_path: Path
+) -> None:
+    inside = document.read_text(encoding="utf-8").replace("&", "&amp;").replace('"', "&quot;")
+    outer = tmp_path / "hidden.html"
+    frame = '<iframe style="display: none" width="900" height="600"'
+    outer.write_text(f'<!doctype html><meta charset="utf-8">{frame} srcdoc="{inside}"></iframe>', encoding="utf-8")
+    with visitor(browser, viewport={"width": 950, "height": 650}) as context:
+        tab = context.new_page()
+        tab.goto(outer.as_uri())
+        page = next(frame for frame in tab.frames if frame.parent_frame)
+        page.wait_for_function("() => document.body.dataset.ready")
+        tab.evaluate("() => { document.querySelector('iframe').style.display = 'block'; }")
+        page.wait_for_function("() => naoKin.pane.clientHeight > 0")
+        place = page.evaluate("() => naoKin.viewer.camera.position.toArray()")
+        assert np.isfinite(place).all()
 
 
 def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:

@@ -529,6 +529,28 @@ def test_two_points_of_the_surface_stay_on_their_links(page: Page, nao: nk.NaoMo
     assert page.run("() => naoKin.pick.selection.frame") == "LThigh"
 
 
+def test_the_tip_and_what_is_measured_are_in_the_units_that_were_chosen(page: Page) -> None:
+    page.tab.keyboard.down("Shift")
+    for link in ("LThigh", "Head"):
+        page.tab.mouse.click(*seen(page, link))
+    page.tab.keyboard.up("Shift")
+    text = "() => naoKin.labels.owners.get(naoKin.pick.measure)[0].text"
+    millimetres = float(page.run(text).removesuffix(" mm"))
+    page.tab.get_by_role("button", name="Settings").click()
+    page.tab.get_by_text("Radians").click()
+    page.tab.get_by_text("Metres", exact=True).click()
+    assert float(page.run(text).removesuffix(" m")) == pytest.approx(millimetres / 1000, abs=1e-4)
+    # Escape closes what is open, and leaves what is measured.
+    page.tab.keyboard.press("Escape")
+    assert page.tab.locator(".menu:popover-open").count() == 0
+    assert page.run("() => naoKin.pick.measure.thread.visible")
+    page.tab.mouse.move(*seen(page, "Head"))
+    page.animation_frames(2)
+    assert " rad" in tip(page)
+    assert "°" not in tip(page)
+    page.run("() => naoKin.panel.settings.setUnits({ angle: 'deg', length: 'mm' })")
+
+
 def test_frames_are_measured_from_the_keyboard(page: Page, nao: nk.NaoModel) -> None:
     page.tab.mouse.click(*seen(page, "Head"))
     for label, keys in (("Measure from", "LArm"), ("Measure to", "RLeg")):

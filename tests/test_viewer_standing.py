@@ -26,7 +26,7 @@ def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactor
 
 def _set_down(page: Page, q: np.ndarray) -> np.ndarray:
     """Pose over the floor of the root of a robot that is shown without one before it."""
-    page.run("(q) => { naoKin.standing.forget(); naoKin.set(q, null); }", q.tolist())
+    page.run("(q) => { naoKin.shown.standing.forget(); naoKin.set(q, null); }", q.tolist())
     return _placement(page)
 
 
@@ -93,7 +93,7 @@ def test_a_robot_on_the_floor_rests_wherever_its_joints_are(page: Page, nao: nk.
     rested = 0
     for q in nao.random(3, 60):
         T = _set_down(page, q)
-        if page.run("() => naoKin.standing.last.rests"):
+        if page.run("() => naoKin.shown.standing.last.rests"):
             assert _rests(nao, q, T)
             rested += 1
     assert rested > 10
@@ -267,9 +267,9 @@ def test_setting_down_takes_two_milliseconds_at_most(page: Page, nao: nk.NaoMode
     times = page.run(
         """(qs) => qs.map((q) => {
             naoKin.robot.apply(q);
-            naoKin.standing.forget();
+            naoKin.shown.standing.forget();
             const begin = performance.now();
-            naoKin.standing.place(q, null);
+            naoKin.shown.standing.place(q, null);
             return performance.now() - begin;
         })""",
         nao.random(8, 200).tolist(),

@@ -211,6 +211,16 @@ def test_what_is_saved_is_read_by_python_and_by_the_page_again(
     assert np.abs(page.q - expected[1]).max() < 1e-12
 
 
+def test_the_last_step_that_is_undone_leaves_the_focus_where_it_is(page: Page) -> None:
+    make_keys(page)
+    page.tab.get_by_role("button", name="Undo the change of key frames").focus()
+    for _ in range(5):
+        page.tab.keyboard.press("Enter")
+    assert times(page) == []
+    assert page.run("() => document.activeElement.ariaLabel") == "Undo the change of key frames"
+    assert page.tab.get_by_role("button", name="Undo the change of key frames").is_disabled()
+
+
 def test_smooth_keys_are_saved_as_they_are_or_sampled(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     make_keys(page)
     page.tab.get_by_label("Between the keys").select_option("smooth")
@@ -225,7 +235,7 @@ def test_a_motion_of_python_is_opened(page: Page, nao: nk.NaoModel, tmp_path: Pa
     for name in ("nod.csv", "nod.json"):
         write_motion(nod, tmp_path / name)
         drop(page, tmp_path / name)
-        assert name in message(page)
+        page.tab.locator("#message span", has_text=name).wait_for(timeout=5000)
         for time in (0.0, 0.3, 0.75, 1.0):
             page.run("(time) => naoKin.player.seek(time)", time)
             assert np.abs(page.q - nod.configurations(nao, times=[time], fill="StandInit").q[0]).max() < 1e-9
@@ -453,6 +463,7 @@ def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoM
 
         # Who takes hold of the robot elsewhere stops it.
         press(page, "Play")
+        page.tab.wait_for_function("(told) => naoKin.reports.count > told + 1 && !naoKin.reports.begins", arg=told)
         other.slider("HeadYaw").focus()
         other.tab.keyboard.press("Home")
         page.tab.wait_for_function("() => !naoKin.player.playback.playing && naoKin.q[0] < -1.5")

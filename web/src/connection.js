@@ -1,6 +1,9 @@
 import { delayAfter } from "./backoff.js";
 import { button } from "./panel/element.js";
 
+// How long [ms] a program may take to say that it is there.
+const PATIENCE = 10_000;
+
 /**
  * Where the page's messages come from: the page itself, or the program that serves it.
  *
@@ -11,6 +14,7 @@ export class Connection {
   /** What page and robot the program has. */
   version = "";
   failures = 0;
+  isAsking = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   timer = undefined;
 
@@ -59,8 +63,14 @@ export class Connection {
    * @param {string} version
    */
   compare(version) {
-    if (this.version && version !== this.version) location.reload();
+    if (this.version && version !== this.version) this.beginAnew();
     this.version = version;
+  }
+
+  /** Load the page anew. What the program says until then may be of another robot. */
+  beginAnew() {
+    if (this.socket) this.socket.onmessage = null;
+    location.reload();
   }
 
   wait() {
@@ -86,7 +96,12 @@ export class Connection {
 
   // A socket that is refused does not say why; a request does.
   async ask() {
-    const answer = await fetch(location.href, { method: "HEAD", cache: "no-store" }).catch(() => null);
+    // The timer, the button and the network may each ask, and a second socket would take up the scene once more.
+    if (this.isAsking || this.socket?.readyState === WebSocket.CONNECTING) return;
+    this.isAsking = true;
+    const signal = AbortSignal.timeout(PATIENCE);
+    const answer = await fetch(location.href, { method: "HEAD", cache: "no-store", signal }).catch(() => null);
+    this.isAsking = false;
     if (answer?.status === 403) {
       this.app.notice("The program runs again and lets in only its new address, which it has printed.");
     } else if (answer?.ok) {

@@ -22,7 +22,7 @@ export function makeViewer(app) {
     if (message.type === "set_animation") app.player.load(message);
   };
   viewer.render = () => {
-    app.settle();
+    app.stance.settle();
     app.studio.draw();
     viewer.animator.after_render();
     viewer.needs_render = false;

@@ -1,6 +1,7 @@
 import { isOutdated } from "./echo.js";
 import { sendPicture } from "./record/pictures.js";
 import { scaleBar } from "./scene/colour_scale.js";
+import { showGhosts } from "./scene/ghosts.js";
 
 /**
  * What each kind of message does that Python's `panel_message` makes.
@@ -8,17 +9,21 @@ import { scaleBar } from "./scene/colour_scale.js";
  * @type {Record<string, (app: import("./app.js").App, message: any) => void>}
  */
 export const HANDLERS = {
-  robot: (app, { about }) => app.start(about),
-  joints: (app, { q, up, source }) => {
-    const plays = app.player.playback?.playing;
-    if (!isOutdated(source, app.reports.source, app.reports.count, plays)) app.display([...q], up, source !== "");
+  robot: (app, { about }) => {
+    // The whole scene comes again to a page that lost its program before it was told what that has.
+    if (app.robot) app.connection.beginAnew();
+    else app.start(about);
   },
-  still: (app) => app.still(),
+  joints: ({ player, reports, stance }, { q, up, source }) => {
+    if (isOutdated(source, reports.source, reports.count, player.playback?.playing)) return;
+    stance.display([...q], up, source !== "");
+  },
+  still: (app) => app.stance.still(),
   shown: (app, message) => app.receiveShown(message),
   frames: (app, message) => app.chooseFrames(message),
   edition: (app, { name }) => app.setEdition(String(name)),
   camera: (app, { name }) => app.camera(name),
-  ghosts: (app, message) => app.showGhosts(message),
+  ghosts: (app, message) => showGhosts(app, message),
   targets: (app, { targets }) => app.targets.show(targets),
   colours: (app, { robot, links, label, low, high, stops }) => {
     /** @type {{ link: number, rgb: import("./types.js").Vector }[]} */

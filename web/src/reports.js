@@ -20,8 +20,7 @@ export class Reports {
   /** A configuration that somebody has made in this page. */
   joints() {
     this.count += 1;
-    const { q, up } = this.app;
-    this.send({ kind: "joints", q: [...q], up });
+    this.send({ kind: "joints", ...this.app.stance.snapshot() });
   }
 
   /**
@@ -41,7 +40,7 @@ export class Reports {
     const { waiting, begins } = this;
     this.waiting = null;
     // Somebody else may move the robot by now.
-    if (!waiting || (waiting.kind === "clip" && !this.app.followsClip)) return;
+    if (!waiting || (waiting.kind === "clip" && !this.app.stance.followsClip)) return;
     this.begins = false;
     this.send({ ...waiting, begins });
   }

@@ -13,7 +13,7 @@ const TOGGLES = {
     text: "Frames",
     show: ({ frames, menu }, on) => {
       frames.show(on);
-      menu?.refresh();
+      menu.refresh();
     },
   },
   axes: {

@@ -1,3 +1,4 @@
+import { clearGhosts, keepGhost } from "./scene/ghosts.js";
 import { EDITIONS } from "./scene/link_colours.js";
 import { button, element } from "./panel/element.js";
 import { saveScreenshot } from "./record/screenshot.js";
@@ -24,7 +25,6 @@ export class ViewMenu {
     this.sheet = element("div", { className: "sheet" }, this.bars, this.frames(), this.robot(), this.pictures());
     this.summary = element("summary", {}, "View");
     this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
-    top.querySelector("details.view-menu")?.remove();
     const cameras = /** @type {HTMLElement} */ (document.querySelector("#cameras"));
     const shown = /** @type {HTMLElement} */ (document.querySelector("#shown"));
     top.append(this.menu);
@@ -99,8 +99,8 @@ export class ViewMenu {
       app.studio.setOpacity(Number(opacity.value));
       opacity.style.setProperty("--to", `${((Number(opacity.value) - 0.1) / 0.9) * 100}%`);
     };
-    const keep = button("Keep as ghost", () => app.keepGhost());
-    const remove = button("Remove ghost", () => app.clearGhosts());
+    const keep = button("Keep as ghost", () => keepGhost(app));
+    const remove = button("Remove ghost", () => clearGhosts(app));
     this.edition.add(new Option("as it is", ""));
     for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
     this.edition.onchange = () => app.setEdition(this.edition.value);
@@ -118,7 +118,7 @@ export class ViewMenu {
     };
     const film = button("Record video", () => {
       const { obstacle } = Video;
-      if (obstacle) app.notice(obstacle);
+      if (obstacle) app.panel.messages.say(obstacle, { bad: true });
       else if (app.video.recording) app.video.stop();
       else app.video.start();
     });

@@ -1,5 +1,5 @@
 import { LIMB_CLASSES } from "../ik/limbs.js";
-import { Ghosts } from "../scene/ghosts.js";
+import { Ghosts, clearGhosts } from "../scene/ghosts.js";
 import { HandleKeys } from "./handle_keys.js";
 import { Handles } from "./handles.js";
 import { JointDrag } from "./joint_drag.js";
@@ -27,7 +27,7 @@ export class Drag {
   constructor(app, pane, line, bar) {
     this.app = app;
     this.line = line;
-    /** What is held, and what was before it. @type {{ gesture: Gesture, q: number[], up: ArrayLike<number> | null } | null} */
+    /** What is held, and what was before it. @type {{ gesture: Gesture } & import("../stance.js").Snapshot | null} */
     this.held = null;
     /** Whether a link may be taken hold of. */
     this.movesJoints = false;
@@ -88,15 +88,14 @@ export class Drag {
 
   /** @param {() => Gesture} make */
   begin(make) {
-    this.app.settle();
+    this.app.stance.settle();
     if (this.held) {
       // By keyboard a handle is moved and turned in one hold: letting go is one change, and Escape gives back all of it.
       this.held.gesture.end();
       this.held.gesture = make();
       return;
     }
-    const { q, up } = this.app;
-    this.held = { gesture: make(), q: [...q], up };
+    this.held = { ...this.app.stance.snapshot(), gesture: make() };
     this.announce(true);
   }
 
@@ -116,8 +115,8 @@ export class Drag {
     this.held = null;
     this.say("");
     // The legend goes only now: on a narrow page the picture grows by it.
-    if (app.ghosts.entries.length > 0 && app.ghosts.copies.length === 0) app.clearGhosts();
-    app.restand();
+    if (app.ghosts.entries.length > 0 && app.ghosts.copies.length === 0) clearGhosts(app);
+    app.stance.restand();
     this.announce(false);
   }
 
@@ -125,8 +124,9 @@ export class Drag {
   cancel() {
     if (!this.held) return;
     const { q, up } = this.held;
-    this.app.set(q, up);
-    this.app.settle();
+    const { stance } = this.app;
+    stance.set(q, up);
+    stance.settle();
     this.end();
   }
 

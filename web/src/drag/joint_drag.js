@@ -73,12 +73,14 @@ export class JointDrag {
     this.point = point.toArray();
     this.before = triples(ray);
     /** What the pointer asks for, which limits may keep the joint from. */
-    this.wanted = app.q[motion.joint.column];
+    this.wanted = app.stance.q[motion.joint.column];
     const line = { origin: motion.origin.toArray(), direction: motion.direction.toArray() };
     const least = NEAR_AXIS * app.pick.viewport.metresPerPixel(point);
     this.angle = new SweptAngle(line, this.point, triples(ray).origin, least);
     const { column } = motion.joint;
-    const [most, fewest] = [Infinity, -Infinity].map((end) => farthest(app.robot.about, app.q, column, end).value);
+    const [most, fewest] = [Infinity, -Infinity].map(
+      (end) => farthest(app.robot.about, app.stance.q, column, end).value,
+    );
     this.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);
   }
 
@@ -92,9 +94,9 @@ export class JointDrag {
       : this.angle.between(before, now);
     this.before = now;
     this.wanted += swept / motion.rate;
-    const { value, stop } = farthest(app.robot.about, app.q, column, this.wanted);
-    app.move(column, value);
-    app.settle();
+    const { value, stop } = farthest(app.robot.about, app.stance.q, column, this.wanted);
+    app.stance.move(column, value);
+    app.stance.settle();
     return stop ? this.sentence(stop) : "";
   }
 

@@ -100,8 +100,8 @@ export class LimbDrag {
       this.place = place;
       app.ghosts.clearAnswers();
       const others = this.others(place, followed.q);
-      app.set(followed.q);
-      app.settle();
+      app.stance.set(followed.q);
+      app.stance.settle();
       this.ghosts.show(others, app.robot.linkOf(handle.limb.joints[0]));
       // What a camera looks at, or past, stays where it is dragged.
       if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target)));
@@ -119,7 +119,7 @@ export class LimbDrag {
   approach(target) {
     const { follower, place } = this;
     const strides = Math.ceil(distance(place, target) / (follower.stride ?? Infinity));
-    let near = { place, q: this.app.q };
+    let near = { place, q: this.app.stance.q };
     for (let i = 1; i < strides; i++) {
       const next = plus(place, times(i / strides, minus(target, place)));
       const { q } = follower.follow(next, near.q);
@@ -180,9 +180,7 @@ export class LimbDrag {
    * @returns {import("../math/types.js").Pose}
    */
   poseOf(frame) {
-    const { robot } = this.app;
-    const torso = robot.pose(robot.linkOf(this.handle.limb.torso));
-    const pose = torso.invert().multiply(robot.pose(robot.linkOf(frame)));
+    const pose = this.app.robot.poseIn(frame, this.handle.limb.torso);
     return /** @type {import("../math/types.js").Pose} */ (pose.transpose().toArray());
   }
 }

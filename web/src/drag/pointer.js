@@ -46,7 +46,7 @@ export class Pointer {
     // A second finger makes no tap of the first.
     if (this.press) this.press.still = false;
     if (this.drag.held || this.press || event.button !== 0 || !event.isPrimary) return;
-    this.app.settle();
+    this.app.stance.settle();
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
     const handle = this.drag.marks.at(event);
     const grip = handle ? null : this.drag.rings.at(event);
@@ -159,6 +159,8 @@ export class Pointer {
   /** @param {KeyboardEvent} event */
   key(event) {
     if (event.key !== "Escape" || event.defaultPrevented) return;
+    // What is open over the picture closes, and takes nothing along.
+    if (event.target instanceof Element && event.target.closest("dialog, [popover]")) return;
     const { measure, selection } = this.app.pick;
     if (this.drag.held) {
       this.drag.cancel();

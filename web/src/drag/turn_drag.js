@@ -27,9 +27,8 @@ export class TurnDrag {
     this.app = app;
     this.limb = handle.limb;
     const { robot, pick } = app;
-    const torso = robot.pose(robot.linkOf(this.limb.torso)).invert();
     /** @param {string} frame */
-    const poseOf = (frame) => torso.clone().multiply(robot.pose(robot.linkOf(frame)));
+    const poseOf = (frame) => robot.poseIn(frame, this.limb.torso);
     this.follower = new FOLLOWERS[this.limb.kind](this.limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
     const own = new THREE.Vector3(...axis.axis);
     this.axis = own.clone().transformDirection(poseOf(this.limb.frame));
@@ -66,7 +65,7 @@ export class TurnDrag {
   /** Turn as far towards the angle wanted as the limb can; gives what there is to say. */
   turn() {
     const { app } = this;
-    let { q } = app;
+    let { q } = app.stance;
     let says = "";
     let step = STEP;
     while (this.reached !== this.wanted && step > STEP / 2 ** HALVINGS) {
@@ -76,8 +75,8 @@ export class TurnDrag {
       else step *= 0.5;
       says = followed?.says ?? "";
     }
-    app.set(q);
-    app.settle();
+    app.stance.set(q);
+    app.stance.settle();
     return says && `${this.limb.frame}: ${says}`;
   }
 

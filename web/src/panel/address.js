@@ -12,16 +12,10 @@ const SAME_PLACE = 1e-4;
 
 const bare = () => location.href.split("#", 1)[0];
 
-// Whether the link that led to this page has been followed: once, whichever robot comes later.
-let isFollowed = false;
-
 /** The state of the page in its address, behind the #, so that a link leads to it. */
 export class Address {
-  /**
-   * @param {import("./panel.js").Panel} panel
-   * @param {AbortSignal} signal
-   */
-  constructor(panel, signal) {
+  /** @param {import("./panel.js").Panel} panel */
+  constructor(panel) {
     this.panel = panel;
     this.app = panel.app;
     this.timer = 0;
@@ -36,15 +30,14 @@ export class Address {
       this.preset = this.places();
       this.later();
     };
-    app.addEventListener("camera", moved, { signal });
-    for (const name of ["settled", "shown"]) app.addEventListener(name, later, { signal });
+    app.addEventListener("camera", moved);
+    for (const name of ["settled", "shown"]) app.addEventListener(name, later);
     for (const name of ["pointerup", "wheel", "keyup"]) {
-      app.pane.addEventListener(name, later, { signal, passive: true });
+      app.pane.addEventListener(name, later, { passive: true });
     }
-    panel.settings.addEventListener("units", later, { signal });
-    for (const name of ["motion", "time"]) app.player.addEventListener(name, later, { signal });
-    window.addEventListener("hashchange", () => this.apply(), { signal });
-    signal.addEventListener("abort", () => clearTimeout(this.timer));
+    panel.settings.addEventListener("units", later);
+    for (const name of ["motion", "time"]) app.player.addEventListener(name, later);
+    window.addEventListener("hashchange", () => this.apply());
   }
 
   /** The page is all here: go where its link leads, if somebody followed one. */
@@ -53,8 +46,8 @@ export class Address {
     const [entry] = performance.getEntriesByType("navigation");
     const isNew = /** @type {PerformanceNavigationTiming | undefined} */ (entry)?.type === "navigate";
     // A live page that is loaded again is where the program has it now, not where it was.
-    if (!isFollowed && (isNew || !this.app.connection.socket)) this.apply();
-    isFollowed = this.isOpen = true;
+    if (isNew || !this.app.connection.socket) this.apply();
+    this.isOpen = true;
   }
 
   /** Where the camera is, and what it looks at, with z up. */
@@ -74,7 +67,7 @@ export class Address {
   /** The key frames, and when they are shown; null where there are none. */
   get keys() {
     const { editor } = this.app.player;
-    return editor && editor.frames.count > 0 ? { frames: editor.frames, time: editor.now } : null;
+    return editor.frames.count > 0 ? { frames: editor.frames, time: editor.now } : null;
   }
 
   /** What a link leaves out, to be said. */
@@ -90,8 +83,8 @@ export class Address {
     const { app, panel } = this;
     const { shown, buttons } = app.toggles;
     return writeLink(app.robot.about, {
-      q: [...app.q],
-      up: app.up && Array.from(app.up),
+      q: [...app.stance.q],
+      up: app.stance.up && Array.from(app.stance.up),
       camera: this.camera,
       shown: Object.keys(shown).filter((name) => shown[name] && !buttons.get(name)?.hidden),
       units: panel.settings.units,
@@ -143,10 +136,10 @@ export class Address {
       return;
     }
     const { q, up, camera, shown, units, frame, keys } = state;
-    if (keys) app.player.editor?.take(keys.frames, keys.time);
-    if (q) app.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null);
-    else if (up) app.jump([...app.q], up);
-    app.settle();
+    if (keys) app.player.editor.take(keys.frames, keys.time);
+    if (q) app.stance.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null);
+    else if (up) app.stance.jump([...app.stance.q], up);
+    app.stance.settle();
     if (shown) {
       const offered = [...app.toggles.buttons].filter(([, { hidden }]) => !hidden);
       app.show(Object.fromEntries(offered.map(([name]) => [name, shown.includes(name)])));

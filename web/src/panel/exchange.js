@@ -22,9 +22,9 @@ export class Exchange {
 
   /** @param {string} format */
   copyConfiguration(format) {
-    const { robot, q } = this.app;
+    const { robot, stance } = this.app;
     const { title, write } = FORMATS[format];
-    return this.copy(write(robot.about, q, robot.outside(q).size === 0), title);
+    return this.copy(write(robot.about, stance.q, robot.outside(stance.q).size === 0), title);
   }
 
   /**
@@ -37,11 +37,13 @@ export class Exchange {
 
   // What the clipboard holds, if the page may read it; else a field to paste into.
   async paste() {
+    let text;
     try {
-      this.take(await navigator.clipboard.readText());
+      text = await navigator.clipboard.readText();
     } catch {
-      this.askForText();
+      return this.askForText();
     }
+    this.take(text);
   }
 
   askForText() {
@@ -82,11 +84,11 @@ export class Exchange {
    * @returns {string | null} why nothing has changed
    */
   show(text) {
-    const { robot, q } = this.app;
+    const { robot, stance } = this.app;
     try {
-      const read = readConfiguration(robot.about, q, text);
-      this.app.jump(read.q, this.app.up);
-      this.app.settle();
+      const read = readConfiguration(robot.about, stance.q, text);
+      stance.jump(read.q, stance.up);
+      stance.settle();
       const outside = robot.outside(read.q).size;
       const values = `${read.count} value${read.count === 1 ? "" : "s"} from ${read.kind}`;
       this.messages.say(outside ? `${values}; ${outside} outside the limits` : values);

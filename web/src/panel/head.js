@@ -33,6 +33,4 @@ export class Head {
       element("p", { className: "notes", hidden: about.notes.length === 0 }, about.notes.join("; ")),
     );
   }
-
-  refresh() {}
 }

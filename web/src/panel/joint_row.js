@@ -79,7 +79,7 @@ export class JointRow {
   /** @param {number} value of the joint */
   set(value) {
     const { multiplier, offset, column } = this.joint;
-    if (multiplier !== 0) this.panel.app.move(column, (value - offset) / multiplier);
+    if (multiplier !== 0) this.panel.app.stance.move(column, (value - offset) / multiplier);
   }
 
   // --- keys and typing -----------------------------------------------------------------------------------------
@@ -97,7 +97,7 @@ export class JointRow {
     const value = Number.isFinite(steps) ? stepped(this.value, steps, this.unit) : steps;
     // From outside the limits a step leads on, and never further out.
     this.set(clamp(value, Math.min(low, this.value), Math.max(high, this.value)));
-    this.panel.app.settle();
+    this.panel.app.stance.settle();
     return true;
   }
 
@@ -131,7 +131,7 @@ export class JointRow {
     }
     const inside = clamp(value, low, high);
     this.set(inside);
-    this.panel.app.settle();
+    this.panel.app.stance.settle();
     this.giveBack();
     if (inside !== value) this.note.textContent = `its limit is ${spoken(inside, unit)}`;
     return true;

@@ -54,9 +54,8 @@ export class Joints {
   }
 
   refresh() {
-    const { app } = this.panel;
-    const outside = app.robot.outside(app.q);
-    for (const row of this.rows) row.refresh(app.q, outside.has(row.joint.column));
+    const { robot, shown } = this.panel.app;
+    for (const row of this.rows) row.refresh(robot.q, shown.outside.has(row.joint.column));
   }
 
   relabel() {

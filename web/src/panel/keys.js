@@ -45,14 +45,11 @@ const LIST = {
 
 /** Keys that work wherever the focus is, unless it is where they are typed. */
 export class Keys {
-  /**
-   * @param {import("./panel.js").Panel} panel
-   * @param {AbortSignal} signal
-   */
-  constructor(panel, signal) {
+  /** @param {import("./panel.js").Panel} panel */
+  constructor(panel) {
     this.panel = panel;
-    document.addEventListener("keydown", (event) => this.press(event), { signal });
-    document.addEventListener("paste", (event) => this.paste(event), { signal });
+    document.addEventListener("keydown", (event) => this.press(event));
+    document.addEventListener("paste", (event) => this.paste(event));
   }
 
   /** @param {KeyboardEvent} event */

@@ -14,16 +14,14 @@ export class Layout {
    * @param {HTMLElement} aside
    * @param {HTMLElement} view
    * @param {import("./settings.js").Settings} settings
-   * @param {AbortSignal} signal
    */
-  constructor(aside, view, settings, signal) {
+  constructor(aside, view, settings) {
     this.aside = aside;
     this.settings = settings;
     this.stacked = matchMedia("(max-width: 47.5em) and (max-aspect-ratio: 1/1)");
     this.toggle = iconButton("panel", "Panel", () => this.fold(!this.folded), "P");
     this.toggle.id = "fold";
     this.toggle.setAttribute("aria-controls", aside.id);
-    view.querySelector("#fold")?.remove();
     view.append(this.toggle);
     this.separator = element("div", { className: "separator", tabIndex: 0 });
     this.separator.setAttribute("role", "separator");
@@ -32,8 +30,8 @@ export class Layout {
     this.separator.onkeydown = (event) => this.key(event);
     this.separator.onpointerdown = (event) => this.grab(event);
     this.separator.ondblclick = () => this.resize(null);
-    this.stacked.addEventListener("change", () => this.restore(), { signal });
-    window.addEventListener("resize", () => this.announce(), { signal });
+    this.stacked.addEventListener("change", () => this.restore());
+    window.addEventListener("resize", () => this.announce());
     this.restore();
     this.fold(settings.kept("folded") === "yes");
   }

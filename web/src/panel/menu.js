@@ -14,7 +14,6 @@ export function menu(button, label, ...children) {
   sheet.setAttribute("popover", "auto");
   sheet.setAttribute("role", "group");
   sheet.setAttribute("aria-label", label);
-  button.setAttribute("aria-haspopup", "true");
   button.setAttribute("aria-expanded", "false");
   button.setAttribute("popovertarget", sheet.id);
   sheet.addEventListener("toggle", () => {

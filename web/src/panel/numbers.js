@@ -8,7 +8,8 @@ import { element } from "./element.js";
 export class Numbers {
   /** @param {string[]} names */
   constructor(names) {
-    this.outputs = names.map(() => element("output"));
+    // Read on demand, not at every step of a motion.
+    this.outputs = names.map(() => element("output", { ariaLive: "off" }));
     this.box = element(
       "div",
       { className: "numbers" },

@@ -17,9 +17,9 @@ import { paintFloor } from "../scene/floor_colours.js";
 import { bindViewKeys } from "./view_keys.js";
 
 /**
- * A part of the panel: what it looks like, and how it follows the robot.
+ * A part of the panel: what it looks like, and how it follows the robot if it does.
  *
- * @typedef {{ element: HTMLElement, refresh(): void }} Section
+ * @typedef {{ element: HTMLElement, refresh?(): void }} Section
  */
 
 /** The panel beside the view. */
@@ -30,27 +30,20 @@ export class Panel {
    */
   constructor(app, aside) {
     this.app = app;
-    this.closing = new AbortController();
-    const { signal } = this.closing;
     this.settings = new Settings(app.role === "");
     this.messages = new Messages(/** @type {HTMLElement} */ (document.getElementById("message")));
     this.exchange = new Exchange(app, this.messages);
-    this.past = new Past(app, signal);
-    this.start = this.past.stance();
-    this.address = new Address(this, signal);
-    this.layout = new Layout(
-      aside,
-      /** @type {HTMLElement} */ (document.getElementById("view")),
-      this.settings,
-      signal,
-    );
-    this.keys = new Keys(this, signal);
+    this.past = new Past(app);
+    this.start = app.stance.snapshot();
+    this.address = new Address(this);
+    this.layout = new Layout(aside, /** @type {HTMLElement} */ (document.getElementById("view")), this.settings);
+    this.keys = new Keys(this);
     this.joints = new Joints(this);
     this.readout = new Readout(this);
     /** From top to bottom. @type {Section[]} */
     this.sections = [
       new Head(this),
-      new Robots(this, signal),
+      new Robots(this),
       new Tools(this),
       new Postures(this),
       this.joints,
@@ -67,11 +60,14 @@ export class Panel {
     this.settings.addEventListener("units", () => {
       this.joints.relabel();
       this.refresh();
+      app.pick.hover.tip.refresh();
+      app.pick.measure.draw();
+      app.viewer.set_dirty();
     });
-    bindViewKeys(app, signal);
+    bindViewKeys(app);
     const paint = () => paintFloor(app.studio);
     this.settings.addEventListener("theme", paint);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint, { signal });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
     paint();
     const skip = /** @type {HTMLElement} */ (document.getElementById("skip"));
     skip.onclick = (event) => {
@@ -81,23 +77,19 @@ export class Panel {
     };
   }
 
-  // Another robot comes.
-  close() {
-    this.closing.abort();
-  }
-
   // All of the scene is here.
   complete() {
     // A page that finds its program again begins no second time.
-    if (!this.address.isOpen) this.start = this.past.stance();
+    if (this.address.isOpen) return;
+    this.start = this.app.stance.snapshot();
     this.address.open();
   }
 
   reset() {
-    this.app.jump([...this.start.q], this.start.up);
+    this.app.stance.jump([...this.start.q], this.start.up);
   }
 
   refresh() {
-    for (const section of this.sections) section.refresh();
+    for (const section of this.sections) section.refresh?.();
   }
 }

@@ -1,6 +1,6 @@
 import { History } from "../values/history.js";
 
-/** @typedef {{ q: number[], up: ArrayLike<number> | null }} Stance how the robot was */
+/** @typedef {import("../stance.js").Snapshot} Snapshot */
 
 /**
  * Undo and redo of what this page did to the robot. All that happens while a pointer or a key is down is one step.
@@ -8,20 +8,17 @@ import { History } from "../values/history.js";
  * Events: "changed".
  */
 export class Past extends EventTarget {
-  /**
-   * @param {import("../app.js").App} app
-   * @param {AbortSignal} signal
-   */
-  constructor(app, signal) {
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
     super();
     this.app = app;
-    /** @type {History<Stance>} */
+    /** @type {History<Snapshot>} */
     this.history = new History();
-    this.now = this.stance();
-    /** What was before the step that is under way. @type {Stance | null} */
+    this.now = app.stance.snapshot();
+    /** What was before the step that is under way. @type {Snapshot | null} */
     this.before = null;
     this.held = new Set();
-    app.addEventListener("settled", (event) => this.settled(/** @type {CustomEvent} */ (event).detail.own), { signal });
+    app.addEventListener("settled", (event) => this.settled(/** @type {CustomEvent} */ (event).detail.own));
     const begin = (/** @type {string} */ what) => {
       this.finish();
       this.held.add(what);
@@ -31,17 +28,21 @@ export class Past extends EventTarget {
       this.held.delete(what);
       setTimeout(() => this.finish());
     };
-    const options = { signal, capture: true };
+    const options = { capture: true };
     window.addEventListener("pointerdown", ({ pointerId }) => begin(`pointer ${pointerId}`), options);
     window.addEventListener("pointerup", ({ pointerId }) => end(`pointer ${pointerId}`), options);
     window.addEventListener("pointercancel", ({ pointerId }) => end(`pointer ${pointerId}`), options);
     window.addEventListener("keydown", ({ code }) => begin(`key ${code}`), options);
-    window.addEventListener("keyup", ({ code }) => end(`key ${code}`), options);
-    window.addEventListener("blur", () => this.letGo(), { signal });
-  }
-
-  stance() {
-    return { q: [...this.app.q], up: this.app.up };
+    window.addEventListener(
+      "keyup",
+      ({ code, key }) => {
+        // On a Mac no key goes up that went down with ⌘, until ⌘ itself does.
+        if (key === "Meta") for (const what of this.held) if (what.startsWith("key ")) this.held.delete(what);
+        end(`key ${code}`);
+      },
+      options,
+    );
+    window.addEventListener("blur", () => this.letGo());
   }
 
   // Keys and pointers that go up in another window are not heard of.
@@ -52,7 +53,7 @@ export class Past extends EventTarget {
 
   /** @param {boolean} own whether this page moved the robot, rather than the program behind it or a clip */
   settled(own) {
-    const now = this.stance();
+    const now = this.app.stance.snapshot();
     if (own && !same(now, this.now)) {
       this.before ??= this.now;
       if (this.held.size === 0) setTimeout(() => this.finish());
@@ -62,7 +63,7 @@ export class Past extends EventTarget {
 
   finish() {
     if (this.held.size > 0) return;
-    this.app.settle();
+    this.app.stance.settle();
     if (this.before && !same(this.before, this.now)) {
       this.history.push(this.before);
       this.dispatchEvent(new Event("changed"));
@@ -80,20 +81,21 @@ export class Past extends EventTarget {
     this.show(this.history.redo(this.now));
   }
 
-  /** @param {Stance | undefined} stance */
-  show(stance) {
-    if (!stance) return;
-    this.app.jump(stance.q, stance.up);
+  /** @param {Snapshot | undefined} snapshot */
+  show(snapshot) {
+    if (!snapshot) return;
+    const { stance } = this.app;
+    stance.jump(snapshot.q, snapshot.up);
     // It is no step of its own.
-    this.now = stance;
-    this.app.settle();
+    this.now = snapshot;
+    stance.settle();
     this.dispatchEvent(new Event("changed"));
   }
 }
 
 /**
- * @param {Stance} a
- * @param {Stance} b
+ * @param {Snapshot} a
+ * @param {Snapshot} b
  */
 function same(a, b) {
   return a.q.every((value, i) => value === b.q[i]) && String(a.up) === String(b.up);

@@ -4,9 +4,7 @@ import { button, element } from "./element.js";
 export class Postures {
   /** @param {import("./panel.js").Panel} panel */
   constructor({ app }) {
-    const buttons = app.robot.about.postures.map(({ name }) => button(name, () => app.posture(name)));
+    const buttons = app.robot.about.postures.map(({ name }) => button(name, () => app.stance.posture(name)));
     this.element = element("section", { className: "postures", ariaLabel: "Postures" }, ...buttons);
   }
-
-  refresh() {}
 }

@@ -8,11 +8,8 @@ import "./robots.css";
  * panel moves its own one; the program that added the others moves them.
  */
 export class Robots {
-  /**
-   * @param {import("./panel.js").Panel} panel
-   * @param {AbortSignal} signal
-   */
-  constructor(panel, signal) {
+  /** @param {import("./panel.js").Panel} panel */
+  constructor(panel) {
     this.panel = panel;
     this.app = panel.app;
     this.list = element("ul");
@@ -25,11 +22,9 @@ export class Robots {
       this.list,
       note,
     );
-    this.app.addEventListener("robots", () => this.draw(), { signal });
+    this.app.addEventListener("robots", () => this.draw());
     this.draw();
   }
-
-  refresh() {}
 
   draw() {
     const { others, robot } = this.app;
@@ -77,7 +72,7 @@ export class Robots {
     const presets = app.robot.about.cameras.filter(({ links }) => links.length === 0);
     const preset =
       presets.find(({ name }) => name === app.view) ?? presets.find(({ name }) => name === "three-quarter");
-    app.settle();
+    app.stance.settle();
     robot.root.updateWorldMatrix(true, true);
     app.look(preset, { box: () => robot.box([]) });
     panel.address.later();

@@ -14,7 +14,9 @@ export class Tools {
     past.addEventListener("changed", () => this.refresh());
     const reset = iconButton("reset", "Back to the beginning", () => panel.reset());
     const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror());
-    const random = iconButton("random", "Random within the limits", () => app.jump(randomWithin(about, app.q)));
+    const random = iconButton("random", "Random within the limits", () =>
+      app.stance.jump(randomWithin(about, app.stance.q)),
+    );
     mirror.hidden = about.mirror.length === 0;
     const copy = iconButton("copy", "Copy the configuration", () => {});
     const formats = menu(
@@ -52,8 +54,8 @@ export class Tools {
   }
 
   mirror() {
-    const { app } = this.panel;
-    const up = app.up ? [app.up[0], -app.up[1], app.up[2]] : null;
-    app.jump(mirrored(app.robot.about, app.q), up);
+    const { robot, stance } = this.panel.app;
+    const up = stance.up ? [stance.up[0], -stance.up[1], stance.up[2]] : null;
+    stance.jump(mirrored(robot.about, stance.q), up);
   }
 }

@@ -10,25 +10,20 @@ const POLE = 0.02;
  * Let the camera be moved by keys while the picture has the focus.
  *
  * @param {import("../app.js").App} app
- * @param {AbortSignal} signal
  */
-export function bindViewKeys(app, signal) {
+export function bindViewKeys(app) {
   const canvas = app.viewer.renderer.domElement;
   const { name, cameras } = app.robot.about;
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "application");
   canvas.setAttribute("aria-label", `${name}, seen by a camera that arrow keys, plus, minus and numbers move`);
-  canvas.addEventListener(
-    "keydown",
-    (event) => {
-      if (event.ctrlKey || event.metaKey || event.altKey) return;
-      const does = actionOf(event, app, cameras);
-      if (!does) return;
-      event.preventDefault();
-      does();
-    },
-    { signal },
-  );
+  canvas.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const does = actionOf(event, app, cameras);
+    if (!does) return;
+    event.preventDefault();
+    does();
+  });
 }
 
 /**

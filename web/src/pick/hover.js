@@ -12,7 +12,7 @@ export class Hover {
     this.app = app;
     this.picker = picker;
     this.highlight = new Highlight(app.robot);
-    this.tip = new Tip(app.robot, view);
+    this.tip = new Tip(app, view);
     /** @type {{ clientX: number, clientY: number } | null} */
     this.waiting = null;
     app.addEventListener("settled", () => this.tip.refresh());

@@ -1,5 +1,6 @@
 import { asMark } from "../scene/marking.js";
 import { THREE } from "../three.js";
+import { unitOf, withUnit } from "../values/units.js";
 
 /**
  * One end of what is measured: a frame, or a point that stays on its link.
@@ -111,6 +112,7 @@ export class Measure {
     this.thread.scale.set(1, Math.max(length, 1e-9), 1);
     this.thread.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.normalize());
     this.label.position.copy(this.thread.position);
-    this.app.labels.set(this, [{ text: `${(1000 * length).toFixed(1)} mm`, node: this.label }]);
+    const text = withUnit(length, unitOf("m", this.app.panel.settings.units));
+    this.app.labels.set(this, [{ text, node: this.label }]);
   }
 }

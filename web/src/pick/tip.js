@@ -9,11 +9,11 @@ const BESIDE = 16;
 /** A card near the pointer: the link, the joint that moves it, its lower pair, its value and its range. */
 export class Tip {
   /**
-   * @param {import("../robot/robot.js").Robot} robot
+   * @param {import("../app.js").App} app
    * @param {HTMLElement} view what the card stays inside
    */
-  constructor(robot, view) {
-    this.robot = robot;
+  constructor(app, view) {
+    this.app = app;
     this.view = view;
     this.name = element("b");
     this.joint = element("span");
@@ -47,7 +47,8 @@ export class Tip {
   /** Write the joint's value anew. */
   refresh() {
     if (this.link === null) return;
-    const { about, q } = this.robot;
+    const { robot, panel } = this.app;
+    const { about, q } = robot;
     this.name.textContent = about.links[this.link].name;
     const joint = jointOf(about, this.link);
     const coordinate = about.coordinates.find(({ column }) => column === joint?.column);
@@ -55,8 +56,9 @@ export class Tip {
     this.pair.textContent = joint ? pairOf(joint) : "";
     this.value.textContent = "";
     if (!joint || !coordinate) return;
-    const [low, high] = this.robot.range(coordinate, q).map((value) => unitText(value, coordinate.unit));
+    const written = (/** @type {number} */ value) => unitText(value, coordinate.unit, panel.settings.units);
+    const [low, high] = robot.range(coordinate, q).map(written);
     const leader = joint.follows ? `follows ${joint.follows}: ` : "";
-    this.value.textContent = `${leader}${unitText(q[joint.column], coordinate.unit)}, range ${low} … ${high}`;
+    this.value.textContent = `${leader}${written(q[joint.column])}, range ${low} … ${high}`;
   }
 }

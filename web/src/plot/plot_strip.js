@@ -14,11 +14,8 @@ const PATIENCE = 80;
 
 /** Joint angles and the position of a frame over the time of what is played. Hidden, it does nothing. */
 export class PlotStrip {
-  /**
-   * @param {import("../timeline/player.js").Player} player
-   * @param {AbortSignal} signal
-   */
-  constructor(player, signal) {
+  /** @param {import("../timeline/player.js").Player} player */
+  constructor(player) {
     this.player = player;
     const { app } = player;
     const { about } = app.robot;
@@ -37,20 +34,18 @@ export class PlotStrip {
     );
     this.frames.value = app.panel.readout.select.value;
     this.frames.onchange = () => this.update();
-    app.panel.readout.select.addEventListener("change", () => this.follow(app.panel.readout.select.value), { signal });
-    app.addEventListener("selected", () => app.pick.selection.frame && this.follow(app.pick.selection.frame), {
-      signal,
-    });
+    app.panel.readout.select.addEventListener("change", () => this.follow(app.panel.readout.select.value));
+    app.addEventListener("selected", () => app.pick.selection.frame && this.follow(app.pick.selection.frame));
     const seek = (/** @type {number} */ time) => player.seek(time);
     this.joints = new Plot("Joints", this.jointChooser(), seek);
     this.places = new Plot("Position", this.frames, seek);
     this.element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots" });
     this.element.append(this.joints.element, this.places.element);
-    player.addEventListener("motion", () => this.later(), { signal });
-    player.addEventListener("time", () => this.setTime(), { signal });
-    app.panel.settings.addEventListener("units", () => this.later(), { signal });
-    app.panel.settings.addEventListener("theme", () => this.later(), { signal });
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.later(), { signal });
+    player.addEventListener("motion", () => this.later());
+    player.addEventListener("time", () => this.setTime());
+    app.panel.settings.addEventListener("units", () => this.later());
+    app.panel.settings.addEventListener("theme", () => this.later());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.later());
   }
 
   jointChooser() {

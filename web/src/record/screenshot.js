@@ -20,5 +20,5 @@ export async function saveScreenshot(app, scale) {
   const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(app, ink, wide, high));
   const blob = await new Promise((/** @type {(blob: Blob | null) => void} */ done) => canvas.toBlob(done, "image/png"));
   if (blob) download(blob, fileName(robot.about.name, "png"));
-  else app.notice("The browser made no picture of this size.");
+  else app.panel.messages.say("The browser made no picture of this size.", { bad: true });
 }

@@ -63,6 +63,18 @@ export class Robot extends Skeleton {
   }
 
   /**
+   * Pose of a frame in that of another one.
+   *
+   * @param {string} frame
+   * @param {string} reference
+   */
+  poseIn(frame, reference) {
+    return this.pose(this.linkOf(reference))
+      .invert()
+      .multiply(this.pose(this.linkOf(frame)));
+  }
+
+  /**
    * The range of a coordinate, coupled limits included, in a configuration.
    *
    * @param {import("../types.js").Coordinate} coordinate
@@ -88,13 +100,13 @@ export class Robot extends Skeleton {
 
   /** Centre of mass in the same frame as `pose`; null for a robot without mass. */
   com() {
-    const sum = new THREE.Vector3();
+    const [sum, place] = [new THREE.Vector3(), new THREE.Vector3()];
     let total = 0;
     for (const { link, mass, centre } of this.about.bodies) {
-      sum.addScaledVector(new THREE.Vector3(...centre).applyMatrix4(this.pose(link)), mass);
+      sum.addScaledVector(place.fromArray(centre).applyMatrix4(this.nodes[link].matrixWorld), mass);
       total += mass;
     }
-    return total > 0 ? sum.divideScalar(total) : null;
+    return total > 0 ? sum.divideScalar(total).applyMatrix4(this.toRoot()) : null;
   }
 
   /** Where the scene has z up and its floor at 0: the inverse of three.js's world there. */

@@ -14,6 +14,8 @@ export class ShownRobot {
     studio.adopt(this.robot);
     this.standing = new Standing(this.robot);
     this.colours = new LinkColours(this.robot);
+    /** Columns of the coordinates that are outside their ranges. @type {Set<number>} */
+    this.outside = new Set();
   }
 
   /**
@@ -26,7 +28,8 @@ export class ShownRobot {
     const { robot } = this;
     robot.apply(robot.q);
     if (!robot.about.floating && !isHeld) this.standing.place(robot.q, up);
-    const outside = robot.outside(robot.q);
-    this.colours.setOutside(new Set(robot.joints.filter(({ column }) => outside.has(column)).map(({ link }) => link)));
+    this.outside = robot.outside(robot.q);
+    const joints = robot.joints.filter(({ column }) => this.outside.has(column));
+    this.colours.setOutside(new Set(joints.map(({ link }) => link)));
   }
 }

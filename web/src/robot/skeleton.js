@@ -39,6 +39,11 @@ export class Skeleton {
    * @param {number} link
    */
   pose(link) {
-    return new THREE.Matrix4().copy(this.root.matrixWorld).invert().multiply(this.nodes[link].matrixWorld);
+    return this.toRoot().multiply(this.nodes[link].matrixWorld);
+  }
+
+  /** From the world of three.js into that frame. */
+  toRoot() {
+    return new THREE.Matrix4().copy(this.root.matrixWorld).invert();
   }
 }

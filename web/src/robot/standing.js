@@ -110,7 +110,7 @@ export class Standing {
   points() {
     this.outlines ??= outlinesOf(this.robot);
     const points = new Float64Array(this.outlines.reduce((sum, { points: { length } }) => sum + length, 0));
-    const fromWorld = new THREE.Matrix4().copy(this.robot.root.matrixWorld).invert();
+    const fromWorld = this.robot.toRoot();
     const pose = new THREE.Matrix4();
     let k = 0;
     for (const { link, points: own } of this.outlines) {

@@ -1,6 +1,5 @@
 import { convexHull, inside } from "../math/polygon.js";
 import { THREE } from "../three.js";
-import { disposeChildren } from "./marking.js";
 
 // How far above the floor something may be and still touch it [m].
 const TOUCHING = 0.005;
@@ -17,10 +16,35 @@ export class Balance {
    */
   constructor(robot, scene, studio) {
     this.robot = robot;
-    this.studio = studio;
     this.shown = { com: false, support: false };
+    // Made once: new materials in each step of a movement would be new programs for the graphics card.
+    const size = studio.markScale;
+    this.ball = new THREE.Mesh(new THREE.SphereGeometry(0.018 * size, 32, 24), quarteredMaterial());
+    this.ball.renderOrder = 20;
+    this.down = new THREE.Line(
+      new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]),
+      new THREE.LineDashedMaterial({ color: INK, dashSize: 0.012, gapSize: 0.008, ...OVER }),
+    );
+    this.down.computeLineDistances();
+    this.down.frustumCulled = false;
+    this.down.renderOrder = 19;
+    this.foot = new THREE.Mesh(
+      new THREE.RingGeometry(0.011 * size, 0.016 * size, 40),
+      new THREE.MeshBasicMaterial({ color: INK, side: THREE.DoubleSide, ...OVER }),
+    );
+    this.foot.renderOrder = 18;
+    this.area = new THREE.Mesh(
+      new THREE.BufferGeometry(),
+      new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.22, depthWrite: false }),
+    );
+    this.area.position.z = 0.0006;
+    this.area.renderOrder = 15;
+    this.rim = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial(OVER));
+    this.rim.renderOrder = 16;
     this.group = new THREE.Group();
+    this.group.add(this.ball, this.down, this.foot, this.area, this.rim);
     scene.add(this.group);
+    this.draw();
   }
 
   /** @param {{ com?: boolean, support?: boolean }} changes */
@@ -30,8 +54,8 @@ export class Balance {
   }
 
   draw() {
-    disposeChildren(this.group);
     const { com, support } = this.shown;
+    for (const mark of this.group.children) mark.visible = false;
     if (!com && !support) return;
     const centre = this.robot.com()?.applyMatrix4(this.robot.placement()) ?? null;
     if (support) this.drawSupport(centre);
@@ -42,40 +66,28 @@ export class Balance {
   drawSupport(centre) {
     const hull = this.hull();
     if (hull.length < 3) return;
+    const { area, rim } = this;
     const color = centre && inside(hull, centre) ? STANDS : FALLS;
-    const area = new THREE.Mesh(
-      new THREE.ShapeGeometry(new THREE.Shape(hull)),
-      new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.22, depthWrite: false }),
-    );
-    area.position.z = 0.0006;
-    area.renderOrder = 15;
-    const rim = new THREE.LineLoop(
-      new THREE.BufferGeometry().setFromPoints(hull.map(({ x, y }) => new THREE.Vector3(x, y, 0.001))),
-      new THREE.LineBasicMaterial({ color, ...OVER }),
-    );
-    rim.renderOrder = 16;
-    this.group.add(area, rim);
+    for (const mark of [area, rim]) {
+      mark.visible = true;
+      mark.material.color.setHex(color);
+      mark.geometry.dispose();
+    }
+    area.geometry = new THREE.ShapeGeometry(new THREE.Shape(hull));
+    rim.geometry = new THREE.BufferGeometry().setFromPoints(hull.map(({ x, y }) => new THREE.Vector3(x, y, 0.001)));
   }
 
   /** @param {THREE.Vector3} centre */
   drawCentre(centre) {
-    const size = this.studio.markScale;
-    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.018 * size, 32, 24), quarteredMaterial());
+    const { ball, down, foot } = this;
+    for (const mark of [ball, down, foot]) mark.visible = true;
     ball.position.copy(centre);
-    ball.renderOrder = 20;
-    const down = new THREE.Line(
-      new THREE.BufferGeometry().setFromPoints([centre, new THREE.Vector3(centre.x, centre.y, 0)]),
-      new THREE.LineDashedMaterial({ color: INK, dashSize: 0.012, gapSize: 0.008, ...OVER }),
-    );
-    down.computeLineDistances();
-    down.renderOrder = 19;
-    const foot = new THREE.Mesh(
-      new THREE.RingGeometry(0.011 * size, 0.016 * size, 40),
-      new THREE.MeshBasicMaterial({ color: INK, side: THREE.DoubleSide, ...OVER }),
-    );
-    foot.renderOrder = 18;
     foot.position.set(centre.x, centre.y, 0.0015);
-    this.group.add(ball, down, foot);
+    down.position.set(centre.x, centre.y, 0);
+    const { position, lineDistance } = down.geometry.attributes;
+    position.setZ(0, centre.z);
+    lineDistance.setX(1, centre.z);
+    position.needsUpdate = lineDistance.needsUpdate = true;
   }
 
   /** The convex hull, on the floor, of all vertices that touch it; counterclockwise. */

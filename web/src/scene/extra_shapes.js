@@ -28,9 +28,7 @@ export function makePoints({ positions, colour, colours, size }) {
   return points;
 }
 
-/**
- * @param {{ parts: { geometry: any, colour: Vector, opacity: number }[] }} message geometries as three.js's loader takes them
- */
+/** @param {{ parts: { geometry: any, colour: Vector, opacity: number }[] }} message geometries as three.js's loader takes them */
 export function makeMesh({ parts }) {
   const group = new THREE.Group();
   for (const { geometry, colour, opacity } of parts) {

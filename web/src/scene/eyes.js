@@ -20,7 +20,6 @@ const [NEAR, FAR] = [0.025, 60];
  * @returns {Sight}
  */
 export function makeSight(app) {
-  document.getElementById("eye")?.remove();
   const select = document.createElement("select");
   select.ariaLabel = "Camera of the robot";
   select.append(...app.robot.about.eyes.map(({ name }) => new Option(name, name)));

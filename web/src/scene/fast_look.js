@@ -166,6 +166,14 @@ export class FastLook {
     renderer.shadowMap.needsUpdate = needsUpdate;
   }
 
+  /** @param {Shape[]} shapes that are drawn no more */
+  release(shapes) {
+    for (const { mesh } of shapes) {
+      this.materials.get(mesh)?.dispose();
+      this.materials.delete(mesh);
+    }
+  }
+
   /** @param {import("../types.js").RobotMesh} mesh */
   materialOf(mesh) {
     const { color, emissive, side } = mesh.material;

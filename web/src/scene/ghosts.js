@@ -1,16 +1,22 @@
+import { entry } from "../legend.js";
 import { between, isInside } from "../robot/nodes.js";
 import { OffScreen } from "../robot/off_screen.js";
 import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
+
+// Of one that is to compare with.
+const COMPARED = "#3f7fd9";
+// Neither the blue nor the grey of the branches while a limb is dragged.
+export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];
+
+// Poses whose entries [1, m] differ by no more are one.
+const SAME = 1e-6;
 
 /** @typedef {{ q: number[], colour: string, opacity: number }} GhostLook */
 /** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.Material>} Copy */
 
 /** Pale copies of the links that other configurations put elsewhere; they stay with the robot's root. */
 export class Ghosts {
-  // Poses whose entries [1, m] differ by no more are one.
-  static SAME = 1e-6;
-
   /** @param {import("../robot/robot.js").Robot} robot */
   constructor(robot) {
     this.robot = robot;
@@ -18,6 +24,13 @@ export class Ghosts {
     this.entries = [];
     this.group = asMark(new THREE.Group());
     this.skeleton = new OffScreen(robot);
+    /**
+     * One for each ghost, kept when it goes: of another one the graphics card would build its program anew, in each step
+     * of a drag.
+     *
+     * @type {THREE.MeshPhongMaterial[]}
+     */
+    this.materials = [];
     this.shapes = robot.meshes.map(({ mesh, link }) => ({ mesh, link, T_link_mesh: between(mesh, robot.nodes[link]) }));
     robot.root.add(this.group);
   }
@@ -32,16 +45,9 @@ export class Ghosts {
     this.clear();
     const shapes = this.shapes.filter(({ link }) => isInside(this.robot.nodes[link], this.robot.nodes[carrier]));
     for (const [i, { q, colour, opacity }] of ghosts.entries()) {
-      const material = new THREE.MeshPhongMaterial({
-        color: new THREE.Color(colour).convertSRGBToLinear(),
-        transparent: true,
-        opacity,
-        shininess: 12,
-        // Of surfaces in one place the robot's is seen, and then the first ghost's.
-        polygonOffset: true,
-        polygonOffsetFactor: i + 1,
-        polygonOffsetUnits: i + 1,
-      });
+      const material = (this.materials[i] ??= makeMaterial(i));
+      material.color.set(colour).convertSRGBToLinear();
+      material.opacity = opacity;
       this.skeleton.apply(q);
       const poses = this.robot.nodes.map((_, link) => this.skeleton.pose(link));
       for (const { mesh, link, T_link_mesh } of shapes) {
@@ -62,11 +68,14 @@ export class Ghosts {
   /** Show the links that are not where the robot has them. */
   refresh() {
     if (this.group.children.length === 0) return;
-    const poses = this.robot.nodes.map((_, link) => this.robot.pose(link).elements);
+    const toRoot = this.robot.toRoot();
+    const poses = this.robot.nodes.map(
+      ({ matrixWorld }) => new THREE.Matrix4().multiplyMatrices(toRoot, matrixWorld).elements,
+    );
     for (const copy of this.copies) {
       /** @type {{ link: number, pose: THREE.Matrix4 }} */
       const { link, pose } = /** @type {any} */ (copy.userData);
-      copy.visible = pose.elements.some((value, i) => Math.abs(value - poses[link][i]) > Ghosts.SAME);
+      copy.visible = pose.elements.some((value, i) => Math.abs(value - poses[link][i]) > SAME);
     }
   }
 
@@ -77,15 +86,52 @@ export class Ghosts {
 
   /** Take them away; the shapes' geometries are the robot's. */
   clear() {
-    for (const copy of [...this.copies]) {
-      copy.material.dispose();
-      copy.removeFromParent();
-    }
+    this.group.remove(...this.copies);
   }
 }
 
-// Of one that is to compare with.
-export const COMPARED = "#3f7fd9";
+/** @param {number} place among the ghosts */
+function makeMaterial(place) {
+  return new THREE.MeshPhongMaterial({
+    transparent: true,
+    shininess: 12,
+    // Of surfaces in one place the robot's is seen, and then the first ghost's.
+    polygonOffset: true,
+    polygonOffsetFactor: place + 1,
+    polygonOffsetUnits: place + 1,
+  });
+}
 
-// Neither the blue nor the grey of the branches while a limb is dragged.
-export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];
+/**
+ * Show configurations as ghosts, each in a colour of its own; the legend numbers them. Without numbers they are to compare
+ * with.
+ *
+ * @param {import("../app.js").App} app
+ * @param {{ qs: Float64Array, count: number, opacity: number, first: number | null }} message one after another; number of the first
+ */
+export function showGhosts(app, { qs, count, opacity, first }) {
+  const width = qs.length / count;
+  const looks = Array.from({ length: count }, (_, i) => {
+    const colour = first === null ? COMPARED : GHOST_COLOURS[i % GHOST_COLOURS.length];
+    return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
+  });
+  app.stance.settle();
+  app.ghosts.show(looks);
+  app.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
+  app.toggles.offer("ghosts", count > 0);
+  app.show({ ghosts: true });
+}
+
+/** @param {import("../app.js").App} app */
+export function clearGhosts(app) {
+  showGhosts(app, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
+}
+
+/**
+ * The configuration of now stays as a pale copy.
+ *
+ * @param {import("../app.js").App} app
+ */
+export function keepGhost(app) {
+  showGhosts(app, { qs: Float64Array.from(app.stance.q), count: 1, opacity: 0.3, first: null });
+}

@@ -47,7 +47,7 @@ export class LinkColours {
 
   /** @param {Set<number>} links those whose joint is outside its limits */
   setOutside(links) {
-    if (links.size === 0 && this.outside.size === 0) return;
+    if (links.size === this.outside.size && [...links].every((link) => this.outside.has(link))) return;
     this.outside = links;
     this.paintAll();
   }

@@ -100,6 +100,7 @@ export class Studio {
   /** @param {Robot} robot that is drawn no more */
   release(robot) {
     this.robots = this.robots.filter((other) => other !== robot);
+    this.fastLook.release(robot.meshes);
     this.shapes = this.robots.flatMap(({ meshes }) => meshes);
     this.moved();
   }
@@ -265,7 +266,8 @@ export class Studio {
  * @param {number} height
  */
 export function resize(viewer, width, height) {
-  viewer.camera.aspect = width / height;
+  // In a frame that is hidden the picture has no shape yet, and the camera is to have a place all the same.
+  viewer.camera.aspect = width > 0 && height > 0 ? width / height : 1;
   viewer.camera.updateProjectionMatrix();
   viewer.renderer.setSize(width, height);
   viewer.set_dirty();

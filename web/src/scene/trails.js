@@ -2,7 +2,7 @@ import { entry } from "../legend.js";
 import { evenTimes } from "../plot/samples.js";
 import { OffScreen } from "../robot/off_screen.js";
 import { GHOST_COLOURS } from "./ghosts.js";
-import { asMark, disposeChildren } from "./marking.js";
+import { asMark } from "./marking.js";
 import { THREE } from "../three.js";
 
 /** @typedef {"off" | "behind" | "whole"} Mode behind what moves, or of all that is played */
@@ -18,9 +18,8 @@ export class Trails {
   /**
    * @param {import("../app.js").App} app
    * @param {import("../timeline/player.js").Player} player
-   * @param {AbortSignal} signal
    */
-  constructor(app, player, signal) {
+  constructor(app, player) {
     this.app = app;
     this.player = player;
     /** @type {Mode} */
@@ -32,10 +31,14 @@ export class Trails {
     this.skeleton = undefined;
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.waiting = undefined;
+    // Kept, for a trail is drawn anew ten times a second while it grows.
+    this.materials = GHOST_COLOURS.map(
+      (colour) => new THREE.MeshBasicMaterial({ color: new THREE.Color(colour).convertSRGBToLinear() }),
+    );
     this.group = asMark(new THREE.Group());
     app.robot.root.add(this.group);
-    app.addEventListener("settled", () => this.follow(), { signal });
-    player.addEventListener("motion", () => this.mode === "whole" && this.later(), { signal });
+    app.addEventListener("settled", () => this.follow());
+    player.addEventListener("motion", () => this.mode === "whole" && this.later());
   }
 
   /** @param {Mode} mode */
@@ -72,6 +75,10 @@ export class Trails {
     }
   }
 
+  get tubes() {
+    return /** @type {THREE.Mesh[]} */ (this.group.children);
+  }
+
   later() {
     this.waiting ??= setTimeout(() => this.draw(), PATIENCE);
   }
@@ -79,11 +86,12 @@ export class Trails {
   draw() {
     clearTimeout(this.waiting);
     this.waiting = undefined;
-    disposeChildren(this.group);
+    for (const { geometry } of this.tubes) geometry.dispose();
+    this.group.remove(...this.tubes);
     const frames = this.mode === "off" ? [] : [...this.frames];
     const ways = this.mode === "whole" ? this.ahead(frames) : frames.map((frame) => this.past.get(frame) ?? []);
     ways.forEach((way, i) => {
-      const tube = makeTube(way, GHOST_COLOURS[i % GHOST_COLOURS.length], RADIUS * this.app.studio.markScale);
+      const tube = makeTube(way, this.materials[i % this.materials.length], RADIUS * this.app.studio.markScale);
       if (tube) this.group.add(tube);
     });
     const entries = frames.map((frame, i) => entry(frame, GHOST_COLOURS[i % GHOST_COLOURS.length]));
@@ -110,15 +118,14 @@ export class Trails {
  * A thin tube along places; null where they are all one.
  *
  * @param {THREE.Vector3[]} way
- * @param {string} colour
+ * @param {THREE.Material} material
  * @param {number} radius
  */
-function makeTube(way, colour, radius) {
+function makeTube(way, material, radius) {
   // Two places in one would have no direction.
   const apart = way.filter((place, i) => i === 0 || place.distanceTo(way[i - 1]) > 1e-5);
   if (apart.length < 2) return null;
   const curve = new THREE.CatmullRomCurve3(apart, false, "centripetal");
   curve.arcLengthDivisions = 2 * apart.length;
-  const material = new THREE.MeshBasicMaterial({ color: new THREE.Color(colour).convertSRGBToLinear() });
   return new THREE.Mesh(new THREE.TubeGeometry(curve, 2 * apart.length, radius, 6), material);
 }

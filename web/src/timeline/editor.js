@@ -13,11 +13,8 @@ const TOLERANCE = (0.5 * Math.PI) / 180;
 
 /** Key frames as they are edited: the track that they stand on, and the tools over it. */
 export class Editor {
-  /**
-   * @param {import("./player.js").Player} player
-   * @param {AbortSignal} signal
-   */
-  constructor(player, signal) {
+  /** @param {import("./player.js").Player} player */
+  constructor(player) {
     this.player = player;
     this.frames = new KeyFrames();
     this.selected = -1;
@@ -29,7 +26,7 @@ export class Editor {
     const { about } = player.app.robot;
     this.names = new Map(about.coordinates.map(({ column, joint }) => [column, joint]));
     /** @type {(number | null)[]} */
-    this.limits = player.app.q.map(() => null);
+    this.limits = player.app.stance.q.map(() => null);
     for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
     this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true));
     this.track = new Track({
@@ -43,8 +40,8 @@ export class Editor {
     this.tools = new KeyTools(this);
     this.element.append(this.tools.element, this.track.element);
     this.element.onkeydown = (event) => this.undoKey(event);
-    player.addEventListener("time", () => this.track.setTime(this.now), { signal });
-    document.addEventListener("keydown", (event) => this.addKey(event), { signal });
+    player.addEventListener("time", () => this.track.setTime(this.now));
+    document.addEventListener("keydown", (event) => this.addKey(event));
     this.draw();
   }
 
@@ -135,7 +132,7 @@ export class Editor {
     const time = this.frames.nextTime(this.now);
     if (time > LATEST && this.isFull()) return;
     this.player.pause();
-    this.added(this.frames.adding(time, app.q));
+    this.added(this.frames.adding(time, app.stance.q));
   }
 
   duplicating() {
@@ -159,7 +156,7 @@ export class Editor {
 
   replacing() {
     if (this.selected < 0) return;
-    this.apply(this.frames.replacing(this.selected, this.player.app.q), this.selected);
+    this.apply(this.frames.replacing(this.selected, this.player.app.stance.q), this.selected);
     this.player.seek(this.frames.keys[this.selected].time);
   }
 

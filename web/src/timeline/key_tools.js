@@ -44,8 +44,11 @@ export class KeyTools {
     if (this.problem.textContent !== problem) this.problem.textContent = problem;
     this.slow.hidden = tooFast.length === 0;
     this.interpolation.value = frames.interpolation;
-    for (const tool of this.ofKey) tool.disabled = selected < 0;
-    this.back.disabled = history.past.length === 0;
-    this.again.disabled = history.future.length === 0;
+    // A disabled button would lose the focus to nothing.
+    const disable = (/** @type {HTMLButtonElement} */ tool, /** @type {boolean} */ on) =>
+      tool.setAttribute("aria-disabled", String(on));
+    for (const tool of this.ofKey) disable(tool, selected < 0);
+    disable(this.back, history.past.length === 0);
+    disable(this.again, history.future.length === 0);
   }
 }

@@ -12,12 +12,11 @@ const FEW = 60;
 
 /** Motions out of the page and into it as files: by a menu, or dropped on the page. */
 export class MotionFiles {
-  /**
-   * @param {import("./player.js").Player} player
-   * @param {AbortSignal} signal
-   */
-  constructor(player, signal) {
+  /** @param {import("./player.js").Player} player */
+  constructor(player) {
     this.player = player;
+    /** Files that were opened. */
+    this.opened = 0;
     this.button = iconButton("file", "Motion files", () => {});
     this.field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
     this.field.ariaLabel = "Motion file";
@@ -37,9 +36,9 @@ export class MotionFiles {
       this.field.click();
     });
     this.menu = menu(this.button, "Motion files", ...this.writers, opener);
-    player.addEventListener("motion", () => this.refresh(), { signal });
-    window.addEventListener("dragover", (event) => this.over(event), { signal });
-    window.addEventListener("drop", (event) => this.drop(event), { signal });
+    player.addEventListener("motion", () => this.refresh());
+    window.addEventListener("dragover", (event) => this.over(event));
+    window.addEventListener("drop", (event) => this.drop(event));
     this.refresh();
   }
 
@@ -79,14 +78,17 @@ export class MotionFiles {
   /** @param {File} file */
   async open(file) {
     const { player } = this;
+    const number = ++this.opened;
     const name = file.name.length > 60 ? `${file.name.slice(0, 59)}…` : file.name;
     if (file.size > MOST_BYTES) {
       player.say(`${name}: ${(file.size / 1e6).toFixed(0)} MB, more than ${MOST_BYTES / 1e6} MB`, true);
       return;
     }
     try {
-      const { robot, q } = player.app;
-      this.take(name, readMotion(robot.about, (await file.text()).replace(/^\ufeff/, ""), q));
+      const { robot, stance } = player.app;
+      const text = await file.text();
+      // A short file that was opened after a long one is read before it.
+      if (number === this.opened) this.take(name, readMotion(robot.about, text.replace(/^\ufeff/, ""), stance.q));
     } catch (error) {
       player.say(`${name}: ${error instanceof NoMotion ? error.message : "cannot be read"}`, true);
     }
@@ -109,7 +111,7 @@ export class MotionFiles {
         : read;
     player.pause();
     const edited = motion.count <= (motion.interpolation === "smooth" ? MOST_KEYS : FEW);
-    if (edited) player.editor?.take(KeyFrames.from(motion));
+    if (edited) player.editor.take(KeyFrames.from(motion));
     else player.setClip(player.playing(motion));
     player.seek(0);
     const what = edited ? "key frames" : "configurations";

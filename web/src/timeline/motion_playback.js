@@ -11,6 +11,7 @@ export class MotionPlayback {
     this.playing = false;
     this.looping = true;
     this.speed = 1;
+    this.request = 0;
   }
 
   get duration() {
@@ -19,19 +20,21 @@ export class MotionPlayback {
 
   play() {
     if (this.time >= this.duration) this.time = 0;
+    this.pause();
     this.playing = true;
     let last = performance.now();
     const step = (/** @type {number} */ now) => {
-      if (!this.playing) return;
       this.step(Math.max(0, now - last) / 1000);
       last = Math.max(now, last);
-      requestAnimationFrame(step);
+      if (this.playing) this.request = requestAnimationFrame(step);
     };
-    requestAnimationFrame(step);
+    this.request = requestAnimationFrame(step);
   }
 
   pause() {
     this.playing = false;
+    // Played again before the next picture, it would else go on twice as fast.
+    cancelAnimationFrame(this.request);
   }
 
   /** @param {number} seconds that have passed */

@@ -19,6 +19,12 @@ const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
  * Events: "motion" when another one is played, or it was changed; "time" when the time shown is another one.
  */
 export class Player extends EventTarget {
+  // What comes with the robot, in `start`.
+  /** @type {Editor} */ editor;
+  /** @type {Recording} */ recording;
+  /** @type {PlotStrip} */ plots;
+  /** @type {Trails} */ trails;
+
   /**
    * @param {import("../app.js").App} app
    * @param {HTMLElement} bar
@@ -42,7 +48,7 @@ export class Player extends EventTarget {
     this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
     this.scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
-    this.clock = element("output");
+    this.clock = element("output", { ariaLive: "off" });
     this.loop = element("button", { type: "button", className: "loop", title: "Play again and again" }, "↻");
     this.loop.ariaLabel = "Play again and again";
     this.loop.onclick = () => this.setLoop(!this.looping);
@@ -63,18 +69,13 @@ export class Player extends EventTarget {
     app.addEventListener("started", () => this.start());
   }
 
-  // Another robot is there, and what moved the one before does not fit.
+  // The robot is there, and the panel.
   start() {
-    this.closing?.abort();
-    this.closing = new AbortController();
-    const { signal } = this.closing;
-    if (!(this.clip instanceof ClipPlayback)) this.clip = null;
-    this.keys = null;
-    this.editor = new Editor(this, signal);
-    this.recording = new Recording(this, signal);
-    this.plots = new PlotStrip(this, signal);
-    this.trails = new Trails(this.app, this, signal);
-    const files = new MotionFiles(this, signal);
+    this.editor = new Editor(this);
+    this.recording = new Recording(this);
+    this.plots = new PlotStrip(this);
+    this.trails = new Trails(this.app, this);
+    const files = new MotionFiles(this);
     const trails = new TrailsMenu(this.trails);
     this.sheets.replaceChildren(this.plots.element, this.editor.element);
     this.tools.replaceChildren(
@@ -88,7 +89,7 @@ export class Player extends EventTarget {
       files.field,
     );
     this.bar.hidden = this.app.role !== "";
-    this.change(this.clip);
+    this.change(null);
   }
 
   get loaded() {
@@ -124,7 +125,7 @@ export class Player extends EventTarget {
   /** @param {Playback} clip what is played from now on, rather than key frames */
   setClip(clip) {
     this.clip = clip;
-    this.editor?.open(false);
+    this.editor.open(false);
     this.change(clip);
   }
 
@@ -196,7 +197,7 @@ export class Player extends EventTarget {
    * @param {number[]} q
    */
   show(q) {
-    this.app.put(q, null, false);
+    this.app.stance.put(q, null, false);
     this.app.reports.playing("played", q);
   }
 

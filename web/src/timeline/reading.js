@@ -9,6 +9,9 @@ import { MOST_ROWS, NoMotion } from "./tracks.js";
 /** Bytes of a file that is read at all. */
 export const MOST_BYTES = 32_000_000;
 
+// What Python's viewer takes for a place of a joint [rad, m].
+const FURTHEST = 1e6;
+
 /**
  * The motion in a CSV or JSON file as nao_kin.motion writes them.
  *
@@ -56,6 +59,8 @@ function assembled({ joints }, tracks, times, q, interpolation) {
     if (!joint || joint.multiplier === 0) continue;
     const all = own.length === times.length ? keys : straight(own, keys, times);
     const column = Float64Array.from(all, (value) => (value - joint.offset) / joint.multiplier);
+    const beyond = all[column.findIndex((value) => !(Math.abs(value) <= FURTHEST))];
+    if (beyond !== undefined) throw new NoMotion(`${quoted(name)} is ${beyond}, which is no place of a joint`);
     motors.set(joint.column, [...(motors.get(joint.column) ?? []), column]);
   }
   for (const [column, sources] of motors) {

@@ -3,11 +3,8 @@ import { RATE, Recorder } from "./recorder.js";
 
 /** The button that records what moves, whoever moves it, and the clip that comes of it. */
 export class Recording {
-  /**
-   * @param {import("./player.js").Player} player
-   * @param {AbortSignal} signal
-   */
-  constructor(player, signal) {
+  /** @param {import("./player.js").Player} player */
+  constructor(player) {
     this.player = player;
     /** @type {Recorder | null} */
     this.recorder = null;
@@ -16,7 +13,6 @@ export class Recording {
     this.button.classList.add("record");
     this.clock = element("span", { className: "clock" });
     this.button.append(this.clock);
-    signal.addEventListener("abort", () => clearInterval(this.timer));
   }
 
   get time() {
@@ -25,9 +21,9 @@ export class Recording {
 
   start() {
     const { app } = this.player;
-    this.recorder = new Recorder(app.q.length);
+    this.recorder = new Recorder(app.stance.q.length);
     this.began = performance.now();
-    this.recorder.add(0, app.q);
+    this.recorder.add(0, app.stance.q);
     this.timer = setInterval(() => this.sample(), 1000 / RATE);
     this.button.setAttribute("aria-pressed", "true");
     this.button.ariaLabel = "Stop recording";
@@ -39,7 +35,7 @@ export class Recording {
     const { recorder } = this;
     if (!recorder) return;
     const { rate } = recorder;
-    recorder.add(this.time, this.player.app.q);
+    recorder.add(this.time, this.player.app.stance.q);
     this.show();
     if (recorder.rate === rate) return;
     this.player.say(`The recording is long: from now on ${recorder.rate.toFixed(1)} configurations a second are kept.`);
@@ -54,7 +50,7 @@ export class Recording {
   stop() {
     const { player, recorder } = this;
     clearInterval(this.timer);
-    recorder?.add(this.time, player.app.q, true);
+    recorder?.add(this.time, player.app.stance.q, true);
     this.recorder = null;
     this.clock.textContent = "";
     this.button.setAttribute("aria-pressed", "false");
