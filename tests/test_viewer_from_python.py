@@ -519,7 +519,16 @@ def test_a_clip_plays_that_is_shown_right_after_a_configuration(page: Page, live
         page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
         live.display(nao.posture("Sit"))
         page.tab.wait_for_function("() => !naoKin.player.loaded")
-        assert np.array_equal(page.q, nao.posture("Sit"))
+        page.tab.wait_for_function("(q) => q.every((x, i) => naoKin.q[i] === x)", arg=nao.posture("Sit").tolist())
+
+
+def test_a_clip_plays_that_takes_the_place_of_another(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    for fps in (0.1, 0.2):
+        live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=fps)
+        page.tab.wait_for_function(
+            "(end) => { const { playback } = naoKin.player; return playback?.duration === end && playback.playing; }",
+            arg=1.0 / fps,
+        )
 
 
 def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
@@ -532,7 +541,6 @@ def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
     live.animate(clip, fps=10.0, loop=False)
     assert _until(lambda: len(heard) > 2)
     with opened(browser, live.url) as late:  # its clip begins anew
-        late.draw(False)
         late.tab.wait_for_timeout(800)
         assert late.q[0] < page.q[0] - 0.1
         assert len(heard) > 6

@@ -109,6 +109,8 @@ export class Player extends EventTarget {
   load({ animations, options }) {
     if (this.app.viewer.animator.actions.length === 0) return this.unload();
     this.keys?.pause();
+    // What pauses the clip before would pause this one: the animator plays it already.
+    if (this.playback instanceof ClipPlayback) this.playback = null;
     this.looping = !(options.repetitions <= 1);
     this.setClip(new ClipPlayback(this.app.viewer, this.begin, animations?.[0]?.clip.fps ?? 30));
   }
