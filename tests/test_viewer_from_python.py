@@ -531,6 +531,23 @@ def test_a_clip_plays_that_takes_the_place_of_another(page: Page, live: Viewer, 
         )
 
 
+def test_a_page_that_opens_when_a_slider_has_stopped_the_clip_does_not_play_it(
+    browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
+) -> None:
+    live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
+    page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+    page.type_number("HeadYaw", "20")
+    assert _until(lambda: bool(np.isclose(live.q[0], np.radians(20.0))))
+    with opened(browser, live.url) as late:
+        assert np.array_equal(late.q, live.q)
+        assert late.run("() => [naoKin.player.loaded, naoKin.player.playback.playing]") == [True, False]
+    live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
+    with opened(browser, live.url) as late:
+        late.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+    live.display(nao.posture("Stand"))
+    page.tab.wait_for_function("() => !naoKin.player.loaded")
+
+
 def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
     browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
 ) -> None:

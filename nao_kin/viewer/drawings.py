@@ -189,7 +189,7 @@ class Drawings:
         """Give a NAO's shells the colour that they were sold in; for the meshes of this library, others keep theirs.
 
         Args:
-            name: "orange", "blue", "red" or "grey".
+            name: "orange", "blue", "red" or "grey"; "" for the colours of the URDF.
 
         Raises:
             UnknownName: no such edition.

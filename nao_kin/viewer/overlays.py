@@ -98,6 +98,7 @@ def blanks(robot: RobotModel) -> dict[str, bytes]:
         "ghosts": ghosts(robot, np.zeros((0, robot.nq)), 1.0, 1),
         "targets": targets({}),
         "colours": colours({}, {}, {}, None, None, ""),
+        "edition": edition(""),
         "reach": reach(robot, None, "best", None),
         "lights": lights((), {}, {}),
         "speech": speech(""),
@@ -240,8 +241,8 @@ def lights(known: Sequence[str], groups: Mapping[str, tuple[str, ...]], values: 
 
 
 def edition(name: str) -> bytes:
-    """The accents of NAO's shells in the colour of an edition."""
-    if name not in EDITIONS:
+    """The accents of NAO's shells in the colour of an edition, or for "" in their own."""
+    if name not in ("", *EDITIONS):
         raise UnknownName("edition", name, EDITIONS)
     return panel_message("edition", {"name": name})
 

@@ -346,6 +346,8 @@ def _listen(host: str, port: int | None) -> socket.socket:
     """A socket on the port asked for, or on the first free one."""
     if not isinstance(host, str):
         raise BadArgument(f"host must be an address or a name, got {quoted(host)}")
+    if isinstance(port, bool):  # a whole number to Python
+        raise BadArgument(f"port must be a number from 0 to 65535, got {port}")
     if port is None:
         wanted = [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]
     else:

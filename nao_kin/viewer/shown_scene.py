@@ -312,7 +312,12 @@ class ShownScene(Drawings):
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
-        self._messages.put("joints", panel_message("joints", {"q": typed_array(q), "up": up, "source": source}))
+        # What a page does comes behind the clip that it stops: pages that open later have the clip, and do not play it.
+        behind_clip = source != "" and self._messages.get("clip") is not None
+        if not behind_clip:
+            self._messages.drop("moved")
+        message = panel_message("joints", {"q": typed_array(q), "up": up, "source": source})
+        self._messages.put("moved" if behind_clip else "joints", message)
         self._note(q)
 
     def _note(self, q: Floats) -> None:
