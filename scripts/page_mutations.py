@@ -56,7 +56,7 @@ _CLOSED_FORMS_AND_DRAGS = (
     *_faults(
         "web/src/drag/drag.js",
         "test_viewer_pointer.py",
-        ("escape-lets-go-and-gives-nothing-back", "    this.app.set(q, up);\n", ""),
+        ("escape-lets-go-and-gives-nothing-back", "    stance.set(q, up);\n", ""),
         ("history-not-told-that-it-is-let-go", "    this.announce(false);\n", ""),
     ),
     *_faults(
@@ -79,8 +79,8 @@ _CLOSED_FORMS_AND_DRAGS = (
         "test_viewer_drag.py",
         (
             "ghosts-not-looked-at-again-when-the-robot-moves",
-            "> Ghosts.SAME);",
-            "> Ghosts.SAME || copy.visible);",
+            "> SAME);",
+            "> SAME || copy.visible);",
         ),
     ),
     *_faults(
@@ -486,15 +486,15 @@ _IN_A_BROWSER = (
     *_faults(
         "web/src/panel/past.js",
         "test_viewer_panel.py::test_undo_gives_back_a_direction_up_that_was_given",
-        ("undo-forgets-the-direction-up", "this.app.jump(stance.q, stance.up);", "this.app.jump(stance.q, null);"),
+        ("undo-forgets-the-direction-up", "stance.jump(snapshot.q, snapshot.up);", "stance.jump(snapshot.q, null);"),
     ),
     *_faults(
         "web/src/panel/address.js",
         "test_viewer_panel.py::test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads",
         (
             "link-puts-a-joint-beyond-its-limit",
-            "app.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null)",
-            "app.jump(q, up ?? null)",
+            "app.stance.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null)",
+            "app.stance.jump(q, up ?? null)",
         ),
     ),
 )
