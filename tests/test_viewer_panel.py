@@ -597,6 +597,12 @@ def test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads(page: Pag
         assert page.run("() => naoKin.robot.outside(naoKin.q).size") == 0
 
 
+def test_a_link_is_followed_though_the_page_writes_its_address_at_that_moment(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("Stand"))
+    page.run("() => { location.hash = 'v=1&q=HeadYaw:0.375'; naoKin.panel.address.write(); }")
+    page.tab.wait_for_function("() => naoKin.q[0] === 0.375")
+
+
 def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any, document: Path) -> None:
     with another(browser, document) as tab:
         entries = tab.evaluate("() => history.length")

@@ -37,7 +37,8 @@ export class Address {
     }
     panel.settings.addEventListener("units", later);
     for (const name of ["motion", "time"]) app.player.addEventListener(name, later);
-    window.addEventListener("hashchange", () => this.apply());
+    // The page may have written its own state over the address before it hears of the new one.
+    window.addEventListener("hashchange", ({ newURL }) => this.apply(new URL(newURL).hash));
   }
 
   /** The page is all here: go where its link leads, if somebody followed one. */
@@ -122,9 +123,13 @@ export class Address {
     return this.panel.exchange.copy(hasAddress ? `${bare()}#${text}` : `#${text}`, what);
   }
 
-  /** Go where the address leads; where it leads nowhere a message says so, and nothing changes. */
-  apply() {
-    const text = location.hash.slice(1);
+  /**
+   * Go where the address leads; where it leads nowhere a message says so, and nothing changes.
+   *
+   * @param {string} hash
+   */
+  apply(hash = location.hash) {
+    const text = hash.slice(1);
     if (!text) return;
     const { app, panel } = this;
     let state;
