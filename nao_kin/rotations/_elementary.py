@@ -29,6 +29,12 @@ def rot_x(angle: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, NotFinite: not numbers, NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.rot_x(0.5)
+        array([[ 1.    ,  0.    ,  0.    ],
+               [ 0.    ,  0.8776, -0.4794],
+               [ 0.    ,  0.4794,  0.8776]])
     """
     return _turn(_about_x, angle)
 
@@ -44,6 +50,12 @@ def rot_y(angle: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, NotFinite: not numbers, NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.rot_y(0.5)
+        array([[ 0.8776,  0.    ,  0.4794],
+               [ 0.    ,  1.    ,  0.    ],
+               [-0.4794,  0.    ,  0.8776]])
     """
     return _turn(_about_y, angle)
 
@@ -59,6 +71,12 @@ def rot_z(angle: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, NotFinite: not numbers, NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.rot_z(0.5)
+        array([[ 0.8776, -0.4794,  0.    ],
+               [ 0.4794,  0.8776,  0.    ],
+               [ 0.    ,  0.    ,  1.    ]])
     """
     return _turn(_about_z, angle)
 

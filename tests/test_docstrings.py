@@ -1,0 +1,31 @@
+"""The examples in docstrings run, and print what they say."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+
+PACKAGE = Path(nk.__file__).parent
+MODULES = sorted(
+    ".".join(("nao_kin", *path.relative_to(PACKAGE).with_suffix("").parts))
+    for path in PACKAGE.rglob("*.py")
+    if ">>> " in path.read_text(encoding="utf-8")
+)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_the_examples_of_a_module_print_what_they_say(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # for examples that write files
+    module = importlib.import_module(name)
+    with np.printoptions(precision=4, suppress=True):
+        result = doctest.testmod(module, extraglobs={"nk": nk, "np": np}, optionflags=doctest.ELLIPSIS)
+    assert result.attempted > 0
+    assert result.failed == 0
