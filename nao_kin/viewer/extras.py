@@ -18,7 +18,7 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.viewer.meshes import Mesh, UnreadableMesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import mesh_document, panel_message, typed_array
-from nao_kin.viewer.overlays import FARTHEST, checked_opacity, number
+from nao_kin.viewer.overlays import FARTHEST, checked_length, checked_opacity
 
 MOST = 1000
 MOST_POINTS = 2_000_000
@@ -45,7 +45,7 @@ def points(
 ) -> bytes:
     """A cloud of points."""
     rows = _positions(array, "points", MOST_POINTS)
-    content = {"positions": _floats(rows), "size": _positive(size, "size")}
+    content = {"positions": _floats(rows), "size": checked_length(size, "size")}
     if colours is None:
         return _message(robot, name, "points", frame, content | {"colour": _BLUE, "colours": None})
     rgb = as_floats(colours, (3,), "colours")
@@ -93,7 +93,7 @@ def line(
     if len(rows) < 2:
         raise WrongShape("points", "(n, 3) with n ≥ 2", rows.shape)
     rgb = _BLUE if colour is None else one_colour(colour)
-    content = {"positions": _floats(rows), "colour": rgb, "width": _positive(width, "width")}
+    content = {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
     return _message(robot, name, "line", frame, content)
 
 
@@ -125,13 +125,6 @@ def _positions(array: ArrayLike, what: str, most: int) -> Floats:
     if rows.size and np.abs(rows).max() > FARTHEST:
         raise BadArgument(f"{what} reach to {np.abs(rows).max():g} m; at most {FARTHEST:g} m is drawn")
     return rows
-
-
-def _positive(value: float, what: str) -> float:
-    size = number(value, what)
-    if not 0.0 < size <= FARTHEST:
-        raise BadArgument(f"{what} must be above 0 and at most {FARTHEST:g} m, got {size:g}")
-    return size
 
 
 def _built(vertices: ArrayLike, faces: ArrayLike) -> Mesh:

@@ -67,6 +67,18 @@ def checked_opacity(opacity: float) -> float:
     return share
 
 
+def checked_length(value: ArrayLike, what: str) -> float:
+    """`value`, a size that can be drawn [m].
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: it is none.
+    """
+    length = number(value, what)
+    if not 0.0 < length <= FARTHEST:
+        raise BadArgument(f"{what} must be above 0 and at most {FARTHEST:g} m, got {length:g}")
+    return length
+
+
 def direction(value: ArrayLike, what: str) -> list[float]:
     """`value` as a unit vector.
 
@@ -145,9 +157,7 @@ def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes
     for name in chosen:
         if name not in robot.frame_names:
             raise UnknownName("frame", name, robot.frame_names)
-    length = None if size is None else number(size, "size")
-    if length is not None and not 0.0 < length <= FARTHEST:
-        raise BadArgument(f"size must be above 0 and at most {FARTHEST:g} m, got {length:g}")
+    length = None if size is None else checked_length(size, "size")
     return panel_message("frames", {"names": chosen, "size": length})
 
 
