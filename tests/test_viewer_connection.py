@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from viewer_pages import Page, opened, visitor
+from viewer_pages import Page, opened, until, visitor
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
@@ -104,12 +104,8 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
 
 
 def _until_here(viewer: Viewer, nao: nk.NaoModel, joint: str, value: float) -> bool:
-    end = time.monotonic() + 5.0
-    while abs(viewer.q[nao.joint_names.index(joint)] - value) > 1e-9:
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.02)
-    return True
+    column = nao.joint_names.index(joint)
+    return until(lambda: bool(abs(viewer.q[column] - value) <= 1e-9), 5.0)
 
 
 def test_however_often_it_is_told_to_try_a_page_opens_one_socket(browser: Any, nao: nk.NaoModel) -> None:

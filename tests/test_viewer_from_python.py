@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from viewer_pages import Page, messages_of, opened
+from viewer_pages import Page, messages_of, opened, until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, DisagreeingJoints, NotARotation, NotFinite, UnknownName, WrongShape
@@ -33,15 +33,6 @@ def live(nao: nk.NaoModel) -> Iterator[Viewer]:
 def page(browser: Any, live: Viewer) -> Iterator[Page]:
     with opened(browser, live.url) as page:
         yield page
-
-
-def _until(condition: Callable[[], bool], seconds: float = 10.0) -> bool:
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.02)
-    return True
 
 
 def _poses(page: Page, number: int, links: tuple[str, ...]) -> np.ndarray:
@@ -407,20 +398,20 @@ def test_a_slider_calls_back_until_told_otherwise(page: Page, live: Viewer, nao:
     subscription = live.on_change(note)
     page.slider("HeadYaw").focus()
     page.tab.keyboard.press("ArrowRight")
-    assert _until(lambda: len(heard) > 0)
+    assert until(lambda: len(heard) > 0)
     q, joints = heard[-1]
     assert joints == ("HeadYaw",)
     assert np.array_equal(q, page.q)
     assert np.array_equal(live.q, q)
     page.tab.get_by_role("button", name="Crouch", exact=True).click()
-    assert _until(lambda: np.array_equal(heard[-1][0], nao.posture("Crouch")))
+    assert until(lambda: np.array_equal(heard[-1][0], nao.posture("Crouch")))
     assert set(heard[-1][1]) > {"HeadYaw", "LKneePitch"}
     assert threads == {"nao_kin viewer changes"}
     subscription.remove()
     subscription.remove()
     count = len(heard)
     page.tab.get_by_role("button", name="Stand", exact=True).click()
-    assert _until(lambda: np.array_equal(live.q, nao.posture("Stand")))
+    assert until(lambda: np.array_equal(live.q, nao.posture("Stand")))
     live.display(nao.posture("Crouch"))
     time.sleep(0.1)
     assert len(heard) == count
@@ -444,13 +435,13 @@ def test_a_callback_that_fails_or_takes_its_time_harms_nobody(
     subscriptions = [live.on_change(fail), live.on_change(slow)]
     with caplog.at_level(logging.ERROR, logger="nao_kin"):
         page.slide("HeadYaw", 0.1)
-        assert _until(lambda: len(heard) == 1)
+        assert until(lambda: len(heard) == 1)
         for joint, value in (("HeadYaw", 0.2), ("HeadPitch", 0.1), ("LKneePitch", 0.9)):
             page.slide(joint, value)
             page.run("() => naoKin.settle()")
-        assert _until(lambda: nao.angles(live.q)["LKneePitch"] == 0.9)  # the server goes on
+        assert until(lambda: nao.angles(live.q)["LKneePitch"] == 0.9)  # the server goes on
         release.set()
-        assert _until(lambda: len(heard) == 2)
+        assert until(lambda: len(heard) == 2)
     assert set(heard[1]) == {"HeadYaw", "HeadPitch", "LKneePitch"}  # all of them in one
     assert "a callback of viewer.on_change failed" in caplog.text
     for subscription in subscriptions:
@@ -461,7 +452,7 @@ def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, 
     assert live.shown["com"] is False
     with opened(browser, live.url) as other:
         page.tab.get_by_role("button", name="Centre of mass", exact=True).click()
-        assert _until(lambda: live.shown["com"] is True)
+        assert until(lambda: live.shown["com"] is True)
         other.tab.wait_for_function("() => naoKin.toggles.shown.com")
         other.tab.get_by_role("button", name="Centre of mass", exact=True).click()
         page.tab.wait_for_function("() => !naoKin.toggles.shown.com")
@@ -476,7 +467,7 @@ def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, 
     assert live.shown["frames"] is True
     page.tab.wait_for_function("() => naoKin.frames.triads.length === 1")
     page.tab.get_by_role("button", name="Frames", exact=True).click()
-    assert _until(lambda: live.shown["frames"] is False)
+    assert until(lambda: live.shown["frames"] is False)
     with opened(browser, live.url) as late:
         assert late.run("() => naoKin.frames.triads.length") == 0
     live.show_frames(["LArm", "RArm"])  # shown again, also to pages that come later
@@ -496,7 +487,7 @@ def test_what_a_page_says_of_buttons_is_not_believed_blindly(page: Page, live: V
     )
     page.run("() => naoKin.send({ kind: 'clip', q: [1, 2] })")
     page.slide("HeadYaw", -0.4)
-    assert _until(lambda: live.q[0] == -0.4)
+    assert until(lambda: live.q[0] == -0.4)
     assert {name: live.shown[name] for name in before} == before
     assert len(live.shown) <= 64
 
@@ -504,11 +495,11 @@ def test_what_a_page_says_of_buttons_is_not_believed_blindly(page: Page, live: V
 def test_the_configuration_is_known_while_a_clip_plays(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
     clip = np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 11)
     live.animate(clip, fps=5.0, loop=False)
-    assert _until(lambda: not np.allclose(live.q, clip[0]))
-    assert _until(lambda: np.allclose(live.q, clip[-1], atol=1e-6))
+    assert until(lambda: not np.allclose(live.q, clip[0]))
+    assert until(lambda: np.allclose(live.q, clip[-1], atol=1e-6))
     page.tab.get_by_label("Time").focus()
     page.tab.keyboard.press("Home")
-    assert _until(lambda: np.allclose(live.q, clip[0], atol=1e-6))
+    assert until(lambda: np.allclose(live.q, clip[0], atol=1e-6))
     live.display(nao.posture("Stand"))
 
 
@@ -537,7 +528,7 @@ def test_a_page_that_opens_when_a_slider_has_stopped_the_clip_does_not_play_it(
     live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
     page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
     page.type_number("HeadYaw", "20")
-    assert _until(lambda: bool(np.isclose(live.q[0], np.radians(20.0))))
+    assert until(lambda: bool(np.isclose(live.q[0], np.radians(20.0))))
     with opened(browser, live.url) as late:
         assert np.array_equal(late.q, live.q)
         assert late.run("() => [naoKin.player.loaded, naoKin.player.playback.playing]") == [True, False]
@@ -556,7 +547,7 @@ def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
     heard: list[float] = []
     subscription = live.on_change(lambda q, joints: heard.append(q[0]))
     live.animate(clip, fps=10.0, loop=False)
-    assert _until(lambda: len(heard) > 2)
+    assert until(lambda: len(heard) > 2)
     with opened(browser, live.url) as late:  # its clip begins anew
         late.tab.wait_for_timeout(800)
         assert late.q[0] < page.q[0] - 0.1
@@ -565,7 +556,7 @@ def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
         # Now this one is the one that somebody uses.
         late.tab.get_by_label("Time").focus()
         late.tab.keyboard.press("Home")
-        assert _until(lambda: live.q[0] < -0.99)
+        assert until(lambda: live.q[0] < -0.99)
     subscription.remove()
     live.display(nao.posture("Stand"))
 
@@ -578,7 +569,7 @@ def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk
         page.tab.wait_for_function("(x) => naoKin.q[5] === x", arg=float(nao.posture("Crouch")[5]))
         page.slider("HeadYaw").focus()
         page.tab.keyboard.press("ArrowRight")
-        assert _until(lambda: live.q[0] != nao.posture("Crouch")[0])
+        assert until(lambda: live.q[0] != nao.posture("Crouch")[0])
         last = live.q
     live.display(nao.posture("Stand"))
     assert np.array_equal(taken.q[0], nao.posture("StandInit"))

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import OPTIONS, Page, opened, visitor
+from viewer_pages import OPTIONS, Page, opened, until, visitor
 
 import nao_kin as nk
 from nao_kin.configuration_files import read_configurations
@@ -640,31 +640,29 @@ def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, 
             assert state_of(tab)["q"][0] == 0.5
             tab.wait_for_function("() => naoKin.received > 0")
 
-            def known(yaw: float) -> bool:
-                deadline = 100
-                while nao.angles(viewer.q)["HeadYaw"] != yaw and deadline:
-                    tab.wait_for_timeout(100)
-                    deadline -= 1
-                return deadline > 0
-
-            assert known(0.5)
+            assert until(lambda: nao.angles(viewer.q)["HeadYaw"] == 0.5)
             viewer.display(nao.posture("Stand"))
             tab.wait_for_function("(x) => Math.abs(naoKin.q[5] - x) < 1e-9", arg=float(nao.posture("Stand")[5]))
             tab.goto(f"{viewer.url}#v=1&q=HeadYaw:0.25")  # the same page: only what is behind the # changes
-            assert known(0.25)
+            assert until(lambda: nao.angles(viewer.q)["HeadYaw"] == 0.25)
             viewer.display(nao.posture("Stand"))
             tab.reload()
             tab.wait_for_selector("body[data-ready]")
             assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
 
 
+def framed(document: Path, outer: Path, attributes: str) -> Path:
+    """Write a page that has another one in a frame."""
+    inside = document.read_text(encoding="utf-8").replace("&", "&amp;").replace('"', "&quot;")
+    frame = f'<iframe {attributes} width="900" height="600"'
+    outer.write_text(f'<!doctype html><meta charset="utf-8">{frame} srcdoc="{inside}"></iframe>', encoding="utf-8")
+    return outer
+
+
 def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
     browser: Any, document: Path, tmp_path: Path
 ) -> None:
-    inside = document.read_text(encoding="utf-8").replace("&", "&amp;").replace('"', "&quot;")
-    outer = tmp_path / "hidden.html"
-    frame = '<iframe style="display: none" width="900" height="600"'
-    outer.write_text(f'<!doctype html><meta charset="utf-8">{frame} srcdoc="{inside}"></iframe>', encoding="utf-8")
+    outer = framed(document, tmp_path / "hidden.html", 'style="display: none"')
     with visitor(browser, viewport={"width": 950, "height": 650}) as context:
         tab = context.new_page()
         tab.goto(outer.as_uri())
@@ -677,10 +675,7 @@ def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
 
 
 def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:
-    inside = document.read_text(encoding="utf-8").replace("&", "&amp;").replace('"', "&quot;")
-    outer = tmp_path / "outer.html"
-    frame = '<iframe sandbox="allow-scripts" width="900" height="600"'
-    outer.write_text(f'<!doctype html><meta charset="utf-8">{frame} srcdoc="{inside}"></iframe>', encoding="utf-8")
+    outer = framed(document, tmp_path / "outer.html", 'sandbox="allow-scripts"')
     with visitor(browser, viewport={"width": 950, "height": 650}) as context:
         tab = context.new_page()
         errors: list[str] = []

@@ -27,6 +27,7 @@ import umsgpack
 from made_up_robots import J, made_up
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
+from viewer_pages import until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NoBrowser
@@ -84,15 +85,6 @@ async def _connected(viewer: Viewer, query: str = "") -> Client:
 
 def _q_of(message: dict[str, Any]) -> np.ndarray:
     return np.frombuffer(message["q"].data, dtype=np.float64)
-
-
-def _until(condition: Callable[[], bool], seconds: float = 5.0) -> bool:
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 def _viewer_threads() -> list[threading.Thread]:
@@ -158,7 +150,7 @@ def test_a_viewer_that_nobody_holds_ends_its_server(nao: nk.NaoModel) -> None:
     del viewer
     gc.collect()
     assert alive() is None
-    assert _until(lambda: _viewer_threads() == [])
+    assert until(lambda: _viewer_threads() == [], 5.0)
     assert not _answers(url)
 
 
@@ -175,10 +167,10 @@ def test_a_viewer_may_be_dropped_by_what_a_page_sends(nao: nk.NaoModel) -> None:
     server, threads = kept[0]._started(), _viewer_threads()
 
     server._call(lambda: server._on_answer({"kind": "ready"}))  # as from a page
-    assert _until(lambda: seen() is None)
+    assert until(lambda: seen() is None, 5.0)
     assert ended == threads
     assert not server.wait_for_page(5.0, role="nobody")
-    assert _until(lambda: _viewer_threads() == [])
+    assert until(lambda: _viewer_threads() == [], 5.0)
 
 
 def test_servers_that_have_ended_leave_no_memory_behind(nao: nk.NaoModel) -> None:
@@ -456,7 +448,7 @@ def test_a_page_with_too_much_to_say_is_shown_out(viewer: Viewer, nao: nk.NaoMod
         page.connection.close()
 
     asyncio.run(shout())
-    assert _until(lambda: len(viewer._server._pages) == 0)
+    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
     assert _answers(viewer.url)
 
 
@@ -491,7 +483,7 @@ def test_a_page_that_floods_neither_fills_the_memory_nor_keeps_others_waiting(vi
             shouting = threading.Thread(target=shout)
             shouting.start()
             try:
-                assert _until(lambda: np.array_equal(viewer.q, nao.posture("Sit")))
+                assert until(lambda: np.array_equal(viewer.q, nao.posture("Sit")), 5.0)
                 waited, start = 0.0, time.monotonic()
                 while time.monotonic() - start < 1.5:
                     asked = time.monotonic()
@@ -506,7 +498,7 @@ def test_a_page_that_floods_neither_fills_the_memory_nor_keeps_others_waiting(vi
         tracemalloc.stop()
     assert waited < 1.0
     assert 10 < len(taken) <= 1.0 + 500.0 * (taken[-1] - taken[0])
-    assert _until(lambda: len(viewer._server._pages) == 0)
+    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
 
 
 def test_no_more_than_so_many_pages_are_served(viewer: Viewer) -> None:
@@ -518,16 +510,16 @@ def test_no_more_than_so_many_pages_are_served(viewer: Viewer) -> None:
             connection.sendall(_handshake(port))
             answers.append(connection.recv(12))
         assert answers == [b"HTTP/1.1 101"] * 64 + [b"HTTP/1.1 503"]
-    assert _until(lambda: len(viewer._server._pages) == 0)
+    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
 
 
 def test_a_page_that_goes_away_is_forgotten(viewer: Viewer, nao: nk.NaoModel) -> None:
     async def leave() -> None:
         async with _client(viewer):
-            assert _until(lambda: len(viewer._server._pages) == 1)
+            assert until(lambda: len(viewer._server._pages) == 1, 5.0)
 
     asyncio.run(leave())
-    assert _until(lambda: len(viewer._server._pages) == 0)
+    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
     for q in nao.random(1, 20):
         viewer.display(q)
     assert _answers(viewer.url)
