@@ -69,9 +69,7 @@ export class Robot extends Skeleton {
    * @param {string} reference
    */
   poseIn(frame, reference) {
-    return this.pose(this.linkOf(reference))
-      .invert()
-      .multiply(this.pose(this.linkOf(frame)));
+    return between(this.frameNode(frame), this.frameNode(reference));
   }
 
   /**
