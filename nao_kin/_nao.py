@@ -11,11 +11,14 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.parameters import (
+    ACCELEROMETERS,
     BODY_ORDER,
     CAMERAS,
     CHAINS,
     END_EFFECTORS,
     FIELDS_OF_VIEW,
+    FORCE_SENSORS,
+    GYROMETERS,
     POSTURES,
     REST,
     SOLES,
@@ -128,4 +131,7 @@ def _semantics(version: Version) -> Semantics:
         views={name: View(direction, joints) for name, direction, joints in VIEWS},
         version=version,
         root="torso",
+        accelerometers=ACCELEROMETERS,
+        gyrometers=GYROMETERS,
+        force_sensors=FORCE_SENSORS,
     )

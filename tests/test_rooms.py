@@ -34,6 +34,7 @@ ROOMS = {
     "stream": 5,
     "ik": 6,
     "reach": 6,
+    "export": 6,
     "crosscheck": 7,
     "naoqi": 7,
     "viewer": 7,

@@ -449,3 +449,18 @@ def test_a_coupled_limit_has_finite_numbers_alone(column: str, bad: float) -> No
     columns[column] = (bad, columns[column][1]) if bad < 0.0 or column == "lower" else (columns[column][0], bad)
     with pytest.raises(BadArgument, match="the coupled limit of b must have finite numbers, at in ascending order"):
         CoupledLimit("b", "a", **columns)
+
+
+def test_a_nao_names_its_sensors(nao: nk.NaoModel) -> None:
+    meaning = nao.semantics
+    assert (meaning.accelerometers, meaning.gyrometers) == (("Accelerometer",), ("Gyrometer",))
+    assert len(meaning.force_sensors) == 8
+    assert all(name.split("/")[1] == "FSR" for name in meaning.force_sensors)
+
+
+def test_sensors_that_a_robot_does_not_have_are_refused(nao: nk.NaoModel) -> None:
+    for part in ("accelerometers", "gyrometers", "force_sensors"):
+        with pytest.raises(
+            BadModel, match=rf"{part} names the frame 'Gyro', which is not there \(nearest: Gyrometer\)"
+        ):
+            nk.RobotModel(nao.tree, Semantics(**{part: ("Gyro",)}))

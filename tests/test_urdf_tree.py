@@ -9,7 +9,7 @@ import pytest
 
 from nao_kin.errors import BadModel
 from nao_kin.semantics import Mimic
-from nao_kin.urdf import UrdfJoint, UrdfTree, read_urdf
+from nao_kin.urdf import Box, Collision, Origin, UrdfJoint, UrdfTree, read_urdf
 
 
 def _joint(name: str, parent: str, child: str, inside: str = "", kind: str = "revolute") -> str:
@@ -201,3 +201,13 @@ def test_the_colour_of_a_visual_comes_before_that_of_its_name(tmp_path: Path) ->
     named = f'<visual>{shape}<material name="m"/></visual>'
     tree = _read(tmp_path, red, f'<link name="d">{own}{named}</link>', links="")
     assert [visual.rgba for visual in tree.visuals] == [(0.0, 1.0, 0.0, 1.0), (1.0, 0.0, 0.0, 1.0)]
+
+
+def test_collision_shapes_are_read_as_data(tmp_path: Path) -> None:
+    box = '<collision name="b"><origin xyz="1 2 3"/><geometry><box size="1 2 3"/></geometry></collision>'
+    wrong = '<collision><geometry><sphere radius="big"/></geometry></collision>'
+    tree = _read(tmp_path, "", f'<link name="d">{box}{wrong}</link>', links="")
+    assert tree.collisions == (Collision("d", Origin((1.0, 2.0, 3.0)), Box((1.0, 2.0, 3.0)), "b"),)
+    assert tree.collision_notes == (
+        "a collision shape of d is left out: sphere has radius 'big', expected 1 finite numbers",
+    )

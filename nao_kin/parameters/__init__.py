@@ -6,7 +6,17 @@ of all versions, each with the versions that it holds for.
 
 from nao_kin._common.arrays import Vector
 from nao_kin.parameters.bodies import COLLISION_SHAPES, COLOURS, colours_of
-from nao_kin.parameters.frames import CAMERAS, END_EFFECTORS, FIELDS_OF_VIEW, OPTICAL_RPY, SOLES, VIEWS
+from nao_kin.parameters.frames import (
+    ACCELEROMETERS,
+    CAMERAS,
+    END_EFFECTORS,
+    FIELDS_OF_VIEW,
+    FORCE_SENSORS,
+    GYROMETERS,
+    OPTICAL_RPY,
+    SOLES,
+    VIEWS,
+)
 from nao_kin.parameters.overlay import VersionPage
 from nao_kin.parameters.postures import POSTURES, REST
 from nao_kin.parameters.ranges import COUPLED_LIMITS
@@ -46,6 +56,7 @@ from nao_kin.parameters.skeleton import BODY_ORDER, CHAINS, FINGER_RATIO, FINGER
 from nao_kin.parameters.urdf_text import MESH_FOLDER, nao_urdf_path, urdf_name, urdf_text
 
 __all__ = [
+    "ACCELEROMETERS",
     "ACTUATORS",
     "BODY_ORDER",
     "CAMERAS",
@@ -57,7 +68,9 @@ __all__ = [
     "FIELDS_OF_VIEW",
     "FINGERS",
     "FINGER_RATIO",
+    "FORCE_SENSORS",
     "FRAMES",
+    "GYROMETERS",
     "INERTIALS",
     "JOINTS",
     "LIMITS",

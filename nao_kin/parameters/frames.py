@@ -73,6 +73,10 @@ FIELDS_OF_VIEW: Mapping[Version, tuple[float, float]] = {
 }
 END_EFFECTORS: tuple[str, ...] = ("Head", "LArm", "RArm", "LLeg", "RLeg")
 SOLES: tuple[str, ...] = ("LLeg", "RLeg")
+ACCELEROMETERS: tuple[str, ...] = ("Accelerometer",)
+GYROMETERS: tuple[str, ...] = ("Gyrometer",)
+# Under the corners of both feet.
+FORCE_SENSORS: tuple[str, ...] = tuple(frame.name for frame in V6_FRAMES if "/FSR/" in frame.name)
 
 # Close views: name, direction from the robot to the camera, and the joints whose links it shows.
 VIEWS: tuple[tuple[str, Vector, tuple[str, ...]], ...] = (

@@ -15,6 +15,7 @@ from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 
 UNITS = ("rad", "m", "1")
+_FRAMES = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
 
 
 @dataclass(frozen=True)
@@ -154,6 +155,9 @@ class Semantics:
         views: close views by name.
         version: which version of the robot this is; "" where there is but one.
         root: what people call the frame that poses are given in; "" for the name of the root link.
+        accelerometers: frames of sensors that measure acceleration along their axes.
+        gyrometers: frames of sensors that measure angular velocity about their axes.
+        force_sensors: frames of sensors that measure the force pressed on them from outside, along their z axis.
 
     Raises:
         BadArgument: a part of another kind, or a unit that is none of the three.
@@ -171,13 +175,16 @@ class Semantics:
     version: str = ""
     root: str = ""
     fields_of_view: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    accelerometers: tuple[str, ...] = ()
+    gyrometers: tuple[str, ...] = ()
+    force_sensors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name, kind in (("chains", Iterable), ("postures", Posture), ("units", str), ("views", View)):
             object.__setattr__(self, name, _mapping(getattr(self, name), name, kind))
         chains = {name: _several(joints, f"chain {quoted(name)}", str) for name, joints in self.chains.items()}
         object.__setattr__(self, "chains", MappingProxyType(chains))
-        for name in ("end_effectors", "soles", "cameras"):
+        for name in _FRAMES:
             object.__setattr__(self, name, _several(getattr(self, name), name, str))
         object.__setattr__(self, "coupled_limits", _several(self.coupled_limits, "coupled_limits", CoupledLimit))
         fields = _mapping(self.fields_of_view, "fields_of_view", Iterable)
@@ -206,7 +213,7 @@ class Semantics:
 
     def frames(self) -> Iterator[tuple[str, str]]:
         """Every frame that is named here, with where it is named."""
-        for where in ("end_effectors", "soles", "cameras"):
+        for where in _FRAMES:
             yield from ((frame, where) for frame in getattr(self, where))
         yield from ((frame, "fields_of_view") for frame in self.fields_of_view)
 

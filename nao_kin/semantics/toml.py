@@ -4,6 +4,9 @@
 end_effectors = ["l_hand", "r_hand"]
 soles = ["l_sole", "r_sole"]
 cameras = ["camera"]
+accelerometers = ["imu"]
+gyrometers = ["imu"]
+force_sensors = ["l_sole", "r_sole"]
 start = "stand"
 root = "pelvis"
 
@@ -173,4 +176,7 @@ _READERS: dict[str, _Reader] = {
     "version": _text,
     "root": _text,
     "fields_of_view": _table_of(_numbers),
+    "accelerometers": _names,
+    "gyrometers": _names,
+    "force_sensors": _names,
 }

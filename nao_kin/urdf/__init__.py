@@ -3,10 +3,11 @@
 from nao_kin.urdf.reader import read_urdf
 from nao_kin.urdf.srdf import read_srdf
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
-from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual, mesh_in
+from nao_kin.urdf.visuals import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual, mesh_in
 
 __all__ = [
     "Box",
+    "Collision",
     "Cylinder",
     "Geometry",
     "Inertial",

@@ -22,7 +22,7 @@ from nao_kin.semantics import Mimic
 from nao_kin.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
 from nao_kin.urdf.document import read_document
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
-from nao_kin.urdf.visuals import Origin, mesh_in, read_visuals
+from nao_kin.urdf.visuals import Origin, mesh_in, read_collisions, read_visuals
 
 # What an attribute belongs to: "joint" or "link", and its name.
 Owner = tuple[str, str]
@@ -72,7 +72,9 @@ class _Reader:
             if (inertial := self._inertial(name, element.find("inertial"))) is not None
         }
         self._note_missing_meshes()
-        visuals, visual_notes = read_visuals(self.document, zip(link_names, links.values(), strict=True))
+        named = tuple(zip(link_names, links.values(), strict=True))
+        visuals, visual_notes = read_visuals(self.document, named)
+        collisions, collision_notes = read_collisions(named)
         return UrdfTree(
             path=self.path,
             name=self.document.get("name", "robot"),
@@ -84,6 +86,8 @@ class _Reader:
             shared_names=renamed,
             notes=tuple(self.notes),
             visual_notes=visual_notes,
+            collisions=collisions,
+            collision_notes=collision_notes,
         )
 
     def _unique(self, tag: str) -> dict[str, ET.Element]:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from nao_kin.semantics import Mimic
-from nao_kin.urdf.visuals import Origin, Visual
+from nao_kin.urdf.visuals import Collision, Origin, Visual
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,8 @@ class UrdfTree:
         shared_names: name that the file gives to a link and to a joint → the name the link has here.
         notes: what was changed, one line each.
         visual_notes: what of the looks cannot be read, one line each.
+        collisions: the shapes that stand for the links in contacts.
+        collision_notes: what of them cannot be read, one line each.
     """
 
     path: Path
@@ -90,6 +92,8 @@ class UrdfTree:
     shared_names: Mapping[str, str] = field(repr=False)
     notes: tuple[str, ...]
     visual_notes: tuple[str, ...] = field(default=(), repr=False)
+    collisions: tuple[Collision, ...] = field(default=(), repr=False)
+    collision_notes: tuple[str, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         # One tree serves every robot made of it.

@@ -1,4 +1,4 @@
-"""The `<visual>` elements of a URDF as data: where each stands, what it is, what colour it has."""
+"""The `<visual>` and `<collision>` elements of a URDF as data: where each stands, what it is, what colour it has."""
 
 from __future__ import annotations
 
@@ -71,6 +71,7 @@ class Visual:
         geometry: what it is.
         material: name of its material, "" without one.
         rgba: colour and opacity of that material, each in [0, 1]; None where the URDF gives none.
+        name: its own name, "" without one.
     """
 
     link: str
@@ -78,6 +79,24 @@ class Visual:
     geometry: Geometry
     material: str = ""
     rgba: Rgba | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Collision:
+    """A shape of a link that stands for it in contacts, as read.
+
+    Attributes:
+        link: name of the link.
+        origin: pose of the shape in the link's frame.
+        geometry: what it is.
+        name: its own name, "" without one.
+    """
+
+    link: str
+    origin: Origin
+    geometry: Geometry
+    name: str = ""
 
 
 def read_visuals(
@@ -101,6 +120,25 @@ def read_visuals(
     return tuple(visuals), tuple(notes)
 
 
+def read_collisions(links: Iterable[tuple[str, ET.Element]]) -> tuple[tuple[Collision, ...], tuple[str, ...]]:
+    """The collision shapes of a URDF, and one line for each that cannot be read.
+
+    Args:
+        links: name and element of each link.
+    """
+    shapes: list[Collision] = []
+    notes: list[str] = []
+    for link, element in links:
+        for collision in element.findall("collision"):
+            try:
+                origin, geometry = _placed(collision)
+            except _Unreadable as reason:
+                notes.append(f"a collision shape of {abbreviated(link)} is left out: {reason}")
+            else:
+                shapes.append(Collision(link, origin, geometry, collision.get("name", "")))
+    return tuple(shapes), tuple(notes)
+
+
 def mesh_in(folder: Path, filename: str) -> Path | None:
     """The file that a URDF in a folder, without symbolic links, means by `filename`; None when it is not there.
 
@@ -118,23 +156,26 @@ def mesh_in(folder: Path, filename: str) -> Path | None:
 
 
 class _Unreadable(Exception):
-    """Why a visual is left out."""
+    """Why a shape is left out."""
 
 
 def _visual(link: str, element: ET.Element, colours: dict[str, Rgba]) -> Visual:
+    origin, geometry = _placed(element)
+    material = element.find("material")
+    name = "" if material is None else material.get("name", "")
+    rgba = None if material is None else _rgba(material) or colours.get(name)
+    return Visual(link, origin, geometry, name, rgba, element.get("name", ""))
+
+
+def _placed(element: ET.Element) -> tuple[Origin, Geometry]:
+    """Where the shape of a visual or a collision stands, and what it is."""
     geometry = element.find("geometry")
     shape = next(iter(geometry), None) if geometry is not None else None
     if shape is None:
         raise _Unreadable("no geometry")
-    origin, material = element.find("origin"), element.find("material")
-    name = "" if material is None else material.get("name", "")
-    return Visual(
-        link=link,
-        origin=Origin() if origin is None else Origin(_vector(origin, "xyz", "0 0 0"), _vector(origin, "rpy", "0 0 0")),
-        geometry=_geometry(shape),
-        material=name,
-        rgba=None if material is None else _rgba(material) or colours.get(name),
-    )
+    origin = element.find("origin")
+    place = Origin() if origin is None else Origin(_vector(origin, "xyz", "0 0 0"), _vector(origin, "rpy", "0 0 0"))
+    return place, _geometry(shape)
 
 
 def _geometry(shape: ET.Element) -> Geometry:

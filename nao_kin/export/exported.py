@@ -1,0 +1,21 @@
+"""What an export has written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Exported:
+    """An export that is done.
+
+    Attributes:
+        path: the file to load, or the folder of the package.
+        files: every file that was written.
+        changes: what in them differs from the robot, one line each.
+    """
+
+    path: Path
+    files: tuple[Path, ...]
+    changes: tuple[str, ...] = ()
