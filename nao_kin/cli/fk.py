@@ -215,12 +215,7 @@ def one_configuration(
             return model.configuration(values, limits=limits)
         if not model.posture_names:
             raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
-        q = model.posture(posture)
-        given = model.configuration(values, limits="ignore")
-        drivers = {model.mimics[name].joint if name in model.mimics else name for name in values}
-        columns = [model.joint_names.index(name) for name in drivers]
-        q[columns] = given[columns]
-        return q if limits == "ignore" else model.clamp(q) if limits == "clamp" else model.check_limits(q)
+        return model.posture(posture, values, limits=limits)
     except (OutsideLimits, CouplingViolated) as error:
         raise BadArgument(error.describe(degrees=deg)) from None
 

@@ -20,7 +20,7 @@ from nao_kin.robot.answers import Answers
 from nao_kin.robot.batch_kinematics import BatchKinematics
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.checks import ConfigurationChecks
-from nao_kin.robot.coordinates import Coordinates
+from nao_kin.robot.coordinates import Coordinates, checked_mapping
 from nao_kin.robot.frames import FrameTable
 from nao_kin.robot.kinematic_methods import KinematicMethods, LimitPolicy
 from nao_kin.robot.kinematics import Kinematics
@@ -89,7 +89,7 @@ class RobotModel(KinematicMethods):
         self._units |= self.semantics.units
         self.joint_units = tuple(self._units[name] for name in self.joint_names)
         self._q_offset = model.nq - len(own)
-        self._coordinates = Coordinates(self.joint_names, self.mimics)
+        self._coordinates = Coordinates(self.joint_names, self.mimics, self.semantics.chains)
         self._places = {name: self._q_offset + column for name, column in self._coordinates.column.items()}
         self.lower, self.upper = _frozen([joint.lower for joint in own]), _frozen([joint.upper for joint in own])
         self.velocity_limits = _frozen([joint.velocity for joint in own])
@@ -207,15 +207,53 @@ class RobotModel(KinematicMethods):
         """
         return np.array(self._neutral)
 
-    def posture(self, name: str) -> Floats:
-        """A predefined posture, shape (nq,); joints that it leaves open are at zero.
+    def posture(
+        self,
+        name: str,
+        angles: Mapping[str, ArrayLike] | None = None,
+        /,
+        *,
+        limits: LimitPolicy = "raise",
+        **joints: ArrayLike,
+    ) -> Floats:
+        """A predefined posture, with other values for some joints.
+
+        Joints that the posture leaves open are at zero. Without `angles` and `joints` it is given as it is; with them
+        all of it is held against the limits, for a coupled limit may reach from a joint that is named to one that is
+        not.
+
+        Args:
+            name: one of `posture_names`.
+            angles: joint or chain → value, as `configuration` takes them.
+            limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
+            **joints: joint or chain → value, too, for names that Python can write so.
+
+        Returns:
+            q, shape (nq,), or (..., nq) for values of a batch shape.
 
         Raises:
-            UnknownName: no such posture.
+            UnknownName: no such posture, joint or chain.
+            OutsideLimits: a joint is outside its limits.
+            WrongShape, NotFinite, CouplingViolated, BadArgument: as `configuration`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("Stand", HeadYaw=0.3)
+            >>> nao.angles(q)["HeadYaw"]
+            0.3
+            >>> nao.posture("Stand", HeadYaw=[-0.3, 0.0, 0.3]).shape
+            (3, 25)
         """
         if not isinstance(name, str) or name not in self._postures:
             raise UnknownName("posture", name, self.posture_names)
-        return np.array(self._postures[name])
+        if angles is None and not joints:
+            return np.array(self._postures[name])
+        values, given = self._coordinates.values(joints if angles is None else {**checked_mapping(angles), **joints})
+        q = np.empty((*values.shape[:-1], self.nq))
+        q[...] = self._postures[name]
+        columns = [self._coordinates.column[joint] for joint in given]
+        q[..., [self._q_offset + column for column in columns]] = values[..., columns]
+        return self._within(q, limits)
 
     def random(self, rng: np.random.Generator | int | None = None, n: int | tuple[int, ...] | None = None) -> Floats:
         """Configurations inside all limits, coupled ones included, each joint uniform in its range.
@@ -247,20 +285,27 @@ class RobotModel(KinematicMethods):
         """The configuration with the given joint values; joints not named are at zero.
 
         A joint that follows another one may be named too: alone it sets the driving joint, beside it the two must
-        agree.
+        agree. A chain of the robot stands for its joints, from the trunk outwards.
 
         Args:
-            angles: joint name → value, or an array of values of one batch shape [rad, m or ratio].
+            angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
+                the values of its joints, shape (..., number of joints).
             limits: what to do with a named joint outside its limits: "raise", "clamp" or "ignore".
 
         Returns:
             q, shape (..., nq).
 
         Raises:
-            UnknownName: no such joint.
+            UnknownName: no such joint or chain.
             CouplingViolated: two joints of one motor disagree.
             OutsideLimits: a named joint is outside its limits.
-            WrongShape, NotFinite, BadArgument: values that are no numbers of one batch shape.
+            WrongShape, NotFinite, BadArgument: values that are no numbers of one batch shape, or a joint named twice.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.configuration({"HeadYaw": 0.3, "RArm": [1.4, -0.2, 1.2, 0.4, 0.0, 0.5]})
+            >>> nao.angles(q)["RShoulderPitch"]
+            1.4
         """
         values = self._coordinates.plain_values(angles)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
