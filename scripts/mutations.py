@@ -504,6 +504,10 @@ _MATHEMATICS = (
         "rotations/_quaternions.py",
         "test_rotations_quaternions.py",
         ("canonical-sign-blind-to-the-last-component", "nonzero.argmax(axis=-1)", "nonzero[..., :3].argmax(axis=-1)"),
+    ),
+    *_faults(
+        "rotations/_slerp.py",
+        "test_rotations_quaternions.py",
         ("slerp-at-a-right-angle-goes-the-other-way", "f.where(_inner(p, q) < 0.0,", "f.where(_inner(p, q) <= 0.0,"),
         (
             "slerp-takes-its-angle-by-arccos",
@@ -512,7 +516,7 @@ _MATHEMATICS = (
         ),
     ),
     *_faults(
-        "rotations/_invariants.py",
+        "rotations/_exponential.py",
         "test_rotations_invariants.py",
         ("floor-of-the-logarithm-too-high", "r3 * r3), SMALLEST_NORMAL)", "r3 * r3), 1e-4)"),
     ),
@@ -522,7 +526,7 @@ _MATHEMATICS = (
         ("floor-of-the-exponential-too-high", "f.larger(square, SMALLEST_NORMAL)", "f.larger(square, 1e-8)"),
     ),
     *_faults(
-        "rotations/_invariants.py",
+        "rotations/_quaternions.py",
         "test_rotations_invariants.py",
         ("larger-unit-of-the-axis-so-early-that-it-overflows", "tiny = norm < 1e-140", "tiny = norm < 1e-8"),
         ("larger-unit-of-the-axis-too-late", "tiny = norm < 1e-140", "tiny = norm < 1e-200"),

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, as_vectors, common_batch, first_index, unit
-from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin._common.vectors import as_batch, as_vectors, common_batch, first_index
+from nao_kin.errors import ZeroNorm
 from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
-
-_LARGEST_PART = 1e15
 
 
 def quat_from_matrix(R: ArrayLike) -> Floats:
@@ -117,34 +113,33 @@ def quat_canonical(q: ArrayLike) -> Floats:
     return np.where(first < 0.0, -quats, quats) + 0.0
 
 
-def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
-    """The rotation a part t of the way from p to q along the shorter arc, at constant angular velocity.
-
-    cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q at right angles to p and θ = atan2(‖w‖, p·q) the
-    angle between the unit quaternions, q replaced by −q where p·q < 0. It is (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
-    but of unit length for every t. Where p·q = 0 (half a turn apart) both arcs are equally long; q is taken as given.
+def quat_rotate(q: ArrayLike, v: ArrayLike) -> Floats:
+    """The vector turned by a quaternion, q v q⁻¹ = v + r0 t + r × t with t = 2 r × v and (r0, r) = q/‖q‖.
 
     Args:
-        p: quaternions at t = 0, shape (..., 4), of any length but zero.
-        q: quaternions at t = 1, shape (..., 4); broadcasts with p.
-        t: shape (...), broadcasts with p and q; outside [0, 1] the motion goes on past its ends.
+        q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
+        v: vectors, shape (..., 3); broadcasts with q.
 
     Returns:
-        Unit quaternions, shape (..., 4); continuous in t, so not of canonical sign.
+        Vectors, shape (..., 3): `matrix_from_quat(q) @ v`.
 
     Raises:
         ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, t outside ±1e15, wrong or mismatched shapes, NaN or infinity.
+        BadArgument, WrongShape, NotFinite: not numbers, v outside ±1e150, wrong or mismatched shapes, NaN or infinity.
 
-    Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
+    Examples:
+        >>> half = np.sqrt(0.5)
+        >>> nk.rotations.quat_rotate([half, 0, 0, half], [1.0, 0.0, 2.0])  # 90° about z
+        array([0., 1., 2.])
     """
-    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_batch(t, (), "t")
-    if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
-        raise BadArgument(f"t must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
-    batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
-    ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
-    inputs = [*(np.broadcast_to(end, (*batch, 4)) for end in ends), np.broadcast_to(parts, batch)[..., np.newaxis]]
-    return evaluate(_slerp, inputs, (4,))[0]
+    quats, vectors = as_batch(q, (4,), "quaternion"), as_vectors(v, "vector")
+    batch = common_batch("quaternions and vectors", quats.shape[:-1], vectors.shape[:-1])
+    vectors = np.broadcast_to(vectors, (*batch, 3))
+    try:
+        return evaluate(_rotated, [np.broadcast_to(quats, (*batch, 4)), vectors], (3,))[0]
+    except OutOfScale:
+        sized = np.broadcast_to(rescaled(quats, "quaternion"), (*batch, 4))
+        return evaluate(_rotated, [sized, vectors], (3,))[0]
 
 
 def quat_to_xyzw(q: ArrayLike) -> Floats:
@@ -200,12 +195,37 @@ def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
     return r0 * scale + 0.0, r1 * scale + 0.0, r2 * scale + 0.0, r3 * scale + 0.0
 
 
+def axis_and_half_angle(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> tuple[Number, ...]:
+    """The kernel from a quaternion to the unit vector along r, zero where r is, and atan2(‖r‖, r0)."""
+    norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
+    unit: Number = 1.0
+    tiny = norm < 1e-140
+    if f.some(tiny):
+        # The squares of the smallest angles underflow, unless taken in a larger unit.
+        unit = f.where(tiny, 2.0**700, 1.0)
+        r1, r2, r3 = r1 * unit, r2 * unit, r3 * unit
+        norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
+    divisor = f.where(norm > 0.0, norm, 1.0)
+    return r1 / divisor, r2 / divisor, r3 / divisor, f.atan2(norm / unit, r0)
+
+
 def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number) -> Number:
     # Where these three are zero the last component is the largest, hence a diagonal entry of 4 r rᵀ, and positive.
     first, zero = r0, r0 == 0.0
     if f.some(zero):
         first = f.where(zero, f.where(r1 != 0.0, r1, r2), r0)
     return f.where(first < 0.0, -1.0, 1.0)
+
+
+def _rotated(f: Functions, *components: Number) -> tuple[Number, ...]:
+    r0, r1, r2, r3, x, y, z = components
+    scale = 2.0 / f.square(r0, r1, r2, r3)
+    tx, ty, tz = scale * (r2 * z - r3 * y), scale * (r3 * x - r1 * z), scale * (r1 * y - r2 * x)
+    return (
+        x + r0 * tx + (r2 * tz - r3 * ty),
+        y + r0 * ty + (r3 * tx - r1 * tz),
+        z + r0 * tz + (r1 * ty - r2 * tx),
+    )
 
 
 def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
@@ -216,23 +236,3 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
         p0 * q2 + q0 * p2 + (p3 * q1 - p1 * q3),
         p0 * q3 + q0 * p3 + (p1 * q2 - p2 * q1),
     )
-
-
-def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
-    p, q, t = components[:4], components[4:8], components[8]
-    sign = f.where(_inner(p, q) < 0.0, -1.0, 1.0)
-    difference = [sign * b - a for a, b in zip(p, q, strict=True)]
-    # The part of q at right angles to p, from the difference, which is exact where the two are nearly equal.
-    shift = _inner(p, difference)
-    aside = [d - shift * a for a, d in zip(p, difference, strict=True)]
-    sine = f.sqrt(_inner(aside, aside))
-    theta = f.atan2(sine, 1.0 + shift)
-    # Where the squares have underflowed the arc is a straight line.
-    same = sine == 0.0
-    along = f.cos(t * theta)
-    across = f.where(same, t, f.sin(t * theta) / f.where(same, 1.0, sine))
-    return tuple(along * a + across * w for a, w in zip(p, aside, strict=True))
-
-
-def _inner(a: Sequence[Number], b: Sequence[Number]) -> Number:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
