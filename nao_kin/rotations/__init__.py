@@ -5,6 +5,7 @@ from __future__ import annotations
 from nao_kin.rotations._checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
 from nao_kin.rotations._continuity import quat_nearest, quat_unwrap
 from nao_kin.rotations._davenport import are_davenport_axes, davenport_angles, matrix_from_davenport
+from nao_kin.rotations._directions import DirectionFit, rotation_between, rotation_from_directions
 from nao_kin.rotations._elementary import rot_x, rot_y, rot_z
 from nao_kin.rotations._euler import (
     EulerAngles,
@@ -23,6 +24,7 @@ from nao_kin.rotations._invariants import (
     natural_invariants,
 )
 from nao_kin.rotations._jacobians import left_jacobian, left_jacobian_inverse, right_jacobian, right_jacobian_inverse
+from nao_kin.rotations._mean import MeanRotation, mean_rotation
 from nao_kin.rotations._mrp import matrix_from_mrp, mrp_from_matrix, mrp_shadow
 from nao_kin.rotations._points import rotation_from_points
 from nao_kin.rotations._quat_powers import quat_exp, quat_log, quat_power
@@ -36,13 +38,16 @@ from nao_kin.rotations._quaternions import (
     quat_rotate,
     quat_to_xyzw,
 )
+from nao_kin.rotations._random import random_quat, random_rotation, random_rotation_near
 from nao_kin.rotations._skew import skew, vee
 from nao_kin.rotations._slerp import slerp
 from nao_kin.rotations._three_angles import SEQUENCES
 
 __all__ = [
     "SEQUENCES",
+    "DirectionFit",
     "EulerAngles",
+    "MeanRotation",
     "RotationDefects",
     "angle_between",
     "are_davenport_axes",
@@ -64,6 +69,7 @@ __all__ = [
     "matrix_from_natural",
     "matrix_from_quat",
     "matrix_from_rpy",
+    "mean_rotation",
     "mrp_from_matrix",
     "mrp_shadow",
     "natural_invariants",
@@ -81,11 +87,16 @@ __all__ = [
     "quat_rotate",
     "quat_to_xyzw",
     "quat_unwrap",
+    "random_quat",
+    "random_rotation",
+    "random_rotation_near",
     "right_jacobian",
     "right_jacobian_inverse",
     "rot_x",
     "rot_y",
     "rot_z",
+    "rotation_between",
+    "rotation_from_directions",
     "rotation_from_points",
     "rpy_from_matrix",
     "skew",
