@@ -26,6 +26,7 @@ from nao_kin.rotations._invariants import (
 from nao_kin.rotations._jacobians import left_jacobian, left_jacobian_inverse, right_jacobian, right_jacobian_inverse
 from nao_kin.rotations._mean import MeanRotation, mean_rotation
 from nao_kin.rotations._mrp import matrix_from_mrp, mrp_from_matrix, mrp_shadow
+from nao_kin.rotations._nearest_angles import NearestAngles, nearest_davenport, nearest_euler
 from nao_kin.rotations._points import rotation_from_points
 from nao_kin.rotations._quat_powers import quat_exp, quat_log, quat_power
 from nao_kin.rotations._quaternions import (
@@ -48,6 +49,7 @@ __all__ = [
     "DirectionFit",
     "EulerAngles",
     "MeanRotation",
+    "NearestAngles",
     "RotationDefects",
     "angle_between",
     "are_davenport_axes",
@@ -73,6 +75,8 @@ __all__ = [
     "mrp_from_matrix",
     "mrp_shadow",
     "natural_invariants",
+    "nearest_davenport",
+    "nearest_euler",
     "nearest_rotation",
     "power",
     "quat_canonical",

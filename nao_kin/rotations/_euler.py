@@ -18,6 +18,7 @@ from nao_kin.rotations._three_angles import (
     check_at_lock,
     composition,
     extraction,
+    find_any_convention,
     find_convention,
 )
 
@@ -39,14 +40,15 @@ class EulerAngles:
 
 
 def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Floats:
-    """Rotation matrix of three turns about coordinate axes.
+    """Rotation matrix of three turns about coordinate axes, or of one or two.
 
     For a sequence "ijk" and angles (α, β, γ), in that order:
     moving axes, R = Ri(α) Rj(β) Rk(γ); fixed axes, R = Rk(γ) Rj(β) Ri(α).
+    For "ij": moving axes, R = Ri(α) Rj(β); fixed axes, R = Rj(β) Ri(α). For "i": R = Ri(α).
 
     Args:
-        angles: shape (..., 3) [rad], in the order of the sequence.
-        sequence: three of "x", "y", "z", neighbours different, lower case.
+        angles: shape (..., 3), or (..., 2) or (..., 1) as the sequence is long [rad]; in its order.
+        sequence: one to three of "x", "y", "z", neighbours different, lower case.
         axes: "moving" or "fixed"; required.
 
     Returns:
@@ -54,12 +56,24 @@ def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED
 
     Raises:
         UnknownName: no such sequence or kind of axes.
-        BadArgument, WrongShape, NotFinite: `axes` missing; angles not numbers, not of shape (..., 3), NaN.
+        BadArgument, WrongShape, NotFinite: `axes` missing; angles not numbers, not as many as axes, NaN.
 
     Source: Craig, Introduction to Robotics, 2.8 and appendix B.
+
+    Examples:
+        >>> quarter = np.pi / 2
+        >>> nk.rotations.matrix_from_euler([quarter, quarter, 0], "xyz", axes="moving").round(12) + 0.0
+        array([[0., 0., 1.],
+               [1., 0., 0.],
+               [0., 1., 0.]])
+        >>> turned = nk.rotations.matrix_from_euler([0.2, 0.3], "zy", axes="moving")
+        >>> np.allclose(turned, nk.rotations.rot_z(0.2) @ nk.rotations.rot_y(0.3))
+        True
     """
-    convention = find_convention(sequence, axes)
-    values = as_batch(angles, (3,), "angles")
+    convention, count = find_any_convention(sequence, axes)
+    values = as_batch(angles, (count,), "angles")
+    if count < 3:
+        values = np.concatenate([values, np.zeros((*values.shape[:-1], 3 - count))], axis=-1)
     return evaluate(composition(convention), [values], (3, 3))[0]
 
 
