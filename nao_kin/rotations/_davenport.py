@@ -65,7 +65,7 @@ def davenport_angles(
     matrices = as_rotations(R)
     common_batch("R and the axes", matrices.shape[:-2], *(axis.shape[:-1] for axis in axes))
     for i in range(2):
-        _refuse_leaning(*axes[i : i + 2], f"axes a{i + 1} and a{i + 2}")
+        _refuse_leaning(axes[i], axes[i + 1], f"axes a{i + 1} and a{i + 2}")
     first, second, third = (unit(axis, "axis")[0] for axis in axes)
     sine = dot(second, cross(first, third))
     # Exactly parallel then, or the sign of a rounding error would choose the principal triple.
@@ -138,9 +138,8 @@ def matrix_from_davenport(
     """
     if a2 is None and a3 is not None:
         raise BadArgument("axis a2 is missing, and a3 is given")
-    axes = [
-        unit(scaled_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate((a1, a2, a3), 1) if axis is not None
-    ]
+    given = [axis for axis in (a1, a2, a3) if axis is not None]
+    axes = [unit(scaled_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate(given, 1)]
     values = as_batch(angles, (len(axes),), "angles")
     common_batch("angles and axes", values.shape[:-1], *(axis.shape[:-1] for axis in axes))
     found, *others = (matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(axes))

@@ -127,7 +127,7 @@ def _nearest(f: Functions, r0: Number, x: Number, y: Number, z: Number, *axes: N
     if len(axes) == 1:
         half = f.atan2(along, r0)
         c, s = f.cos(half), f.sin(half)
-        angles = (_wrapped(f, 2.0 * half),)
+        angles: tuple[Number, ...] = (_wrapped(f, 2.0 * half),)
         turned = (c, s * a0, s * a1, s * a2)
     else:
         b0, b1, b2 = axes[1]
