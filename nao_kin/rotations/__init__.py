@@ -40,8 +40,10 @@ from nao_kin.rotations._quaternions import (
     quat_to_xyzw,
 )
 from nao_kin.rotations._random import random_quat, random_rotation, random_rotation_near
+from nao_kin.rotations._rates import euler_rate_jacobian, euler_rate_jacobian_inverse
 from nao_kin.rotations._skew import skew, vee
 from nao_kin.rotations._slerp import slerp
+from nao_kin.rotations._spline import RotationSpline
 from nao_kin.rotations._three_angles import SEQUENCES
 
 __all__ = [
@@ -51,11 +53,14 @@ __all__ = [
     "MeanRotation",
     "NearestAngles",
     "RotationDefects",
+    "RotationSpline",
     "angle_between",
     "are_davenport_axes",
     "check_rotation",
     "davenport_angles",
     "euler_from_matrix",
+    "euler_rate_jacobian",
+    "euler_rate_jacobian_inverse",
     "euler_rodrigues",
     "exp",
     "is_rotation",
