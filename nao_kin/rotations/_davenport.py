@@ -138,7 +138,7 @@ def matrix_from_davenport(
     """
     if a2 is None and a3 is not None:
         raise BadArgument("axis a2 is missing, and a3 is given")
-    given = [axis for axis in (a1, a2, a3) if axis is not None]
+    given = [a1, *(axis for axis in (a2, a3) if axis is not None)]
     axes = [unit(scaled_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate(given, 1)]
     values = as_batch(angles, (len(axes),), "angles")
     common_batch("angles and axes", values.shape[:-1], *(axis.shape[:-1] for axis in axes))
