@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 
 import numpy as np
@@ -366,3 +367,8 @@ def test_any_numbers_give_finite_results_or_the_librarys_own_error(data, entry, 
         return
     for part in parts:
         assert np.isfinite(part).all()
+
+
+@pytest.mark.parametrize("name", [name for name in rotations.__all__ if not name.isupper()])
+def test_everything_offered_has_an_example(name):
+    assert "Examples:\n" in inspect.getdoc(getattr(rotations, name))

@@ -26,6 +26,10 @@ class RotationDefects:
     Attributes:
         determinant: det R − 1, shape (...).
         orthogonality: largest absolute entry of RᵀR − 1, shape (...).
+
+    Examples:
+        >>> nk.rotations.check_rotation(np.diag([1.0, 1.0, 1.0 + 1e-7])).orthogonality.round(9)
+        np.float64(2e-07)
     """
 
     determinant: Floats
@@ -44,6 +48,10 @@ def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]
 
     Raises:
         BadArgument, WrongShape: not numbers, or not of shape (..., 3, 3); a tolerance that is no number ≥ 0.
+
+    Examples:
+        >>> nk.rotations.is_rotation([nk.rotations.rot_x(0.3), np.diag([1.0, 1.0, -1.0])])
+        array([ True, False])
     """
     matrices = as_matrices(R)
     check_tolerance(tolerance)
@@ -68,6 +76,13 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefect
     Raises:
         NotARotation: a defect above the tolerance; carries the index of the matrix and both defects.
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.check_rotation(nk.rotations.rot_x([0.1, 0.2])).determinant.shape
+        (2,)
+        >>> nk.rotations.check_rotation(np.diag([1.0, 1.0, -1.0]))
+        Traceback (most recent call last):
+        nao_kin.errors.NotARotation: not a rotation matrix: det R − 1 = -2, max |RᵀR − 1| = 0
     """
     matrices = as_matrices(R)
     check_tolerance(tolerance)
@@ -97,6 +112,12 @@ def nearest_rotation(M: ArrayLike) -> Floats:
         WrongShape, NotFinite: not of shape (..., 3, 3), NaN or infinity.
 
     Source: Umeyama, IEEE PAMI 13(4), 1991, lemma.
+
+    Examples:
+        >>> nk.rotations.nearest_rotation([[0.0, -2.0, 0.0], [2.1, 0.0, 0.0], [0.0, 0.0, 1.9]]) + 0.0
+        array([[ 0., -1.,  0.],
+               [ 1.,  0.,  0.],
+               [ 0.,  0.,  1.]])
     """
     matrices = as_matrices(M)
     refuse_non_finite(matrices, "matrix")

@@ -28,6 +28,11 @@ class DirectionFit:
         residual: root of the weighted mean of ‖bᵢ − R aᵢ‖² over the unit directions, shape (...): nearly the root mean
             square of `angles`.
         angles: the angle left between R aᵢ and bᵢ, shape (..., n) [rad].
+
+    Examples:
+        >>> fit = nk.rotations.rotation_from_directions([[0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0.2]])
+        >>> fit.residual.round(4), fit.angles
+        (np.float64(0.0987), array([0.0987, 0.0987]))
     """
 
     rotation: Floats

@@ -32,6 +32,11 @@ class EulerAngles:
             [−π/2, π/2], or in [0, π] where the first and third axes are the same; the outer two in [−π, π].
         other: the other triple, shape (..., 3) [rad], all three in [−π, π].
         locked: shape (...); True where only the sum or the difference of the outer angles is determined.
+
+    Examples:
+        >>> found = nk.rotations.euler_from_matrix(nk.rotations.rot_y(0.5), "zyx", axes="moving")
+        >>> found.angles, found.other, found.locked
+        (array([0. , 0.5, 0. ]), array([3.1416, 2.6416, 3.1416]), array(False))
     """
 
     angles: Floats
@@ -103,6 +108,13 @@ def euler_from_matrix(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_
         NotARotation: some matrix is not orthogonal with determinant +1.
         UnknownName: no such sequence, kind of axes or tie-break.
         BadArgument, WrongShape, NotFinite: `axes` missing; R not numbers, not of shape (..., 3, 3), NaN.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_euler([0.1, 0.2, 0.3], "zyx", axes="moving")
+        >>> nk.rotations.euler_from_matrix(R, "zyx", axes="moving").angles
+        array([0.1, 0.2, 0.3])
+        >>> nk.rotations.euler_from_matrix(R, "xyz", axes="fixed").angles
+        array([0.3, 0.2, 0.1])
     """
     convention = find_convention(sequence, axes)
     check_at_lock(at_lock)
@@ -124,6 +136,11 @@ def matrix_from_rpy(rpy: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3), NaN or infinity.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_rpy([0.1, 0.2, 0.3])
+        >>> np.allclose(R, nk.rotations.rot_z(0.3) @ nk.rotations.rot_y(0.2) @ nk.rotations.rot_x(0.1))
+        True
     """
     return matrix_from_euler(rpy, "xyz", axes="fixed")
 
@@ -144,5 +161,9 @@ def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
         NotARotation: some matrix is not orthogonal with determinant +1.
         UnknownName: no such tie-break.
         BadArgument, WrongShape, NotFinite: R not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.rpy_from_matrix(nk.rotations.rot_z(0.3) @ nk.rotations.rot_x(0.1))
+        array([0.1, 0. , 0.3])
     """
     return euler_from_matrix(R, "xyz", axes="fixed", at_lock=at_lock).angles

@@ -30,6 +30,12 @@ def exp(v: ArrayLike) -> Floats:
         WrongShape, NotFinite: not of shape (..., 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
+
+    Examples:
+        >>> nk.rotations.exp([0.0, 0.0, np.pi / 2]).round(12) + 0.0
+        array([[ 0., -1.,  0.],
+               [ 1.,  0.,  0.],
+               [ 0.,  0.,  1.]])
     """
     return evaluate_vectors(from_rotation_vector, v, (3, 3))[0]
 
@@ -52,6 +58,10 @@ def log(R: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.log([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+        array([0.    , 0.    , 1.5708])
     """
     return evaluate_rotations(_logarithm, R, (3,))[0]
 

@@ -37,6 +37,11 @@ def natural_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2 and 2.3.6.
+
+    Examples:
+        >>> axis, angle = nk.rotations.natural_invariants([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
+        >>> axis, np.rad2deg(angle).round(9)
+        (array([0.5774, 0.5774, 0.5774]), np.float64(120.0))
     """
     axis, angle = evaluate_rotations(_natural, R, (3,), ())
     return axis, angle
@@ -58,6 +63,12 @@ def matrix_from_natural(axis: ArrayLike, angle: ArrayLike) -> Floats:
         BadArgument, NotFinite: not numbers, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
+
+    Examples:
+        >>> nk.rotations.matrix_from_natural([1, 1, 1], np.deg2rad(120)).round(12) + 0.0
+        array([[0., 0., 1.],
+               [1., 0., 0.],
+               [0., 1., 0.]])
     """
     axes, angles = vector_and_number(axis, angle, "axis", "angle")
     try:
@@ -88,6 +99,10 @@ def linear_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
+
+    Examples:
+        >>> nk.rotations.linear_invariants(nk.rotations.rot_z(0.5))  # sin 0.5 and cos 0.5
+        (array([0.    , 0.    , 0.4794]), array(0.8776))
     """
     q, q0 = evaluate_rotations(_linear, R, (3,), ())
     return q, q0
@@ -112,6 +127,11 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
         WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_linear([0.0, 0.0, 0.6], 0.8)
+        >>> np.allclose(R, nk.rotations.rot_z(np.arctan2(0.6, 0.8)))
+        True
     """
     vectors, scalars = vector_and_number(q, q0, "q", "q0")
     # Clipped, for the squares of wild values would overflow; no valid component exceeds 1.
@@ -150,6 +170,10 @@ def euler_rodrigues(R: ArrayLike) -> tuple[Floats, Floats]:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.euler_rodrigues(nk.rotations.rot_x(np.pi / 2))  # sin 45° and cos 45°
+        (array([0.7071, 0.    , 0.    ]), array(0.7071))
     """
     r0, r = evaluate_rotations(quaternion_of, R, (), (3,))
     return r, r0
@@ -170,6 +194,11 @@ def matrix_from_euler_rodrigues(r: ArrayLike, r0: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_euler_rodrigues([0.6, 0.0, 0.0], 0.8)
+        >>> np.allclose(R, nk.rotations.rot_x(2 * np.arctan2(0.6, 0.8)))
+        True
     """
     vectors, scalars = vector_and_number(r, r0, "r", "r0")
     return matrix_from_quat(np.concatenate([scalars[..., np.newaxis], vectors], axis=-1))

@@ -33,6 +33,11 @@ class MeanRotation:
         spread: root of the weighted mean of the squared angles to the mean, shape (...) [rad].
         covariance: weighted mean of v vᵀ with v = log(R̄ᵀ Rᵢ), in the axes of the mean's frame, shape (..., 3, 3)
             [rad²]; its trace is the spread squared.
+
+    Examples:
+        >>> mean = nk.rotations.mean_rotation(nk.rotations.rot_x([0.1, 0.3]))
+        >>> mean.spread.round(12), mean.covariance.diagonal()
+        (np.float64(0.1), array([0.01, 0.  , 0.  ]))
     """
 
     rotation: Floats

@@ -28,6 +28,12 @@ class NearestAngles:
     Attributes:
         angles: in the order of the axes as written, shape (..., 1) or (..., 2), in [−π, π] [rad].
         residual: angle between the rotation and the turns, shape (...) [rad]; 0 where the rotation is such turns.
+
+    Examples:
+        >>> tilted = nk.rotations.rot_z(0.3) @ nk.rotations.rot_y(0.01)
+        >>> found = nk.rotations.nearest_euler(tilted, "z", axes="moving")
+        >>> found.angles, found.residual
+        (array([0.3]), array(0.01))
     """
 
     angles: Floats

@@ -46,6 +46,12 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
         BadArgument, NotFinite: not numbers, outside ±1e150, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
+
+    Examples:
+        >>> before = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        >>> after = [[5, 5, 5], [5, 6, 5], [4, 5, 5]]
+        >>> np.allclose(nk.rotations.rotation_from_points(before, after), nk.rotations.rot_z(np.pi / 2))
+        True
     """
     if not isinstance(method, str) or method not in ("least_squares", "triads"):
         raise UnknownName("method", method, ("least_squares", "triads"))

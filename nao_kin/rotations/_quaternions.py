@@ -31,6 +31,10 @@ def quat_from_matrix(R: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.quat_from_matrix(nk.rotations.rot_z(np.pi / 2))
+        array([0.7071, 0.    , 0.    , 0.7071])
     """
     return evaluate_rotations(quaternion_of, R, (4,))[0]
 
@@ -49,6 +53,12 @@ def matrix_from_quat(q: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.matrix_from_quat([1, 0, 0, 1]).round(12) + 0.0  # 90° about z, of any length
+        array([[ 0., -1.,  0.],
+               [ 1.,  0.,  0.],
+               [ 0.,  0.,  1.]])
     """
     quats = as_batch(q, (4,), "quaternion")
     try:
@@ -71,6 +81,10 @@ def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, wrong or mismatched shapes, NaN.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.quat_multiply([0, 1, 0, 0], [0, 0, 1, 0])  # i j = k
+        array([0., 0., 0., 1.])
     """
     P, Q = as_vectors(p, "quaternion p", 4), as_vectors(q, "quaternion q", 4)
     batch = common_batch("quaternions p and q", P.shape[:-1], Q.shape[:-1])
@@ -88,6 +102,10 @@ def quat_conjugate(q: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_conjugate([0.8, 0.6, 0.0, 0.0])
+        array([ 0.8, -0.6,  0. ,  0. ])
     """
     return as_batch(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
 
@@ -104,6 +122,11 @@ def quat_canonical(q: ArrayLike) -> Floats:
     Raises:
         ZeroNorm: a zero quaternion; carries its index.
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_canonical([[-0.8, 0.6, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0]])
+        array([[ 0.8, -0.6,  0. ,  0. ],
+               [ 0. ,  1. ,  0. ,  0. ]])
     """
     quats = as_batch(q, (4,), "quaternion")
     nonzero = quats != 0.0
@@ -153,6 +176,10 @@ def quat_to_xyzw(q: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_to_xyzw([1, 2, 3, 4])
+        array([2., 3., 4., 1.])
     """
     return as_batch(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
 
@@ -168,6 +195,10 @@ def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_from_xyzw([2, 3, 4, 1])
+        array([1., 2., 3., 4.])
     """
     return as_batch(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
 
