@@ -1,8 +1,8 @@
 """What rotations do, beyond conversions, side by side with scipy: speed as a ratio, and how far the two differ.
 
 Powers, means, turned vectors, interpolation, random rotations, fits to directions. Each row is one function at one
-count of rotations; both libraries start from their own form of the same rotations and take turns, and the best turn
-counts. Differences are taken on random rotations, where both are right.
+count of rotations; both libraries get the same arrays and take turns, and the best turn counts. Differences are taken
+on random rotations, where both are right.
 """
 
 from __future__ import annotations
@@ -25,13 +25,12 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class Inputs:
-    """The same rotations in the forms of both libraries."""
+    """The same rotations as matrices and as quaternions, and vectors and times."""
 
     matrices: Array
     quaternions: Array
     vectors: Array
     times: Array
-    theirs: Rotation
 
 
 @dataclass(frozen=True)
@@ -45,24 +44,30 @@ class Function:
 
 
 FUNCTIONS = (
-    Function("power", lambda i: rotations.power(i.matrices, 0.3), lambda i: (i.theirs**0.3).as_matrix()),
+    Function(
+        "power",
+        lambda i: rotations.power(i.matrices, 0.3),
+        lambda i: (Rotation.from_matrix(i.matrices) ** 0.3).as_matrix(),
+    ),
     Function(
         "angle between",
         lambda i: rotations.angle_between(i.matrices[..., ::-1, :, :], i.matrices),
-        lambda i: (i.theirs[::-1].inv() * i.theirs).magnitude(),
+        lambda i: (Rotation.from_matrix(i.matrices[::-1]).inv() * Rotation.from_matrix(i.matrices)).magnitude(),
     ),
     Function(
         "vectors turned by quaternions",
         lambda i: rotations.quat_rotate(i.quaternions, i.vectors),
-        lambda i: i.theirs.apply(i.vectors),
+        lambda i: _rotations(i.quaternions).apply(i.vectors),
     ),
     Function(
         "chordal mean, with its spread here",
         lambda i: rotations.mean_rotation(i.matrices, method="chordal").rotation,
-        lambda i: i.theirs.mean().as_matrix(),
+        lambda i: Rotation.from_matrix(i.matrices).mean().as_matrix(),
     ),
     Function(
-        "modified Rodrigues parameters", lambda i: rotations.mrp_from_matrix(i.matrices), lambda i: i.theirs.as_mrp()
+        "modified Rodrigues parameters",
+        lambda i: rotations.mrp_from_matrix(i.matrices),
+        lambda i: Rotation.from_matrix(i.matrices).as_mrp(),
     ),
     Function(
         "and back",
@@ -77,7 +82,9 @@ FUNCTIONS = (
     Function(
         "slerp between two",
         lambda i: rotations.slerp(i.quaternions[0], i.quaternions[1], i.times),
-        lambda i: Slerp([0, 1], i.theirs[:2])(i.times).as_quat(scalar_first=True),
+        lambda i: Slerp([0, 1], Rotation.from_quat(i.quaternions[:2], scalar_first=True))(i.times).as_quat(
+            scalar_first=True
+        ),
     ),
     Function(
         "spline through 10 keys",
@@ -137,7 +144,11 @@ def _inputs(count: int) -> Inputs:
     theirs = Rotation.from_rotvec(rng.normal(scale=0.4, size=(count, 3)))
     vectors = rng.normal(size=(count, 3))
     quaternions = theirs.as_quat(canonical=True, scalar_first=True)
-    return Inputs(theirs.as_matrix(), quaternions, vectors, np.sort(rng.random(count)), theirs)
+    return Inputs(theirs.as_matrix(), quaternions, vectors, np.sort(rng.random(count)))
+
+
+def _rotations(quaternions: Array) -> Rotation:
+    return Rotation.from_quat(quaternions, scalar_first=True)
 
 
 def _keys() -> Array:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import as_batch, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape, at_index
-from nao_kin.rotations._kernels import rescaled
 from nao_kin.rotations._points import THINNEST, best_fit, refuse_one_line
 from nao_kin.rotations._quaternions import matrix_from_quat
 from nao_kin.rotations._weights import as_shares
@@ -150,7 +149,7 @@ def rotation_from_directions(before: ArrayLike, after: ArrayLike, weights: Array
 
 
 def _units(value: ArrayLike, what: str) -> Floats:
-    return unit(rescaled(as_batch(value, (3,), what), what), what)[0]
+    return unit(as_batch(value, (3,), what), what)[0]
 
 
 def _normal_part(wanted: Floats, first: Floats, needed: NDArray[np.bool_]) -> Floats:

@@ -10,7 +10,7 @@ from nao_kin._common.vectors import as_batch, first_index
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._elementary import rodrigues
-from nao_kin.rotations._kernels import Functions, Number, evaluate, rescaled
+from nao_kin.rotations._kernels import LARGEST_SQUARE, Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin.rotations._quaternions import quaternion_of
 
 
@@ -59,12 +59,13 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
         True
     """
     parameters = as_batch(p, (3,), "modified Rodrigues parameters")
-    long = np.abs(parameters).max(axis=-1) > 1.0
-    if long.any():
-        # The other triple is short, and its square cannot overflow.
-        safe = np.where(long[..., np.newaxis], parameters, 1.0)
-        parameters = np.where(long[..., np.newaxis], _shadow(safe), parameters)
-    return evaluate(_matrix, [parameters], (3, 3))[0]
+    try:
+        return evaluate(_matrix, [parameters], (3, 3))[0]
+    except OutOfScale:
+        # The other triple of a long one is short.
+        long = (np.abs(parameters).max(axis=-1) > 1.0)[..., np.newaxis]
+        short = np.where(long, _shadow(np.where(long, parameters, 1.0)), parameters)
+        return evaluate(_matrix, [short], (3, 3))[0]
 
 
 def mrp_shadow(p: ArrayLike) -> Floats:
@@ -114,5 +115,7 @@ def _parameters(f: Functions, *m: Number) -> tuple[Number, ...]:
 
 def _matrix(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
     square = x * x + y * y + z * z
-    B = 8.0 / ((1.0 + square) * (1.0 + square))
-    return rodrigues(x, y, z, 0.5 * B * (1.0 - square), B)
+    if not f.within(square, LARGEST_SQUARE):
+        raise OutOfScale
+    quotient = 1.0 / (1.0 + square)
+    return rodrigues(x, y, z, 4.0 * quotient * (1.0 - square) * quotient, 8.0 * quotient * quotient)
