@@ -10,7 +10,7 @@ from nao_kin._common.vectors import common_batch
 from nao_kin.rotations._checks import as_exponent, as_rotations, evaluate_rotations, evaluate_vectors
 from nao_kin.rotations._elementary import from_rotation_vector
 from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, evaluate
-from nao_kin.rotations._quaternions import axis_and_half_angle, quaternion_of
+from nao_kin.rotations._quat_kernels import axis_and_half_angle, quaternion_of
 
 
 def exp(v: ArrayLike) -> Floats:

@@ -11,7 +11,8 @@ from nao_kin.errors import BadArgument, ZeroNorm, at_index
 from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.rotations._quaternions import axis_and_half_angle, matrix_from_quat, quaternion_of
+from nao_kin.rotations._quat_kernels import axis_and_half_angle, quaternion_of
+from nao_kin.rotations._quaternions import matrix_from_quat
 
 # Where cos φ rounds to −1: of the axis in sin φ e, eight digits and more are gone.
 _SINE_NEAR_PI = 2.0**-26

@@ -11,7 +11,7 @@ from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._elementary import rodrigues
 from nao_kin.rotations._kernels import LARGEST_SQUARE, Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.rotations._quaternions import quaternion_of
+from nao_kin.rotations._quat_kernels import quaternion_of
 
 
 def mrp_from_matrix(R: ArrayLike) -> Floats:

@@ -14,7 +14,7 @@ from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import as_rotations, evaluate_rotations
 from nao_kin.rotations._davenport import scaled_axis
 from nao_kin.rotations._kernels import Functions, Number, evaluate
-from nao_kin.rotations._quaternions import quaternion_of
+from nao_kin.rotations._quat_kernels import quaternion_of
 from nao_kin.rotations._three_angles import REQUIRED, Axes, find_short_sequence
 
 # Normalising two parallel axes of any lengths leaves at most this sine between them.
