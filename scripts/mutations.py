@@ -1,7 +1,8 @@
 """Small faults of the kind that review overlooks: where each is planted, and the tests that must notice it.
 
-Those of the viewer and its page are in `page_mutations.py`. Some faults that once went unnoticed have no place here,
-for they change nothing: `CHANGES_NOTHING` names them.
+Those of the viewer and its page are in `page_mutations.py`, those of rotations beyond conversions in
+`rotation_mutations.py`. Some faults that once went unnoticed have no place here, for they change nothing:
+`CHANGES_NOTHING` names them.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from mutation import Mutation
 from mutation import faults as _faults
 from page_mutations import VIEWER
+from rotation_mutations import ROTATIONS
 
 CHANGES_NOTHING = {
     "the carrier of a universal joint placed by the group's first joint": "it has one carrier, that of its first joint",
@@ -504,6 +506,10 @@ _MATHEMATICS = (
         "rotations/_quaternions.py",
         "test_rotations_quaternions.py",
         ("canonical-sign-blind-to-the-last-component", "nonzero.argmax(axis=-1)", "nonzero[..., :3].argmax(axis=-1)"),
+    ),
+    *_faults(
+        "rotations/_slerp.py",
+        "test_rotations_quaternions.py",
         ("slerp-at-a-right-angle-goes-the-other-way", "f.where(_inner(p, q) < 0.0,", "f.where(_inner(p, q) <= 0.0,"),
         (
             "slerp-takes-its-angle-by-arccos",
@@ -512,7 +518,7 @@ _MATHEMATICS = (
         ),
     ),
     *_faults(
-        "rotations/_invariants.py",
+        "rotations/_exponential.py",
         "test_rotations_invariants.py",
         ("floor-of-the-logarithm-too-high", "r3 * r3), SMALLEST_NORMAL)", "r3 * r3), 1e-4)"),
     ),
@@ -522,7 +528,7 @@ _MATHEMATICS = (
         ("floor-of-the-exponential-too-high", "f.larger(square, SMALLEST_NORMAL)", "f.larger(square, 1e-8)"),
     ),
     *_faults(
-        "rotations/_invariants.py",
+        "rotations/_quat_kernels.py",
         "test_rotations_invariants.py",
         ("larger-unit-of-the-axis-so-early-that-it-overflows", "tiny = norm < 1e-140", "tiny = norm < 1e-8"),
         ("larger-unit-of-the-axis-too-late", "tiny = norm < 1e-140", "tiny = norm < 1e-200"),
@@ -986,6 +992,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_ROBOT,
     *_MEANING,
     *_MATHEMATICS,
+    *ROTATIONS,
     *_MULTIDOF,
     *_BATCH,
     *_WHOLE_BODY,
