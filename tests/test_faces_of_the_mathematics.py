@@ -8,9 +8,9 @@ from types import ModuleType
 
 import pytest
 
-from nao_kin import lines, rotations
+from nao_kin import lines, rotations, screws
 
-ROOMS = [pytest.param(room, id=room.__name__) for room in (rotations, lines)]
+ROOMS = [pytest.param(room, id=room.__name__) for room in (rotations, lines, screws)]
 
 
 def kind_then_name(name: str) -> tuple[int, str]:
