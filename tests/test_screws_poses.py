@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rotation_samples import PROPERTY
-from screw_samples import EPS, as_array, exact_ad, exact_pose, points, power_series, random_twists, twists
+from screw_samples import EPS, as_array, exact_ad, exact_pose, power_series, random_twists, twists
 
 import nao_kin as nk
 from nao_kin import lines, rotations, screws
@@ -191,10 +191,15 @@ def test_the_longer_way_of_a_translation_is_refused() -> None:
 
 
 def test_poses_close_together_far_from_the_origin_lose_nothing() -> None:
-    far = np.array([1e6, -1e6, 1e6])
-    T_0, T_1 = screws.pose(np.eye(3), far), screws.pose(rotations.rot_z(1e-3), far + [0.5, 0, 0])
-    found = screws.sclerp(T_0, T_1, 0.5)
-    near = screws.sclerp(np.eye(4), screws.pose(rotations.rot_z(1e-3), [0.5, 0, 0]), 0.5)
-    assert_near(found[:3, 3] - far, near[:3, 3], atol=4e-10)
-    with pytest.raises(BadArgument, match=r"s must not exceed 1e\+15"):
-        screws.sclerp(T_0, T_1, 1e16)
+    # Numbers that 1e6 more does not round.
+    R_0, R_1, step, far = rotations.rot_x(0.3), rotations.rot_x(0.301), np.array([0.5, 0.25, -0.5]), [1e6, -2e6, 3e6]
+    T_0, T_1 = screws.pose(R_0, far), screws.pose(R_1, far + step)
+    found = screws.sclerp(T_0, T_1, 1000)
+    near = screws.sclerp(screws.pose(R_0, [0, 0, 0]), screws.pose(R_1, step), 1000)
+    assert_near(found[:3, 3] - far, near[:3, 3], atol=1e-9)
+
+
+def test_a_part_of_the_way_without_digits_is_refused() -> None:
+    for s in (1.1e15, -1e300):
+        with pytest.raises(BadArgument, match=r"s must not exceed 1e\+15"):
+            screws.sclerp(np.eye(4), np.eye(4), [0.5, s])
