@@ -136,9 +136,7 @@ def _matrices(twists: Array) -> tuple[Array, Array]:
 
     def skew(w: Array) -> Array:
         # The columns of [w×] are w × eᵢ.
-        rows: Array = np.cross(w[:, None], np.eye(3, dtype=np.longdouble))
-        columns: Array = rows.swapaxes(-1, -2)
-        return columns
+        return np.stack([np.cross(w, e) for e in np.eye(3)], axis=-1)
 
     hat = np.zeros((len(twists), 4, 4), np.longdouble)
     hat[:, :3, :3], hat[:, :3, 3] = skew(omega), v

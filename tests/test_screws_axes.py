@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from functools import partial
 
 import numpy as np
@@ -117,6 +118,17 @@ def test_axis_angle_and_slide_broadcast_and_are_copies(shape) -> None:
     np.testing.assert_array_equal(screw.angle, 0.5)
     with pytest.raises(ValueError, match="read-only"):
         screw.angle[...] = 1
+
+
+def test_screws_are_picked_by_index_and_their_copies_are_as_immutable() -> None:
+    batch = Screw.from_twist(random_twists(6, 8).reshape(2, 3, 6))
+    np.testing.assert_array_equal(batch[1, 2].twist, batch.twist[1, 2])
+    np.testing.assert_array_equal(batch[:, 1:].pitch, batch.pitch[:, 1:])
+    with pytest.raises(IndexError):
+        batch[2]
+    again = pickle.loads(pickle.dumps(batch))
+    np.testing.assert_array_equal(again.twist, batch.twist)
+    assert not again.slide.flags.writeable
 
 
 def test_where_the_moment_of_the_axis_is_taken_does_not_matter() -> None:

@@ -20,7 +20,7 @@ from nao_kin._common.arrays import Floats
 Number = Any  # a float or an array of floats: formulas are written once for both
 
 # At θ = π the first term left out is under 2⁻⁵³ of the sum.
-_TERMS = 13
+_TERMS = 11
 _FACTORS = {k: [1.0 / math.factorial(2 * n + k) for n in range(_TERMS, -1, -1)] for k in (5, 6)}
 _NEAR = math.pi**2
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +16,12 @@ from nao_kin.screws._exponential import log, motion_of, turns_checked
 from nao_kin.screws._interpolation import FARTHEST_AXIS
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Screw:
     """A turn about a line together with a slide along it, or a batch of them: what every rigid motion is (Chasles).
 
     It stands for a displacement, with angle [rad] and slide [m], or for a velocity, with [rad/s] and [m/s]. Immutable:
-    the arrays are read-only copies of what was given.
+    the arrays are read-only copies of what was given. `screws[i]` picks from the batch axes.
 
     Attributes:
         axis: the line, directed.
@@ -43,18 +44,17 @@ class Screw:
     angle: Floats
     slide: Floats
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.axis, PluckerLine):
-            raise BadArgument(f"axis must be a PluckerLine, got {type(self.axis).__name__}")
-        angle, slide = as_batch(self.angle, (), "angle"), as_batch(self.slide, (), "slide")
-        batch = common_batch("axis, angle and slide", self.axis.batch_shape, angle.shape, slide.shape)
-        for name, value in (("angle", angle), ("slide", slide)):
+    def __init__(self, axis: PluckerLine, angle: ArrayLike, slide: ArrayLike) -> None:
+        if not isinstance(axis, PluckerLine):
+            raise BadArgument(f"axis must be a PluckerLine, got {type(axis).__name__}")
+        numbers = {"angle": as_batch(angle, (), "angle"), "slide": as_batch(slide, (), "slide")}
+        batch = common_batch("axis, angle and slide", axis.batch_shape, *(value.shape for value in numbers.values()))
+        for name, value in numbers.items():
             own = np.array(np.broadcast_to(value, batch))
             own.setflags(write=False)
             object.__setattr__(self, name, own)
         # The axis seen from where it is seen already, but by all of the batch.
-        origin = np.broadcast_to(self.axis.origin, (*batch, 3))
-        object.__setattr__(self, "axis", self.axis.transfer_to(origin))
+        object.__setattr__(self, "axis", axis.transfer_to(np.broadcast_to(axis.origin, (*batch, 3))))
 
     @classmethod
     def from_twist(cls, twist: ArrayLike) -> Screw:
@@ -151,6 +151,14 @@ class Screw:
             array([0.5, 0. , 0. ])
         """
         return motion_of(*turns_checked(self.twist, "screw"))
+
+    def __getitem__(self, index: Any) -> Screw:
+        """The screws that `index`, any NumPy index over the batch axes, picks; IndexError outside them."""
+        return Screw(self.axis[index], self.angle[index], self.slide[index])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Pickling alone would give the copy writable arrays.
+        return Screw, (self.axis, self.angle, self.slide)
 
     def _parts(self) -> tuple[Floats, Floats]:
         about_origin = self.axis.transfer_to((0.0, 0.0, 0.0))
