@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.poses import join_poses
-from nao_kin._common.vectors import as_batch, common_batch, cross, first_index, norm, rigid_inverse, unit
+from nao_kin._common.vectors import as_batch, common_batch, cross, first_index, norm, unit
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.screws._exponential import log_parts, motion_of
 from nao_kin.screws._poses import as_poses, turned
@@ -56,7 +56,7 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
     # From the difference of the points: two poses far from the origin of their frame may be close to each other.
-    back = rigid_inverse(join_poses(R_0, np.zeros(3)))[..., :3, :3]
+    back = np.swapaxes(R_0, -1, -2)
     v, omega = log_parts(back @ R_1, turned(back, p_1 - p_0))
     if longer:
         v, omega = _the_other_way(v, omega)
