@@ -602,9 +602,9 @@ _MATHEMATICS = (
     *_faults(
         "screws/_screw.py",
         "test_screws_axes.py",
-        ("slide-as-long-as-the-velocity", "speed, 0.0), dot(e, v))", "speed, 0.0), norm(v))"),
+        ("slide-as-long-as-the-velocity", "speed, 0.0), dot(e, v))", "speed, 0.0), np.linalg.norm(v, axis=-1))"),
         ("pitch-of-a-translation-without-its-sign", "np.copysign(np.inf, self.slide)", "np.inf"),
-        ("axes-without-end", "norm(across) > FARTHEST_AXIS * angle", "norm(across) > 1e155 * angle"),
+        ("axes-without-end", "> FARTHEST_AXIS * angle", "> 1e155 * angle"),
         (
             "axis-of-the-moment-with-a-part-along-it",
             "across = cross(cross(e, v), e)",

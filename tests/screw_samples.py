@@ -6,10 +6,13 @@ import math
 
 import mpmath
 import numpy as np
+from hypothesis import Phase, settings
 from hypothesis import strategies as st
-from rotation_samples import axes, beside, turns
+from rotation_samples import PROPERTY, axes, beside, turns
 
 EPS = float(np.finfo(float).eps)
+# For what is compared at forty digits: looking for a simpler failure would take minutes.
+EXACT = settings(PROPERTY, max_examples=40, phases=[Phase.explicit, Phase.generate])
 BATCHES = [(), (0,), (1,), (2, 3)]
 
 # Angles on the special places, beside them, and past half a turn; of both signs.

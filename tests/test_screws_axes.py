@@ -91,6 +91,8 @@ def test_an_axis_beyond_1e150_metres_is_no_axis() -> None:
     np.testing.assert_array_equal(far.angle, [0, 1e-300])
     np.testing.assert_array_equal(far.axis.direction, [[1, 0, 0], [0, 0, 1]])
     assert far.pitch[0] == np.inf
+    # Squares of these underflow.
+    assert Screw.from_twist([1e-165, 0, 0, 0, 0, 5e-324]).pitch == np.inf
 
 
 def test_the_smallest_and_the_largest_turns_have_their_axis() -> None:
@@ -211,6 +213,10 @@ def test_a_screw_needs_a_line_and_numbers_that_fit_it() -> None:
         screws.dual_quat_transform_line([1, 0, 0, 0, 0, 0, 0, 0], [0, 0, 1])
     with pytest.raises(WrongShape, match="batch axes of axis, angle and slide"):
         Screw(UPRIGHT, np.zeros(2), np.zeros(3))
+    for angle, slide in ((1e151, 0.0), (0.0, -1e151)):
+        with pytest.raises(BadArgument, match=r"must not exceed 1e\+150 in magnitude, got 1e\+151"):
+            Screw(UPRIGHT, angle, slide)
+    assert np.isfinite(Screw(UPRIGHT.transfer_to([1e150, 0, 0]), 1e150, 1e150).twist).all()
     with pytest.raises(BadArgument, match=r"the screw turns by more than 1e\+15 rad"):
         _ = Screw(UPRIGHT, 2e15, 0.0).pose
     assert lines.distance(Screw(UPRIGHT, 1, 2).axis, UPRIGHT) == 0

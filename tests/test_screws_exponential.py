@@ -10,7 +10,7 @@ import scipy.linalg
 import scipy.spatial.transform
 from hypothesis import given
 from rotation_samples import PROPERTY, integer_rotations
-from screw_samples import ANGLES, EPS, exact_pose, length, long_twists, points, random_twists, twists
+from screw_samples import ANGLES, EPS, EXACT, exact_pose, length, long_twists, points, random_twists, twists
 
 from nao_kin import rotations, screws
 from nao_kin.errors import BadArgument
@@ -32,14 +32,14 @@ def beside_special_angles() -> np.ndarray:
 # --- the exponential
 
 
-@PROPERTY
+@EXACT
 @given(twists)
 def test_the_exponential_is_that_of_the_matrix(twist) -> None:
     size = length(twist[:3])
     assert_poses_near(screws.exp(twist), exact_pose(twist), 6 * EPS, 6 * EPS * size)
 
 
-@PROPERTY
+@EXACT
 @given(long_twists)
 def test_past_half_a_turn_the_angle_within_a_turn_is_what_is_left_of_its_digits(twist) -> None:
     size, angle = length(twist[:3]), np.linalg.norm(twist[3:])
@@ -107,7 +107,7 @@ def test_velocities_of_any_size_keep_their_digits(size) -> None:
 # --- the logarithm
 
 
-@PROPERTY
+@EXACT
 @given(twists)
 def test_the_logarithm_gives_the_twist_back(twist) -> None:
     if np.linalg.norm(twist[3:]) > math.pi - 1e-15:
@@ -130,7 +130,7 @@ def test_the_logarithm_is_right_at_and_beside_every_special_angle() -> None:
         assert_near(found[:3], twist[:3], atol=12 * EPS * size)
 
 
-@PROPERTY
+@EXACT
 @given(twists)
 def test_the_exponential_of_the_logarithm_is_the_pose(twist) -> None:
     T = exact_pose(twist)

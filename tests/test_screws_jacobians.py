@@ -9,13 +9,12 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from rotation_samples import PROPERTY
-from screw_samples import ANGLES, EPS, as_array, exact_ad, long_twists, power_series, random_twists, twists
+from screw_samples import ANGLES, EPS, EXACT, as_array, exact_ad, long_twists, power_series, random_twists, twists
 
 from nao_kin import screws
 from nao_kin.errors import SingularMatrix
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)
-FEW = settings(PROPERTY, max_examples=30)
 FUNCTIONS = {
     "left": (screws.left_jacobian, screws.left_jacobian_inverse, 1.0),
     "right": (screws.right_jacobian, screws.right_jacobian_inverse, -1.0),
@@ -41,14 +40,14 @@ def check(side: str, twist: np.ndarray, roundings: float) -> None:
 
 
 @pytest.mark.parametrize("side", FUNCTIONS)
-@FEW
+@settings(EXACT, max_examples=30)
 @given(twists)
 def test_jacobians_are_the_mean_of_the_adjoints_on_the_way_and_their_inverses_undo_them(side, twist) -> None:
     check(side, twist, 8)
 
 
 @pytest.mark.parametrize("side", FUNCTIONS)
-@settings(PROPERTY, max_examples=15)
+@settings(EXACT, max_examples=15)
 @given(long_twists)
 def test_jacobians_hold_past_half_a_turn(side, twist) -> None:
     if abs(math.sin(np.linalg.norm(twist[3:]) / 2)) < 1e-3:

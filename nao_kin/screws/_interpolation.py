@@ -70,7 +70,7 @@ def _the_other_way(v: Floats, omega: Floats) -> tuple[Floats, Floats]:
     turning = angle > 0.0
     e, _ = unit(np.where(turning[..., None], omega, 1.0), "axis")
     across = cross(cross(e, v), e)
-    translation = ~turning | (norm(across) > FARTHEST_AXIS * angle)
+    translation = ~turning | (np.abs(across).max(axis=-1) > FARTHEST_AXIS * angle)
     if translation.any():
         index = first_index(translation)
         raise BadArgument(

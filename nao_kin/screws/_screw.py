@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, common_batch, cross, dot, norm, unit
+from nao_kin._common.vectors import LARGEST, as_batch, common_batch, cross, dot, unit
 from nao_kin.errors import BadArgument
 from nao_kin.lines import PluckerLine
 from nao_kin.screws._exponential import log, motion_of, turns_checked
@@ -29,7 +29,7 @@ class Screw:
         slide: shift along it, shape (...).
 
     Raises:
-        BadArgument: `axis` is no `PluckerLine`; angle or slide are not numbers.
+        BadArgument: `axis` is no `PluckerLine`; angle or slide are not numbers, or outside ±1e150.
         WrongShape, NotFinite: batch shapes that do not fit together, NaN or infinity.
 
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, 2.3.3.
@@ -50,6 +50,8 @@ class Screw:
         numbers = {"angle": as_batch(angle, (), "angle"), "slide": as_batch(slide, (), "slide")}
         batch = common_batch("axis, angle and slide", axis.batch_shape, *(value.shape for value in numbers.values()))
         for name, value in numbers.items():
+            if np.abs(value).max(initial=0.0) > LARGEST:
+                raise BadArgument(f"{name} must not exceed {LARGEST:.0e} in magnitude, got {np.abs(value).max():.3g}")
             own = np.array(np.broadcast_to(value, batch))
             own.setflags(write=False)
             object.__setattr__(self, name, own)
@@ -84,7 +86,7 @@ class Screw:
         e, angle = unit(np.where(np.asarray(without_turn)[..., None], 1.0, omega), "axis")
         along, speed = unit(np.where(moving[..., None], v, [0.0, 0.0, 1.0]), "direction")
         across = cross(cross(e, v), e)
-        straight = np.asarray(without_turn | (norm(across) > FARTHEST_AXIS * angle))
+        straight = np.asarray(without_turn | (np.abs(across).max(axis=-1) > FARTHEST_AXIS * angle))
         moment = np.where(straight[..., None], 0.0, across / np.where(straight, 1.0, angle)[..., None])
         return cls(
             PluckerLine(np.where(straight[..., None], along, e), moment),
