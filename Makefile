@@ -103,6 +103,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py
 	$(BIN)/python benchmarks/bench_rotations.py
 	$(BIN)/python benchmarks/bench_rotation_functions.py
+	$(BIN)/python benchmarks/bench_screws.py
 	$(BIN)/python benchmarks/bench_viewer.py
 	$(BIN)/python benchmarks/bench_batch.py
 	$(BIN)/python benchmarks/bench_loops.py

@@ -19,6 +19,7 @@ ROOMS = {
     "_common": 1,
     "rotations": 1,
     "lines": 1,
+    "screws": 1,
     "rank_one": 1,
     "batch": 2,
     "semantics": 2,
