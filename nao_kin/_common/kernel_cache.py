@@ -23,10 +23,10 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.compiler import compiles, has_numba, warn_without_numba
+from nao_kin._common.compiler import compiles, need_numba, warn_without_numba
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import MissingExtra, NotCachedWarning
+from nao_kin.errors import NotCachedWarning
 
 _LOCK = threading.RLock()  # one thread compiles, the others wait
 _said: set[str] = set()
@@ -104,8 +104,7 @@ class KeptKernel:
         Raises:
             MissingExtra: Numba is not installed.
         """
-        if not has_numba():
-            raise MissingExtra("compiling ahead", "batch")
+        need_numba("compiling ahead")
         found, started = self._is_kept(), time.perf_counter()
         self.ready()
         seconds = time.perf_counter() - started

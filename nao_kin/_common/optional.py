@@ -23,7 +23,6 @@ def need_extra(purpose: str, name: str, *modules: str) -> None:
     for module in modules or EXTRAS[name].modules:
         try:
             importlib.import_module(module)
-        except ModuleNotFoundError:
-            raise MissingExtra(purpose, name) from None
         except ImportError as error:
-            raise MissingExtra(purpose, name, abbreviated(error)) from None
+            absent = isinstance(error, ModuleNotFoundError) and error.name in (module, module.partition(".")[0])
+            raise MissingExtra(purpose, name, "" if absent else abbreviated(error)) from None

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.compiler import has_numba
+from nao_kin._common.compiler import need_numba
 from nao_kin._common.kernel_cache import KeptKernel, KernelState, cache_folder
-from nao_kin.errors import MissingExtra
 
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 _PRECISIONS: dict[tuple[np.dtype[Any], np.dtype[Any]], str] = {
@@ -35,8 +34,7 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
     Raises:
         MissingExtra: Numba is not installed.
     """
-    if not has_numba():
-        raise MissingExtra("a batch kernel", "batch")
+    need_numba("a batch kernel")
     found = _kernels.get((given, computed))
     if found is None:
         from nao_kin.batch.kernel import run, signature

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin._common.compiler import has_numba
+from nao_kin._common.compiler import need_numba
 from nao_kin.cli.options import JsonOption
 from nao_kin.cli.output import print_json, print_table
-from nao_kin.errors import MissingExtra
 
 
 def register(app: typer.Typer) -> None:
@@ -21,8 +20,7 @@ def warmup(json: JsonOption = False) -> None:
     They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
     large batch, map or inverse kinematics compiles what it needs.
     """
-    if not has_numba():
-        raise MissingExtra("warmup", "batch")
+    need_numba("warmup")
     from nao_kin import batch, ik, reach
 
     states = (*batch.warm_up(), *reach.warm_up(), *ik.warm_up())
