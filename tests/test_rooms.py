@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "nao_kin"
 
 # Lower rooms never import higher ones.
 ROOMS = {
+    "_extras": 1,
     "_text": 1,
     "errors": 1,
     "_common": 1,

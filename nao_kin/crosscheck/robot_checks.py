@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.compiler import has_numba
 from nao_kin.crosscheck.by_hand import HandRolled, Step
 from nao_kin.crosscheck.comparisons import LEFT_OUT, Conversions, difference, largest
 from nao_kin.crosscheck.report import TOLERANCE, Tally
@@ -48,6 +49,8 @@ class PoseChecks:
         self._by_hand_pinocchio = Tally("pose in the root, by hand", "Pinocchio")
         self._by_hand_yourdfpy = Tally("pose in the root, by hand", "yourdfpy", note=note)
         self._pinocchio_yourdfpy = Tally("pose in the root, by Pinocchio", "yourdfpy", note=note)
+        # Without Numba there are no kernels, and Pinocchio would be compared with itself.
+        self._has_kernels = has_numba()
         self._robot_pinocchio = Tally("pose in the root, by the robot", "pin.framesForwardKinematics")
         self._kernels_pinocchio = Tally("pose in the root, by the batch kernels", "pin.framesForwardKinematics")
         self._elementary = {axis: Tally(f"rot_{axis}", "pin.AngleAxis") for axis in _AXES}
@@ -60,7 +63,7 @@ class PoseChecks:
     def tallies(self) -> list[Tally]:
         """The rows, in the order of the report."""
         poses = [self._by_hand_pinocchio, self._by_hand_yourdfpy, self._pinocchio_yourdfpy]
-        poses += [self._robot_pinocchio, self._kernels_pinocchio]
+        poses += [self._robot_pinocchio, *([self._kernels_pinocchio] if self._has_kernels else [])]
         elementary = self._elementary.values() if self._robot.joint_names else ()
         return [*poses, self._names, *self._steps.tallies, *elementary]
 
@@ -82,8 +85,9 @@ class PoseChecks:
         self._by_hand_yourdfpy.add(_pose_difference(by_hand[:, self._columns], second), first, self._shared)
         self._pinocchio_yourdfpy.add(_pose_difference(direct[:, self._columns], second), first, self._shared)
         self._robot_pinocchio.add(_pose_difference(T, direct), first, self.frames)
-        kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
-        self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
+        if self._has_kernels:
+            kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
+            self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
         self._steps.add(direct, q, first)
         for axis, tally in self._elementary.items():
             tally.compare(
