@@ -123,7 +123,9 @@ class RobotModel(KinematicMethods):
 
         Args:
             path: the file.
-            base, semantics, package_dirs: as `from_urdf` and `from_mjcf` take them.
+            base: "fixed", or "floating" for a free base.
+            semantics: what the robot means beyond its file, as `from_urdf` takes it.
+            package_dirs: folders to search for packages and meshes, as `from_urdf` and `from_mjcf` take them.
             xacro_arguments: values of the arguments of a xacro source, by name.
 
         Raises:

@@ -191,16 +191,15 @@ def _mesh_file(spec: Any, mesh: Any, path: Path, packages: Packages, folders: tu
     if not mesh.file:
         return None
     own = getattr(mesh, "compiler", None)
-    meshdirs = [getattr(where, "meshdir", "") for where in (own, spec.compiler, spec) if where is not None]
+    meshdirs = [str(getattr(where, "meshdir", "")) for where in (own, spec.compiler, spec) if where is not None]
     home = path.absolute().parent
     try:
-        named = next(
-            (file for folder in dict.fromkeys(meshdirs) if (file := home / folder / mesh.file).is_file()), None
-        )
-        if named is not None:
-            return named
-        found = packages.file(mesh.file)
-        found = found or next((file for folder in folders if (file := folder / mesh.file).is_file()), None)
+        told = [home / folder / str(mesh.file) for folder in dict.fromkeys(meshdirs)]
+        for file in told:
+            if file.is_file():
+                return file
+        elsewhere = (packages.file(str(mesh.file)), *(folder / str(mesh.file) for folder in folders))
+        found = next((file for file in elsewhere if file is not None and file.is_file()), None)
     except (OSError, ValueError):  # a name that no system takes
         return None
     if found is not None:

@@ -44,9 +44,11 @@ def read_mjcf(path: Path | str, *, package_dirs: Iterable[Path | str] = ()) -> t
         BadArgument: a folder that is not there.
 
     Examples:
-        >>> tree, semantics = nk.urdf.read_mjcf("arm.xml")  # doctest: +SKIP
-        >>> tree.root, semantics.start  # doctest: +SKIP
-        ('base', 'home')
+        >>> try:
+        ...     tree, semantics = nk.urdf.read_mjcf(nk.load_nao().urdf_path)
+        ... except nk.errors.BadModel as error:
+        ...     print(str(error).partition("; ")[2])
+        it is a URDF, which RobotModel.from_urdf reads
     """
     tag = root_tag(path)
     if tag != "mujoco":
