@@ -55,12 +55,31 @@ def read_document(path: Path | str, notes: list[str], expand: Expand | None = No
 
 
 def root_tag(path: Path | str) -> str:
-    """The name of the root element of an XML file.
+    """The name of the root element of an XML file; what stands behind it is not looked at.
 
     Raises:
-        BadModel: the file cannot be read, or is not well-formed.
+        BadModel: the file cannot be read, or does not begin as XML.
     """
-    return str(_document(path, _content(path)).tag)
+    content = _content(path)
+    found: list[str] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> Any:
+        found.append(tag)
+        raise _Enough
+
+    try:
+        _parsed(content, start)
+    except _Enough:
+        return found[0]
+    except expat.ExpatError as error:
+        raise _not_well_formed(path, content, error) from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows
+        raise BadModel(f"cannot read {path}: {error}") from None
+    raise BadModel(f"{path}: no element in it")
+
+
+class _Enough(Exception):
+    """The root element has been met."""
 
 
 def _content(path: Path | str) -> bytes:
@@ -75,30 +94,34 @@ def _content(path: Path | str) -> bytes:
 
 
 def _document(path: Path | str, content: bytes) -> ET.Element:
-    try:
-        return _parsed(content)
-    except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code)
-        line = error.lineno + content[: _blank(content)].count(b"\n")
-        where = f"line {line}, column {error.offset + 1}"
-        raise BadModel(f"{path}, {where}: not well-formed XML ({reason})") from None
-    except (LookupError, ValueError) as error:  # an encoding nobody knows
-        raise BadModel(f"cannot read {path}: {error}") from None
-
-
-def _parsed(content: bytes) -> ET.Element:
     builder: ET.TreeBuilder = ET.TreeBuilder()
-    parser = expat.ParserCreate()  # without namespaces: prefixes stay as they are written
-    parser.buffer_text = True
 
     def start(tag: str, attributes: dict[str, str]) -> Any:
         builder.start(tag, attributes)
 
+    try:
+        _parsed(content, start, builder)
+        return builder.close()
+    except expat.ExpatError as error:
+        raise _not_well_formed(path, content, error) from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows
+        raise BadModel(f"cannot read {path}: {error}") from None
+
+
+def _not_well_formed(path: Path | str, content: bytes, error: expat.ExpatError) -> BadModel:
+    line = error.lineno + content[: _blank(content)].count(b"\n")
+    where = f"line {line}, column {error.offset + 1}"
+    return BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})")
+
+
+def _parsed(content: bytes, start: Callable[[str, dict[str, str]], Any], builder: ET.TreeBuilder | None = None) -> None:
+    parser = expat.ParserCreate()  # without namespaces: prefixes stay as they are written
+    parser.buffer_text = True
     parser.StartElementHandler = start
-    parser.EndElementHandler = builder.end
-    parser.CharacterDataHandler = builder.data
+    if builder is not None:
+        parser.EndElementHandler = builder.end
+        parser.CharacterDataHandler = builder.data
     parser.Parse(content[_blank(content) :], True)
-    return builder.close()
 
 
 def _blank(content: bytes) -> int:
