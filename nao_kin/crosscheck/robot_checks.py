@@ -22,7 +22,7 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Forward kinematics by hand, by the robot's methods, by the batch kernels, by plain Pinocchio, and by another reader.
+    """Forward kinematics by hand, by the robot's methods, by the batch kernels, by Pinocchio, by another reader.
 
     Attributes:
         frames: the frames that the steps and the robot have in common.
