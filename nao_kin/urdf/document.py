@@ -21,7 +21,9 @@ _BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 Expand = Callable[[str], bytes]
 
 
-def read_document(path: Path | str, notes: list[str], expand: Expand | None = None) -> tuple[ET.Element, str]:
+def read_document(
+    path: Path | str, notes: list[str], expand: Expand | None = None, *, always: bool = False
+) -> tuple[ET.Element, str]:
     """The root element of an XML file, without what xacro left in it.
 
     Prefixes need not be bound and belong to the name; a namespace declaration is an attribute like any other; blank
@@ -31,6 +33,7 @@ def read_document(path: Path | str, notes: list[str], expand: Expand | None = No
         path: the file.
         notes: gets a line for what was dropped.
         expand: what makes a URDF of a xacro source; None where there is nothing that does.
+        always: expand whatever mentions xacro, whether or not it looks finished.
 
     Returns:
         The root element, and the text that it was read from where that is not the file's.
@@ -43,7 +46,7 @@ def read_document(path: Path | str, notes: list[str], expand: Expand | None = No
     if b"xacro" not in content and b"${" not in content:
         return document, ""
     source = _Xacro(document)
-    if not source.is_unexpanded:
+    if not (source.is_unexpanded or always):
         source.drop(notes)
         return document, ""
     if expand is None:
@@ -135,8 +138,8 @@ class _Xacro:
 
     Attributes:
         count: how much of it is unexpanded: macros, conditions, ${…}.
-        is_unexpanded: whether the document is still a source: it defines macros, holds ${…} where a value should stand,
-            has links inside an element of xacro, or none at all.
+        is_unexpanded: whether the document is still a source: it defines macros or calls them where links stand, holds
+            ${…} where a value should be, has links inside an element of xacro, or none at all.
     """
 
     def __init__(self, document: ET.Element) -> None:
@@ -148,10 +151,11 @@ class _Xacro:
             if name.startswith("xmlns:") and "xacro" in value
         }
         self._found = [name for element in document.iter() if (name := self._name(element)) is not None]
+        called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
         self.count = sum(
             self._name(element) == "macro"
             or any("${" in value for value in element.attrib.values())
-            or (self._name(element) is not None and element.find(".//link") is not None)
+            or (self._name(element) is not None and (element.find(".//link") is not None or element in called))
             for element in self._used()
         )
         self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)

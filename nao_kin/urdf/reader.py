@@ -63,7 +63,7 @@ def read_urdf(
         file = Path(path)
         return expand_xacro(file, notes, arguments=given, packages=Packages(file, folders), what=what)
 
-    document, expanded = read_document(path, notes, expand)
+    document, expanded = read_document(path, notes, expand, always=bool(given))
     if given and not expanded:
         raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
     try:
