@@ -33,12 +33,14 @@ class MeshAsset:
     Attributes:
         path: its file; None where the mesh is not from a file.
         scale: factors along its axes, shape (3,).
-        T_mesh_file: pose of the file's coordinates in those of the mesh (refpos and refquat), shape (4, 4).
+        T_mesh_file: pose of the file's coordinates, scaled, in those of the mesh (refpos and refquat), shape (4, 4).
+        is_rigid: whether this is all; a mesh that is turned and then scaled unevenly is sheared.
     """
 
     path: Path | None
     scale: Floats
     T_mesh_file: Floats
+    is_rigid: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,5 +212,8 @@ def _mesh_file(spec: Any, mesh: Any, path: Path, packages: Packages, folders: tu
 def _asset(mesh: Any, file: Path | None, path: Path) -> MeshAsset:
     if file is None and mesh.file:
         file = path.absolute().parent / mesh.file
+    scale = np.array(mesh.scale, dtype=np.float64)
     T_mesh_file = np.asarray(np.linalg.inv(pose(mesh.refpos, mesh.refquat)), dtype=np.float64)
-    return MeshAsset(file, np.array(mesh.scale, dtype=np.float64), T_mesh_file)
+    T_mesh_file[:3, 3] *= scale  # MuJoCo moves and turns the vertices before it scales them
+    R = T_mesh_file[:3, :3]
+    return MeshAsset(file, scale, T_mesh_file, bool(np.allclose(scale[:, None] * R, R * scale)))

@@ -113,6 +113,8 @@ class Shapes:
         kinds = [int(self._model.geom_type[geom]) for geom in seen]
         if count := kinds.count(_ELLIPSOID):
             yield f"{count} ellipsoids are shown as spheres of the same volume"
+        if sheared := sum(geom in self._compiled.meshes and not self._compiled.meshes[geom].is_rigid for geom in seen):
+            yield f"{sheared} meshes that are turned and then scaled unevenly are shown without that shear"
         unseen = [
             geom
             for geom, kind in zip(seen, kinds, strict=True)
