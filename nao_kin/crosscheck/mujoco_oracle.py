@@ -42,7 +42,9 @@ class MujocoOracle:
             raise MissingExtra("the cross-check of an MJCF", "mujoco") from None
         self._mujoco, self._robot = mujoco, robot
         try:
-            self._model: Any = mujoco.MjModel.from_xml_path(str(robot.urdf_path))
+            name = f"{robot.urdf_path}.xml"  # the one ending under which every version reads MJCF
+            spec = mujoco.MjSpec.from_file(name, include={name: robot.urdf_path.read_bytes()})
+            self._model: Any = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
             raise BadModel(f"{robot.urdf_path}: MuJoCo alone refuses it: {abbreviated(error)}") from None
         self._data: Any = mujoco.MjData(self._model)

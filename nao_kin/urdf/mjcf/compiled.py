@@ -92,7 +92,7 @@ def compile_mjcf(path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -
     """
     mujoco = import_mujoco()
     try:
-        spec = mujoco.MjSpec.from_file(str(path.absolute()))
+        spec = _parsed(mujoco, path.absolute())
         shapes = _lightened(spec, path, package_dirs, notes)
         try:
             model = spec.compile()
@@ -109,6 +109,14 @@ def compile_mjcf(path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -
     loaded = frozenset(geom for geom in meshes if int(model.geom_type[geom]) == kind)
     names = "" if spec.modelname == "MuJoCo Model" else str(spec.modelname)
     return Compiled(model, names, meshes, loaded)
+
+
+def _parsed(mujoco: ModuleType, path: Path) -> Any:
+    """The `mujoco.MjSpec` of a file; since MuJoCo 4 it reads MJCF under the ending .xml only."""
+    if path.suffix == ".xml":
+        return mujoco.MjSpec.from_file(str(path))
+    name = f"{path}.xml"
+    return mujoco.MjSpec.from_file(name, include={name: path.read_bytes()})
 
 
 @dataclass(frozen=True, eq=False)
