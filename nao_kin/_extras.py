@@ -49,6 +49,27 @@ EXTRAS = {
             "any URDF file loads without it",
         ),
         Extra(
+            "descriptions",
+            ("robot_descriptions",),
+            ("robot_descriptions",),
+            "hundreds of robots by name, downloaded when they are first asked for",
+            "any URDF file loads without it",
+        ),
+        Extra(
+            "mujoco",
+            ("mujoco",),
+            ("mujoco",),
+            "MJCF files, read and written",
+            "URDF files are read and written without it",
+        ),
+        Extra(
+            "xacro",
+            ("xacro",),
+            ("xacro",),
+            "xacro sources, read as they are",
+            "what xacro has expanded is read without it",
+        ),
+        Extra(
             "arrow",
             ("pyarrow",),
             ("pyarrow",),

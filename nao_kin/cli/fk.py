@@ -22,6 +22,7 @@ from nao_kin.cli.options import (
     DegOption,
     HipsOption,
     JsonOption,
+    PackageDirOption,
     RateOption,
     RobotOption,
     TimelineOption,
@@ -106,6 +107,7 @@ def fk(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
@@ -126,7 +128,7 @@ def fk(
     if not moves:
         only_file = {} if file is None else {"posture": posture}
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     motion_q: Floats | None = None
     if moves and file is not None:

@@ -30,7 +30,7 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
     Raises:
         BadModel: the file cannot be read or is no SRDF.
     """
-    document = read_document(path, notes)
+    document, _ = read_document(path, notes)
     if document.tag != "robot":
         raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")
     reader = _Groups(document, tree)

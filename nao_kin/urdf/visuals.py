@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from nao_kin._common.arrays import Vector
@@ -137,22 +136,6 @@ def read_collisions(links: Iterable[tuple[str, ET.Element]]) -> tuple[tuple[Coll
             else:
                 shapes.append(Collision(link, origin, geometry, collision.get("name", "")))
     return tuple(shapes), tuple(notes)
-
-
-def mesh_in(folder: Path, filename: str) -> Path | None:
-    """The file that a URDF in a folder, without symbolic links, means by `filename`; None when it is not there.
-
-    A plain name is relative to the folder; `package://` is looked up in the folders above it.
-    """
-    if not filename.startswith("package://"):
-        candidates = [folder / filename.removeprefix("file://")]
-    else:
-        inside = filename.removeprefix("package://").lstrip("/")
-        candidates = [parent / inside for parent in folder.parents]
-    try:
-        return next((path for path in candidates if path.is_file()), None)
-    except (OSError, ValueError):  # a name that no system takes
-        return None
 
 
 class _Unreadable(Exception):
