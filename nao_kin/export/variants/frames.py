@@ -6,11 +6,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
+
 from nao_kin.errors import UnknownName
 from nao_kin.export.variants.mass import body_of, pseudo_inertia
 from nao_kin.export.variants.placement import HERE, composed
 from nao_kin.semantics import Semantics
-from nao_kin.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+from nao_kin.urdf import Collision, Inertial, Origin, UrdfJoint, UrdfTree, Visual
 
 Frames = Literal["all", "effectors", "none"]
 FRAMES: tuple[Frames, ...] = ("all", "effectors", "none")
@@ -88,8 +90,8 @@ def merged(tree: UrdfTree, gone: Collection[str]) -> UrdfTree:
     )
 
 
-def _in_host(shape: object, hosts: Mapping[str, tuple[str, Origin]]) -> Origin:
-    return composed(hosts[shape.link][1], shape.origin)  # type: ignore[attr-defined]
+def _in_host(shape: Visual | Collision, hosts: Mapping[str, tuple[str, Origin]]) -> Origin:
+    return composed(hosts[shape.link][1], shape.origin)
 
 
 def _merged_bodies(tree: UrdfTree, hosts: Mapping[str, tuple[str, Origin]]) -> dict[str, Inertial]:
@@ -105,7 +107,7 @@ def _merged_bodies(tree: UrdfTree, hosts: Mapping[str, tuple[str, Origin]]) -> d
         if not others and place == HERE:
             bodies[host] = first  # with the numbers that the file has
         else:
-            bodies[host] = body_of(sum(pseudo_inertia(body, place) for body, place in several))
+            bodies[host] = body_of(np.sum([pseudo_inertia(body, place) for body, place in several], axis=0))
     return bodies
 
 

@@ -197,7 +197,8 @@ def _ball(mass: float, origin: Origin) -> Inertial:
 
 def _ball_moment(mass: float) -> float:
     """Second moment along any direction of a ball of water about its centre, m r²/5."""
-    return mass * (3.0 * mass / (4.0 * math.pi * _DENSITY_OF_WATER)) ** (2.0 / 3.0) / 5.0
+    radius = math.pow(3.0 * mass / (4.0 * math.pi * _DENSITY_OF_WATER), 1.0 / 3.0)
+    return mass * radius**2 / 5.0
 
 
 def _mass(bodies: Mapping[str, Inertial], link: str) -> float:
