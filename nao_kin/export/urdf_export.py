@@ -15,6 +15,7 @@ from nao_kin.export.variants.coupling import couple
 from nao_kin.export.variants.frames import keep_frames
 from nao_kin.export.variants.inertia import make_physical
 from nao_kin.export.variants.names import name_frames
+from nao_kin.export.variants.typed import merge_balls
 from nao_kin.robot import RobotModel
 from nao_kin.urdf import Inertial, Origin, UrdfTree
 
@@ -30,6 +31,7 @@ def urdf(
     meshes: str = "relative",
     coupling: str = "mimic",
     inertia: str = "published",
+    typed: bool = False,
     force: bool = False,
 ) -> Exported:
     """Write a robot as a URDF.
@@ -50,6 +52,8 @@ def urdf(
         inertia: "published", or "physical": the nearest that bodies can have, see
             `nao_kin.export.variants.inertia.make_physical`; and a mass of 0 in words where a fixed link has none, for
             PyBullet takes silence for 1 kg.
+        typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
+            do not.
         force: replace files that are there.
 
     Returns:
@@ -67,7 +71,7 @@ def urdf(
         'torso'
     """
     check_replaceable(path, force=force)
-    tree, changes = variant(robot, frames=frames, names=names, coupling=coupling, inertia=inertia)
+    tree, changes = variant(robot, frames=frames, names=names, coupling=coupling, inertia=inertia, typed=typed)
     if inertia == "physical":
         tree, massless = _said_massless(tree)
         changes = (*changes, *massless)
@@ -84,6 +88,7 @@ def variant(
     names: str = "naoqi",
     coupling: str = "mimic",
     inertia: str = "published",
+    typed: bool = False,
 ) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree of a robot in a variant, and one line for each change.
 
@@ -93,6 +98,7 @@ def variant(
         names: as in `urdf`.
         coupling: as in `urdf`.
         inertia: as in `urdf`.
+        typed: as in `urdf`.
 
     Raises:
         UnknownName: no such choice of an option.
@@ -106,10 +112,11 @@ def variant(
     if not isinstance(robot, RobotModel):
         raise BadArgument(f"expected a robot model, got {quoted(robot)}")
     tree, locked = couple(robot.tree, coupling)
+    tree, balls = merge_balls(tree, typed)
     tree, gone = keep_frames(tree, frames, robot.semantics)
     tree, mended = make_physical(tree, inertia)
     tree, renamed = name_frames(tree, names, robot.semantics)
-    return tree, (*locked, *gone, *mended, *renamed)
+    return tree, (*locked, *balls, *gone, *mended, *renamed)
 
 
 def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
