@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nao_kin.export.mujoco.bodies import Bodies
 
-
-def add_excludes(spec: Any, bodies: Bodies) -> None:
+def add_excludes(spec: Any) -> tuple[str, ...]:
     """No contacts between neighbours, nor between bodies whose shapes overlap with all joints at zero or in a posture.
 
     Collision shapes stand for links roughly: those of neighbours overlap always, and others where the real shells just
@@ -15,7 +13,9 @@ def add_excludes(spec: Any, bodies: Bodies) -> None:
 
     Args:
         spec: the specification, with shapes and key frames.
-        bodies: of the robot.
+
+    Returns:
+        One line that names the pairs that are no neighbours.
     """
     import mujoco
 
@@ -29,6 +29,7 @@ def add_excludes(spec: Any, bodies: Bodies) -> None:
             before = int(model.body_parentid[before])
         if body in touching and before:
             apart[before, body] = None
+    neighbours = len(apart)
     for key in range(-1, model.nkey):
         if key < 0:
             mujoco.mj_resetData(model, data)
@@ -40,5 +41,6 @@ def add_excludes(spec: Any, bodies: Bodies) -> None:
             if contact.dist < 0.0:
                 apart[first, second] = None
     for first, second in apart:
-        names = model.body(first).name, model.body(second).name
-        spec.add_exclude(name=" – ".join(names), bodyname1=names[0], bodyname2=names[1])
+        spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
+    pairs = [f"{model.body(a).name}–{model.body(b).name}" for a, b in list(apart)[neighbours:]]
+    return (f"shapes overlap in a posture, and do not touch: {', '.join(pairs)}",) if pairs else ()

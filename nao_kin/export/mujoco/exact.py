@@ -83,4 +83,4 @@ def _numbers(value: Any) -> list[float]:
 
 
 def _text(numbers: Iterable[float]) -> str:
-    return " ".join(f"{number:.17g}" if number != int(number) else str(int(number)) for number in numbers)
+    return " ".join(repr(number).removesuffix(".0") for number in numbers)

@@ -9,6 +9,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin.export.mujoco.bodies import Bodies, BodyJoint
+from nao_kin.export.mujoco.frames import link_of
 from nao_kin.export.mujoco.lowest import lowest_point
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
@@ -39,8 +40,11 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
         for joint in bodies.joints():
             _set(model, data, joint, values)
         if floating:
-            R = upright(_vertical(robot, q, name if names else ""))
-            data.qpos[:7] = 0.0, 0.0, 0.0, *quat_from_matrix(R)
+            data.qpos[:7] = model.qpos0[:7]
+            mujoco.mj_kinematics(model, data)
+            rest = robot.semantics.postures[name].up if names else None
+            up = _across_the_soles(data, robot, bodies) if rest is None else np.array(rest)
+            data.qpos[:7] = 0.0, 0.0, 0.0, *quat_from_matrix(upright(up))
             mujoco.mj_kinematics(model, data)
             data.qpos[2] = -lowest_point(model, data)
         spec.add_key(name=name, qpos=data.qpos.tolist(), ctrl=data.ctrl.tolist())
@@ -84,13 +88,10 @@ def upright(up: Floats) -> Floats:
     return np.asarray(matrix_from_natural(axis / sine, np.arctan2(sine, up[2])))
 
 
-def _vertical(robot: RobotModel, q: Floats, posture: str) -> Floats:
-    """The vertical in the root's frame: what the posture says, or across the soles, or along z."""
-    rest = robot.semantics.postures[posture].up if posture else None
-    if rest is not None:
-        return np.array(rest)
-    soles = robot.semantics.soles
-    if not soles:
-        return np.array([0.0, 0.0, 1.0])
-    root = robot.tree.root
-    return np.asarray(robot.fk(q, list(soles), reference=root)[:, :3, 2].mean(axis=0))
+def _across_the_soles(data: Any, robot: RobotModel, bodies: Bodies) -> Floats:
+    """The mean of the soles' normals, in the world of `data`; along z for a robot without soles."""
+    normals = [np.array([0.0, 0.0, 1e-9])]
+    for sole in robot.semantics.soles:
+        body, T_sole = bodies.place(link_of(robot.tree, sole))
+        normals.append(data.body(body.name).xmat.reshape(3, 3) @ T_sole.rotation[:, 2])
+    return np.asarray(np.sum(normals, axis=0))

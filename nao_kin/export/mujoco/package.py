@@ -112,7 +112,7 @@ def mjcf(
     notes = _fill(spec, robot, tree, bodies, files, frames=frames, floating=base == "floating")
     try:
         add_keyframes(spec, robot, bodies, floating=base == "floating")
-        add_excludes(spec, bodies)
+        apart = add_excludes(spec)
         model = spec.compile()
     except ValueError as error:
         hint = "" if inertia == "physical" else "; inertia='physical' mends what no body can have"
@@ -121,7 +121,7 @@ def mjcf(
     contents = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode()}
     contents |= {f"{FOLDER}/{mesh}": content for mesh, content in (files.contents if files else {}).items()}
     written = write_folder(folder, contents, force=force)
-    return Exported(Path(folder) / NAME, written, (*coupled, *mended, *_merged(bodies), *lowered, *notes))
+    return Exported(Path(folder) / NAME, written, (*coupled, *mended, *_merged(bodies), *lowered, *notes, *apart))
 
 
 def _fill(

@@ -116,7 +116,7 @@ def _add_cameras(added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Se
             horizontal, vertical = semantics.fields_of_view[name]
             camera.fovy = math.degrees(vertical)
             ratio = math.tan(0.5 * horizontal) / math.tan(0.5 * vertical)
-            camera.resolution = [round(_IMAGE_HEIGHT * ratio), _IMAGE_HEIGHT]
+            camera.resolution = [2 * round(0.5 * _IMAGE_HEIGHT * ratio), _IMAGE_HEIGHT]  # video wants even numbers
         else:
             changes.append(f"the field of view of {name} is not known: MuJoCo's own, 45° vertically")
     return tuple(changes)
