@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
+from nao_kin.semantics import Mimic
 from nao_kin.urdf.tree import Inertial
-from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Sphere
+from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere
 
 _TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -54,6 +55,17 @@ def add_geometry(element: ET.Element, shape: Geometry) -> None:
     elif isinstance(shape, MeshFile):
         scale = {} if shape.scale == (1.0, 1.0, 1.0) else {"scale": numbers(shape.scale)}
         ET.SubElement(geometry, "mesh", {"filename": shape.filename, **scale})
+
+
+def add_colour(robot: ET.Element, name: str, rgba: Rgba) -> None:
+    """Write a material of the robot."""
+    ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=numbers(rgba))
+
+
+def add_mimic(joint: ET.Element, mimic: Mimic) -> None:
+    """Write which joint a joint follows, and how."""
+    ratio = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
+    ET.SubElement(joint, "mimic", {"joint": mimic.joint, **ratio})
 
 
 def document_text(robot: ET.Element) -> str:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+import itertools
 import warnings
+from collections.abc import Collection
 from pathlib import Path
 
-from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadModel
-from nao_kin.urdf import MeshFile, mesh_in
+from nao_kin._text import abbreviated
+from nao_kin.errors import BadArgument
+from nao_kin.export.meshes import mesh_files, read_files
+from nao_kin.urdf import MeshFile, UrdfTree
 
 FOLDER = "assets"
 
@@ -20,47 +23,43 @@ class MeshFiles:
         contents: name of the file → its content.
     """
 
-    def __init__(self, urdf: Path) -> None:
-        self.contents: dict[str, bytes] = {}
-        self._folder = urdf.resolve().parent
-        self._names: dict[Path, str] = {}
-
-    def add(self, mesh: MeshFile, of: str) -> str:
-        """Name of the file in the folder of meshes.
-
-        Args:
-            mesh: as the URDF has it.
-            of: the link, for messages.
+    def __init__(self, tree: UrdfTree) -> None:
+        """Find the files.
 
         Raises:
-            BadModel: it is not there or cannot be read.
+            BadArgument: one of them is not there.
         """
-        path = mesh_in(self._folder, mesh.filename)
-        if path is None:
-            raise BadModel(
-                f"the mesh {quoted(mesh.filename)} of {abbreviated(of)} is not there; meshes='none' exports without"
-            )
+        self.contents: dict[str, bytes] = {}
+        self._paths = mesh_files(tree)
+        self._names: dict[Path, str] = {}
+
+    def add(self, mesh: MeshFile) -> str:
+        """Name of a mesh in the folder of meshes.
+
+        Raises:
+            BadArgument: it cannot be read.
+        """
+        path = self._paths[mesh.filename]
         if path not in self._names:
-            content, suffix = _readable(path, of)
+            content, suffix = _readable(path)
             self._names[path] = name = self._free(path.stem, suffix)
             self.contents[name] = content
         return self._names[path]
 
     def _free(self, stem: str, suffix: str) -> str:
-        stems, count = {Path(name).stem for name in self.contents}, 1
-        free = stem
-        while free in stems:
-            count += 1
-            free = f"{stem}_{count}"
-        return free + suffix
+        stems = {Path(name).stem for name in self.contents}
+        return unlike(stem, stems) + suffix
 
 
-def _readable(path: Path, of: str) -> tuple[bytes, str]:
+def unlike(name: str, taken: Collection[str]) -> str:
+    """The name, or the name with the first number that makes it new."""
+    names = itertools.chain((name,), (f"{name}_{count}" for count in itertools.count(2)))
+    return next(free for free in names if free not in taken)
+
+
+def _readable(path: Path) -> tuple[bytes, str]:
     """Content and suffix of what MuJoCo reads: OBJ and binary STL."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise BadModel(f"cannot read {abbreviated(path)}: {error.strerror or error}") from None
+    content = read_files({path.name: path})[path.name]
     suffix = path.suffix.lower()
     if suffix == ".obj" or (suffix == ".stl" and not content.lstrip().startswith(b"solid")):
         return content, suffix
@@ -74,5 +73,5 @@ def _readable(path: Path, of: str) -> tuple[bytes, str]:
             mesh.export(file, file_type="stl")
     except Exception as error:  # whatever its many readers raise on a bad file
         reason = abbreviated(error) or type(error).__name__
-        raise BadModel(f"cannot read the mesh {abbreviated(path.name)} of {abbreviated(of)}: {reason}") from None
+        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}") from None
     return file.getvalue(), ".stl"

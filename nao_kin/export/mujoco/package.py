@@ -76,9 +76,9 @@ def mjcf(
         The path of the scene, the files, and what differs from the robot.
 
     Raises:
-        BadArgument: no robot, the folder is there, or cannot be written.
+        BadArgument: no robot, a mesh is not there or cannot be read, the folder is there or cannot be written.
         UnknownName: no such choice.
-        BadModel: a mesh is not there or cannot be read, or MuJoCo refuses the robot.
+        BadModel: MuJoCo refuses the robot.
         MissingExtra: MuJoCo is not installed.
 
     Examples:
@@ -107,7 +107,7 @@ def mjcf(
     tree, mended = make_physical(tree, inertia)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
     tree, lowered = on_their_soles(tree, bodies, robot.semantics)
-    files = MeshFiles(tree.path) if meshes == "relative" else None
+    files = MeshFiles(tree) if meshes == "relative" else None
     spec = mujoco.MjSpec()
     notes = _fill(spec, robot, tree, bodies, files, frames=frames, floating=base == "floating")
     try:

@@ -22,7 +22,8 @@ def scene_xml(robot_file: str, model: Any) -> str:
   <statistic center="0 0 {0.4 * extent:.3g}" extent="{extent:.3g}"/>
 
   <visual>
-    <headlight diffuse="0.6 0.6 0.6" ambient="0.3 0.3 0.3" specular="0 0 0"/>
+    <headlight diffuse="0.3 0.3 0.3" ambient="0.35 0.35 0.35" specular="0 0 0"/>
+    <quality shadowsize="4096"/>
     <global azimuth="150" elevation="-15" offwidth="1280" offheight="960"/>
     <map znear="0.01"/>
   </visual>
@@ -30,11 +31,11 @@ def scene_xml(robot_file: str, model: Any) -> str:
   <asset>
     <texture name="sky" type="skybox" builtin="gradient" rgb1="0.75 0.82 0.9" rgb2="0.95 0.97 1" width="256" height="1536"/>
     <texture name="floor" type="2d" builtin="checker" rgb1="0.82 0.84 0.86" rgb2="0.74 0.76 0.79" width="300" height="300"/>
-    <material name="floor" texture="floor" texuniform="true" texrepeat="5 5" reflectance="0.1"/>
+    <material name="floor" texture="floor" texuniform="true" texrepeat="5 5"/>
   </asset>
 
   <worldbody>
-    <light name="sun" pos="0 0 3" dir="0.2 0.2 -1" directional="true"/>
+    <light name="sun" pos="0 0 {3.0 * extent:.3g}" dir="0.2 0.2 -1" directional="true" diffuse="0.4 0.4 0.4"/>
     <geom name="floor" type="plane" size="0 0 0.05" material="floor"/>
   </worldbody>
 </mujoco>

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
 from nao_kin.export.mujoco.bodies import Bodies
 from nao_kin.export.mujoco.frames import pos_quat
-from nao_kin.export.mujoco.mesh_files import MeshFiles
+from nao_kin.export.mujoco.mesh_files import MeshFiles, unlike
 from nao_kin.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, UrdfTree, Visual
 
 VISUAL, COLLISION = "visual", "collision"
@@ -50,6 +51,7 @@ class Shapes:
         Returns:
             One line for what is left out.
         """
+        meshes = [shape for shape in (*tree.visuals, *tree.collisions) if isinstance(shape.geometry, MeshFile)]
         for visual in self._kept(tree.visuals):
             geom = self._add(visual, self._visual, f"{visual.link}_{VISUAL}")
             if visual.material or visual.rgba:
@@ -58,7 +60,6 @@ class Shapes:
             self._add(collision, self._collision, f"{collision.link}_{COLLISION}")
         if self._files is not None:
             return ()
-        meshes = [shape for shape in (*tree.visuals, *tree.collisions) if isinstance(shape.geometry, MeshFile)]
         return (f"{len(meshes)} shapes that are meshes are left out",) if meshes else ()
 
     def _kept(self, shapes: tuple[Any, ...]) -> Iterator[Any]:
@@ -66,12 +67,12 @@ class Shapes:
 
     def _add(self, shape: Visual | Collision, default: Any, name: str) -> Any:
         one, T_link = self._bodies[shape.link]
-        T_shape = T_link * pin.SE3(pin.rpy.rpyToMatrix(*shape.origin.rpy), _array(shape.origin.xyz))
+        T_shape = T_link * pin.SE3(pin.rpy.rpyToMatrix(*shape.origin.rpy), np.array(shape.origin.xyz))
         geom = one.add_geom(default, name=self._free(shape.name or name), **pos_quat(T_shape))
-        self._set_geometry(geom, shape.geometry, shape.link)
+        self._set_geometry(geom, shape.geometry)
         return geom
 
-    def _set_geometry(self, geom: Any, geometry: Geometry, link: str) -> None:
+    def _set_geometry(self, geom: Any, geometry: Geometry) -> None:
         import mujoco
 
         kinds = mujoco.mjtGeom
@@ -82,17 +83,17 @@ class Shapes:
         elif isinstance(geometry, Sphere):
             geom.type, geom.size = kinds.mjGEOM_SPHERE, [geometry.radius, 0.0, 0.0]
         else:
-            geom.type, geom.meshname = kinds.mjGEOM_MESH, self._mesh(geometry, link)
+            geom.type, geom.meshname = kinds.mjGEOM_MESH, self._mesh(geometry)
 
-    def _mesh(self, geometry: MeshFile, link: str) -> str:
+    def _mesh(self, geometry: MeshFile) -> str:
         import mujoco
 
         assert self._files is not None
-        file = self._files.add(geometry, link)
+        file = self._files.add(geometry)
         key = file, geometry.scale
         if key not in self._meshes:
             stem = file.rpartition(".")[0]
-            self._meshes[key] = name = _unlike(stem, self._meshes.values())
+            self._meshes[key] = name = unlike(stem, self._meshes.values())
             # The masses are those of the bodies: a mesh may be open, or flat.
             shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
             self._spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
@@ -100,26 +101,11 @@ class Shapes:
 
     def _material(self, name: str, rgba: Rgba) -> str:
         if (name, rgba) not in self._materials:
-            self._materials[name, rgba] = free = _unlike(name, self._materials.values())
+            self._materials[name, rgba] = free = unlike(name, self._materials.values())
             self._spec.add_material(name=free, rgba=rgba)
         return self._materials[name, rgba]
 
     def _free(self, name: str) -> str:
-        free = _unlike(name, self._names)
+        free = unlike(name, self._names)
         self._names.add(free)
         return free
-
-
-def _unlike(name: str, taken: Any) -> str:
-    """The name, or with the first number that makes it new."""
-    free, count = name, 1
-    while free in taken:
-        count += 1
-        free = f"{name}_{count}"
-    return free
-
-
-def _array(xyz: tuple[float, float, float]) -> Any:
-    import numpy as np
-
-    return np.array(xyz)
