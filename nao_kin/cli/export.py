@@ -21,7 +21,7 @@ def register(app: typer.Typer) -> None:
 
 def export(
     output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file or folder, - for standard output.")],
-    format_: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf.")],
+    format_: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf or mjcf.")],
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="WHICH", help="Links on fixed joints: all, effectors or none.")
     ] = None,
@@ -39,6 +39,13 @@ def export(
     inertia: Annotated[
         str | None, typer.Option("--inertia", metavar="WHICH", help="published, or physical: mended for simulators.")
     ] = None,
+    base: Annotated[
+        str | None, typer.Option("--base", metavar="HOW", help="The root: floating or fixed (mjcf).")
+    ] = None,
+    typed: Annotated[
+        bool | None,
+        typer.Option("--typed", help="Ball and universal joints where several axes meet (mjcf).", show_default=False),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace OUTPUT where it exists.")] = False,
     json: JsonOption = False,
     version: VersionOption = "v6",
@@ -51,8 +58,15 @@ def export(
     output = "/dev/stdout" if output == "-" else output
     if atomic.leads_to_standard_output(output) and json:
         raise BadArgument(f"{output} and --json both write to standard output; give one")
-    given = {"frames": frames, "names": names, "meshes": meshes, "coupling": coupling, "inertia": inertia}
-    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    given: dict[str, Any] = {
+        "frames": frames,
+        "names": names,
+        "meshes": meshes,
+        "coupling": coupling,
+        "inertia": inertia,
+    }
+    given |= {"base": base, "typed": typed}
+    chosen = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)
     done = exports.write(load(version, urdf, robot), output, format_, force=force, **chosen)
     for change in done.changes:

@@ -131,7 +131,7 @@ def _joints(parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str]) -> tup
 def _root_name(tree: UrdfTree, root: Body) -> str:
     """The first link with a mass that stands in the root's frame; MuJoCo has a body `world` of its own."""
     identity = pin.SE3.Identity()
-    heavy = (link for link, T in root.links.items() if link in tree.inertials and T == identity)
+    heavy = (link for link, T in root.links.items() if link in tree.inertials and identity == T)
     name = next(heavy, tree.root)
     return name if name != "world" else "world_link"
 

@@ -64,7 +64,7 @@ def mjcf(
             or "none". Frames of sensors are sites always.
         coupling: "mimic" makes an equality of each joint that follows another, "locked" fixes both, "independent" gives
             the follower an actuator of its own.
-        inertia: "physical" mends what no body can have, and MuJoCo refuses; "published" leaves the inertias as they are.
+        inertia: "physical" mends what no body can have, and MuJoCo refuses; "published" leaves them as they are.
         meshes: "relative" copies mesh files, "none" leaves out the shapes that need them.
         typed: make one body of what carries several axes through one point: two hinges of one body for a universal
             joint, a ball for a spherical one. MuJoCo couples joints of one coordinate only, so that a spherical joint

@@ -22,20 +22,22 @@ def scene_xml(robot_file: str, model: Any) -> str:
   <statistic center="0 0 {0.4 * extent:.3g}" extent="{extent:.3g}"/>
 
   <visual>
-    <headlight diffuse="0.3 0.3 0.3" ambient="0.35 0.35 0.35" specular="0 0 0"/>
-    <quality shadowsize="4096"/>
+    <headlight diffuse="0.4 0.4 0.4" ambient="0.35 0.35 0.35" specular="0 0 0"/>
     <global azimuth="150" elevation="-15" offwidth="1280" offheight="960"/>
+    <quality shadowsize="4096"/>
     <map znear="0.01"/>
   </visual>
 
   <asset>
-    <texture name="sky" type="skybox" builtin="gradient" rgb1="0.75 0.82 0.9" rgb2="0.95 0.97 1" width="256" height="1536"/>
-    <texture name="floor" type="2d" builtin="checker" rgb1="0.82 0.84 0.86" rgb2="0.74 0.76 0.79" width="300" height="300"/>
+    <texture name="sky" type="skybox" builtin="gradient" width="256" height="1536"
+      rgb1="0.75 0.82 0.9" rgb2="0.95 0.97 1"/>
+    <texture name="floor" type="2d" builtin="checker" width="300" height="300"
+      rgb1="0.82 0.84 0.86" rgb2="0.74 0.76 0.79"/>
     <material name="floor" texture="floor" texuniform="true" texrepeat="5 5"/>
   </asset>
 
   <worldbody>
-    <light name="sun" pos="0 0 {3.0 * extent:.3g}" dir="0.2 0.2 -1" directional="true" diffuse="0.4 0.4 0.4"/>
+    <light name="sun" pos="0 0 {1.5 * extent:.3g}" dir="0 0 -1" directional="true" diffuse="0.4 0.4 0.4"/>
     <geom name="floor" type="plane" size="0 0 0.05" material="floor"/>
   </worldbody>
 </mujoco>

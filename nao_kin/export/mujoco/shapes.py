@@ -32,9 +32,7 @@ class Shapes:
         """
         self._spec, self._files = spec, files
         self._bodies = {
-            link: (one, T)
-            for body, one in zip(bodies.bodies, added, strict=True)
-            for link, T in body.links.items()
+            link: (one, T) for body, one in zip(bodies.bodies, added, strict=True) for link, T in body.links.items()
         }
         self._names: set[str] = set()
         self._materials: dict[tuple[str, Rgba], str] = {}
@@ -51,7 +49,8 @@ class Shapes:
         Returns:
             One line for what is left out.
         """
-        meshes = [shape for shape in (*tree.visuals, *tree.collisions) if isinstance(shape.geometry, MeshFile)]
+        everything: tuple[Visual | Collision, ...] = (*tree.visuals, *tree.collisions)
+        meshes = [shape for shape in everything if isinstance(shape.geometry, MeshFile)]
         for visual in self._kept(tree.visuals):
             geom = self._add(visual, self._visual, f"{visual.link}_{VISUAL}")
             if visual.material or visual.rgba:

@@ -68,9 +68,9 @@ def free_name(bodies: Bodies) -> str:
 def _set_inertia(one: Any, body: Body) -> None:
     if body.inertia.mass == 0.0 and not np.any(body.inertia.inertia) and not body.joints:
         return
-    I = body.inertia.inertia
+    tensor = body.inertia.inertia
     one.mass, one.ipos = float(body.inertia.mass), body.inertia.lever.tolist()
-    one.fullinertia = [float(I[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    one.fullinertia = [float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     one.explicitinertial = True
 
 
