@@ -13,6 +13,9 @@ from nao_kin.joints import JointGroups
 from nao_kin.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 
 
+_BALL = (1e-3, 6.2e-3)  # mass [kg] and radius [m] of a ball of water
+
+
 @dataclass(frozen=True, eq=False)
 class BodyJoint:
     """A joint of a body.
@@ -117,6 +120,15 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
             bodies[index].inertia += T_body.act(_inertia(tree.inertials[link]))
     bodies[0].name = _root_name(tree, bodies[0])
     return Bodies(tuple(bodies), frozenset(between))
+
+
+def give_the_root_mass(bodies: Bodies) -> tuple[str, ...]:
+    """A ball of water of one gram for a root that is to move freely and has no mass; one line if that was done."""
+    root = bodies.bodies[0]
+    if root.inertia.mass > 0.0:
+        return ()
+    root.inertia += pin.Inertia.FromSphere(*_BALL)
+    return (f"{root.name}: mass 0 → {_BALL[0]:g} kg, for it moves freely",)
 
 
 def _joints(parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str]) -> tuple[BodyJoint, ...]:

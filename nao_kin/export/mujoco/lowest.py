@@ -18,7 +18,7 @@ def _lowest(model: Any, data: Any, geom: int) -> float:
     import mujoco
 
     kinds = mujoco.mjtGeom
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom]
     height, down = data.geom_xpos[geom, 2], data.geom_xmat[geom].reshape(3, 3)[2]
     if kind == kinds.mjGEOM_SPHERE:
         reach = size[0]

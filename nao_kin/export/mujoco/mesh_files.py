@@ -69,6 +69,10 @@ def _readable(path: Path) -> tuple[bytes, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             mesh = trimesh.load_scene(path).to_mesh()
+        if not len(mesh.faces):
+            raise ValueError("no triangles in it")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
             file = io.BytesIO()
             mesh.export(file, file_type="stl")
     except Exception as error:  # whatever its many readers raise on a bad file

@@ -11,7 +11,7 @@ from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument, BadModel, MissingExtra, UnknownName
 from nao_kin.export.exported import Exported
 from nao_kin.export.mujoco.actuators import add_actuators
-from nao_kin.export.mujoco.bodies import Bodies, bodies_of
+from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
 from nao_kin.export.mujoco.contacts import add_excludes
 from nao_kin.export.mujoco.exact import exact_xml
 from nao_kin.export.mujoco.feet import on_their_soles
@@ -82,12 +82,11 @@ def mjcf(
         MissingExtra: MuJoCo is not installed.
 
     Examples:
-        >>> import mujoco, tempfile
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     done = nk.export.mjcf(nk.load_nao("v6"), f"{folder}/nao")
-        ...     model = mujoco.MjModel.from_xml_path(str(done.path))
-        >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 3)
-        (25, 'StandInit', 5.305)
+        >>> import mujoco
+        >>> done = nk.export.mjcf(nk.load_nao("v6"), "nao_mujoco")
+        >>> model = mujoco.MjModel.from_xml_path(str(done.path))
+        >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 4)
+        (25, 'StandInit', 5.3597)
     """
     check_robot(robot)
     for what, value, valid in (
@@ -106,6 +105,8 @@ def mjcf(
     tree, coupled = couple(robot.tree, coupling)
     tree, mended = make_physical(tree, inertia)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
+    if base == "floating" and inertia == "physical":
+        mended += give_the_root_mass(bodies)
     tree, lowered = on_their_soles(tree, bodies, robot.semantics)
     files = MeshFiles(tree) if meshes == "relative" else None
     spec = mujoco.MjSpec()
