@@ -143,7 +143,7 @@ def test_the_sensors_of_a_foot_share_it_without_a_gap(nao: nk.NaoModel, model: A
         inside = [
             name for name in names if np.all(np.abs(point - data.site(name).xpos) <= model.site(name).size + 1e-12)
         ]
-        x, y = ("Rear", "Front")[corner[0] > 0], ("Right", "Left")[corner[1] > 0]
+        x, y = ("Rear", "Front")[int(corner[0] > 0)], ("Right", "Left")[int(corner[1] > 0)]
         assert inside == [f"LFoot/FSR/{x}{y}"]
 
 

@@ -12,7 +12,6 @@ from nao_kin._common.arrays import Floats
 from nao_kin.joints import JointGroups
 from nao_kin.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 
-
 _BALL = (1e-3, 6.2e-3)  # mass [kg] and radius [m] of a ball of water
 
 
