@@ -39,13 +39,10 @@ def export(
     inertia: Annotated[
         str | None, typer.Option("--inertia", metavar="WHICH", help="published, or physical: mended for simulators.")
     ] = None,
-    base: Annotated[
-        str | None, typer.Option("--base", metavar="HOW", help="The root: floating or fixed (mjcf).")
-    ] = None,
     typed: Annotated[
-        bool | None,
-        typer.Option("--typed", help="Ball and universal joints where several axes meet (mjcf).", show_default=False),
+        bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
     ] = None,
+    base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="floating or fixed: the root.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace OUTPUT where it exists.")] = False,
     json: JsonOption = False,
     version: VersionOption = "v6",
@@ -58,15 +55,16 @@ def export(
     output = "/dev/stdout" if output == "-" else output
     if atomic.leads_to_standard_output(output) and json:
         raise BadArgument(f"{output} and --json both write to standard output; give one")
-    given: dict[str, Any] = {
+    given = {
         "frames": frames,
         "names": names,
         "meshes": meshes,
         "coupling": coupling,
         "inertia": inertia,
+        "typed": typed,
+        "base": base,
     }
-    given |= {"base": base, "typed": typed}
-    chosen = {name: value for name, value in given.items() if value is not None}
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)
     done = exports.write(load(version, urdf, robot), output, format_, force=force, **chosen)
     for change in done.changes:
