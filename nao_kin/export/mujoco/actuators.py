@@ -4,8 +4,8 @@ A URDF says of a motor its largest effort e and its largest speed v. Of the rest
 
 - the full effort acts at an error of 0.05 rad (5 mm for a sliding joint): kp = e / 0.05;
 - no effort is left at the largest speed, the line of an ideal DC motor: damping = e / v;
-- the rotor's inertia, as seen behind the gear, is armature = 0.015 s · e / v. For NAO's legs that gives 0.012 and
-  0.007 kg m²; rotors of 4.2 g cm², those of DC motors of 24 mm, behind ratios of 201.3 and 130.85 have 0.017 and 0.007.
+- the rotor's inertia, as seen behind the gear, is armature = 0.015 s · e / v: 0.007 kg m² for NAO's knee, where a rotor
+  of 4 g cm² behind the published ratio of 130.85 has as much.
 
 The derivative gain makes the servo critically damped on its own rotor.
 """
