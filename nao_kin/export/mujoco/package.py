@@ -85,8 +85,8 @@ def mjcf(
         >>> import mujoco
         >>> done = nk.export.mjcf(nk.load_nao("v6"), "nao_mujoco")
         >>> model = mujoco.MjModel.from_xml_path(str(done.path))
-        >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 4)
-        (25, 'StandInit', 5.3597)
+        >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 2)
+        (25, 'StandInit', 5.36)
     """
     check_robot(robot)
     for what, value, valid in (
