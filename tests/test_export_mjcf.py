@@ -15,7 +15,7 @@ import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadModel, MissingExtra, UnknownName
 from nao_kin.semantics import Posture, Semantics
-from nao_kin.urdf import Box, Collision, Inertial, MeshFile, Origin, UrdfTree, Visual
+from nao_kin.urdf import Box, Collision, Cylinder, Inertial, MeshFile, Origin, Sphere, UrdfTree, Visual
 
 mujoco = pytest.importorskip("mujoco")
 from mujoco_models import all_values, exported, place, set_joints, worst_pose  # noqa: E402
@@ -152,6 +152,34 @@ def test_meshes_are_where_the_robot_has_them(nao: nk.NaoModel, model: Any) -> No
         vertices = np.array([line.split()[1:4] for line in text.splitlines() if line.startswith("v ")], dtype=float)
         theirs = vertices @ T[:3, :3].T + T[:3, 3]
         np.testing.assert_allclose([points.min(0), points.max(0)], [theirs.min(0), theirs.max(0)], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "most", "written"), [("stl", 12, "stl"), ("stl", 11, "obj"), ("stl_ascii", 12, "stl")]
+)
+def test_meshes_are_written_as_mujoco_reads_them_and_scaled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, most: int, written: str
+) -> None:
+    import trimesh
+
+    monkeypatch.setattr("nao_kin.export.mujoco.mesh_files._MOST_IN_STL", most)
+    box = trimesh.creation.box(extents=(0.2, 0.3, 0.4)).apply_translation((0.5, 0.6, 0.7))
+    robot = made_up(tmp_path, J("a"))
+    content = box.export(file_type=kind)
+    (tmp_path / "box.stl").write_bytes(content.encode() if isinstance(content, str) else content)
+    places = [Origin((0.0, 0.0, 1.0)), Origin((0.0, 0.0, 0.0), (0.0, 0.0, np.pi / 2.0))]
+    shapes = [MeshFile("box.stl"), MeshFile("box.stl", (1.0, -1.0, 2.0))]
+    visuals = tuple(Visual("base", place, shape) for place, shape in zip(places, shapes, strict=True))
+    model = exported(nk.RobotModel(replace(robot.tree, visuals=visuals)), tmp_path / "model", base="fixed")
+    assert [file.name for file in (tmp_path / "model" / "assets").iterdir()] == [f"box.{written}"]
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    for geom, centre in (("base_visual", (0.5, 0.6, 1.7)), ("base_visual_2", (0.6, 0.5, 1.4))):
+        mesh = int(model.geom(geom).dataid[0])
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        vertices = model.mesh_vert[first : first + count]
+        points = vertices @ data.geom(geom).xmat.reshape(3, 3).T + data.geom(geom).xpos
+        np.testing.assert_allclose(0.5 * (points.min(0) + points.max(0)), centre, atol=1e-6)
 
 
 def test_with_a_fixed_base_the_root_does_not_move(nao: nk.NaoModel, tmp_path: Path) -> None:
@@ -345,6 +373,16 @@ def test_romeo_is_exported_with_its_meshes(tmp_path: Path) -> None:
     assert worst_pose(model, romeo, q, all_values(romeo, q)) < 1e-12
     assert float(model.body_mass.sum()) == pytest.approx(romeo.mass, abs=1e-9)
     assert model.nmesh > 40
+
+
+def test_a_foot_without_a_box_stands_on_what_it_has(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("hip", (0.0, 1.0, 0.0), (0.0, 0.0, -0.3)))
+    shapes = [Cylinder(0.05, 0.02), Sphere(0.03), Box((0.1, 0.1, 0.1))]
+    for shape, reach in zip(shapes, (0.01, 0.03, 0.05), strict=True):
+        tree = replace(robot.tree, collisions=(Collision("hip_l", Origin((0.0, 0.0, -0.1)), shape),))
+        standing = nk.RobotModel(tree, Semantics(soles=("hip_l",), postures={"one": Posture({})}))
+        model = exported(standing, tmp_path / "model", force=True)
+        assert model.key("one").qpos[2] == pytest.approx(0.3 + 0.1 + reach, abs=1e-12)
 
 
 # --- bad input ----------------------------------------------------------------------------------------------------

@@ -15,6 +15,8 @@ from nao_kin.urdf import MeshFile, UrdfTree
 
 FOLDER = "assets"
 
+_MOST_IN_STL = 200_000
+
 
 class MeshFiles:
     """The mesh files of an export, each once.
@@ -58,10 +60,10 @@ def unlike(name: str, taken: Collection[str]) -> str:
 
 
 def _readable(path: Path) -> tuple[bytes, str]:
-    """Content and suffix of what MuJoCo reads: OBJ and binary STL."""
+    """Content and suffix of what MuJoCo reads: OBJ, and binary STL that is not too long."""
     content = read_files({path.name: path})[path.name]
     suffix = path.suffix.lower()
-    if suffix == ".obj" or (suffix == ".stl" and not content.lstrip().startswith(b"solid")):
+    if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
         return content, suffix
     import trimesh
 
@@ -69,13 +71,19 @@ def _readable(path: Path) -> tuple[bytes, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             mesh = trimesh.load_scene(path).to_mesh()
-        if not len(mesh.faces):
-            raise ValueError("no triangles in it")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            if not len(mesh.faces):
+                raise ValueError("no triangles in it")
+            kind = "stl" if len(mesh.faces) <= _MOST_IN_STL else "obj"
             file = io.BytesIO()
-            mesh.export(file, file_type="stl")
+            mesh.export(file, file_type=kind)
     except Exception as error:  # whatever its many readers raise on a bad file
         reason = abbreviated(error) or type(error).__name__
-        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}") from None
-    return file.getvalue(), ".stl"
+        advice = "meshes='none' (--meshes none) leaves meshes out"
+        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}; {advice}") from None
+    return file.getvalue(), f".{kind}"
+
+
+def _is_short_stl(content: bytes) -> bool:
+    """Whether this is binary STL of no more triangles than MuJoCo takes: 80 bytes, their number, 50 bytes for each."""
+    count = int.from_bytes(content[80:84], "little")
+    return len(content) == 84 + 50 * count and 0 < count <= _MOST_IN_STL
