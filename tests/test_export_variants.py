@@ -11,9 +11,12 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
+from nao_kin.errors import BadArgument
 from nao_kin.export.variants.frames import keep_frames
 from nao_kin.export.variants.inertia import make_physical
+from nao_kin.export.variants.names import name_frames
 from nao_kin.export.variants.placement import transform
+from nao_kin.semantics import Semantics
 from nao_kin.urdf import UrdfJoint
 
 VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
@@ -106,3 +109,44 @@ def _dynamics(model: pin.Model, q: np.ndarray, name: str) -> np.ndarray:
     if name == "crba":
         return np.triu(pin.crba(model, data, q))
     return pin.nonLinearEffects(model, data, q, np.array([0.3, 0.9])).copy()
+
+
+def test_a_link_that_stands_askew_gives_mass_where_it_stands(tmp_path: Path) -> None:
+    body = '<inertial><origin xyz="0.1 0 0"/><mass value="2"/><inertia ixx="1" iyy="2" izz="2"/>'
+    path = tmp_path / "askew.urdf"
+    path.write_text(
+        f'<robot name="askew"><link name="a"/><link name="b">{body}</inertial></link><link name="c"/>'
+        '<joint name="ab" type="fixed"><parent link="a"/><child link="b"/><origin xyz="1 2 3" rpy="1 2 3"/></joint>'
+        '<joint name="ac" type="continuous"><parent link="a"/><child link="c"/><origin xyz="-1 0 1"/></joint></robot>'
+    )
+    robot = nk.RobotModel.from_urdf(path, base="floating")
+    tree, changes = make_physical(robot.tree)
+    mended = nk.RobotModel(tree, base="floating")
+    assert changes[-1] == "b: mass 2 → 1.98 kg, the rest given to what it carries"
+    for q in (robot.neutral(), mended.random(np.random.default_rng(4))):
+        np.testing.assert_allclose(mended.com(q), robot.com(q), atol=1e-14)
+        M = [pin.crba(one.model, one.model.createData(), q)[:6, :6] for one in (robot, mended)]
+        np.testing.assert_allclose(np.triu(M[1]), np.triu(M[0]), atol=1e-12)
+
+
+def test_two_places_cannot_have_one_ros_name(tmp_path: Path) -> None:
+    tree = made_up(tmp_path, J("a"), J("b", kind="fixed", xyz=(0.0, 0.0, 0.1)), J("c", kind="fixed")).tree
+    named, _ = name_frames(tree, "ros", Semantics(ros_names={"b_l": "hand", "c_l": "hand"}))
+    assert named.links == ("base", "a_l", "hand")
+    for other in ("a_l", "base"):
+        with pytest.raises(BadArgument, match="made_up: two links would be named hand in ROS"):
+            name_frames(tree, "ros", Semantics(ros_names={"b_l": "hand", other: "hand"}))
+
+
+def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("a", axis=(0.0, 0.0, 1.0), xyz=(0.1, 0.2, 0.3), rpy=(0.4, 0.5, 0.6)),
+        J("b", axis=(1.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.3)),
+        J("between", kind="fixed", rpy=(0.7, 0.0, 0.0)),
+        J("c", axis=(0.0, 1.0, 0.0), rpy=(0.2, 0.0, 0.0)),
+    )
+    tree, changes = nk.export.variant(robot, typed=True)
+    (ball,) = (joint for joint in tree.joints if joint.kind == "spherical")
+    assert (ball.parent, ball.child, len(changes)) == ("base", "c_l", 1)
+    np.testing.assert_allclose(transform(ball.origin), robot.fk(robot.configuration({}), "c_l"), atol=1e-15)

@@ -50,7 +50,7 @@ def urdf(
             it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
         coupling: joints that follow another one "mimic" it, are "locked" together with it, or are "independent".
         inertia: "published", or "physical": the nearest that bodies can have, see
-            `nao_kin.export.variants.inertia.make_physical`; and a mass of 0 in words where a fixed link has none, for
+            `nao_kin.export.variants.inertia.make_physical`; and a mass of 0 in words where a link has none, for
             PyBullet takes silence for 1 kg.
         typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
             do not.
@@ -120,13 +120,13 @@ def variant(
 
 
 def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
-    """The tree with a mass of 0 for every link on a fixed joint that has no word about its mass."""
+    """The tree with a mass of 0 for every link but the root that has no word about its mass."""
     nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    silent = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.child not in tree.inertials]
+    silent = [link for link in tree.links if link not in tree.inertials and link != tree.root]
     if not silent:
         return tree, ()
     inertials = {**tree.inertials, **dict.fromkeys(silent, nothing)}
-    return replace(tree, inertials=inertials), (f"{len(silent)} links on fixed joints are given a mass of 0 in words",)
+    return replace(tree, inertials=inertials), (f"{len(silent)} links without mass are given a mass of 0 in words",)
 
 
 def _named_meshes(tree: UrdfTree, meshes: str) -> tuple[dict[str, str] | None, dict[str, Path]]:
