@@ -21,7 +21,7 @@ def register(app: typer.Typer) -> None:
 
 def export(
     output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file or folder, - for standard output.")],
-    format_: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf.")],
+    format_: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf or mjcf.")],
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="WHICH", help="Links on fixed joints: all, effectors or none.")
     ] = None,
@@ -42,6 +42,7 @@ def export(
     typed: Annotated[
         bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
     ] = None,
+    base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="floating or fixed: the root.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace OUTPUT where it exists.")] = False,
     json: JsonOption = False,
     version: VersionOption = "v6",
@@ -61,6 +62,7 @@ def export(
         "coupling": coupling,
         "inertia": inertia,
         "typed": typed,
+        "base": base,
     }
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)

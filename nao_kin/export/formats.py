@@ -10,11 +10,12 @@ from typing import Any
 
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
 from nao_kin.export.exported import Exported
+from nao_kin.export.mujoco import mjcf
 from nao_kin.export.urdf_export import urdf
 from nao_kin.robot import RobotModel
 
 # A format is a function of a robot and a path; its options are what it takes by name only.
-FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType({"urdf": urdf})
+FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType({"urdf": urdf, "mjcf": mjcf})
 
 
 def options(format: str) -> dict[str, Any]:
