@@ -6,6 +6,7 @@ Source: MoveIt Setup Assistant, "Generate Self-Collision Matrix"; moveit_setup_s
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from nao_kin._common.arrays import Floats
 from nao_kin.export.link_contacts import LinkContacts, LinkPair
 from nao_kin.robot import RobotModel
-from nao_kin.urdf import UrdfTree
+from nao_kin.urdf import UrdfJoint, UrdfTree
 
 ADJACENT, DEFAULT, ALWAYS, NEVER = "Adjacent", "Default", "Always", "Never"
 # A pair that touches in more than this part of the configurations is taken to touch always.
@@ -27,10 +28,9 @@ _AT_ONCE = 50
 def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: int, seed: int) -> dict[LinkPair, str]:
     """The pairs of links with shapes that need no collision check, and why.
 
-    "Adjacent": joined by one joint, or by several with nothing but links without shapes between them. "Default": they
-    touch in the posture that the robot starts in, or without one with every joint at zero, or in the middle of its
-    range where zero is outside. "Always": they touch in more than 95 % of the configurations tried. "Never": they
-    touch in none of them, and in no posture.
+    "Adjacent": `adjacent_links`. "Default": they touch in the posture that the robot starts in, or without one with
+    every joint at zero, or in the middle of its range where zero is outside. "Always": they touch in more than 95 % of
+    the configurations tried. "Never": they touch in none of them, and in no posture.
 
     Args:
         robot: the robot; its configurations are drawn inside its limits, coupled ones included.
@@ -38,7 +38,7 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
         samples: how many configurations are tried.
         seed: of the random numbers: the same seed gives the same pairs.
     """
-    adjacent = adjacent_links(robot.tree, contacts.links)
+    adjacent = adjacent_links(contacts.tree, contacts.links)
     reasons = {pair: ADJACENT for pair in contacts.pairs() if pair in adjacent}
     unknown = set(contacts.pairs()) - set(reasons)
     touching = contacts.count(_default(robot)[None], unknown)
@@ -60,26 +60,37 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
     return dict(sorted((reasons | dict.fromkeys(unseen, NEVER)).items()))
 
 
-def adjacent_links(tree: UrdfTree, shaped: tuple[str, ...]) -> set[LinkPair]:
-    """Links with shapes that no third link with shapes keeps apart: a link without shapes joins all around it."""
-    carried: dict[str, list[str]] = defaultdict(list)
+def adjacent_links(tree: UrdfTree, shaped: Collection[str]) -> set[LinkPair]:
+    """Links with shapes whose contact says nothing: joined by a joint, or across links without shapes at one point.
+
+    The setup assistant takes any two links for adjacent that have only links without shapes between them. Where an
+    upper arm has no shape, a planner would then lead the forearm through the trunk.
+
+    Args:
+        tree: the robot.
+        shaped: its links with shapes.
+    """
+    held: dict[str, list[UrdfJoint]] = defaultdict(list)
     for joint in tree.joints:
-        carried[joint.parent].append(joint.child)
+        held[joint.parent].append(joint)
     pairs: set[LinkPair] = set()
-
-    def reached(link: str) -> list[str]:
-        """The first links with shapes at or outwards of a link."""
-        beyond = [reached(child) for child in carried[link]]
-        for first, second in combinations(beyond, 2) if link not in shaped else ():
-            pairs.update((min(a, b), max(a, b)) for a in first for b in second)
-        outwards = [name for names in beyond for name in names]
-        if link not in shaped:
-            return outwards
-        pairs.update((min(link, other), max(link, other)) for other in outwards)
-        return [link]
-
-    reached(tree.root)
+    # Link → itself if it has shapes, else the links with shapes that stand at the same point of it.
+    here: dict[str, list[str]] = {}
+    for link in reversed([tree.root, *(joint.child for joint in tree.joints)]):  # the outer ones first
+        beyond = [here[joint.child] for joint in held[link] if link in shaped or _at_one_point(joint)]
+        if link in shaped:
+            pairs |= {(min(link, other), max(link, other)) for others in beyond for other in others}
+            here[link] = [link]
+        else:
+            several = combinations(beyond, 2)
+            pairs |= {(min(a, b), max(a, b)) for first, second in several for a in first for b in second}
+            here[link] = [other for others in beyond for other in others]
     return pairs
+
+
+def _at_one_point(joint: UrdfJoint) -> bool:
+    """Whether what the joint moves stays where it is in its parent: at its origin, or rigidly held."""
+    return joint.kind == "fixed" or (joint.kind == "revolute" and not any(joint.origin.xyz))
 
 
 def _default(robot: RobotModel) -> Floats:

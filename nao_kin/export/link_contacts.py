@@ -24,19 +24,21 @@ class LinkContacts:
     """The collision shapes of a robot, ready to be held against each other.
 
     Attributes:
+        tree: the tree they are those of.
         links: the links that have shapes, in the order of the URDF.
         notes: one line for each shape that cannot be read.
     """
 
-    def __init__(self, robot: RobotModel) -> None:
-        self._robot = robot
+    def __init__(self, robot: RobotModel, tree: UrdfTree) -> None:
+        """The shapes of a tree whose links the robot has, too, and moves in the same way."""
+        self._robot, self.tree = robot, tree
         self.notes: list[str] = []
         self._shapes: dict[str, list[int]] = defaultdict(list)
         self._geometries: list[Any] = []
         owners, placements = [], []
-        for collision in robot.tree.collisions:
+        for collision in tree.collisions:
             try:
-                geometry = _geometry(collision, robot.tree)
+                geometry = _geometry(collision, tree)
             except _Unreadable as reason:
                 self.notes.append(f"a collision shape of {abbreviated(collision.link)} is left out: {reason}")
                 continue
@@ -46,7 +48,7 @@ class LinkContacts:
             owners.append(collision.link)
             pose = pin.SE3(pin.rpy.rpyToMatrix(*collision.origin.rpy), np.array(collision.origin.xyz))
             placements.append(pose.homogeneous)
-        self.links = tuple(link for link in robot.tree.links if link in self._shapes)
+        self.links = tuple(link for link in tree.links if link in self._shapes)
         self._columns = [self.links.index(link) for link in owners]
         self._T_link_shape = np.array(placements).reshape(-1, 4, 4)
         self._centres = np.array([[*shape.aabb_center, 1.0] for shape in self._geometries]).reshape(-1, 4, 1)
@@ -54,8 +56,7 @@ class LinkContacts:
 
     def pairs(self) -> Iterator[LinkPair]:
         """Every two links that have shapes."""
-        for first, second in combinations(sorted(self.links), 2):
-            yield first, second
+        yield from combinations(sorted(self.links), 2)
 
     def count(self, q: Floats, pairs: set[LinkPair], *, most: int | None = None) -> dict[LinkPair, int]:
         """In how many of several configurations the links of each pair touch.

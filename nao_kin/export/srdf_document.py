@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree as ET
 
+from nao_kin._common.atomic import write_text
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import UnknownName
 from nao_kin.export.disabled_collisions import disabled_collisions
-from nao_kin.export.exported import Exported
+from nao_kin.export.exported import Exported, check_free
 from nao_kin.export.link_contacts import LinkContacts, LinkPair
 from nao_kin.export.planning_groups import Group, Planning, planning
+from nao_kin.export.variants.frames import keep_frames
+from nao_kin.export.variants.names import name_frames, named_semantics
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.urdf import UrdfTree
 
@@ -23,16 +30,179 @@ WORLD = "world"
 
 # MoveIt, "URDF and SRDF": characters that joint names should not contain.
 _TROUBLESOME = re.compile(r"[-\[\](),]")
+# Names of groups become names of parameters.
+_PARAMETER = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
 def srdf(
     robot: RobotModel,
     path: Path | str,
     *,
-    attachment: Attachment | None = None,
+    names: str = "naoqi",
+    frames: str = "all",
+    attachment: str | None = None,
     samples: int = 10_000,
     seed: int = 0,
     force: bool = False,
 ) -> Exported:
-    """Write the robot's planning groups, end effectors, postures and needless collision checks as an SRDF."""
-    raise NotImplementedError
+    """Write an SRDF: planning groups, end effectors, postures, and the collision checks that a planner may leave out.
+
+    Groups are the robot's chains, as `nao_kin.semantics` names them, and "whole_body"; a chain whose last joint moves
+    a gripper has a second group without it, which ends in the frame of the end effector. Postures are group states
+    without the joints that follow others, which are passive joints. A pair of links is not checked when the two are
+    adjacent, touch in the posture the robot starts in, touch in more than 95 % of the configurations tried, or in none
+    of them. A robot without chains has the group of all its joints; one without collision shapes leaves out no check.
+
+    Args:
+        robot: the robot.
+        path: the file.
+        names: "naoqi" for the names of the robot's own URDF, "ros" for those of its ROS description: as in the URDF
+            beside it.
+        frames: "all", "effectors" or "none": which frames the URDF beside it has.
+        attachment: what holds the root link in the frame "world": "fixed", "floating" or "planar"; None for what the
+            robot was loaded with.
+        samples: how many configurations are tried for contacts.
+        seed: of the random numbers; the same seed gives the same file.
+        force: replace a file that is there.
+
+    Returns:
+        The file, and one line for everything that an SRDF cannot say.
+
+    Raises:
+        UnknownName: no such names, frames or attachment.
+        BadArgument: no robot, no ROS names known, no count of samples, a file is there, or it cannot be written.
+
+    Examples:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     done = nk.export.srdf(nk.load_nao(), f"{folder}/nao.srdf", samples=100)
+        ...     again = nk.RobotModel.from_urdf(nk.load_nao().urdf_path, semantics=done.path)
+        >>> again.chains["LLeg"] == nk.load_nao().chains["LLeg"]
+        True
+    """
+    check_free(path, force=force)
+    document = srdf_document(robot, names=names, frames=frames, attachment=attachment, samples=samples, seed=seed)
+    write_text(path, document.text)
+    return Exported(Path(path), (Path(path),), document.changes)
+
+
+@dataclass(frozen=True)
+class SrdfDocument:
+    """An SRDF that is not written yet, and what it cannot say, one line each."""
+
+    text: str
+    changes: tuple[str, ...]
+
+
+def srdf_document(
+    robot: RobotModel,
+    *,
+    names: str = "naoqi",
+    frames: str = "all",
+    attachment: str | None = None,
+    samples: int = 10_000,
+    seed: int = 0,
+) -> SrdfDocument:
+    """The text of an SRDF; arguments and errors as `srdf`."""
+    check_robot(robot)
+    held = attachment or ("floating" if robot.base == "floating" else "fixed")
+    if held not in ATTACHMENTS:
+        raise UnknownName("attachment", attachment, ATTACHMENTS)
+    count = whole_number(samples, "samples", 1)
+    kept, _ = keep_frames(robot.tree, frames, robot.semantics)
+    tree, _ = name_frames(kept, names, robot.semantics)
+    semantics = named_semantics(robot.semantics) if names == "ros" else robot.semantics
+    plan = planning(tree, semantics)
+    contacts = LinkContacts(robot, kept)
+    reasons = disabled_collisions(robot, contacts, samples=count, seed=whole_number(seed, "seed", 0))
+    new = robot.semantics.ros_names if names == "ros" else {}
+    unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
+    postures = {name: robot.angles(robot.posture(name)) for name in robot.posture_names}
+    states = {name: {new.get(joint, joint): value for joint, value in q.items()} for name, q in postures.items()}
+    root = _robot(tree, states, plan, unchecked, held)
+    ET.indent(root)
+    text = '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    found = _found(contacts, reasons, count)
+    return SrdfDocument(text, (*plan.notes, *contacts.notes, found, *_unsaid(robot, plan, contacts, set(reasons))))
+
+
+def _robot(
+    tree: UrdfTree,
+    states: Mapping[str, Mapping[str, object]],
+    plan: Planning,
+    unchecked: Mapping[LinkPair, str],
+    held: str,
+) -> ET.Element:
+    root = ET.Element("robot", name=tree.name)
+    root.append(ET.Comment(" Written by nao_kin; the URDF of the same name has the links and joints. "))
+    for group in plan.groups:
+        _add_group(root, group)
+    # Pinocchio keeps the first state of a name: that of all joints.
+    for group in plan.groups:
+        for name, values in states.items():
+            _add_state(root, name, group, values)
+    for effector in plan.end_effectors:
+        element = ET.SubElement(root, "end_effector", name=effector.name, parent_link=effector.parent_link)
+        element.set("group", effector.group)
+        if effector.parent_group:
+            element.set("parent_group", effector.parent_group)
+    ET.SubElement(root, "virtual_joint", name=_fresh_joint(tree), type=held, parent_frame=WORLD, child_link=tree.root)
+    for follower in tree.mimics:
+        ET.SubElement(root, "passive_joint", name=follower)
+    for (first, second), reason in unchecked.items():
+        ET.SubElement(root, "disable_collisions", link1=first, link2=second, reason=reason)
+    return root
+
+
+def _add_group(root: ET.Element, group: Group) -> None:
+    element = ET.SubElement(root, "group", name=group.name)
+    if group.chain is not None:
+        ET.SubElement(element, "chain", base_link=group.chain[0], tip_link=group.chain[1])
+    for tag, names in (("joint", group.joints), ("link", group.links), ("group", group.groups)):
+        for name in names:
+            ET.SubElement(element, tag, name=name)
+
+
+def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, object]) -> None:
+    if group.own:
+        state = ET.SubElement(root, "group_state", name=name, group=group.name)
+        for joint in group.own:
+            ET.SubElement(state, "joint", name=joint, value=repr(values[joint]))
+
+
+def _fresh_joint(tree: UrdfTree) -> str:
+    taken = {joint.name for joint in tree.joints}
+    names = itertools.chain(("virtual_joint",), (f"virtual_joint_{n}" for n in itertools.count(2)))
+    return next(name for name in names if name not in taken)
+
+
+def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int) -> str:
+    pairs = sum(1 for _ in contacts.pairs())
+    if not pairs:
+        return "no two links have collision shapes: a planner finds no contacts of the robot with itself"
+    counts = ", ".join(f"{count} {reason}" for reason, count in sorted(Counter(reasons.values()).items()))
+    return (
+        f"{len(reasons)} of {pairs} pairs of links with collision shapes are not checked "
+        f"({counts}; {samples} configurations tried)"
+    )
+
+
+def _unsaid(robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked: set[LinkPair]) -> list[str]:
+    """What a planner will not know, or not like."""
+    lines = []
+    if robot.coupled_limits:
+        names = ", ".join(dict.fromkeys(table.joint for table in robot.coupled_limits))
+        lines.append(f"coupled limits are left out, a planner knows one range for each joint: {names}")
+    checked = set(contacts.pairs()) - unchecked
+    for name in robot.posture_names:
+        touching = contacts.count(robot.posture(name)[None], checked)
+        pairs = ", ".join(f"{first} and {second}" for (first, second), count in touching.items() if count)
+        if pairs:
+            lines.append(f"in posture {quoted(name)} shapes touch that are checked, no plan can start there: {pairs}")
+    for group in plan.groups:
+        if not _PARAMETER.fullmatch(group.name):
+            lines.append(f"group {quoted(group.name)} is no name for a parameter of ROS: letters, digits and _")
+    joints = [joint.name for joint in robot.tree.moving_joints if _TROUBLESOME.search(joint.name)]
+    if joints:
+        lines.append(f"MoveIt warns of the characters in {len(joints)} names of joints, first {quoted(joints[0])}")
+    return [abbreviated(line, 400) for line in lines]
