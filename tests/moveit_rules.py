@@ -1,6 +1,6 @@
 """What MoveIt asks of an SRDF, as rules that name what breaks them.
 
-Sources: "URDF and SRDF" and "MoveIt Setup Assistant" (moveit.picknik.ai, main); what srdfdom reports as an error on parsing
+Sources: "URDF and SRDF" and "MoveIt Setup Assistant" (moveit.picknik.ai, main); what srdfdom calls an error
 (moveit/srdfdom, src/model.cpp); what the robot model reports on building groups, states and end effectors
 (moveit/moveit2, moveit_core/robot_model); what the setup assistant refuses to save (end_effectors_widget).
 """

@@ -19,18 +19,12 @@ from nao_kin.export.disabled_collisions import adjacent_links
 from nao_kin.export.link_contacts import LinkContacts
 from nao_kin.export.planning_groups import planning
 from nao_kin.export.srdf_document import srdf_document
-from nao_kin.export.variants.frames import keep_frames
-from nao_kin.export.variants.names import name_frames
 from nao_kin.semantics import Semantics
-from nao_kin.urdf import Box, Cylinder, MeshFile, Sphere, UrdfTree
+from nao_kin.urdf import Box, Cylinder, MeshFile, Sphere
 
 VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 DATA = Path(__file__).resolve().parent / "data"
 FEW = 60
-
-
-def _variant(robot: nk.RobotModel, names: str = "naoqi", frames: str = "all") -> UrdfTree:
-    return name_frames(keep_frames(robot.tree, frames, robot.semantics)[0], names, robot.semantics)[0]
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +46,7 @@ def written(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> nk.ex
 def test_every_variant_of_every_nao_obeys_the_rules_of_moveit(version: str, frames: str, names: str) -> None:
     robot = nk.load_nao(version)
     document = srdf_document(robot, names=names, frames=frames, samples=FEW)
-    assert violations(document.text, _variant(robot, names, frames)) == []
+    assert violations(document.text, nk.export.variant(robot, names=names, frames=frames)[0]) == []
 
 
 @pytest.mark.parametrize("name", ["romeo", "panda", "ur5_robot", "solo12", "anymal", "double_pendulum_continuous"])
@@ -92,7 +86,7 @@ def test_a_broken_srdf_breaks_a_rule(
 def test_the_names_of_the_moveit_configuration_of_ros_naoqi_resolve() -> None:
     moveit = json.loads((DATA / "nao_moveit_names.json").read_text(encoding="utf-8"))
     robot = nk.load_nao("v4")
-    tree = _variant(robot, "ros")
+    tree, _ = nk.export.variant(robot, names="ros")
     document = srdf_document(robot, names="ros", samples=FEW)
     assert ET.fromstring(document.text).get("name") == moveit["robot"] == tree.name
     assert set(moveit["links"]) <= set(tree.links)

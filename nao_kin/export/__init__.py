@@ -1,6 +1,8 @@
 """The robot in the formats of other tools."""
 
 from nao_kin.export.exported import Exported
+from nao_kin.export.formats import FORMATS, check_options, options, write
 from nao_kin.export.srdf_document import srdf
+from nao_kin.export.urdf_export import urdf, variant
 
-__all__ = ["Exported", "srdf"]
+__all__ = ["FORMATS", "Exported", "check_options", "options", "srdf", "urdf", "variant", "write"]

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
-
-from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument
 
 
 @dataclass(frozen=True)
@@ -23,17 +19,3 @@ class Exported:
     path: Path
     files: tuple[Path, ...]
     changes: tuple[str, ...] = ()
-
-
-def check_free(path: Path | str, *, force: bool) -> None:
-    """Raise where a file is there and may not be replaced.
-
-    Raises:
-        BadArgument: it is there and `force` is not given; or no path.
-    """
-    try:
-        there = os.path.lexists(path)
-    except (TypeError, ValueError) as error:
-        raise BadArgument(f"cannot write {quoted(path)}: {error}") from None
-    if there and not force:
-        raise BadArgument(f"{abbreviated(path)} is there already; force=True (--force) replaces it")

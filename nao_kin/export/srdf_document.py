@@ -11,18 +11,18 @@ from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree as ET
 
-from nao_kin._common.atomic import write_text
+from nao_kin._common.documents import check_replaceable, write_document
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import UnknownName
 from nao_kin.export.disabled_collisions import disabled_collisions
-from nao_kin.export.exported import Exported, check_free
+from nao_kin.export.exported import Exported
 from nao_kin.export.link_contacts import LinkContacts, LinkPair
 from nao_kin.export.planning_groups import Group, Planning, planning
-from nao_kin.export.variants.frames import keep_frames
-from nao_kin.export.variants.names import name_frames, named_semantics
+from nao_kin.export.urdf_export import variant
+from nao_kin.export.variants.names import named_semantics
 from nao_kin.robot import RobotModel, check_robot
-from nao_kin.urdf import UrdfTree
+from nao_kin.urdf import UrdfTree, writing
 
 Attachment = Literal["fixed", "floating", "planar"]
 ATTACHMENTS: tuple[Attachment, ...] = ("fixed", "floating", "planar")
@@ -80,10 +80,9 @@ def srdf(
         >>> again.chains["LLeg"] == nk.load_nao().chains["LLeg"]
         True
     """
-    check_free(path, force=force)
+    check_replaceable(path, force=force)
     document = srdf_document(robot, names=names, frames=frames, attachment=attachment, samples=samples, seed=seed)
-    write_text(path, document.text)
-    return Exported(Path(path), (Path(path),), document.changes)
+    return Exported(Path(path), write_document(path, document.text.encode(), force=force), document.changes)
 
 
 @dataclass(frozen=True)
@@ -109,8 +108,8 @@ def srdf_document(
     if held not in ATTACHMENTS:
         raise UnknownName("attachment", attachment, ATTACHMENTS)
     count = whole_number(samples, "samples", 1)
-    kept, _ = keep_frames(robot.tree, frames, robot.semantics)
-    tree, _ = name_frames(kept, names, robot.semantics)
+    kept, _ = variant(robot, frames=frames)
+    tree, _ = variant(robot, frames=frames, names=names)
     semantics = named_semantics(robot.semantics) if names == "ros" else robot.semantics
     plan = planning(tree, semantics)
     contacts = LinkContacts(robot, kept)
@@ -120,10 +119,11 @@ def srdf_document(
     postures = {name: robot.angles(robot.posture(name)) for name in robot.posture_names}
     states = {name: {new.get(joint, joint): value for joint, value in q.items()} for name, q in postures.items()}
     root = _robot(tree, states, plan, unchecked, held)
-    ET.indent(root)
-    text = '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
     found = _found(contacts, reasons, count)
-    return SrdfDocument(text, (*plan.notes, *contacts.notes, found, *_unsaid(robot, plan, contacts, set(reasons))))
+    return SrdfDocument(
+        writing.document_text(root),
+        (*plan.notes, *contacts.notes, found, *_unsaid(robot, plan, contacts, set(reasons))),
+    )
 
 
 def _robot(

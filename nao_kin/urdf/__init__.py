@@ -1,5 +1,6 @@
 """URDF files: any of them read once into one tree, leniently and with a note for everything that had to change."""
 
+from nao_kin.urdf import writing
 from nao_kin.urdf.reader import read_urdf
 from nao_kin.urdf.srdf import read_srdf
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
@@ -21,4 +22,5 @@ __all__ = [
     "mesh_in",
     "read_srdf",
     "read_urdf",
+    "writing",
 ]

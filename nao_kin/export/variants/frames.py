@@ -115,7 +115,7 @@ def _bare_root(tree: UrdfTree, fixed: Collection[UrdfJoint]) -> str | None:
     """The one link that a root without mass and shapes holds at its own place; None where it is not so."""
     root = tree.root
     held = [joint for joint in tree.joints if joint.parent == root]
-    shaped = {shape.link for shape in (*tree.visuals, *tree.collisions)}
+    shaped = {visual.link for visual in tree.visuals} | {shape.link for shape in tree.collisions}
     if len(held) != 1 or held[0] not in fixed or held[0].origin != HERE or root in shaped or root in tree.inertials:
         return None
     return held[0].child

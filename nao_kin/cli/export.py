@@ -1,0 +1,64 @@
+"""`nao-kin export`: a robot in the formats of other tools."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from nao_kin._common import atomic
+from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.output import print_json, print_note
+from nao_kin.errors import BadArgument
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(
+        "export", epilog="Example: nao-kin export nao.urdf --format urdf --frames none --inertia physical --version v6"
+    )(export)
+
+
+def export(
+    output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file or folder, - for standard output.")],
+    format_: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf.")],
+    frames: Annotated[
+        str | None, typer.Option("--frames", metavar="WHICH", help="Links on fixed joints: all, effectors or none.")
+    ] = None,
+    names: Annotated[
+        str | None, typer.Option("--names", metavar="WHOSE", help="Names of links and joints: naoqi or ros.")
+    ] = None,
+    meshes: Annotated[
+        str | None,
+        typer.Option("--meshes", metavar="HOW", help="relative (copied), absolute, package://NAME or none."),
+    ] = None,
+    coupling: Annotated[
+        str | None,
+        typer.Option("--coupling", metavar="HOW", help="Joints that follow others: mimic, locked or independent."),
+    ] = None,
+    inertia: Annotated[
+        str | None, typer.Option("--inertia", metavar="WHICH", help="published, or physical: mended for simulators.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace OUTPUT where it exists.")] = False,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+) -> None:
+    """Write a robot for another tool; what differs from the robot is said, line by line."""
+    from nao_kin import export as exports
+
+    output = "/dev/stdout" if output == "-" else output
+    if atomic.leads_to_standard_output(output) and json:
+        raise BadArgument(f"{output} and --json both write to standard output; give one")
+    given = {"frames": frames, "names": names, "meshes": meshes, "coupling": coupling, "inertia": inertia}
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    exports.check_options(format_, chosen)
+    done = exports.write(load(version, urdf, robot), output, format_, force=force, **chosen)
+    for change in done.changes:
+        print_note(change)
+    if json:
+        files = [str(file) for file in done.files]
+        print_json({"path": str(done.path), "format": format_, "files": files, "changes": list(done.changes)})
+    elif not atomic.leads_to_standard_output(output):
+        print(done.path)
