@@ -85,7 +85,11 @@ class _Planner:
         lacking = [name for link, name in frames.items() if link not in self.tree.links]
         self.notes += [f"end effector {name} is left out: the URDF has no such link" for name in lacking]
         for name, joints in self.semantics.chains.items():
-            self._chain(name, joints)
+            moving = tuple(joint for joint in joints if self.joints[joint].kind != "fixed")
+            if moving:
+                self._chain(name, moving)
+            else:
+                self.notes.append(f"chain {name} is left out: none of its joints moves")
         whole = self._whole()
         for link, path in self.ends.items():
             self._effector(link, path)

@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree as ET
 
+import numpy as np
+
 from nao_kin._common.documents import check_replaceable, write_document
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import abbreviated, quoted
@@ -40,6 +42,7 @@ def srdf(
     *,
     names: str = "naoqi",
     frames: str = "all",
+    coupling: str = "mimic",
     attachment: str | None = None,
     samples: int = 10_000,
     seed: int = 0,
@@ -59,6 +62,7 @@ def srdf(
         names: "naoqi" for the names of the robot's own URDF, "ros" for those of its ROS description: as in the URDF
             beside it.
         frames: "all", "effectors" or "none": which frames the URDF beside it has.
+        coupling: "mimic", "locked" or "independent": as in the URDF beside it.
         attachment: what holds the root link in the frame "world": "fixed", "floating" or "planar"; None for what the
             robot was loaded with.
         samples: how many configurations are tried for contacts.
@@ -69,7 +73,7 @@ def srdf(
         The file, and one line for everything that an SRDF cannot say.
 
     Raises:
-        UnknownName: no such names, frames or attachment.
+        UnknownName: no such names, frames, coupling or attachment.
         BadArgument: no robot, no ROS names known, no count of samples, a file is there, or it cannot be written.
 
     Examples:
@@ -81,7 +85,9 @@ def srdf(
         True
     """
     check_replaceable(path, force=force)
-    document = srdf_document(robot, names=names, frames=frames, attachment=attachment, samples=samples, seed=seed)
+    document = srdf_document(
+        robot, names=names, frames=frames, coupling=coupling, attachment=attachment, samples=samples, seed=seed
+    )
     return Exported(Path(path), write_document(path, document.text.encode(), force=force), document.changes)
 
 
@@ -98,6 +104,7 @@ def srdf_document(
     *,
     names: str = "naoqi",
     frames: str = "all",
+    coupling: str = "mimic",
     attachment: str | None = None,
     samples: int = 10_000,
     seed: int = 0,
@@ -109,15 +116,14 @@ def srdf_document(
         raise UnknownName("attachment", attachment, ATTACHMENTS)
     count = whole_number(samples, "samples", 1)
     kept, _ = variant(robot, frames=frames)
-    tree, _ = variant(robot, frames=frames, names=names)
+    tree, _ = variant(robot, frames=frames, names=names, coupling=coupling)
     semantics = named_semantics(robot.semantics) if names == "ros" else robot.semantics
     plan = planning(tree, semantics)
     contacts = LinkContacts(robot, kept)
     reasons = disabled_collisions(robot, contacts, samples=count, seed=whole_number(seed, "seed", 0))
     new = robot.semantics.ros_names if names == "ros" else {}
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
-    postures = {name: robot.angles(robot.posture(name)) for name in robot.posture_names}
-    states = {name: {new.get(joint, joint): value for joint, value in q.items()} for name, q in postures.items()}
+    states = {name: joint_values(robot, name, names) for name in robot.posture_names}
     root = _robot(tree, states, plan, unchecked, held)
     found = _found(contacts, reasons, count)
     return SrdfDocument(
@@ -126,9 +132,17 @@ def srdf_document(
     )
 
 
+def joint_values(robot: RobotModel, posture: str, names: str) -> dict[str, float]:
+    """The values of all joints in a posture, of those that follow others too, by the chosen names."""
+    own = robot.angles(robot.posture(posture))
+    new = robot.semantics.ros_names if names == "ros" else {}
+    values = own | {name: mimic.value(np.asarray(own[mimic.joint])) for name, mimic in robot.mimics.items()}
+    return {new.get(name, name): float(value) for name, value in values.items()}
+
+
 def _robot(
     tree: UrdfTree,
-    states: Mapping[str, Mapping[str, object]],
+    states: Mapping[str, Mapping[str, float]],
     plan: Planning,
     unchecked: Mapping[LinkPair, str],
     held: str,
@@ -163,7 +177,7 @@ def _add_group(root: ET.Element, group: Group) -> None:
             ET.SubElement(element, tag, name=name)
 
 
-def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, object]) -> None:
+def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, float]) -> None:
     if group.own:
         state = ET.SubElement(root, "group_state", name=name, group=group.name)
         for joint in group.own:
