@@ -10,6 +10,7 @@ from typing import Any
 
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
 from nao_kin.export.exported import Exported
+from nao_kin.export.gltf_scene import gltf
 from nao_kin.export.ros_package import ros2
 from nao_kin.export.sdf_model import sdf
 from nao_kin.export.srdf_document import srdf
@@ -18,7 +19,7 @@ from nao_kin.robot import RobotModel
 
 # A format is a function of a robot and a path; its options are what it takes by name only.
 FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType(
-    {"urdf": urdf, "srdf": srdf, "ros2": ros2, "sdf": sdf}
+    {"urdf": urdf, "srdf": srdf, "ros2": ros2, "sdf": sdf, "gltf": gltf}
 )
 
 
