@@ -51,8 +51,7 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
         for pair, count in contacts.count(q[start : min(start + _AT_ONCE, counted)], unknown).items():
             counts[pair] += count
     reasons |= {pair: ALWAYS for pair in unknown if counts[pair] > ALWAYS_FROM * counted}
-    postures = [robot.posture(name) for name in robot.posture_names]
-    rest = np.concatenate([np.array(postures).reshape(-1, robot.nq), q[counted:]])
+    rest = np.array([*(robot.posture(name) for name in robot.posture_names), *q[counted:]])
     unseen = {pair for pair in unknown if not counts[pair]}
     for start in range(0, len(rest), _AT_ONCE):
         touching = contacts.count(rest[start : start + _AT_ONCE], unseen, most=1)

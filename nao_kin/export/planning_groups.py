@@ -90,10 +90,11 @@ class _Planner:
                 self._chain(name, moving)
             else:
                 self.notes.append(f"chain {name} is left out: none of its joints moves")
-        whole = self._whole()
+        whole = self._whole() if self.tree.moving_joints else None
         for link, path in self.ends.items():
             self._effector(link, path)
-        return Planning((whole, *self.groups.values()), tuple(self.effectors), tuple(self.notes))
+        groups = (*((whole,) if whole else ()), *self.groups.values())
+        return Planning(groups, tuple(self.effectors), tuple(self.notes))
 
     def _link(self, frame: str) -> str:
         """The link of a frame: of a joint's, the link that it moves."""

@@ -95,10 +95,12 @@ def ros2(
     name = _checked_name(package, tree)
     stem = _plain(tree.name)
 
-    inside, copied = ({}, {}) if meshes == "none" else mesh_names(tree)
-    looks, painted = coloured(tree, inside, read_files(copied), f"{name}.mtl")
-    links = {mesh: f"package://{name}/{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
-    urdf, unsaid = urdf_document(tree, links if meshes == "package" else None)
+    looks, painted, links = {}, (), None
+    if meshes == "package":
+        inside, copied = mesh_names(tree)
+        looks, painted = coloured(tree, inside, read_files(copied), f"{name}.mtl")
+        links = {mesh: f"package://{name}/{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
+    urdf, unsaid = urdf_document(tree, links)
     semantic = srdf_document(robot, names=chosen, frames=frames, coupling=coupling, samples=samples, seed=seed)
 
     texts = {
