@@ -200,7 +200,7 @@ def test_drake_reads_the_same_robot(version: str, options: dict[str, str], tmp_p
     new = robot.semantics.ros_names if options.get("names") == "ros" else {}
     names = {link: new.get(link, link) for link in robot.link_names}
     names = {link: name for link, name in names.items() if plant.HasFrameNamed(name, model)}
-    assert len(names) == (88 if new else len(robot.link_names))
+    assert len(names) == (122 if new else len(robot.link_names))
     for q in robot.random(4, 5):
         for joint, value in _values(robot, q).items():
             plant.GetJointByName(new.get(joint, joint), model).set_angle(context, value)

@@ -49,6 +49,15 @@ def test_every_variant_of_every_nao_obeys_the_rules_of_moveit(version: str, fram
     assert violations(document.text, nk.export.variant(robot, names=names, frames=frames)[0]) == []
 
 
+@pytest.mark.parametrize("coupling", ["locked", "independent"])
+@pytest.mark.parametrize("frames", ["all", "none"])
+def test_other_couplings_obey_the_rules_of_moveit(nao: nk.NaoModel, frames: str, coupling: str) -> None:
+    document = srdf_document(nao, frames=frames, coupling=coupling, samples=FEW)
+    assert violations(document.text, nk.export.variant(nao, frames=frames, coupling=coupling)[0]) == []
+    names = {element.get("name") for element in ET.fromstring(document.text).iter("joint")}
+    assert ("RHipYawPitch" in names) == (coupling == "independent")
+
+
 @pytest.mark.parametrize("name", ["romeo", "panda", "ur5_robot", "solo12", "anymal", "double_pendulum_continuous"])
 def test_other_robots_obey_the_rules_of_moveit(name: str) -> None:
     robot = nk.load_robot(name)
@@ -182,7 +191,7 @@ def test_contacts_are_those_that_pinocchio_finds(nao: nk.NaoModel) -> None:
     shapes.addAllCollisionPairs()
     owners = [model.frames[shape.parentFrame].name for shape in shapes.geometryObjects]
     data, shape_data = model.createData(), shapes.createData()
-    contacts = LinkContacts(nao, nao.tree)
+    contacts = LinkContacts(nao)
     q, expected = nao.random(1, 40), Counter[tuple[str, str]]()
     columns = [model.joints[model.getJointId(name)].idx_q for name in nao.joint_names]
     for row in q:
@@ -303,7 +312,7 @@ def test_shapes_of_every_kind_and_meshes_are_read(tmp_path: Path) -> None:
     )
     kinds = [type(collision.geometry) for collision in robot.tree.collisions]
     assert kinds == [MeshFile, Cylinder, Box, Sphere]
-    contacts = LinkContacts(robot, robot.tree)
+    contacts = LinkContacts(robot)
     assert contacts.links == ("base", "a_l", "b_l", "c_l")
     assert contacts.notes == []
 

@@ -38,7 +38,7 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
         samples: how many configurations are tried.
         seed: of the random numbers: the same seed gives the same pairs.
     """
-    adjacent = adjacent_links(contacts.tree, contacts.links)
+    adjacent = adjacent_links(robot.tree, contacts.links)
     reasons = {pair: ADJACENT for pair in contacts.pairs() if pair in adjacent}
     unknown = set(contacts.pairs()) - set(reasons)
     touching = contacts.count(_default(robot)[None], unknown)

@@ -113,6 +113,7 @@ def _base(robot: RobotModel, q: Floats) -> Floats:
 def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -> bytes:
     """The scene as trimesh writes it; where its nodes stand is written over later."""
     import trimesh
+    import trimesh.exchange.gltf
 
     scene: Any = trimesh.Scene()
     for node in nodes:
@@ -131,7 +132,8 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -
         else:
             geometries[shape.key] = name
             scene.add_geometry(shape.mesh, geom_name=name, node_name=name, parent_node_name=shape.link, transform=place)
-    exported: bytes = scene.export(file_type="glb", include_normals=True)
+    writer: Any = trimesh.exchange.gltf  # not typed
+    exported: bytes = writer.export_glb(scene, include_normals=True)
     return exported
 
 

@@ -24,14 +24,12 @@ class LinkContacts:
     """The collision shapes of a robot, ready to be held against each other.
 
     Attributes:
-        tree: the tree they are those of.
         links: the links that have shapes, in the order of the URDF.
         notes: one line for each shape that cannot be read.
     """
 
-    def __init__(self, robot: RobotModel, tree: UrdfTree) -> None:
-        """The shapes of a tree whose links the robot has, too, and moves in the same way."""
-        self._robot, self.tree = robot, tree
+    def __init__(self, robot: RobotModel) -> None:
+        self._robot, tree = robot, robot.tree
         self.notes: list[str] = []
         self._shapes: dict[str, list[int]] = defaultdict(list)
         self._geometries: list[Any] = []

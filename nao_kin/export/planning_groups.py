@@ -85,7 +85,7 @@ class _Planner:
         lacking = [name for link, name in frames.items() if link not in self.tree.links]
         self.notes += [f"end effector {name} is left out: the URDF has no such link" for name in lacking]
         for name, joints in self.semantics.chains.items():
-            moving = tuple(joint for joint in joints if self.joints[joint].kind != "fixed")
+            moving = tuple(joint for joint in joints if joint in self.joints and self.joints[joint].kind != "fixed")
             if moving:
                 self._chain(name, moving)
             else:

@@ -95,7 +95,9 @@ def ros2(
     name = _checked_name(package, tree)
     stem = _plain(tree.name)
 
-    looks, painted, links = {}, (), None
+    looks: dict[str, bytes] = {}
+    painted: tuple[str, ...] = ()
+    links: dict[str, str] | None = None
     if meshes == "package":
         inside, copied = mesh_names(tree)
         looks, painted = coloured(tree, inside, read_files(copied), f"{name}.mtl")

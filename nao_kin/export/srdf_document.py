@@ -24,6 +24,7 @@ from nao_kin.export.planning_groups import Group, Planning, planning
 from nao_kin.export.urdf_export import variant
 from nao_kin.export.variants.names import named_semantics
 from nao_kin.robot import RobotModel, check_robot
+from nao_kin.semantics import Posture, Semantics
 from nao_kin.urdf import UrdfTree, writing
 
 Attachment = Literal["fixed", "floating", "planar"]
@@ -115,12 +116,12 @@ def srdf_document(
     if held not in ATTACHMENTS:
         raise UnknownName("attachment", attachment, ATTACHMENTS)
     count = whole_number(samples, "samples", 1)
-    kept, _ = variant(robot, frames=frames)
+    body = _as_written(robot, variant(robot, frames=frames, coupling=coupling)[0])
     tree, _ = variant(robot, frames=frames, names=names, coupling=coupling)
     semantics = named_semantics(robot.semantics) if names == "ros" else robot.semantics
     plan = planning(tree, semantics)
-    contacts = LinkContacts(robot, kept)
-    reasons = disabled_collisions(robot, contacts, samples=count, seed=whole_number(seed, "seed", 0))
+    contacts = LinkContacts(body)
+    reasons = disabled_collisions(body, contacts, samples=count, seed=whole_number(seed, "seed", 0))
     new = robot.semantics.ros_names if names == "ros" else {}
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
     states = {name: joint_values(robot, name, names) for name in robot.posture_names}
@@ -128,8 +129,18 @@ def srdf_document(
     found = _found(contacts, reasons, count)
     return SrdfDocument(
         writing.document_text(root),
-        (*plan.notes, *contacts.notes, found, *_unsaid(robot, plan, contacts, set(reasons))),
+        (*plan.notes, *contacts.notes, found, *_unsaid(body, plan, contacts, set(reasons))),
     )
+
+
+def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:
+    """The robot as the tree of a variant moves it, with what of its meaning is asked here."""
+    own = {joint.name for joint in tree.moving_joints if joint.mimic is None}
+    values = {name: joint_values(robot, name, "naoqi") for name in robot.posture_names}
+    postures = {name: Posture({joint: q[joint] for joint in own}) for name, q in values.items()}
+    limits = tuple(table for table in robot.coupled_limits if {table.joint, table.of} <= own)
+    meaning = Semantics(postures=postures, start=robot.semantics.start, coupled_limits=limits)
+    return RobotModel(tree, meaning, base=robot.base)
 
 
 def joint_values(robot: RobotModel, posture: str, names: str) -> dict[str, float]:
