@@ -14,9 +14,20 @@ from xml.etree import ElementTree as ET
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.export.variants.placement import HERE, composed
-from nao_kin.urdf import Box, Collision, Cylinder, Geometry, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
+from nao_kin.urdf import (
+    Box,
+    Collision,
+    Cylinder,
+    Geometry,
+    Inertial,
+    MeshFile,
+    Origin,
+    UrdfJoint,
+    UrdfTree,
+    Visual,
+    writing,
+)
 from nao_kin.urdf import Sphere as Ball
-from nao_kin.urdf.writing import number, numbers
 
 VERSION = "1.11"
 DRAKE = "http://drake.mit.edu"
@@ -132,10 +143,10 @@ def _add_body(
         changes.append(f"{link} has no mass: written as {body.mass:g} kg")
     inertial = ET.SubElement(element, "inertial")
     ET.SubElement(inertial, "pose").text = _pose(body.origin)
-    ET.SubElement(inertial, "mass").text = number(body.mass)
+    ET.SubElement(inertial, "mass").text = writing.number(body.mass)
     tensor = ET.SubElement(inertial, "inertia")
     for label, value in zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), body.inertia, strict=True):
-        ET.SubElement(tensor, label).text = number(value)
+        ET.SubElement(tensor, label).text = writing.number(value)
     shapes: tuple[tuple[str, tuple[Visual | Collision, ...]], ...] = (
         ("visual", tree.visuals),
         ("collision", tree.collisions),
@@ -155,22 +166,22 @@ def _add_shape(element: ET.Element, shape: Visual | Collision, meshes: Mapping[s
     if isinstance(shape, Visual) and shape.rgba is not None:
         material = ET.SubElement(element, "material")
         for kind in ("ambient", "diffuse"):
-            ET.SubElement(material, kind).text = numbers(shape.rgba)
+            ET.SubElement(material, kind).text = writing.numbers(shape.rgba)
 
 
 def _add_geometry(element: ET.Element, shape: Geometry, meshes: Mapping[str, str]) -> None:
     if isinstance(shape, Box):
-        ET.SubElement(ET.SubElement(element, "box"), "size").text = numbers(shape.size)
+        ET.SubElement(ET.SubElement(element, "box"), "size").text = writing.numbers(shape.size)
     elif isinstance(shape, Ball):
-        ET.SubElement(ET.SubElement(element, "sphere"), "radius").text = number(shape.radius)
+        ET.SubElement(ET.SubElement(element, "sphere"), "radius").text = writing.number(shape.radius)
     elif isinstance(shape, Cylinder):
         cylinder = ET.SubElement(element, "cylinder")
-        ET.SubElement(cylinder, "radius").text = number(shape.radius)
-        ET.SubElement(cylinder, "length").text = number(shape.length)
+        ET.SubElement(cylinder, "radius").text = writing.number(shape.radius)
+        ET.SubElement(cylinder, "length").text = writing.number(shape.length)
     else:
         mesh = ET.SubElement(element, "mesh")
         ET.SubElement(mesh, "uri").text = meshes[shape.filename]
-        ET.SubElement(mesh, "scale").text = numbers(shape.scale)
+        ET.SubElement(mesh, "scale").text = writing.numbers(shape.scale)
 
 
 def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> None:
@@ -182,18 +193,18 @@ def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> N
     if joint.kind == "fixed":
         return
     axis = ET.SubElement(element, "axis")
-    ET.SubElement(axis, "xyz").text = numbers(joint.axis)
+    ET.SubElement(axis, "xyz").text = writing.numbers(joint.axis)
     limit = ET.SubElement(axis, "limit")
     bounds = {"lower": joint.lower, "upper": joint.upper, "effort": joint.effort, "velocity": joint.velocity}
     for name, value in bounds.items():
         if math.isfinite(value) and not (endless and name in ("lower", "upper")):
-            ET.SubElement(limit, name).text = number(value)
+            ET.SubElement(limit, name).text = writing.number(value)
     if joint.damping or joint.friction:
         dynamics = ET.SubElement(axis, "dynamics")
-        ET.SubElement(dynamics, "damping").text = number(joint.damping)
-        ET.SubElement(dynamics, "friction").text = number(joint.friction)
+        ET.SubElement(dynamics, "damping").text = writing.number(joint.damping)
+        ET.SubElement(dynamics, "friction").text = writing.number(joint.friction)
     if joint.mimic is not None:
-        ratio = {"multiplier": number(joint.mimic.multiplier), "offset": number(joint.mimic.offset)}
+        ratio = {"multiplier": writing.number(joint.mimic.multiplier), "offset": writing.number(joint.mimic.offset)}
         mimic = ET.SubElement(axis, "mimic", joint=joint.mimic.joint)
         for name, text in (ratio | {"reference": "0"}).items():
             ET.SubElement(mimic, name).text = text
@@ -202,4 +213,4 @@ def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> N
 
 
 def _pose(origin: Origin) -> str:
-    return f"{numbers(origin.xyz)} {numbers(origin.rpy)}"
+    return f"{writing.numbers(origin.xyz)} {writing.numbers(origin.rpy)}"
