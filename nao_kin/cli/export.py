@@ -39,6 +39,9 @@ def export(
     inertia: Annotated[
         str | None, typer.Option("--inertia", metavar="WHICH", help="published, or physical: mended for simulators.")
     ] = None,
+    typed: Annotated[
+        bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace OUTPUT where it exists.")] = False,
     json: JsonOption = False,
     version: VersionOption = "v6",
@@ -51,7 +54,14 @@ def export(
     output = "/dev/stdout" if output == "-" else output
     if atomic.leads_to_standard_output(output) and json:
         raise BadArgument(f"{output} and --json both write to standard output; give one")
-    given = {"frames": frames, "names": names, "meshes": meshes, "coupling": coupling, "inertia": inertia}
+    given = {
+        "frames": frames,
+        "names": names,
+        "meshes": meshes,
+        "coupling": coupling,
+        "inertia": inertia,
+        "typed": typed,
+    }
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)
     done = exports.write(load(version, urdf, robot), output, format_, force=force, **chosen)

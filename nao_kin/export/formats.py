@@ -52,8 +52,8 @@ def write(robot: RobotModel, path: Path | str, format: str, *, force: bool = Fal
         BadArgument: an option that the format does not take; and what the format itself refuses.
 
     Examples:
-        >>> nk.export.write(nk.load_nao("v5"), "nao.urdf", "urdf", meshes="none").changes
-        ('the meshes of 42 links are left out',)
+        >>> nk.export.write(nk.load_nao("v6"), "nao.urdf", "urdf", meshes="none").changes
+        ('the meshes of 41 links are left out',)
     """
     check_options(format, chosen)
     return _function(format)(robot, path, force=force, **chosen)

@@ -68,11 +68,9 @@ def companions(mesh: Path) -> tuple[Path, ...]:
     ending = mesh.suffix.lower()
     if ending == ".obj":
         found = _named_in(mesh, _obj_names(mesh))
-        return tuple(
-            dict.fromkeys(
-                (*found, *(t for m in found if m.suffix.lower() == ".mtl" for t in _named_in(m, _obj_names(m))))
-            )
-        )
+        materials = [file for file in found if file.suffix.lower() == ".mtl"]
+        textures = [texture for file in materials for texture in _named_in(file, _obj_names(file))]
+        return tuple(dict.fromkeys((*found, *textures)))
     if ending == ".dae":
         try:
             texts = (element.text for element in ET.parse(mesh).iter() if element.tag.endswith("init_from"))

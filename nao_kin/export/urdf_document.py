@@ -40,7 +40,8 @@ def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tu
         robot.append(_link(tree, joint.child, materials, meshes))
         robot.append(_joint(joint, joints, changes))
     if meshes is None:
-        left = {shape.link for shape in (*tree.visuals, *tree.collisions) if isinstance(shape.geometry, MeshFile)}
+        left = {visual.link for visual in tree.visuals if isinstance(visual.geometry, MeshFile)}
+        left |= {shape.link for shape in tree.collisions if isinstance(shape.geometry, MeshFile)}
         if left:
             changes.append(f"the meshes of {len(left)} links are left out")
     return writing.document_text(robot), tuple(changes)

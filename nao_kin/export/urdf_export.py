@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from nao_kin._common.documents import check_replaceable, write_document
@@ -14,8 +15,9 @@ from nao_kin.export.variants.coupling import couple
 from nao_kin.export.variants.frames import keep_frames
 from nao_kin.export.variants.inertia import make_physical
 from nao_kin.export.variants.names import name_frames
+from nao_kin.export.variants.typed import merge_balls
 from nao_kin.robot import RobotModel
-from nao_kin.urdf import UrdfTree
+from nao_kin.urdf import Inertial, Origin, UrdfTree
 
 MESHES = ("relative", "absolute", "none", "package://NAME")
 
@@ -29,6 +31,7 @@ def urdf(
     meshes: str = "relative",
     coupling: str = "mimic",
     inertia: str = "published",
+    typed: bool = False,
     force: bool = False,
 ) -> Exported:
     """Write a robot as a URDF.
@@ -47,7 +50,10 @@ def urdf(
             it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
         coupling: joints that follow another one "mimic" it, are "locked" together with it, or are "independent".
         inertia: "published", or "physical": the nearest that bodies can have, see
-            `nao_kin.export.variants.inertia.make_physical`.
+            `nao_kin.export.variants.inertia.make_physical`; and a mass of 0 in words where a link has none, for
+            PyBullet takes silence for 1 kg.
+        typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
+            do not.
         force: replace files that are there.
 
     Returns:
@@ -65,7 +71,10 @@ def urdf(
         'torso'
     """
     check_replaceable(path, force=force)
-    tree, changes = variant(robot, frames=frames, names=names, coupling=coupling, inertia=inertia)
+    tree, changes = variant(robot, frames=frames, names=names, coupling=coupling, inertia=inertia, typed=typed)
+    if inertia == "physical":
+        tree, massless = _said_massless(tree)
+        changes = (*changes, *massless)
     named, copied = _named_meshes(tree, meshes)
     text, unsaid = urdf_document(tree, named)
     files = write_document(path, text.encode(), read_files(copied), force=force)
@@ -79,6 +88,7 @@ def variant(
     names: str = "naoqi",
     coupling: str = "mimic",
     inertia: str = "published",
+    typed: bool = False,
 ) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree of a robot in a variant, and one line for each change.
 
@@ -88,6 +98,7 @@ def variant(
         names: as in `urdf`.
         coupling: as in `urdf`.
         inertia: as in `urdf`.
+        typed: as in `urdf`.
 
     Raises:
         UnknownName: no such choice of an option.
@@ -101,10 +112,21 @@ def variant(
     if not isinstance(robot, RobotModel):
         raise BadArgument(f"expected a robot model, got {quoted(robot)}")
     tree, locked = couple(robot.tree, coupling)
+    tree, balls = merge_balls(tree, typed)
     tree, gone = keep_frames(tree, frames, robot.semantics)
     tree, mended = make_physical(tree, inertia)
     tree, renamed = name_frames(tree, names, robot.semantics)
-    return tree, (*locked, *gone, *mended, *renamed)
+    return tree, (*locked, *balls, *gone, *mended, *renamed)
+
+
+def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with a mass of 0 for every link but the root that has no word about its mass."""
+    nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    silent = [link for link in tree.links if link not in tree.inertials and link != tree.root]
+    if not silent:
+        return tree, ()
+    inertials = {**tree.inertials, **dict.fromkeys(silent, nothing)}
+    return replace(tree, inertials=inertials), (f"{len(silent)} links without mass are given a mass of 0 in words",)
 
 
 def _named_meshes(tree: UrdfTree, meshes: str) -> tuple[dict[str, str] | None, dict[str, Path]]:
