@@ -331,8 +331,8 @@ def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, t
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"version": "1.0"}, BadArgument, "version must be three numbers"),
-        ({"version": 1}, BadArgument, "version must be three numbers"),
+        ({"package_version": "1.0"}, BadArgument, "package_version must be three numbers"),
+        ({"package_version": 1}, BadArgument, "package_version must be three numbers"),
         ({"maintainer": "Me"}, BadArgument, "maintainer must be as 'Name <name@example.org>', got 'Me'"),
         ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must be as"),
         ({"maintainer": None}, BadArgument, "maintainer must be as"),
@@ -368,7 +368,7 @@ def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path) -> None:
     done = nk.export.ros2(robot, folder, package="p1", samples=1)
     with pytest.raises(BadArgument, match="is there already"):
         nk.export.ros2(robot, folder, package="p1", samples=1)
-    nk.export.ros2(robot, folder, package="p1", samples=1, version="0.2.0", force=True)
+    nk.export.ros2(robot, folder, package="p1", samples=1, package_version="0.2.0", force=True)
     assert "0.2.0" in (folder / "package.xml").read_text(encoding="utf-8")
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
     with pytest.raises(BadArgument, match="it holds 1 other files, first 'notes.txt'"):

@@ -36,7 +36,7 @@ def ros2(
     path: Path | str,
     *,
     package: str | None = None,
-    version: str = "0.1.0",
+    package_version: str = "0.1.0",
     maintainer: str = NOBODY,
     license: str | None = None,
     names: str | None = None,
@@ -59,7 +59,7 @@ def ros2(
         path: the folder, best named as the package.
         package: name of the package: lower-case letters, digits and single underscores, a letter first; None for the
             robot's name and "_description".
-        version: of the package, three numbers.
+        package_version: three numbers.
         maintainer: "Name <mail address>".
         license: of the package's content, as SPDX calls it; None for the license of nao_kin's own files, and for a
             place to fill in where the robot came from elsewhere.
@@ -86,8 +86,8 @@ def ros2(
     """
     check_robot(robot)
     person = _checked_person(maintainer)
-    if not isinstance(version, str) or not _VERSION.fullmatch(version):
-        raise BadArgument(f"version must be three numbers with dots between them, as 1.0.0, got {quoted(version)}")
+    if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
+        raise BadArgument(f"package_version must be three numbers, as 1.0.0, got {quoted(package_version)}")
     if meshes not in MESHES:
         raise UnknownName("choice of meshes", meshes, MESHES)
     chosen = names or ("ros" if robot.semantics.ros_names else "naoqi")
@@ -119,7 +119,7 @@ def ros2(
     said = license or ("BSD-3-Clause" if own else _NO_LICENCE)
     texts |= {"LICENSE": _license(robot)} if own else {}
     about = f"Description of the robot {tree.name}: URDF, meshes, SRDF and a view for RViz."
-    texts["package.xml"] = ros_texts.package_xml(name, version, about, person, said, "LICENSE" if own else "")
+    texts["package.xml"] = ros_texts.package_xml(name, package_version, about, person, said, "LICENSE" if own else "")
     texts["CMakeLists.txt"] = ros_texts.cmake_lists(name, folders)
 
     files = {file: text.encode() for file, text in sorted(texts.items())}

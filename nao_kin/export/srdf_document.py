@@ -78,12 +78,11 @@ def srdf(
         BadArgument: no robot, no ROS names known, no count of samples, a file is there, or it cannot be written.
 
     Examples:
-        >>> import tempfile
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     done = nk.export.srdf(nk.load_nao(), f"{folder}/nao.srdf", samples=100)
-        ...     again = nk.RobotModel.from_urdf(nk.load_nao().urdf_path, semantics=done.path)
-        >>> again.chains["LLeg"] == nk.load_nao().chains["LLeg"]
-        True
+        >>> nao = nk.load_nao("v6")
+        >>> done = nk.export.srdf(nao, "nao.srdf", samples=100)
+        >>> again = nk.RobotModel.from_urdf(nao.urdf_path, semantics="nao.srdf")
+        >>> again.chains["LLeg"] == nao.chains["LLeg"], again.posture_names == nao.posture_names
+        (True, True)
     """
     check_replaceable(path, force=force)
     document = srdf_document(
@@ -129,7 +128,7 @@ def srdf_document(
     found = _found(contacts, reasons, count)
     return SrdfDocument(
         writing.document_text(root),
-        (*plan.notes, *contacts.notes, found, *_unsaid(body, plan, contacts, set(reasons))),
+        (*plan.notes, *contacts.notes, found, *_unsaid(body, plan, contacts, set(reasons), new)),
     )
 
 
@@ -212,7 +211,9 @@ def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int
     )
 
 
-def _unsaid(robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked: set[LinkPair]) -> list[str]:
+def _unsaid(
+    robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked: set[LinkPair], new: Mapping[str, str]
+) -> list[str]:
     """What a planner will not know, or not like."""
     lines = []
     if robot.coupled_limits:
@@ -221,7 +222,8 @@ def _unsaid(robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked
     checked = set(contacts.pairs()) - unchecked
     for name in robot.posture_names:
         touching = contacts.count(robot.posture(name)[None], checked)
-        pairs = ", ".join(f"{first} and {second}" for (first, second), count in touching.items() if count)
+        found = [pair for pair, count in touching.items() if count]
+        pairs = ", ".join(f"{new.get(first, first)} and {new.get(second, second)}" for first, second in found)
         if pairs:
             lines.append(f"in posture {quoted(name)} shapes touch that are checked, no plan can start there: {pairs}")
     for group in plan.groups:
