@@ -80,7 +80,7 @@ def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--format", "urfd"], "unknown format 'urfd' (nearest: urdf)"),
+        (["--format", "urfd"], "unknown format 'urfd' (nearest: urdf"),
         (["--format", "urdf", "--frames", "non"], "unknown choice of frames 'non' (nearest: none)"),
         (["--format", "urdf", "--names", "rose"], "unknown choice of names 'rose' (nearest: ros)"),
         (["--format", "urdf", "--coupling", "lock"], "unknown coupling 'lock' (nearest: locked)"),

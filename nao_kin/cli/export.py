@@ -21,7 +21,9 @@ def register(app: typer.Typer) -> None:
 
 def export(
     output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file or folder, - for standard output.")],
-    format_: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf or mjcf.")],
+    format_: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf, mjcf, srdf, ros2, sdf or gltf.")
+    ],
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="WHICH", help="Links on fixed joints: all, effectors or none.")
     ] = None,
@@ -30,7 +32,11 @@ def export(
     ] = None,
     meshes: Annotated[
         str | None,
-        typer.Option("--meshes", metavar="HOW", help="relative (copied), absolute, package://NAME or none."),
+        typer.Option(
+            "--meshes",
+            metavar="HOW",
+            help="relative (copied), absolute, package://NAME or none; for ros2 package or none.",
+        ),
     ] = None,
     coupling: Annotated[
         str | None,
@@ -43,6 +49,34 @@ def export(
         bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
     ] = None,
     base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="floating or fixed: the root.")] = None,
+    attachment: Annotated[
+        str | None, typer.Option("--attachment", metavar="HOW", help="srdf, sdf: the root is fixed or floating.")
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", metavar="N", help="srdf, ros2: configurations tried for contacts.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", help="srdf, ros2: of their random numbers.")
+    ] = None,
+    package: Annotated[str | None, typer.Option("--package", metavar="NAME", help="ros2: name of the package.")] = None,
+    package_version: Annotated[
+        str | None, typer.Option("--package-version", metavar="X.Y.Z", help="ros2: version of the package.")
+    ] = None,
+    maintainer: Annotated[
+        str | None, typer.Option("--maintainer", metavar="WHO", help="ros2: as 'Name <name@example.org>'.")
+    ] = None,
+    license: Annotated[
+        str | None, typer.Option("--license", metavar="NAME", help="ros2: of what is in the package.")
+    ] = None,
+    posture: Annotated[
+        str | None, typer.Option("--posture", metavar="NAME", help="gltf: the posture it stands in.")
+    ] = None,
+    motion: Annotated[
+        str | None, typer.Option("--motion", metavar="FILE", help="gltf: a motion, to be the animation.")
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option("--fps", metavar="F", help="gltf: poses per second in the animation.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace OUTPUT where it exists.")] = False,
     json: JsonOption = False,
     version: VersionOption = "v6",
@@ -63,6 +97,16 @@ def export(
         "inertia": inertia,
         "typed": typed,
         "base": base,
+        "attachment": attachment,
+        "samples": samples,
+        "seed": seed,
+        "package": package,
+        "package_version": package_version,
+        "maintainer": maintainer,
+        "license": license,
+        "posture": posture,
+        "motion": motion,
+        "fps": fps,
     }
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)
