@@ -84,7 +84,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _race(function: Function, ours: Array, theirs: list[Any], repeats: int) -> tuple[float, float]:
     """Seconds per call of each library for all motions, the best of its turns."""
-    loops = max(1, 500 // len(theirs))
+    loops = max(1, 50 // len(theirs))
     single = ours[0] if len(theirs) == 1 else ours
     calls: tuple[Callable[[], Any], ...] = (
         lambda: function.ours(single),

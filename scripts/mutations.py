@@ -592,8 +592,8 @@ _MATHEMATICS = (
         ("jacobian-without-the-derivative-of-c", "along * (dB * W + dC * W2)", "along * (dB * W)"),
         (
             "inverse-jacobian-without-the-derivative-of-d",
-            "D * (W @ V + V @ W) + along * dD * W2",
-            "D * (W @ V + V @ W)",
+            "D * WV + along * dD * W2",
+            "D * WV",
         ),
         ("whole-turns-from-far-away", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-20"),
         ("whole-turns-inverted", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-56"),

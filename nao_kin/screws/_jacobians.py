@@ -45,9 +45,8 @@ def left_jacobian(twist: ArrayLike) -> Floats:
     """
     v, omega = turns_checked(twist)
     B, C, dB, dC = (c[..., None, None] for c in jacobian_coefficients(dot(omega, omega)))
-    W, V, along = cross_matrix(omega), cross_matrix(v), dot(omega, v)[..., None, None]
-    W2 = W @ W
-    return _blocks(np.eye(3) + B * W + C * W2, B * V + C * (W @ V + V @ W) + along * (dB * W + dC * W2))
+    W, V, W2, WV, along = _products(v, omega)
+    return _blocks(np.eye(3) + B * W + C * W2, B * V + C * WV + along * (dB * W + dC * W2))
 
 
 def right_jacobian(twist: ArrayLike) -> Floats:
@@ -106,9 +105,8 @@ def left_jacobian_inverse(twist: ArrayLike) -> Floats:
     if whole.any():
         raise SingularMatrix("the Jacobian of the exponential", "‖ω‖ is a multiple of 2π", first_index(whole))
     D, dD = (c[..., None, None] for c in inverse_coefficients(square))
-    W, V, along = cross_matrix(omega), cross_matrix(v), dot(omega, v)[..., None, None]
-    W2 = W @ W
-    return _blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * (W @ V + V @ W) + along * dD * W2)
+    W, V, W2, WV, along = _products(v, omega)
+    return _blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * WV + along * dD * W2)
 
 
 def right_jacobian_inverse(twist: ArrayLike) -> Floats:
@@ -133,6 +131,17 @@ def right_jacobian_inverse(twist: ArrayLike) -> Floats:
     """
     v, omega = turns_checked(twist)
     return left_jacobian_inverse(-np.concatenate([v, omega], axis=-1))
+
+
+def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
+    """[ω×], [v×], [ω×]², [ω×][v×] + [v×][ω×] and, to multiply them by, ω·v.
+
+    [a×][b×] = b aᵀ − (a·b) 1 costs half of what a product of matrices does.
+    """
+    along, outer = dot(omega, v)[..., None, None], v[..., :, None] * omega[..., None, :]
+    W2 = omega[..., :, None] * omega[..., None, :] - dot(omega, omega)[..., None, None] * np.eye(3)
+    WV = outer + np.swapaxes(outer, -1, -2) - 2.0 * along * np.eye(3)
+    return cross_matrix(omega), cross_matrix(v), W2, WV, along
 
 
 def _blocks(J: Floats, Q: Floats) -> Floats:
