@@ -19,7 +19,7 @@ author = "The nao_kin developers"
 project_copyright = "2026, the nao_kin developers"
 version = release = nao_kin.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "sphinxcontrib.katex"]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "_generated"]
@@ -38,8 +38,13 @@ napoleon_numpy_docstring = False
 html_theme = "furo"
 html_title = f"nao_kin {release}"
 html_static_path = ["_static"]
-# Formulas are set in the browser; without a network they stay readable as TeX.
+html_css_files = ["site.css"]
 html_show_sourcelink = False
+
+# Formulas need no network: the extension brings KaTeX's program, _static/katex its style and fonts (woff2 alone). Both
+# must be of one version, which `npm pack katex@<version>` gives and a test compares.
+katex_css_path = "katex/katex.min.css"
+katex_options = "throwOnError: true"
 
 
 def _escape_bars(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:

@@ -1,0 +1,83 @@
+"""The built documentation as people meet it: from a file, without a network, on a phone, in the dark."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from site_pages import ROOT, built_site, shown
+
+KATEX = ROOT / "docs" / "_static" / "katex"
+
+# Wide pages, and all that have formulas.
+SOURCES = sorted((ROOT / "docs").glob("*.md"))
+FORMULA = re.compile(r"\$[^$\n]+\$|^\$\$|\\begin\{", re.MULTILINE)
+WITH_FORMULAS = [path.stem for path in SOURCES if FORMULA.search(path.read_text(encoding="utf-8"))]
+
+
+@pytest.fixture(scope="module")
+def site() -> Path:
+    return built_site()
+
+
+def test_the_style_of_formulas_fits_their_program(site: Path) -> None:
+    style = re.search(r'content:"(0[.\d]+)"', (KATEX / "katex.min.css").read_text(encoding="utf-8"))
+    program = re.search(r'version:"(0[.\d]+)"', (site / "_static" / "katex.min.js").read_text(encoding="utf-8"))
+    assert style is not None
+    assert program is not None
+    assert style.group(1) == program.group(1)
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("name", WITH_FORMULAS)
+def test_formulas_are_set_without_a_network(browser: Any, site: Path, name: str, dark: bool) -> None:
+    with shown(browser, site / f"{name}.html", width=390 if dark else 1280, dark=dark) as tab:
+        written = (site / f"{name}.html").read_text(encoding="utf-8").count('class="math"')
+        assert written > 0
+        tab.wait_for_function("document.querySelectorAll('.math .katex-html').length > 0")
+        assert tab.locator(".math").count() == written
+        assert tab.locator(".math:not(:has(.katex-html))").count() == 0
+        assert tab.locator(".katex-error").count() == 0
+        # What a reader sees, without the hidden MathML for screen readers and without code.
+        text = tab.evaluate(
+            """() => {
+                const page = document.querySelector('article').cloneNode(true);
+                page.querySelectorAll('pre, code, .katex-mathml').forEach((node) => node.remove());
+                return page.textContent;
+            }"""
+        )
+        assert not re.search(r"\\[(\[a-zA-Z]|\$", text), name
+        ink, paper = tab.evaluate(
+            "[document.querySelector('.katex-html'), document.body].map((node) => getComputedStyle(node))"
+            ".map((style, i) => (i ? style.backgroundColor : style.color))"
+        )
+        assert contrast(ink, paper) > 7
+        assert tab.evaluate("document.fonts.check('16px KaTeX_Math') && document.fonts.check('16px KaTeX_Main')")
+
+
+def contrast(a: str, b: str) -> float:
+    """The contrast ratio of two colours as WCAG 2.2 defines it."""
+
+    def luminance(colour: str) -> float:
+        parts = [int(number) / 255 for number in re.findall(r"\d+", colour)[:3]]
+        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+        return sum(weight * part for weight, part in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+    low, high = sorted((luminance(a), luminance(b)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def pages(site: Path) -> list[str]:
+    return sorted(str(path.relative_to(site)) for path in site.rglob("*.html") if "_static" not in path.parts)
+
+
+def test_no_page_is_wider_than_a_phone(browser: Any, site: Path) -> None:
+    wide = []
+    for name in pages(site):
+        with shown(browser, site / name, width=390) as tab:
+            over = tab.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+            if over > 0:
+                wide.append((name, over))
+    assert wide == []
