@@ -16,6 +16,10 @@ def robot_names() -> tuple[str, ...]:
 
     Raises:
         MissingExtra: example-robot-data is not installed.
+
+    Examples:
+        >>> "romeo" in nk.robot_names()
+        True
     """
     return tuple(_files())
 
@@ -31,6 +35,11 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
         MissingExtra: example-robot-data is not installed.
         UnknownName: it has no such robot.
         BadModel: the robot's file makes no model.
+
+    Examples:
+        >>> romeo = nk.load_robot("romeo")
+        >>> romeo.nv, romeo.joint_names[0]
+        (33, 'LHipYaw')
     """
     files = _files()
     if not isinstance(name, str) or name not in files:
