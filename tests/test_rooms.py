@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 from pathlib import Path
 from types import ModuleType
 
@@ -116,3 +117,17 @@ def test_a_public_room_lists_what_it_offers(name: str) -> None:
         ours = {n: getattr(v, "__module__", "") for n, v in vars(value).items() if not n.startswith("_")}
         offered = {n for n, home in ours.items() if home.startswith("nao_kin") and not home.startswith("nao_kin._")}
         assert offered <= set(value.__all__), name
+
+
+def test_no_module_takes_the_place_of_a_public_name() -> None:
+    for module in MODULES:
+        if module.stem != "__main__":
+            importlib.import_module(".".join(("nao_kin", *module.relative_to(PACKAGE).with_suffix("").parts)))
+    taken = [
+        f"{name}.{entry}"
+        for name in nao_kin.__all__
+        if isinstance(room := getattr(nao_kin, name), ModuleType)
+        for entry in room.__all__
+        if isinstance(getattr(room, entry), ModuleType)
+    ]
+    assert not taken

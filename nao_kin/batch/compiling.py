@@ -28,10 +28,16 @@ def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> 
 
 
 def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
-    """`nao_kin.batch.kernel.run` for numbers given in one precision, computed in it or in single precision."""
+    """`nao_kin.batch.program_kernel.run` for numbers given in one precision, computed in it or in single precision.
+
+    Examples:
+        >>> double = np.dtype(np.float64)
+        >>> nk.batch.kernel(double, double) is nk.batch.kernel(double, double)
+        True
+    """
     found = _kernels.get((given, computed))
     if found is None:
-        from nao_kin.batch.kernel import run, signature
+        from nao_kin.batch.program_kernel import run, signature
 
         name = _PRECISIONS[given, computed]
         made = KeptKernel(
@@ -46,5 +52,10 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
 
 
 def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of all precisions ready, so that no later call has to wait for them."""
+    """Get the kernels of all precisions ready, so that no later call has to wait for them.
+
+    Examples:
+        >>> [state.name for state in nk.batch.warm_up()]
+        ['batch kernel, double precision', 'batch kernel, double to single precision', 'batch kernel, single precision']
+    """
     return tuple(kernel(*precisions).warm_up() for precisions in _PRECISIONS)
