@@ -17,9 +17,13 @@ MODULES = sorted(
     for path in PACKAGE.rglob("*.py")
     if ">>> " in path.read_text(encoding="utf-8")
 )
+# Where a kernel is compiled, or everything is compared: some seconds, and minutes on a machine that has no kernels yet.
+LONG = ("nao_kin.crosscheck", "nao_kin.ik", "nao_kin.reach")
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith(LONG)) for name in MODULES]
+)
 def test_the_examples_of_a_module_print_what_they_say(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
