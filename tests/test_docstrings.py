@@ -17,8 +17,8 @@ MODULES = sorted(
     for path in PACKAGE.rglob("*.py")
     if ">>> " in path.read_text(encoding="utf-8")
 )
-# Where a kernel is compiled, or everything is compared: some seconds, and minutes on a machine that has no kernels yet.
-LONG = ("nao_kin.crosscheck", "nao_kin.ik", "nao_kin.reach")
+# Where kernels are compiled, all is compared or meshes are read: seconds, without kernels on the disk minutes.
+LONG = ("nao_kin.crosscheck", "nao_kin.ik", "nao_kin.reach", "nao_kin.viewer")
 
 
 @pytest.mark.parametrize(

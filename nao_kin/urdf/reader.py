@@ -35,6 +35,11 @@ def read_urdf(path: Path | str) -> UrdfTree:
 
     Raises:
         BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> sum(joint.kind != "fixed" for joint in tree.joints)
+        42
     """
     notes: list[str] = []
     document = read_document(path, notes)

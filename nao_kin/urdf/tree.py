@@ -21,6 +21,11 @@ class Inertial:
         mass: mass [kg].
         origin: centre of mass, and the axes of the tensor, in the link's frame.
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.inertials["torso"].mass
+        1.04956
     """
 
     mass: float
@@ -46,6 +51,12 @@ class UrdfJoint:
         damping: viscous torque or force per unit of speed.
         friction: dry friction torque or force.
         mimic: the joint it follows, None for a joint of its own.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> joint = next(joint for joint in tree.joints if joint.name == "RHipYawPitch")
+        >>> joint.kind, joint.mimic.joint
+        ('revolute', 'LHipYawPitch')
     """
 
     name: str
@@ -78,6 +89,11 @@ class UrdfTree:
         shared_names: name that the file gives to a link and to a joint → the name the link has here.
         notes: what was changed, one line each.
         visual_notes: what of the looks cannot be read, one line each.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.name, tree.root
+        ('nao_v6', 'base_link')
     """
 
     path: Path

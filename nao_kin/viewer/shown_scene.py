@@ -104,6 +104,13 @@ class ShownScene(Drawings):
 
         Raises:
             WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.display(nao.posture("Crouch"))
+            >>> np.array_equal(viewer.q, nao.posture("Crouch"))
+            True
         """
         array = overlays.one_configuration(self.robot, q)
         vertical = None if up is None else overlays.direction(up, "up")
@@ -121,6 +128,11 @@ class ShownScene(Drawings):
 
         Raises:
             UnknownName: no such posture.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.rest("Stand") is None
+            True
         """
         if posture not in tuple(self._presets.postures):
             raise UnknownName("posture", posture, tuple(self._presets.postures))
@@ -155,6 +167,13 @@ class ShownScene(Drawings):
             WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
             ZeroNorm: `up` is no direction.
             UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))
+            >>> viewer.save_html("down.html").name
+            'down.html'
         """
         if isinstance(qs, Motion):
             qs = qs.configurations(self.robot, rate=overlays.number(fps, "fps"), fill=fill, hips=hips).q
@@ -180,6 +199,12 @@ class ShownScene(Drawings):
 
         Raises:
             UnknownName: no such camera.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.camera("front")
+            >>> "front" in viewer.camera_names
+            True
         """
         self._check_camera(name)
         self._messages.put("camera", panel_message("camera", {"name": name}))
@@ -205,6 +230,13 @@ class ShownScene(Drawings):
 
         Raises:
             BadArgument: nothing that can be called.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> def heard(q, joints):
+            ...     print("moved in a page:", joints)
+            >>> subscription = viewer.on_change(heard)
         """
         if not callable(callback):
             raise BadArgument(f"on_change takes a function of q and joint names, got {quoted(callback)}")
@@ -223,6 +255,14 @@ class ShownScene(Drawings):
 
         Raises:
             BadArgument, WrongShape, NotFinite: fps is no positive number.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> with viewer.record() as recording:
+            ...     viewer.display(nao.posture("Crouch"))
+            >>> recording.q.shape[1]
+            25
         """
         rate = overlays.number(fps, "fps")
         if not 0.0 < rate <= 1000.0:
@@ -261,6 +301,15 @@ class ShownScene(Drawings):
             BadArgument: no robot, no name, no opacity; more than 32 robots.
             WrongShape, NotFinite, NotARotation: `at` is no pose.
             BadModel: the robot's URDF can no longer be read.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> T = np.eye(4)
+            >>> T[1, 3] = 0.5  # half a metre to the left
+            >>> other = viewer.add_robot(nao, name="second", at=T)
+            >>> other.name
+            'second'
         """
         if not isinstance(robot, (RobotModel, MultiDofModel)):
             raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
@@ -294,7 +343,13 @@ class ShownScene(Drawings):
     # --- the file ---------------------------------------------------------------------------------------------------
 
     def static_html(self) -> str:
-        """The page with all that is on show inside: it needs no server and no network."""
+        """The page with all that is on show inside: it needs no server and no network.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.static_html().startswith("<!DOCTYPE html>")
+            True
+        """
         return static_page(self.robot.name, self._messages.messages())
 
     def save_html(self, path: Path | str) -> Path:
@@ -305,6 +360,11 @@ class ShownScene(Drawings):
 
         Raises:
             BadArgument: it cannot be written.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.save_html("nao.html").stat().st_size > 1_000_000
+            True
         """
         atomic.write_text(path, self.static_html())
         return Path(path)
