@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 
 import nao_kin
 
@@ -32,8 +34,14 @@ suppress_warnings = ["ref.python"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_format = "short"
+# As they are written in the code; what they stand for takes lines.
+_ARRAYS = {"Codes": "int8", "Floats": "float64", "Integers": "int64"}
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "DTypeLike", "NDArray")} | {
+    name: f"NDArray[{kind}]" for name, kind in _ARRAYS.items()
+}
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
+strip_signature_backslash = True  # and napoleon escapes the name `as_`, which is no reference
 
 html_theme = "furo"
 html_title = f"nao_kin {release}"
@@ -47,12 +55,21 @@ katex_css_path = "katex/katex.min.css"
 katex_options = "throwOnError: true"
 
 
-def _escape_bars(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    """Absolute values in docstrings are written |x|, which reStructuredText would take for a substitution."""
-    lines[:] = [line.replace("|", r"\|") for line in lines]
+def _tidy(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Keep reStructuredText from taking |x| for a substitution and bool_ for a reference."""
+    lines[:] = [line.replace("|", r"\|").replace("np.bool_", "np.bool") for line in lines]
+
+
+def _parametrised(alias: TypeAliasForwardRef, kind: Any) -> TypeAliasForwardRef:
+    return TypeAliasForwardRef(f"{alias.name}[{getattr(kind, '__name__', kind)}]")
+
+
+# Sphinx's stand-ins for aliases say their name alone, and not within `… | None` or before brackets.
+TypeAliasForwardRef.__repr__ = lambda alias: alias.name
+TypeAliasForwardRef.__getitem__ = _parametrised
 
 
 def setup(app: Sphinx) -> None:
     """Write the tables of parameters before the pages are read."""
-    app.connect("autodoc-process-docstring", _escape_bars)
+    app.connect("autodoc-process-docstring", _tidy)
     write_tables(HERE / "_generated" / "parameters.md")
