@@ -14,7 +14,8 @@ import nao_kin
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from parameter_tables import write_tables  # noqa: E402 - found beside this file
+from docstring_markup import as_written, without_references  # noqa: E402 - found beside this file
+from parameter_tables import write_tables  # noqa: E402
 
 project = "nao_kin"
 author = "The nao_kin developers"
@@ -55,11 +56,6 @@ katex_css_path = "katex/katex.min.css"
 katex_options = "throwOnError: true"
 
 
-def _tidy(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    """Keep reStructuredText from taking |x| for a substitution and bool_ for a reference."""
-    lines[:] = [line.replace("|", r"\|").replace("np.bool_", "np.bool") for line in lines]
-
-
 def _parametrised(alias: TypeAliasForwardRef, kind: Any) -> TypeAliasForwardRef:
     return TypeAliasForwardRef(f"{alias.name}[{getattr(kind, '__name__', kind)}]")
 
@@ -71,5 +67,6 @@ TypeAliasForwardRef.__getitem__ = _parametrised
 
 def setup(app: Sphinx) -> None:
     """Write the tables of parameters before the pages are read."""
-    app.connect("autodoc-process-docstring", _tidy)
+    app.connect("autodoc-process-docstring", as_written, priority=400)
+    app.connect("autodoc-process-docstring", without_references)
     write_tables(HERE / "_generated" / "parameters.md")

@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 class Motion:
     """Joints that move through keys, each at times of its own.
 
-        nod = nk.Motion([0.0, 0.5, 1.0], ["HeadYaw", "HeadPitch"], [[0.0, 0.0], [0.3, 0.2], [0.0, 0.0]])
-        nod.sample(0.25)
-
     Before its first and after its last key a joint stands still. A motion names only the joints that it moves; what the
     others do is said where configurations are made of it.
 

@@ -214,9 +214,6 @@ class ShownScene(Drawings):
     def on_change(self, callback: ChangeCallback) -> Subscription:
         """Call a function when the robot moves in a page: by sliders, handles, postures, by a clip or key frames.
 
-            subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
-            subscription.remove()
-
         It is called in a thread of its own, never twice at once, with a copy of the newest configuration and the names
         of all joints that changed since it was called last; none where the base or the direction up alone did. It may
         take its time, and use the viewer. What it raises is logged, by the logger nao_kin.viewer.changes, and changes
@@ -226,7 +223,7 @@ class ShownScene(Drawings):
             callback: called with q, shape (nq,), and the joints' names.
 
         Returns:
-            What `remove`s it.
+            The subscription, whose `remove` ends it.
 
         Raises:
             BadArgument: nothing that can be called.
@@ -234,9 +231,8 @@ class ShownScene(Drawings):
         Examples:
             >>> nao = nk.load_nao()
             >>> viewer = nk.Viewer(nao)
-            >>> def heard(q, joints):
-            ...     print("moved in a page:", joints)
-            >>> subscription = viewer.on_change(heard)
+            >>> subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
+            >>> subscription.remove()
         """
         if not callable(callback):
             raise BadArgument(f"on_change takes a function of q and joint names, got {quoted(callback)}")
@@ -246,9 +242,7 @@ class ShownScene(Drawings):
     def record(self, fps: float = 30.0) -> Iterator[Recording]:
         """Record what is shown in a `with` block: what is displayed, dragged, and played in a page.
 
-            with viewer.record() as recording:
-                input("Move the robot in the page, then press Enter.")
-            nk.motion.write_motion(recording.motion, "wave.json")
+        Move the robot in the page inside the block, and write `recording.motion` to a file after it.
 
         Args:
             fps: configurations kept per second, at most; see `Recording` for how long ones are kept in bounded memory.

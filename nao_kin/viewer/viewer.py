@@ -32,7 +32,7 @@ class Viewer(ShownScene):
 
     The page is meshcat's viewer and a panel beside it. The browser composes the transforms of the robot's links, so
     that a configuration is all that is sent. The server runs inside this process, from the first time the address is
-    asked for until `close`; as a context manager a viewer closes itself:
+    asked for until `close`; as a context manager a viewer closes itself::
 
         with nk.Viewer(nao) as viewer:
             print(viewer.url)

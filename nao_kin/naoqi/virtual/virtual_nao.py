@@ -60,11 +60,6 @@ class State:
 class VirtualNao:
     """A NAO without a body, that answers as NAOqi does.
 
-        with nk.naoqi.VirtualNao(stepped=True) as nao:
-            nao.call("ALMotion", "wakeUp")
-            nao.call("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
-            print(nao.call("ALMotion", "getAngles", "Head", True), nao.clock.now)
-
     It is kinematics: joints go where they are told within limits and maximum speeds, nothing has weight, nothing falls
     and nothing collides. It begins in Crouch without stiffness, as a robot that was switched on.
 
