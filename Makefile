@@ -6,6 +6,7 @@
 #   make test-lowest  the fast tests with the lowest versions of all dependencies that pyproject.toml allows
 #   make coverage     all tests with branch coverage, 95 % at least
 #   make mutate       faults planted one by one, each of which a test must notice
+#   make linkcheck    whether the addresses in the docs answer (needs the network)
 #   make generate     meshes, URDFs, drawings and the page's bundle anew (needs npm)
 #   make bench        ratios to plain Pinocchio and others
 PYTHON ?= python3
@@ -18,7 +19,7 @@ LOWEST ?= .venv-lowest
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
 QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest coverage mutate docs generate check-generated bench clean
+.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest coverage mutate docs linkcheck generate check-generated bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -85,6 +86,9 @@ mutate: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
+
+linkcheck: $(STAMP)
+	$(BIN)/sphinx-build -q -b linkcheck docs docs/_build/linkcheck
 
 generate: $(STAMP)
 	cd web && npm ci --silent --no-audit --no-fund && npm run --silent build

@@ -15,6 +15,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 from docstring_markup import as_written, without_references  # noqa: E402 - found beside this file
+from live_robot import write_robot  # noqa: E402
 from parameter_tables import write_tables  # noqa: E402
 
 project = "nao_kin"
@@ -46,7 +47,7 @@ strip_signature_backslash = True  # and napoleon escapes the name `as_`, which i
 
 html_theme = "furo"
 html_title = f"nao_kin {release}"
-html_static_path = ["_static"]
+html_static_path = ["_static", "_generated/static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 
@@ -66,7 +67,8 @@ TypeAliasForwardRef.__getitem__ = _parametrised
 
 
 def setup(app: Sphinx) -> None:
-    """Write the tables of parameters before the pages are read."""
+    """Write the tables of parameters and the page with the robot before the pages are read."""
     app.connect("autodoc-process-docstring", as_written, priority=400)
     app.connect("autodoc-process-docstring", without_references)
     write_tables(HERE / "_generated" / "parameters.md")
+    write_robot(HERE / "_generated" / "static" / "robot.html")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import html
+import os
 import re
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 import pytest
 from site_pages import ROOT, built_site, shown
@@ -81,3 +84,58 @@ def test_no_page_is_wider_than_a_phone(browser: Any, site: Path) -> None:
             if over > 0:
                 wide.append((name, over))
     assert wide == []
+
+
+def test_the_robot_of_the_first_page_moves_and_lets_the_page_scroll_before_it_is_clicked(
+    browser: Any, site: Path
+) -> None:
+    with shown(browser, site / "index.html") as tab:
+        robot = tab.frame_locator(".robot iframe")
+        robot.locator("body[data-ready]").wait_for(timeout=30_000)
+        holds = "getComputedStyle(document.querySelector('.robot iframe')).pointerEvents"
+        assert tab.evaluate(holds) == "none"
+        tab.locator(".robot").click(position={"x": 30, "y": 300})
+        assert tab.evaluate(holds) == "auto"
+        robot.get_by_role("button", name="Crouch").click()
+        knee = robot.locator('.joint[data-joint="LKneePitch"] input[type="text"]')
+        tab.wait_for_function("value => value !== null", arg=knee.input_value())
+        assert float(knee.input_value()) > 90.0
+
+
+def test_without_programs_the_first_page_has_a_picture_of_the_robot(browser: Any, site: Path) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    try:
+        tab = context.new_page()
+        tab.goto((site / "index.html").as_uri())
+        assert tab.locator(".robot img").is_visible()
+        assert not tab.locator(".robot iframe").is_visible()
+    finally:
+        context.close()
+
+
+ATTRIBUTES = re.compile(r"""<[a-z]+\b[^>]*?\s(?:href|src|data)=(?:"([^"]*)"|'([^']*)')""")
+NAMED = re.compile(r"""\s(?:id|name)="([^"]*)\"""")
+
+
+def test_every_link_inside_the_site_leads_somewhere(site: Path) -> None:
+    names = pages(site)
+    texts = {name: (site / name).read_text(encoding="utf-8") for name in names}
+    anchors = {name: {html.unescape(anchor) for anchor in NAMED.findall(text)} for name, text in texts.items()}
+    broken = []
+    for name, text in texts.items():
+        for target in filter(None, map("".join, ATTRIBUTES.findall(text))):
+            url = urlsplit(html.unescape(target))
+            if url.scheme or url.netloc:
+                continue
+            path = os.path.normpath(os.path.join(os.path.dirname(name), unquote(url.path))) if url.path else name
+            anchor = unquote(url.fragment)
+            if not (site / path).is_file() or (anchor and path in anchors and anchor not in anchors[path]):
+                broken.append(f"{name}: {target}")
+    assert not broken
+
+
+def test_styles_name_files_that_are_there(site: Path) -> None:
+    for style in site.rglob("*.css"):
+        for target in re.findall(r"url\(['\"]?([^)'\"]+)", style.read_text(encoding="utf-8")):
+            if not target.startswith(("data:", "http", "#")):
+                assert (style.parent / target.split("?")[0].split("#")[0]).is_file(), f"{style.name}: {target}"
