@@ -139,3 +139,24 @@ def test_styles_name_files_that_are_there(site: Path) -> None:
         for target in re.findall(r"url\(['\"]?([^)'\"]+)", style.read_text(encoding="utf-8")):
             if not target.startswith(("data:", "http", "#")):
                 assert (style.parent / target.split("?")[0].split("#")[0]).is_file(), f"{style.name}: {target}"
+
+
+@pytest.mark.parametrize("drawing", sorted((ROOT / "docs" / "images").glob("*.svg")), ids=lambda path: path.name)
+def test_no_label_of_a_drawing_is_cut(browser: Any, drawing: Path) -> None:
+    with shown(browser, drawing) as tab:
+        outside = tab.evaluate(
+            """() => {
+                const drawing = document.documentElement;
+                drawing.querySelectorAll('text').forEach((label) => (label.style.fontFamily = 'DejaVu Sans'));
+                const [left, top, width, height] = drawing.getAttribute('viewBox').split(/[ ,]+/).map(Number);
+                return [...drawing.querySelectorAll('text')].filter((label) => {
+                    const box = label.getBBox(), m = drawing.getCTM().inverse().multiply(label.getCTM());
+                    const ends = [0, 1].map((k) => new DOMPoint(box.x + k * box.width, box.y + k * box.height));
+                    const [a, b] = ends.map((end) => end.matrixTransform(m));
+                    const xs = [a.x, b.x], ys = [a.y, b.y];
+                    return Math.min(...xs) < left || Math.max(...xs) > left + width
+                        || Math.min(...ys) < top || Math.max(...ys) > top + height;
+                }).map((label) => label.textContent);
+            }"""
+        )
+        assert outside == []
