@@ -27,7 +27,13 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphin
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "_generated"]
-nitpicky = False
+nitpicky = True
+# Types of other libraries, whose documentation a build without a network cannot ask, and names of ours that nobody
+# meets but as a value.
+nitpick_ignore_regex = [
+    ("py:class", r"(?!nao_kin\.).*"),
+    ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|KeptKernel|Question|Segments|Subscription|Tables|Task|_\w+)"),
+]
 default_role = "code"
 
 # Words such as q in a Returns section are taken for types, of which there are several.

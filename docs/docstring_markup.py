@@ -13,6 +13,8 @@ def as_written(app: object, what: str, name: str, obj: object, options: object, 
     block = example = False
     for above, line in zip(["", *lines], lines, strict=False):
         indented = line.startswith("    ")
+        if above == "Returns:" and ":" in line:
+            marked.append("    \\")  # else napoleon takes what stands before the colon for a type
         if indented and not above and marked[-2:-1] and marked[-2] and not marked[-2].startswith(" "):
             block = True
             marked += [] if marked[-2].endswith("::") else ["::", ""]

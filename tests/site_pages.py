@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,10 @@ def built_site() -> Path:
         pytest.importorskip(needed, reason="the documentation's packages are not installed")
     site = ROOT / "docs" / "_build" / "html"
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", str(ROOT / "docs"), str(site)]
-    done = subprocess.run(command, capture_output=True, text=True)
+    site.parent.mkdir(exist_ok=True)
+    with (site.parent / "tests.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # two modules of tests build it, often at once
+        done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-4000:]
     return site
 
