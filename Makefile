@@ -7,6 +7,7 @@
 #   make test-light   the wheel with the default dependencies alone answers, and says what an extra would bring
 #   make coverage     all tests with branch coverage, 95 % at least
 #   make mutate       faults planted one by one, each of which a test must notice
+#   make linkcheck    whether the addresses in the docs answer (needs the network)
 #   make generate     meshes, URDFs, drawings and the page's bundle anew (needs npm)
 #   make bench        ratios to plain Pinocchio and others
 PYTHON ?= python3
@@ -20,7 +21,7 @@ LIGHT ?= .venv-light
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
 QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs generate check-generated bench clean
+.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -101,6 +102,9 @@ mutate: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
+
+linkcheck: $(STAMP)
+	$(BIN)/sphinx-build -q -b linkcheck docs docs/_build/linkcheck
 
 generate: $(STAMP)
 	cd web && npm ci --silent --no-audit --no-fund && npm run --silent build

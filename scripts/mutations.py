@@ -735,12 +735,12 @@ _BATCH = (
         ("arc-tangent-of-a-steep-direction-not-turned", "spread(m, math.pi / 2.0) - angle, angle)", "angle, angle)"),
     ),
     *_faults(
-        "batch/kernel.py",
+        "batch/program_kernel.py",
         "test_batch_kernels.py",
         ("far-angles-left-to-the-polynomials", "if top > far:", "if top < 0:"),
     ),
     *_faults(
-        "batch/kernel.py",
+        "batch/program_kernel.py",
         "test_batch_methods.py",
         ("infinity-in-an-earlier-tile-forgotten", "peak = max(peak, top)", "peak = top"),
     ),

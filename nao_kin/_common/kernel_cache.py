@@ -41,6 +41,11 @@ class KernelState:
         seconds: how long it took to get it ready.
         compiled: whether it had to be compiled, and was not found on disk.
         folder: where it is kept; None where it could not be kept.
+
+    Examples:
+        >>> state = nk.batch.warm_up()[0]
+        >>> isinstance(state.name, str), state.seconds >= 0
+        (True, True)
     """
 
     name: str
@@ -166,6 +171,11 @@ def cache_folder() -> Path | None:
     """Where compiled kernels are kept: below NUMBA_CACHE_DIR if that is set, else in the user's cache directory.
 
     None where the user has no home.
+
+    Examples:
+        >>> folder = nk.batch.cache_folder()
+        >>> folder is None or folder.is_absolute()
+        True
     """
     named = os.environ.get("NUMBA_CACHE_DIR")
     if named:

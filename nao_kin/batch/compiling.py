@@ -29,15 +29,20 @@ def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> 
 
 
 def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
-    """`nao_kin.batch.kernel.run` for numbers given in one precision, computed in it or in single precision.
+    """`nao_kin.batch.program_kernel.run` for numbers given in one precision, computed in it or in single precision.
 
     Raises:
         MissingExtra: Numba is not installed.
+
+    Examples:
+        >>> double = np.dtype(np.float64)
+        >>> nk.batch.kernel(double, double) is nk.batch.kernel(double, double)
+        True
     """
     need_numba("a batch kernel")
     found = _kernels.get((given, computed))
     if found is None:
-        from nao_kin.batch.kernel import run, signature
+        from nao_kin.batch.program_kernel import run, signature
 
         name = _PRECISIONS[given, computed]
         made = KeptKernel(
@@ -56,5 +61,9 @@ def warm_up() -> tuple[KernelState, ...]:
 
     Raises:
         MissingExtra: Numba is not installed.
+
+    Examples:
+        >>> [state.name for state in nk.batch.warm_up()]
+        ['batch kernel, double precision', 'batch kernel, double to single precision', 'batch kernel, single precision']
     """
     return tuple(kernel(*precisions).warm_up() for precisions in _PRECISIONS)

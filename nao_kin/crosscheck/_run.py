@@ -64,6 +64,11 @@ def run(
         BadArgument: no robot, a floating base, samples or seed that are no such numbers, no `Conversions`, no steps.
         UnknownName: a step that stands in an unknown frame.
         BadModel: the robot's URDF can no longer be read.
+
+    Examples:
+        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
+        >>> report.ok
+        True
     """
     check_robot(robot)
     if conversions is not None and not isinstance(conversions, Conversions):

@@ -42,6 +42,12 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         MissingExtra: matplotlib is not installed.
         UnknownName: the robot or the motion has no such joint.
         BadArgument: no joints to draw.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> figure = nk.motion.plot(nk.load_nao(), nod)
+        >>> len(figure.axes)
+        1
     """
     need_extra("plotting a motion", "plot", "matplotlib.figure")
     from matplotlib.figure import Figure

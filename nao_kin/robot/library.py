@@ -33,9 +33,7 @@ def robot_names(*, download: bool = False) -> tuple[str, ...]:
         MissingExtra: example-robot-data is not installed; with `download`, neither of the two is.
 
     Examples:
-        >>> "romeo" in nk.robot_names()  # doctest: +SKIP
-        True
-        >>> "g1_description" in nk.robot_names(download=True)  # doctest: +SKIP
+        >>> "romeo" in nk.robot_names()
         True
     """
     if not download:
@@ -66,8 +64,9 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
         BadModel: the robot's file makes no model, or cannot be downloaded.
 
     Examples:
-        >>> nk.load_robot("romeo").nv  # doctest: +SKIP
-        61
+        >>> romeo = nk.load_robot("romeo")
+        >>> romeo.nv, romeo.joint_names[0]
+        (33, 'LHipYaw')
     """
     described = _described_names()
     try:

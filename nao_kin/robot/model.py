@@ -64,6 +64,11 @@ class RobotModel(KinematicMethods):
         coupled_limits: tables in which one joint's range depends on another's value.
 
     The limits are those of the file; changing them in `model` changes what Pinocchio knows, not what this class checks.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> isinstance(nao, nk.RobotModel), nao.name, round(float(nao.upper[0]), 3)
+        (True, 'nao_v6', 2.086)
     """
 
     def __init__(self, tree: UrdfTree, semantics: Semantics | None = None, *, base: Base = "fixed") -> None:
@@ -270,6 +275,11 @@ class RobotModel(KinematicMethods):
 
         Raises:
             UnknownName: no such joint.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.unit("HeadYaw"), nao.unit("LHand")
+            ('rad', '1')
         """
         if not isinstance(joint, str) or joint not in self._units:
             raise UnknownName("joint", joint, (*self.joint_names, *self.mimics))
@@ -282,6 +292,10 @@ class RobotModel(KinematicMethods):
 
         Zero is the configuration that the frames are defined in. It need not lie inside the limits: NAO's elbows
         stop 2° before it.
+
+        Examples:
+            >>> nk.load_nao().neutral().shape
+            (25,)
         """
         return np.array(self._neutral)
 
@@ -347,6 +361,12 @@ class RobotModel(KinematicMethods):
 
         Raises:
             BadArgument: no generator and no seed, or no batch shape.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.random(rng=0, n=(2, 3))
+            >>> q.shape, bool(nao.within_limits(q).all())
+            ((2, 3, 25), True)
         """
         try:
             generator = np.random.default_rng(rng)
@@ -405,6 +425,11 @@ class RobotModel(KinematicMethods):
 
         Returns:
             name → float, or → array of the batch shape.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.angles(nao.configuration({"HeadYaw": 0.3}))["HeadYaw"]
+            0.3
         """
         return self._coordinates.by_name(self._checked(q)[..., self._q_offset :])
 
@@ -425,6 +450,12 @@ class RobotModel(KinematicMethods):
 
         Raises:
             WrongShape, NotFinite: q is no configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.configuration({"HeadYaw": [0.0, 3.0], "LElbowRoll": -0.5, "RElbowRoll": 0.5}, limits="ignore")
+            >>> nao.within_limits(q).tolist()
+            [True, False]
         """
         inside = self._limits.inside(self._checked(q)[..., self._q_offset :])
         return inside if per_joint else np.asarray(inside.all(axis=-1))
@@ -441,6 +472,13 @@ class RobotModel(KinematicMethods):
         Raises:
             WrongShape, NotFinite: q is no configuration.
             BadArgument: `most` is no count.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("Stand")
+            >>> q[0] = 3.0
+            >>> [violation.joint for violation in nao.limit_violations(q)]
+            ['HeadYaw']
         """
         limit = None if most is None else whole_number(most, "most", 0)
         return self._limits.violations(self._checked(q)[..., self._q_offset :], most=limit)
@@ -450,11 +488,23 @@ class RobotModel(KinematicMethods):
 
         Raises:
             OutsideLimits: with the violations.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.check_limits(nao.posture("Stand")).shape
+            (25,)
         """
         return np.array(self._within(self._checked(q), "raise"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
-        """The nearest configurations inside the limits: first every joint into its box, then into its table."""
+        """The nearest configurations inside the limits: first every joint into its box, then into its table.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.clamp(nao.configuration({"HeadYaw": 3.0}, limits="ignore"))
+            >>> round(nao.angles(q)["HeadYaw"], 3)
+            2.086
+        """
         return self._within(self._checked(q), "clamp")
 
     # --- for the other rooms --------------------------------------------------------------------------------------
@@ -464,6 +514,11 @@ class RobotModel(KinematicMethods):
 
         Raises:
             UnknownName: no such frame.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> len(nao.frame_ids(["LArm", "RArm"]))
+            2
         """
         return self._frames.ids(frames)
 
@@ -562,6 +617,13 @@ def _check_policy(limits: str) -> None:
 
 
 def check_robot(robot: object) -> None:
-    """Raise `BadArgument` for what is no robot model."""
+    """Raise `BadArgument` for what is no robot model.
+
+    Examples:
+        >>> nk.robot.check_robot("nao")
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.BadArgument: robot must be a RobotModel, got str
+    """
     if not isinstance(robot, RobotModel):
         raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")

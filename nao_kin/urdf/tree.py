@@ -22,6 +22,11 @@ class Inertial:
         mass: mass [kg].
         origin: centre of mass, and the axes of the tensor, in the link's frame.
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.inertials["torso"].mass
+        1.04956
     """
 
     mass: float
@@ -47,6 +52,12 @@ class UrdfJoint:
         damping: viscous torque or force per unit of speed.
         friction: dry friction torque or force.
         mimic: the joint it follows, None for a joint of its own.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> joint = next(joint for joint in tree.joints if joint.name == "RHipYawPitch")
+        >>> joint.kind, joint.mimic.joint
+        ('revolute', 'LHipYawPitch')
     """
 
     name: str
@@ -83,6 +94,11 @@ class UrdfTree:
         collision_notes: what of them cannot be read, one line each.
         package_dirs: folders in which packages that the file names are searched first.
         expanded: the URDF that the file became, where the file is a xacro source; "" where it is what was read.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.name, tree.root
+        ('nao_v6', 'base_link')
     """
 
     path: Path
