@@ -120,7 +120,7 @@ def test_axes_in_batches_are_taken_apart_as_each_alone():
     rng = np.random.default_rng(2)
     R = random_rotations(4, seed=3)
     a1, a2 = rng.normal(size=(2, 5, 1, 3))
-    b2 = np.cross(a1, a2)
+    b2 = np.array([1.0, -1.0, 1.0, -1.0, -1.0])[:, None, None] * np.cross(a1, a2)
     found, near = davenport_angles(R, a1, b2, a2), nearest_davenport(R, a1, a2)
     assert (found.angles.shape, near.angles.shape, near.residual.shape) == ((5, 4, 3), (5, 4, 2), (5, 4))
     assert worst(matrix_from_davenport(found.angles, a1, b2, a2), R) < 4e-15

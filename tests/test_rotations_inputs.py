@@ -354,7 +354,7 @@ numbers = st.one_of(
 TINY_TO_HUGE = [*OF_MATRICES.items(), *((n, (call, head)) for n, (call, head, _) in OF_ANGLES.items())]
 
 
-@settings(PROPERTY, max_examples=600)
+@settings(PROPERTY, max_examples=1200)
 @given(data=st.data(), entry=st.sampled_from(TINY_TO_HUGE), batch=st.sampled_from([(), (1,), (3,)]))
 def test_any_numbers_give_finite_results_or_the_librarys_own_error(data, entry, batch):
     name, (call, head) = entry
