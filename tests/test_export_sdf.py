@@ -102,8 +102,11 @@ def test_mass_and_centre_of_mass_stay_and_every_inertia_is_one_that_a_body_can_h
     np.testing.assert_allclose(moment / mass, robot.com(q), atol=1e-9)
 
 
-def test_couplings_stand_in_the_words_of_gazebo_and_of_drake(tmp_path: Path) -> None:
+@pytest.mark.parametrize("which", ["v6", "made up"])
+def test_couplings_stand_in_the_words_of_gazebo_and_of_drake(which: str, tmp_path: Path) -> None:
     robot = nk.load_nao("v6")
+    if which == "made up":
+        robot = made_up(tmp_path, J("a"), J("b", follows=("a", -2.0, 0.5)))
     model = _model(nk.export.sdf(robot, tmp_path / "nao", meshes="none"))
     for joint in model.findall("joint"):
         name, mimic, drake = str(joint.get("name")), joint.find("axis/mimic"), joint.find(f"{DRAKE}mimic")
