@@ -27,6 +27,7 @@ from nao_kin.parameters import (
     Version,
     nao_parameters,
     nao_urdf_path,
+    ros_names,
     version_named,
 )
 from nao_kin.robot import Base, LimitPolicy, RobotModel
@@ -134,4 +135,5 @@ def _semantics(version: Version) -> Semantics:
         accelerometers=ACCELEROMETERS,
         gyrometers=GYROMETERS,
         force_sensors=FORCE_SENSORS,
+        ros_names=ros_names(parameters),
     )

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from nao_kin._extras import missing
 from nao_kin._text import MOST_ECHOED, abbreviated, quoted
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "NotABatch",
     "NotARotation",
     "NotCachedWarning",
+    "NotCompiledWarning",
     "NotFinite",
     "OutsideLimits",
     "RenamedFrameWarning",
@@ -54,6 +56,10 @@ class RenamedFrameWarning(NaoKinWarning):
 
 class NotCachedWarning(NaoKinWarning):
     """Compiled kernels cannot be kept on disk; every process compiles them anew."""
+
+
+class NotCompiledWarning(NaoKinWarning):
+    """Much is asked at once where Numba, which would compile it, is not installed: the answer comes, slower."""
 
 
 class StartedOverWarning(NaoKinWarning):
@@ -259,16 +265,17 @@ class BadInputFile(NaoKinError):
         super().__init__(f"{name}{where}: {reason}")
 
 
-class MissingExtra(NaoKinError):
-    """An optional package is needed and not installed.
+class MissingExtra(NaoKinError, ImportError):
+    """An optional package is needed, and is absent or does not load; an ImportError too, as Python raises.
 
     Attributes:
         extra: the name to install, as in `pip install nao-kin[extra]`.
+        reason: why it does not load though it is installed; "" where it is not.
     """
 
-    def __init__(self, purpose: str, extra: str) -> None:
-        self.extra = extra
-        super().__init__(f"{purpose} needs an optional package: pip install 'nao-kin[{extra}]'")
+    def __init__(self, purpose: str, extra: str, reason: str = "") -> None:
+        self.extra, self.reason = extra, reason
+        super().__init__(missing(purpose, extra, reason))
 
 
 class SingularMatrix(NaoKinError):

@@ -14,11 +14,13 @@ PACKAGE = Path(__file__).resolve().parent.parent / "nao_kin"
 
 # Lower rooms never import higher ones.
 ROOMS = {
+    "_extras": 1,
     "_text": 1,
     "errors": 1,
     "_common": 1,
     "rotations": 1,
     "lines": 1,
+    "screws": 1,
     "rank_one": 1,
     "batch": 2,
     "semantics": 2,

@@ -16,7 +16,7 @@ import typer
 import nao_kin
 from nao_kin._common.ending import before_ending
 from nao_kin._text import MOST_ECHOED, abbreviated
-from nao_kin.cli import check, doctor, fk, ik, info, joints, live, motion, reach, script, serve, view, warmup
+from nao_kin.cli import check, doctor, export, fk, ik, info, joints, live, motion, reach, script, serve, view, warmup
 from nao_kin.cli.options import Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
@@ -33,7 +33,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (info, joints, fk, ik, check, reach, view, serve, script, live, warmup, doctor):
+for _command in (info, joints, fk, ik, check, reach, view, export, serve, script, live, warmup, doctor):
     _command.register(app)
 app.add_typer(motion.app)
 for _registered in (*app.registered_commands, *motion.app.registered_commands):

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.compiler import has_numba
 from nao_kin.crosscheck.by_hand import HandRolled, Step
 from nao_kin.crosscheck.comparisons import LEFT_OUT, Conversions, difference, largest
 from nao_kin.crosscheck.mujoco_oracle import Oracle
@@ -50,6 +51,8 @@ class PoseChecks:
         self._by_hand_pinocchio = Tally("pose in the root, by hand", "Pinocchio")
         self._by_hand_second = Tally("pose in the root, by hand", second.name, note=note)
         self._pinocchio_second = Tally("pose in the root, by Pinocchio", second.name, note=note)
+        # Without Numba there are no kernels, and Pinocchio would be compared with itself.
+        self._has_kernels = has_numba()
         self._robot_pinocchio = Tally("pose in the root, by the robot", "pin.framesForwardKinematics")
         self._kernels_pinocchio = Tally("pose in the root, by the batch kernels", "pin.framesForwardKinematics")
         self._elementary = {axis: Tally(f"rot_{axis}", "pin.AngleAxis") for axis in _AXES}
@@ -62,7 +65,7 @@ class PoseChecks:
     def tallies(self) -> list[Tally]:
         """The rows, in the order of the report."""
         poses = [self._by_hand_pinocchio, self._by_hand_second, self._pinocchio_second]
-        poses += [self._robot_pinocchio, self._kernels_pinocchio]
+        poses += [self._robot_pinocchio, *([self._kernels_pinocchio] if self._has_kernels else [])]
         elementary = self._elementary.values() if self._robot.joint_names else ()
         return [*poses, self._names, *self._steps.tallies, *elementary]
 
@@ -84,8 +87,9 @@ class PoseChecks:
         self._by_hand_second.add(_pose_difference(by_hand[:, self._columns], second), first, self._shared)
         self._pinocchio_second.add(_pose_difference(direct[:, self._columns], second), first, self._shared)
         self._robot_pinocchio.add(_pose_difference(T, direct), first, self.frames)
-        kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
-        self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
+        if self._has_kernels:
+            kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
+            self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
         self._steps.add(direct, q, first)
         for axis, tally in self._elementary.items():
             tally.compare(

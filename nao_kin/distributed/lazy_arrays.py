@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from nao_kin._common.optional import need_extra
 from nao_kin._text import quoted
 from nao_kin.distributed.pickled_robot import PickledRobot
-from nao_kin.errors import BadArgument, MissingExtra, NaoKinError, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import Expression, PoseForm, RobotModel, check_robot
 
 if TYPE_CHECKING:
@@ -160,12 +161,11 @@ def _mapped(
     *rates: Array,
 ) -> Array:
     """The dask array of a method's results, one task for each chunk of q and of what else it takes."""
-    try:
-        from dask.array import map_blocks
-        from dask.delayed import delayed
-        from dask.tokenize import tokenize
-    except ModuleNotFoundError:
-        raise MissingExtra("nao_kin.distributed", "dask") from None
+    need_extra("nao_kin.distributed", "dask", "dask.array")
+    from dask.array import map_blocks
+    from dask.delayed import delayed
+    from dask.tokenize import tokenize
+
     check_robot(robot)
     q = _checked(q, robot.nq, "q")
     rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))

@@ -34,6 +34,7 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
 
     Raises:
         UnknownName: no such kernel.
+        MissingExtra: Numba is not installed.
     """
     wanted = KERNELS if names is None else tuple(names)
     for name in wanted:

@@ -35,6 +35,7 @@ from nao_kin.parameters.robot_parameters import (
     nao_parameters,
     version_named,
 )
+from nao_kin.parameters.ros_names import ros_names
 from nao_kin.parameters.rows import (
     SOURCES,
     VERSIONS,
@@ -107,6 +108,7 @@ __all__ = [
     "colours_of",
     "nao_parameters",
     "nao_urdf_path",
+    "ros_names",
     "urdf_name",
     "urdf_text",
     "version_named",

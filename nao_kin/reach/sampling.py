@@ -127,12 +127,14 @@ def _prepared(
 
 
 def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of reach maps ready, so that no later call has to wait for them."""
+    """Get the kernels of reach maps ready, so that no later call has to wait for them.
+
+    Raises:
+        MissingExtra: Numba is not installed.
+    """
     from nao_kin.reach import _kernels
 
-    return tuple(
-        kernel.warm_up() for kernel in (_kernels.joint_values, _kernels.hands, _kernels.places, _kernels.tally)
-    )
+    return tuple(kernel.warm_up() for kernel in _kernels.KERNELS)
 
 
 class _Counter:
@@ -141,8 +143,10 @@ class _Counter:
     def __init__(
         self, chain: ChainTables, settings: ReachSettings, first: tuple[int, int, int], shape: tuple[int, int, int]
     ) -> None:
-        from nao_kin.reach import _kernels  # compiles
+        from nao_kin.reach import _kernels
 
+        for kernel in _kernels.KERNELS:
+            kernel.ready()  # here, and not in a thread, where nobody listens
         self._kernels, self._chain, self._settings = _kernels, chain, settings
         self._grid = _kernels.VoxelGrid(settings.voxel, first, shape)
         self._lock = threading.Lock()

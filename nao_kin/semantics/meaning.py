@@ -158,6 +158,8 @@ class Semantics:
         accelerometers: frames of sensors that measure acceleration along their axes.
         gyrometers: frames of sensors that measure angular velocity about their axes.
         force_sensors: frames of sensors that measure the force pressed on them from outside, along their z axis.
+        ros_names: name of a link, a joint or the robot → its name in the robot's published ROS description, where that
+            is another one; links of one name there are one link there.
 
     Raises:
         BadArgument: a part of another kind, or a unit that is none of the three.
@@ -178,9 +180,11 @@ class Semantics:
     accelerometers: tuple[str, ...] = ()
     gyrometers: tuple[str, ...] = ()
     force_sensors: tuple[str, ...] = ()
+    ros_names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name, kind in (("chains", Iterable), ("postures", Posture), ("units", str), ("views", View)):
+        kinds = {"chains": Iterable, "postures": Posture, "units": str, "views": View, "ros_names": str}
+        for name, kind in kinds.items():
             object.__setattr__(self, name, _mapping(getattr(self, name), name, kind))
         chains = {name: _several(joints, f"chain {quoted(name)}", str) for name, joints in self.chains.items()}
         object.__setattr__(self, "chains", MappingProxyType(chains))

@@ -33,6 +33,9 @@ l_gripper = "1"
 [fields_of_view]
 camera = [0.98, 0.76]                # horizontal and vertical [rad]
 
+[ros_names]
+l_hand = "l_gripper"                 # where the ROS description of the robot has another name
+
 [views.hands]
 direction = [1.0, 0.2, 0.5]
 joints = ["l_wrist", "r_wrist"]
@@ -179,4 +182,5 @@ _READERS: dict[str, _Reader] = {
     "accelerometers": _names,
     "gyrometers": _names,
     "force_sensors": _names,
+    "ros_names": _table_of(_text),
 }

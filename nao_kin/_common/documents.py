@@ -1,0 +1,116 @@
+"""A document and the files that it names, put beside each other whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from nao_kin._common import atomic
+from nao_kin._common.ending import before_ending, uninterrupted
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import BadArgument
+
+
+def check_replaceable(path: Path | str, *, force: bool) -> None:
+    """Raise what `write_document` would raise for the document alone, before the work whose result it is.
+
+    Raises:
+        BadArgument: no path, a file that is there, or one that cannot be written.
+    """
+    atomic.check_writable(path)
+    target = atomic.replaced_file(path)
+    if target is not None and target.exists() and not force:
+        raise BadArgument(f"{abbreviated(path)} is there already; force=True (--force) replaces it")
+
+
+def write_document(
+    path: Path | str, content: bytes, beside: Mapping[str, bytes] | None = None, *, force: bool = False
+) -> tuple[Path, ...]:
+    """Write a document, and files in its folder that it names.
+
+    All of them are written to a folder of their own first and get to their places by renames, the document last. Files
+    beside it that are there already with the same content stay as they are.
+
+    Args:
+        path: the document.
+        content: what it holds.
+        beside: name relative to the document's folder, with "/" between folders → content.
+        force: replace what is there.
+
+    Returns:
+        The document, and the files beside it in the given order.
+
+    Raises:
+        BadArgument: no path, a file is there and may not be replaced, or one cannot be written.
+    """
+    beside = beside or {}
+    check_replaceable(path, force=force)
+    target = atomic.replaced_file(path)
+    if target is None:
+        if beside:
+            raise BadArgument(f"{abbreviated(path)} takes one file, and {len(beside)} are to stand beside it")
+        atomic.write_bytes(path, content)
+        return (Path(path),)
+    folder = Path(path).parent
+    try:
+        fresh = {name: data for name, data in beside.items() if not _is_there(folder / name, data, force)}
+        _put(folder, fresh, path, content)
+    except OSError as error:
+        raise BadArgument(f"cannot write {abbreviated(path)}: {error.strerror or error}") from None
+    except ValueError as error:  # a name that no system takes
+        raise BadArgument(f"cannot write {quoted(path)}: {error}") from None
+    return (Path(path), *(folder / name for name in beside))
+
+
+def _is_there(file: Path, data: bytes, force: bool) -> bool:
+    """Whether the file is there with this content.
+
+    Raises:
+        BadArgument: it is there with another one, and may not be replaced.
+    """
+    if not file.exists():
+        return False
+    if file.is_file() and file.stat().st_size == len(data) and file.read_bytes() == data:
+        return True
+    if not force or not file.is_file():
+        raise BadArgument(f"{abbreviated(file)} is there with another content; force=True (--force) replaces it")
+    return False
+
+
+def _put(folder: Path, beside: Mapping[str, bytes], path: Path | str, content: bytes) -> None:
+    fresh = folder / f".nao_kin-{secrets.token_hex(8)}"
+    made: list[Path] = []
+
+    def undo() -> None:
+        shutil.rmtree(fresh, ignore_errors=True)
+        for there in reversed(made):
+            there.rmdir() if there.is_dir() else there.unlink(missing_ok=True)
+        made.clear()
+
+    take_back = before_ending(undo)
+    try:
+        for name, data in beside.items():
+            file = fresh / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(data)
+        with uninterrupted():
+            for name in beside:
+                _make_folders((folder / name).parent, made)
+                if not (folder / name).exists():
+                    made.append(folder / name)
+                os.replace(fresh / name, folder / name)
+            atomic.write_bytes(path, content)
+            made.clear()
+    finally:
+        undo()
+        take_back()
+
+
+def _make_folders(folder: Path, made: list[Path]) -> None:
+    missing = [parent for parent in (folder, *folder.parents) if not parent.exists()]
+    for parent in reversed(missing):
+        parent.mkdir()
+        made.append(parent)

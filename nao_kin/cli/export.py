@@ -1,0 +1,120 @@
+"""`nao-kin export`: a robot in the formats of other tools."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from nao_kin._common import atomic
+from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.output import print_json, print_note
+from nao_kin.errors import BadArgument
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(
+        "export", epilog="Example: nao-kin export nao.urdf --format urdf --frames none --inertia physical --version v6"
+    )(export)
+
+
+def export(
+    output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file or folder, - for standard output.")],
+    format_: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf, mjcf, srdf, ros2, sdf or gltf.")
+    ],
+    frames: Annotated[
+        str | None, typer.Option("--frames", metavar="WHICH", help="Links on fixed joints: all, effectors or none.")
+    ] = None,
+    names: Annotated[
+        str | None, typer.Option("--names", metavar="WHOSE", help="Names of links and joints: naoqi or ros.")
+    ] = None,
+    meshes: Annotated[
+        str | None,
+        typer.Option(
+            "--meshes",
+            metavar="HOW",
+            help="relative (copied), absolute, package://NAME or none; for ros2 package or none.",
+        ),
+    ] = None,
+    coupling: Annotated[
+        str | None,
+        typer.Option("--coupling", metavar="HOW", help="Joints that follow others: mimic, locked or independent."),
+    ] = None,
+    inertia: Annotated[
+        str | None, typer.Option("--inertia", metavar="WHICH", help="published, or physical: mended for simulators.")
+    ] = None,
+    typed: Annotated[
+        bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
+    ] = None,
+    base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="floating or fixed: the root.")] = None,
+    attachment: Annotated[
+        str | None, typer.Option("--attachment", metavar="HOW", help="srdf, sdf: the root is fixed or floating.")
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", metavar="N", help="srdf, ros2: configurations tried for contacts.")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", help="srdf, ros2: of their random numbers.")
+    ] = None,
+    package: Annotated[str | None, typer.Option("--package", metavar="NAME", help="ros2: name of the package.")] = None,
+    package_version: Annotated[
+        str | None, typer.Option("--package-version", metavar="X.Y.Z", help="ros2: version of the package.")
+    ] = None,
+    maintainer: Annotated[
+        str | None, typer.Option("--maintainer", metavar="WHO", help="ros2: as 'Name <name@example.org>'.")
+    ] = None,
+    license: Annotated[
+        str | None, typer.Option("--license", metavar="NAME", help="ros2: of what is in the package.")
+    ] = None,
+    posture: Annotated[
+        str | None, typer.Option("--posture", metavar="NAME", help="gltf: the posture it stands in.")
+    ] = None,
+    motion: Annotated[
+        str | None, typer.Option("--motion", metavar="FILE", help="gltf: a motion, to be the animation.")
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option("--fps", metavar="F", help="gltf: poses per second in the animation.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace OUTPUT where it exists.")] = False,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+) -> None:
+    """Write a robot for another tool; what differs from the robot is said, line by line."""
+    from nao_kin import export as exports
+
+    output = "/dev/stdout" if output == "-" else output
+    if atomic.leads_to_standard_output(output) and json:
+        raise BadArgument(f"{output} and --json both write to standard output; give one")
+    given = {
+        "frames": frames,
+        "names": names,
+        "meshes": meshes,
+        "coupling": coupling,
+        "inertia": inertia,
+        "typed": typed,
+        "base": base,
+        "attachment": attachment,
+        "samples": samples,
+        "seed": seed,
+        "package": package,
+        "package_version": package_version,
+        "maintainer": maintainer,
+        "license": license,
+        "posture": posture,
+        "motion": motion,
+        "fps": fps,
+    }
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    exports.check_options(format_, chosen)
+    done = exports.write(load(version, urdf, robot), output, format_, force=force, **chosen)
+    for change in done.changes:
+        print_note(change)
+    if json:
+        files = [str(file) for file in done.files]
+        print_json({"path": str(done.path), "format": format_, "files": files, "changes": list(done.changes)})
+    elif not atomic.leads_to_standard_output(output):
+        print(done.path)

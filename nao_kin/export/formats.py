@@ -1,0 +1,84 @@
+"""The formats that a robot is written in, and the options that each takes."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from nao_kin.errors import BadArgument, UnknownName, nearest_names
+from nao_kin.export.exported import Exported
+from nao_kin.export.gltf_scene import gltf
+from nao_kin.export.mujoco import mjcf
+from nao_kin.export.ros_package import ros2
+from nao_kin.export.sdf_model import sdf
+from nao_kin.export.srdf_document import srdf
+from nao_kin.export.urdf_export import urdf
+from nao_kin.robot import RobotModel
+
+# A format is a function of a robot and a path; its options are what it takes by name only.
+FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType(
+    {"urdf": urdf, "mjcf": mjcf, "srdf": srdf, "ros2": ros2, "sdf": sdf, "gltf": gltf}
+)
+
+
+def options(format: str) -> dict[str, Any]:
+    """The options that a format takes, each with its default; "force", which all take, is not among them.
+
+    Raises:
+        UnknownName: no such format.
+
+    Examples:
+        >>> nk.export.options("urdf")["coupling"]
+        'mimic'
+    """
+    parameters = inspect.signature(_function(format)).parameters.values()
+    return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "force"}
+
+
+def write(robot: RobotModel, path: Path | str, format: str, *, force: bool = False, **chosen: Any) -> Exported:
+    """Write a robot in a format.
+
+    Args:
+        robot: any robot.
+        path: the file or folder to write.
+        format: one of `FORMATS`.
+        force: replace what is there.
+        **chosen: options of the format.
+
+    Raises:
+        UnknownName: no such format.
+        BadArgument: an option that the format does not take; and what the format itself refuses.
+
+    Examples:
+        >>> nk.export.write(nk.load_nao("v6"), "nao.urdf", "urdf", meshes="none").changes
+        ('the meshes of 41 links are left out',)
+    """
+    check_options(format, chosen)
+    return _function(format)(robot, path, force=force, **chosen)
+
+
+def check_options(format: str, chosen: Iterable[str]) -> None:
+    """Refuse options that a format does not take, before the robot is read.
+
+    Raises:
+        UnknownName: no such format.
+        BadArgument: an option that the format does not take.
+
+    Examples:
+        >>> nk.export.check_options("urdf", ["frames", "names"])
+    """
+    known = options(format)
+    for name in chosen:
+        if name not in known:
+            near = ", ".join(nearest_names(name, known))
+            advice = f"nearest: {near}" if near else f"it takes {', '.join(known)}" if known else "it takes none"
+            raise BadArgument(f"the format {format} has no option {name} (--{name.replace('_', '-')}); {advice}")
+
+
+def _function(format: str) -> Callable[..., Exported]:
+    if not isinstance(format, str) or format not in FORMATS:
+        raise UnknownName("format", format, tuple(FORMATS))
+    return FORMATS[format]

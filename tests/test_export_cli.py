@@ -1,0 +1,114 @@
+"""`nao-kin export`, as people use it, and wrong words."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.cli.export import export as command
+
+
+def said(capsys: pytest.CaptureFixture, *arguments: str) -> tuple[str, list[str]]:
+    """What is printed, and the lines beside it."""
+    assert run(["export", *arguments]) == 0
+    out, err = capsys.readouterr()
+    return out, [line.removeprefix("nao-kin: ") for line in err.splitlines()]
+
+
+def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["export", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nao-kin: ")
+    assert err.count("\n") == 1
+    return str(err)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_command_offers_every_option_of_every_format() -> None:
+    taken = set(inspect.signature(command).parameters)
+    for name in nk.export.FORMATS:
+        assert set(nk.export.options(name)) <= taken, name
+
+
+def test_every_format_takes_force_and_has_a_default_for_each_option() -> None:
+    for name, function in nk.export.FORMATS.items():
+        assert inspect.signature(function).parameters["force"].default is False, name
+        assert inspect.Parameter.empty not in nk.export.options(name).values(), name
+
+
+def test_the_file_is_named_and_the_changes_are_said(capsys: pytest.CaptureFixture) -> None:
+    out, notes = said(capsys, "nao.urdf", "--format", "urdf", "--frames", "none", "--inertia", "physical")
+    assert out == "nao.urdf\n"
+    assert notes[0] == "base_link has neither mass nor shapes: torso is the root instead of it"
+    assert "l_wrist: mass 0.18533 → 0.183477 kg, the rest given to what it carries" in notes
+    assert len(os.listdir("meshes")) == 64
+
+
+def test_json_has_the_files_and_the_changes(capsys: pytest.CaptureFixture) -> None:
+    out, notes = said(capsys, "nao.urdf", "--format", "urdf", "--coupling", "locked", "--meshes", "none", "--json")
+    document = json.loads(out)
+    assert document["path"] == "nao.urdf"
+    assert document["files"] == ["nao.urdf"]
+    assert document["changes"] == notes
+    assert "LHipYawPitch is fixed at 0, and with it what follows it: RHipYawPitch" in notes
+
+
+def test_a_version_or_another_robot_is_exported(capsys: pytest.CaptureFixture) -> None:
+    said(capsys, "five.urdf", "--format", "urdf", "--version", "v5", "--names", "ros", "--meshes", "package://nao")
+    assert nk.urdf.read_urdf("five.urdf").name == "NaoH25V50"
+    said(capsys, "again.urdf", "--format", "urdf", "--urdf", "five.urdf", "--meshes", "none")
+    assert nk.urdf.read_urdf("again.urdf").name == "NaoH25V50"
+
+
+def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:
+    assert run(["export", "-", "--format", "urdf", "--meshes", "none"]) == 0
+    assert capfd.readouterr().out.startswith('<?xml version="1.0" encoding="utf-8"?>\n<robot name="nao_v6">')
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--format", "urfd"], "unknown format 'urfd' (nearest: urdf"),
+        (["--format", "urdf", "--frames", "non"], "unknown choice of frames 'non' (nearest: none)"),
+        (["--format", "urdf", "--names", "rose"], "unknown choice of names 'rose' (nearest: ros)"),
+        (["--format", "urdf", "--coupling", "lock"], "unknown coupling 'lock' (nearest: locked)"),
+        (["--format", "urdf", "--inertia", ""], "unknown choice of inertias '' (valid: published, physical)"),
+        (["--format", "urdf", "--meshes", "package:/x"], "unknown choice of meshes 'package:/x'"),
+        (["--format", "urdf", "--version", "v7"], "unknown NAO version 'v7'"),
+        (["--format", "urdf", "--format", "urdf"], "--format is given twice"),
+        ([], "Missing option '--format'"),
+    ],
+)
+def test_what_cannot_be_is_one_line_and_nothing_is_written(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture
+) -> None:
+    assert message in refused(capsys, "nao.urdf", *arguments)
+    assert os.listdir() == []
+
+
+def test_a_file_that_is_there_is_replaced_by_force_only(capsys: pytest.CaptureFixture) -> None:
+    arguments = ("nao.urdf", "--format", "urdf", "--meshes", "none")
+    said(capsys, *arguments)
+    assert refused(capsys, *arguments) == "nao-kin: nao.urdf is there already; force=True (--force) replaces it\n"
+    said(capsys, *arguments, "--force")
+
+
+def test_places_that_take_no_file_are_named(capsys: pytest.CaptureFixture) -> None:
+    os.mkdir("there")
+    assert "cannot write there: it is a folder" in refused(capsys, "there", "--format", "urdf")
+    assert "No such file or directory" in refused(capsys, "gone/nao.urdf", "--format", "urdf")
+    assert "both write to standard output" in refused(capsys, "-", "--format", "urdf", "--json")
+    assert "takes one file, and 64 are to stand beside it" in refused(capsys, "-", "--format", "urdf")
+    assert os.listdir() == ["there"]
