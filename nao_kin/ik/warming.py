@@ -34,8 +34,7 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
 
     Raises:
         UnknownName: no such kernel.
-            MissingExtra: Numba is not installed.
-
+        MissingExtra: Numba is not installed.
 
     Examples:
         >>> [state.name for state in nk.ik.warm_up(["heads"])]
