@@ -74,6 +74,8 @@ class _Reader:
         # Body → its motions, and its pose in the frame of the last one.
         self.moves = {body: motions(self.model, body) for body in self.bodies if body != self.root}
         self.taken = set[str]()
+        # Site that has its own name → its body, and its pose there.
+        self.placed: dict[str, tuple[int, Floats]] = {}
 
     def read(self) -> tuple[UrdfTree, Semantics]:
         """The tree and the semantics."""
@@ -199,11 +201,16 @@ class _Reader:
             T = pose(getattr(self.model, f"{prefix}_pos")[index], getattr(self.model, f"{prefix}_quat")[index])
             if kind == "camera":
                 T[:3, :3] = T[:3, :3] @ R_CAMERA_FRAME
+            placed = self.placed.get(name)
+            if placed is not None and placed[0] == body and np.allclose(placed[1], T, rtol=0.0, atol=1e-9):
+                found[index] = name  # a camera in a site of its name: one frame
+                continue
             if name in self.taken:
                 renamed.append(name)
                 found[index] = self._fresh(name, f"_{kind}")
             else:
                 self.taken.add(name)
+                self.placed[name] = body, T
                 found[index] = name
             joints.append(self._fixed(self.links[body], found[index], T))
         if renamed:
@@ -238,7 +245,8 @@ class _Reader:
                 )
 
     def _note_unlimited(self, joints: list[UrdfJoint]) -> None:
-        names = [joint.name for joint in joints if joint.kind != "fixed" and np.isinf(joint.upper - joint.lower)]
+        own = (joint for joint in joints if joint.kind != "fixed" and joint.mimic is None)
+        names = [joint.name for joint in own if np.isinf(joint.upper - joint.lower)]
         if names:
             self.notes.append(f"joints without limits: {abbreviated(', '.join(names))}")
 
