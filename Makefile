@@ -4,8 +4,10 @@
 # And while working:
 #   make quick        lint and the fast tests, half a minute
 #   make test-lowest  the fast tests with the lowest versions of all dependencies that pyproject.toml allows
+#   make test-light   the wheel with the default dependencies alone answers, and says what an extra would bring
 #   make coverage     all tests with branch coverage, 95 % at least
 #   make mutate       faults planted one by one, each of which a test must notice
+#   make linkcheck    whether the addresses in the docs answer (needs the network)
 #   make generate     meshes, URDFs, drawings and the page's bundle anew (needs npm)
 #   make bench        ratios to plain Pinocchio and others
 PYTHON ?= python3
@@ -15,10 +17,11 @@ BIN := $(VENV)/bin
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 2) + 1)
 STAMP := $(VENV)/.installed
 LOWEST ?= .venv-lowest
+LIGHT ?= .venv-light
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
 QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest coverage mutate docs generate check-generated bench clean
+.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -77,6 +80,20 @@ $(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py | $(STAMP)
 test-lowest: $(LOWEST)/.installed
 	$(LOWEST)/bin/python -m pytest -n auto $(QUICK)
 
+$(LIGHT)/.installed: pyproject.toml | $(STAMP)
+	$(PYTHON) -m venv $(LIGHT)
+	$(BIN)/python -m build --wheel --no-isolation --outdir $(LIGHT)/dist . >/dev/null
+	$(LIGHT)/bin/$(PIP_INSTALL) $(LIGHT)/dist/*.whl pytest
+	touch $@
+
+# The wheel of now, tried outside of the checkout.
+test-light: $(LIGHT)/.installed
+	rm -rf $(LIGHT)/dist
+	$(BIN)/python -m build --wheel --no-isolation --outdir $(LIGHT)/dist . >/dev/null
+	$(LIGHT)/bin/$(PIP_INSTALL) --force-reinstall --no-deps $(LIGHT)/dist/*.whl
+	cd $(LIGHT) && bin/python -I -m pytest -q --noconftest -p no:cacheprovider -c /dev/null --rootdir . \
+	  $(CURDIR)/tests/test_default_install.py
+
 coverage: $(STAMP)
 	$(BIN)/pytest -n auto --dist loadfile --cov --cov-report=term --cov-report=html:build/coverage
 
@@ -85,6 +102,9 @@ mutate: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
+
+linkcheck: $(STAMP)
+	$(BIN)/sphinx-build -q -b linkcheck docs docs/_build/linkcheck
 
 generate: $(STAMP)
 	cd web && npm ci --silent --no-audit --no-fund && npm run --silent build
@@ -102,6 +122,8 @@ check-generated: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py
 	$(BIN)/python benchmarks/bench_rotations.py
+	$(BIN)/python benchmarks/bench_rotation_functions.py
+	$(BIN)/python benchmarks/bench_screws.py
 	$(BIN)/python benchmarks/bench_viewer.py
 	$(BIN)/python benchmarks/bench_batch.py
 	$(BIN)/python benchmarks/bench_loops.py
@@ -114,4 +136,4 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_naoqi.py
 
 clean:
-	rm -rf $(VENV) $(LOWEST) .coverage docs/_build build dist web/node_modules .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(LOWEST) $(LIGHT) .coverage docs/_build build dist web/node_modules .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -110,7 +110,9 @@ def main(arguments: list[str] | None = None) -> None:
     for count in options.counts:
         inputs = _inputs(count)
         for conversion in CONVERSIONS:
-            ours, theirs = _race(conversion, inputs[conversion.source], options.repeats)
+            values = inputs[conversion.source]
+            loops = max(1, 2_000 // max(1, values.size // 9))
+            ours, theirs = race(conversion.ours, conversion.scipy, values, loops, options.repeats)
             target = {1: conversion.at_one, 1_000_000: conversion.at_million}.get(count)
             ratio = theirs / ours
             rows.append(
@@ -143,12 +145,13 @@ def _inputs(count: int) -> dict[str, Array]:
     return {name: values[0] if count == 1 else values for name, values in forms.items()}
 
 
-def _race(conversion: Conversion, values: Array, repeats: int) -> tuple[float, float]:
+def race(
+    ours: Callable[[Any], Any], theirs: Callable[[Any], Any], values: object, loops: int, repeats: int
+) -> tuple[float, float]:
     """Seconds per call of each library, the best of its turns."""
-    loops = max(1, 2_000 // max(1, values.size // 9))
     best = [float("inf"), float("inf")]
     for _ in range(repeats):
-        for i, convert in enumerate((conversion.ours, conversion.scipy)):
+        for i, convert in enumerate((ours, theirs)):
             start = time.perf_counter()
             for _ in range(loops):
                 convert(values)

@@ -4,26 +4,36 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 
 import nao_kin
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from parameter_tables import write_tables  # noqa: E402 - found beside this file
+from docstring_markup import as_written, without_references  # noqa: E402 - found beside this file
+from live_robot import write_robot  # noqa: E402
+from parameter_tables import write_tables  # noqa: E402
 
 project = "nao_kin"
 author = "The nao_kin developers"
 project_copyright = "2026, the nao_kin developers"
 version = release = nao_kin.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design", "sphinxcontrib.katex"]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "_generated"]
-nitpicky = False
+nitpicky = True
+# Types of other libraries, whose documentation a build without a network cannot ask, and names of ours that nobody
+# meets but as a value.
+nitpick_ignore_regex = [
+    ("py:class", r"(?!nao_kin\.).*"),
+    ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|KeptKernel|Question|Segments|Subscription|Tables|Task|_\w+)"),
+]
 default_role = "code"
 
 # Words such as q in a Returns section are taken for types, of which there are several.
@@ -32,22 +42,39 @@ suppress_warnings = ["ref.python"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_format = "short"
+# As they are written in the code; what they stand for takes lines.
+_ARRAYS = {"Codes": "int8", "Floats": "float64", "Integers": "int64"}
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "DTypeLike", "NDArray")} | {
+    name: f"NDArray[{kind}]" for name, kind in _ARRAYS.items()
+}
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
+strip_signature_backslash = True  # and napoleon escapes the name `as_`, which is no reference
 
 html_theme = "furo"
 html_title = f"nao_kin {release}"
-html_static_path = ["_static"]
-# Formulas are set in the browser; without a network they stay readable as TeX.
+html_static_path = ["_static", "_generated/static"]
+html_css_files = ["site.css"]
 html_show_sourcelink = False
 
+# Formulas need no network: the extension brings KaTeX's program, _static/katex its style and fonts (woff2 alone). Both
+# must be of one version, which `npm pack katex@<version>` gives and a test compares.
+katex_css_path = "katex/katex.min.css"
+katex_options = "throwOnError: true"
 
-def _escape_bars(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    """Absolute values in docstrings are written |x|, which reStructuredText would take for a substitution."""
-    lines[:] = [line.replace("|", r"\|") for line in lines]
+
+def _parametrised(alias: TypeAliasForwardRef, kind: Any) -> TypeAliasForwardRef:
+    return TypeAliasForwardRef(f"{alias.name}[{getattr(kind, '__name__', kind)}]")
+
+
+# Sphinx's stand-ins for aliases say their name alone, and not within `… | None` or before brackets.
+TypeAliasForwardRef.__repr__ = lambda alias: alias.name
+TypeAliasForwardRef.__getitem__ = _parametrised
 
 
 def setup(app: Sphinx) -> None:
-    """Write the tables of parameters before the pages are read."""
-    app.connect("autodoc-process-docstring", _escape_bars)
+    """Write the tables of parameters and the page with the robot before the pages are read."""
+    app.connect("autodoc-process-docstring", as_written, priority=400)
+    app.connect("autodoc-process-docstring", without_references)
     write_tables(HERE / "_generated" / "parameters.md")
+    write_robot(HERE / "_generated" / "static" / "robot.html")

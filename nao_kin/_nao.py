@@ -43,6 +43,11 @@ class NaoModel(RobotModel):
     Attributes:
         version: "v3.2" … "v6".
         body_order: NAOqi's 26 joint names in the order of "Body".
+
+    Examples:
+        >>> nao = nk.NaoModel("v5")
+        >>> nao.version, nao.nv, nao.body_order[-1]
+        ('v5', 25, 'RHand')
     """
 
     body_order: tuple[str, ...] = BODY_ORDER
@@ -64,6 +69,12 @@ class NaoModel(RobotModel):
 
         Returns:
             Shape (..., 26).
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> body = nao.to_body(nao.posture("Stand"))
+            >>> body.shape, dict(zip(nao.body_order, body.round(3).tolist()))["RHipYawPitch"]
+            ((26,), -0.17)
         """
         return self._coordinates.with_mimics(self._checked(q)[..., self._q_offset :], BODY_ORDER)
 
@@ -80,6 +91,12 @@ class NaoModel(RobotModel):
         Raises:
             CouplingViolated: the two HipYawPitch values differ by more than 1e-6; carries which configuration.
             WrongShape, NotFinite, OutsideLimits: as everywhere.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("Stand")
+            >>> np.array_equal(nao.from_body(nao.to_body(q)), q)
+            True
         """
         values = as_floats(body, (len(BODY_ORDER),), "Body values")
         return self.configuration(dict(zip(BODY_ORDER, np.moveaxis(values, -1, 0), strict=True)), limits=limits)
@@ -102,6 +119,11 @@ def load_nao(version: str = "v6", *, base: Base = "fixed") -> NaoModel:
     Raises:
         UnknownName: no such version.
         BadArgument: no such base.
+
+    Examples:
+        >>> nao = nk.load_nao("v6")
+        >>> nao.model.nv, nao.joint_names[:2]
+        (25, ('HeadYaw', 'HeadPitch'))
     """
     return NaoModel(version, base=base)
 

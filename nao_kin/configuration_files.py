@@ -53,6 +53,15 @@ def read_configurations(
         BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
             missing or named twice, a value that is no finite number, two joints of one motor that disagree, a joint
             outside its limits.
+
+    Examples:
+        >>> import json
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> _ = Path("pose.json").write_text(json.dumps(nao.angles(nao.posture("Stand"))))
+        >>> q, many = nk.configuration_files.read_configurations(nao, "pose.json")
+        >>> q.shape, many
+        ((1, 25), False)
     """
     name = str(path)
     if not name:
@@ -101,6 +110,12 @@ def check_joint_names(name: str, names: Sequence[str], robot: RobotModel, line: 
 
     Raises:
         BadInputFile: an unknown joint, one named twice, or joints missing.
+
+    Examples:
+        >>> nk.configuration_files.check_joint_names("walk.csv", ["HeadYaw"], nk.load_nao(), line=1)
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.BadInputFile: walk.csv, line 1: missing joints: HeadPitch, ...
     """
     known = {*robot.joint_names, *robot.mimics}
     for column, joint in enumerate(names, start=1):
@@ -122,6 +137,10 @@ def finite_numbers(name: str, fields: Sequence[str], names: Sequence[str], line:
 
     Raises:
         BadInputFile: with line and column of the first that is no finite number.
+
+    Examples:
+        >>> nk.configuration_files.finite_numbers("walk.csv", ["0.1", "-2e-3"], ["HeadYaw", "HeadPitch"], line=2)
+        [0.1, -0.002]
     """
     values = []
     for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=1):

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from nao_kin._extras import missing
 from nao_kin._text import MOST_ECHOED, abbreviated, quoted
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "NotABatch",
     "NotARotation",
     "NotCachedWarning",
+    "NotCompiledWarning",
     "NotFinite",
     "OutsideLimits",
     "RenamedFrameWarning",
@@ -41,27 +43,68 @@ __all__ = [
 
 
 class NaoKinWarning(UserWarning):
-    """Base of all warnings of nao_kin: what was asked is done, and is likely not what was meant."""
+    """Base of all warnings of nao_kin: what was asked is done, and is likely not what was meant.
+
+    Examples:
+        >>> issubclass(nk.errors.DegreesWarning, nk.errors.NaoKinWarning)
+        True
+    """
 
 
 class DegreesWarning(NaoKinWarning):
-    """Joint values that make sense as degrees, where radians are expected."""
+    """Joint values that make sense as degrees, where radians are expected.
+
+    Examples:
+        >>> import warnings
+        >>> with warnings.catch_warnings(record=True) as caught:
+        ...     warnings.simplefilter("always")
+        ...     _ = nk.load_nao().fk(np.full(25, 45.0), "LArm")
+        >>> caught[0].category.__name__
+        'DegreesWarning'
+    """
 
 
 class RenamedFrameWarning(NaoKinWarning):
-    """A frame is asked for by a name that a link of the URDF and a joint share: the joint's frame answers."""
+    """A frame is asked for by a name that a link of the URDF and a joint share: the joint's frame answers.
+
+    Examples:
+        >>> issubclass(nk.errors.RenamedFrameWarning, UserWarning)
+        True
+    """
 
 
 class NotCachedWarning(NaoKinWarning):
-    """Compiled kernels cannot be kept on disk; every process compiles them anew."""
+    """Compiled kernels cannot be kept on disk; every process compiles them anew.
+
+    Examples:
+        >>> issubclass(nk.errors.NotCachedWarning, nk.errors.NaoKinWarning)
+        True
+    """
+
+
+class NotCompiledWarning(NaoKinWarning):
+    """Much is asked at once where Numba, which would compile it, is not installed: the answer comes, slower."""
 
 
 class StartedOverWarning(NaoKinWarning):
-    """A run that was to go on from an earlier one begins at the beginning, for what it depends on has changed."""
+    """A run that was to go on from an earlier one begins at the beginning, for what it depends on has changed.
+
+    Examples:
+        >>> issubclass(nk.errors.StartedOverWarning, nk.errors.NaoKinWarning)
+        True
+    """
 
 
 class NaoKinError(Exception):
-    """Base of all errors raised by nao_kin; one line, whatever names from outside hold."""
+    """Base of all errors raised by nao_kin; one line, whatever names from outside hold.
+
+    Examples:
+        >>> try:
+        ...     nk.load_nao("v7")
+        ... except nk.NaoKinError as error:
+        ...     print(error)
+        unknown NAO version 'v7' (nearest: v6, v5, v4)
+    """
 
     def __init__(self, message: str = "") -> None:
         super().__init__(" ".join(message.split()))
@@ -84,7 +127,12 @@ def at_index(index: Sequence[int]) -> str:
 
 
 def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str, ...]:
-    """The valid names that look most like `name`, best first; letter case counts for nothing."""
+    """The valid names that look most like `name`, best first; letter case counts for nothing.
+
+    Examples:
+        >>> nk.errors.nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
+        ('LHand', 'RHand')
+    """
     name = name[:MOST_ECHOED]
     by_lower: dict[str, list[str]] = {}
     for candidate in valid:
@@ -101,6 +149,13 @@ class UnknownName(NaoKinError):
         name: the name given.
         valid: all valid names.
         nearest: the valid names most like it.
+
+    Examples:
+        >>> try:
+        ...     nk.load_nao().unit("HeadYa")
+        ... except nk.errors.UnknownName as error:
+        ...     error.kind, error.nearest
+        ('joint', ('HeadYaw', 'RHand', 'LHand'))
     """
 
     def __init__(self, kind: str, name: object, valid: Sequence[str], hint: str = "") -> None:
@@ -116,7 +171,14 @@ class UnknownName(NaoKinError):
 
 
 class BadArgument(NaoKinError):
-    """An argument whose value makes no sense; the message says which and why."""
+    """An argument whose value makes no sense; the message says which and why.
+
+    Examples:
+        >>> nk.load_nao().fk(np.zeros(25), "LArm", threads=0)
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.BadArgument: threads must be at least 1, got 0
+    """
 
 
 class WrongShape(NaoKinError):
@@ -126,6 +188,12 @@ class WrongShape(NaoKinError):
         what: which argument.
         expected: the expected shape in words.
         got: the shape given.
+
+    Examples:
+        >>> nk.load_nao().fk([0.0, 0.1], "LArm")
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.WrongShape: q must have shape (..., 25), got (2,)
     """
 
     def __init__(self, what: str, expected: str, got: tuple[int, ...] | str) -> None:
@@ -140,6 +208,12 @@ class NotFinite(NaoKinError):
         what: which argument.
         index: where the first such value stands.
         value: the value.
+
+    Examples:
+        >>> nk.rotations.rot_x([0.0, float("nan")])
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.NotFinite: angle must be finite, got nan at index [1]
     """
 
     def __init__(self, what: str, index: tuple[int, ...], value: float, name: str = "") -> None:
@@ -154,6 +228,12 @@ class NotARotation(NaoKinError):
         index: which matrix of the batch.
         determinant_defect: det R − 1.
         orthogonality_defect: largest absolute entry of RᵀR − 1.
+
+    Examples:
+        >>> nk.rotations.log(2 * np.eye(3))
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.NotARotation: not a rotation matrix: det R − 1 = 7, max |RᵀR − 1| = 3
     """
 
     def __init__(self, index: tuple[int, ...], determinant_defect: float, orthogonality_defect: float) -> None:
@@ -172,6 +252,12 @@ class ZeroNorm(NaoKinError):
     Attributes:
         what: which argument.
         index: which entry of the batch.
+
+    Examples:
+        >>> nk.rotations.matrix_from_quat([0, 0, 0, 0])
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.ZeroNorm: quaternion must not be zero
     """
 
     def __init__(self, what: str, index: tuple[int, ...] = ()) -> None:
@@ -180,7 +266,14 @@ class ZeroNorm(NaoKinError):
 
 
 class DegeneratePoints(NaoKinError):
-    """Points that do not determine what was asked of them (coincident, collinear, too few)."""
+    """Points that do not determine what was asked of them (coincident, collinear, too few).
+
+    Examples:
+        >>> nk.rotations.rotation_from_points(np.zeros((3, 3)), np.zeros((3, 3)))
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.DegeneratePoints: points before lie on one line ...
+    """
 
 
 class OutsideLimits(NaoKinError):
@@ -189,6 +282,12 @@ class OutsideLimits(NaoKinError):
     Attributes:
         violations: `LimitViolation` rows by configuration, the worst joint of each first; of a large batch, the first.
         count: how many there are in all.
+
+    Examples:
+        >>> nk.load_nao().configuration({"HeadYaw": 3.0})
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.OutsideLimits: outside the joint limits: HeadYaw = 3 not in [-2.08567, 2.08567] rad
     """
 
     def __init__(self, violations: Sequence[Any], count: int | None = None) -> None:
@@ -213,6 +312,12 @@ class CouplingViolated(NaoKinError):
         mimic_value: value given for the joint that follows.
         expected: value the driving joint asks of it.
         index: which configuration of the batch.
+
+    Examples:
+        >>> nk.load_nao().configuration({"LHipYawPitch": -0.2, "RHipYawPitch": -0.3})
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.CouplingViolated: LHipYawPitch = -0.2 drives RHipYawPitch, ...
     """
 
     def __init__(
@@ -239,7 +344,14 @@ class CouplingViolated(NaoKinError):
 
 
 class BadModel(NaoKinError):
-    """A URDF from which no correct model can be made; the message names the file and the reason."""
+    """A URDF from which no correct model can be made; the message names the file and the reason.
+
+    Examples:
+        >>> nk.RobotModel.from_urdf("no_such.urdf")
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.BadModel: cannot read ...no_such.urdf: No such file or directory
+    """
 
 
 class BadInputFile(NaoKinError):
@@ -249,6 +361,12 @@ class BadInputFile(NaoKinError):
         path: the file, "-" for standard input.
         line: 1-based line, 0 when no line is to blame.
         column: 1-based column, 0 when no column is to blame.
+
+    Examples:
+        >>> nk.configuration_files.read_configurations(nk.load_nao(), "no_such.csv")
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.BadInputFile: no_such.csv: cannot be read: No such file or directory
     """
 
     def __init__(self, path: str, reason: str, line: int = 0, column: int = 0) -> None:
@@ -259,16 +377,21 @@ class BadInputFile(NaoKinError):
         super().__init__(f"{name}{where}: {reason}")
 
 
-class MissingExtra(NaoKinError):
-    """An optional package is needed and not installed.
+class MissingExtra(NaoKinError, ImportError):
+    """An optional package is needed, and is absent or does not load; an ImportError too, as Python raises.
 
     Attributes:
         extra: the name to install, as in `pip install nao-kin[extra]`.
+        reason: why it does not load though it is installed; "" where it is not.
+
+    Examples:
+        >>> str(nk.errors.MissingExtra("a table", "arrow")).partition(";")[0]
+        "a table needs pyarrow: pip install 'nao-kin[arrow]'"
     """
 
-    def __init__(self, purpose: str, extra: str) -> None:
-        self.extra = extra
-        super().__init__(f"{purpose} needs an optional package: pip install 'nao-kin[{extra}]'")
+    def __init__(self, purpose: str, extra: str, reason: str = "") -> None:
+        self.extra, self.reason = extra, reason
+        super().__init__(missing(purpose, extra, reason))
 
 
 class SingularMatrix(NaoKinError):
@@ -277,6 +400,12 @@ class SingularMatrix(NaoKinError):
     Attributes:
         what: which matrix.
         index: which one of the batch.
+
+    Examples:
+        >>> nk.rank_one.inverse([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.SingularMatrix: 1 + u vᵀ has no inverse: u·v = −1
     """
 
     def __init__(self, what: str, reason: str, index: tuple[int, ...] = ()) -> None:
@@ -290,6 +419,10 @@ class DisagreeingJoints(CouplingViolated):
     Attributes:
         nearest: value of the driving joint that, with what follows from it, is nearest to the two values given.
         violations: the `CouplingViolation` rows; the attributes above are those of the first.
+
+    Examples:
+        >>> issubclass(nk.errors.DisagreeingJoints, nk.errors.CouplingViolated)
+        True
     """
 
     def __init__(self, violations: Sequence[Any]) -> None:
@@ -305,11 +438,21 @@ class DisagreeingJoints(CouplingViolated):
 
 
 class NoBrowser(NaoKinError):
-    """A web browser is needed and there is none, or none has shown up in time."""
+    """A web browser is needed and there is none, or none has shown up in time.
+
+    Examples:
+        >>> issubclass(nk.errors.NoBrowser, nk.NaoKinError)
+        True
+    """
 
 
 class NotABatch(NaoKinError, TypeError):
-    """A single value is iterated over as if it were a batch; also a TypeError, as Python's own iteration raises."""
+    """A single value is iterated over as if it were a batch; also a TypeError, as Python's own iteration raises.
+
+    Examples:
+        >>> issubclass(nk.errors.NotABatch, TypeError)
+        True
+    """
 
 
 def _listed(index: Sequence[int]) -> str:

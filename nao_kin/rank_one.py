@@ -47,6 +47,11 @@ class RankOneEigen:
             defective 1/(‖u‖ ‖v‖), where it is the identity 1: invertible, but for a singular T whose ‖u‖ ‖v‖ above
             1e15 leaves a cosine that rounding cannot tell from 0.
         jordan_form: J, shape (..., 3, 3): diagonal; where T is defective, its last block is [[1, 1], [0, 1]].
+
+    Examples:
+        >>> shear = nk.rank_one.eigen([1, 0, 0], [0, 1, 0])
+        >>> bool(shear.defective), shear.values.tolist()
+        (True, [1.0, 1.0, 1.0])
     """
 
     values: Floats
@@ -70,12 +75,23 @@ def matrix(u: ArrayLike, v: ArrayLike) -> Floats:
     Raises:
         WrongShape, NotFinite: in either argument.
         BadArgument: components outside ±1e150, whose product may overflow.
+
+    Examples:
+        >>> nk.rank_one.matrix([1, 2, 3], [0, 0, 1])
+        array([[1., 0., 1.],
+               [0., 1., 2.],
+               [0., 0., 4.]])
     """
     return _matrix(*_checked(u, v))
 
 
 def determinant(u: ArrayLike, v: ArrayLike) -> Floats:
-    """det(1 + u vᵀ) = 1 + u·v, shape (...); arguments and errors as for `matrix`."""
+    """det(1 + u vᵀ) = 1 + u·v, shape (...); arguments and errors as for `matrix`.
+
+    Examples:
+        >>> nk.rank_one.determinant([1, 2, 3], [0, 0, 1]).tolist()
+        4.0
+    """
     return 1.0 + dot(*_checked(u, v))
 
 
@@ -87,6 +103,12 @@ def inverse(u: ArrayLike, v: ArrayLike) -> Floats:
         WrongShape, NotFinite, BadArgument: as for `matrix`.
 
     Source: Sherman and Morrison, Annals of Mathematical Statistics 21 (1950), doi:10.1214/aoms/1177729893.
+
+    Examples:
+        >>> nk.rank_one.inverse([1, 2, 3], [0, 0, 1])
+        array([[ 1.  ,  0.  , -0.25],
+               [ 0.  ,  1.  , -0.5 ],
+               [ 0.  ,  0.  ,  0.25]])
     """
     u, v = _checked(u, v)
     product = dot(u, v)
@@ -103,6 +125,10 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
     contains the direction of v, or of u where v is zero.
     A product u·v that is zero up to its own rounding counts as zero, and so does 1 + u·v: vectors computed at right
     angles are hardly ever so to the last digit.
+
+    Examples:
+        >>> nk.rank_one.eigen([1, 2, 3], [0, 0, 1]).values
+        array([1., 1., 4.])
     """
     u, v = _checked(u, v)
     product = dot(u, v)

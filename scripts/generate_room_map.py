@@ -24,7 +24,7 @@ OUTPUT = ROOT / "docs" / "images" / "rooms.svg"
 # Entrances of the package, which lead everywhere, and former names of rooms, which lead to one.
 ENTRANCES = ("__init__", "__main__", "joint_axes", "topology", "typed")
 # What everybody uses; arrows to it would only hide the others.
-FOUNDATIONS = ("errors", "_common", "_text")
+FOUNDATIONS = ("errors", "_common", "_extras", "_text")
 
 WIDTH, MARGIN = 900.0, 24.0
 BOX_HEIGHT, ROW_STEP = 34.0, 86.0

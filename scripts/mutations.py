@@ -1,7 +1,8 @@
 """Small faults of the kind that review overlooks: where each is planted, and the tests that must notice it.
 
-Those of the viewer and its page are in `page_mutations.py`. Some faults that once went unnoticed have no place here,
-for they change nothing: `CHANGES_NOTHING` names them.
+Those of the viewer and its page are in `page_mutations.py`, those of rotations beyond conversions in
+`rotation_mutations.py`. Some faults that once went unnoticed have no place here, for they change nothing:
+`CHANGES_NOTHING` names them.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from mutation import Mutation
 from mutation import faults as _faults
 from page_mutations import VIEWER
+from rotation_mutations import ROTATIONS
 
 CHANGES_NOTHING = {
     "the carrier of a universal joint placed by the group's first joint": "it has one carrier, that of its first joint",
@@ -504,6 +506,10 @@ _MATHEMATICS = (
         "rotations/_quaternions.py",
         "test_rotations_quaternions.py",
         ("canonical-sign-blind-to-the-last-component", "nonzero.argmax(axis=-1)", "nonzero[..., :3].argmax(axis=-1)"),
+    ),
+    *_faults(
+        "rotations/_slerp.py",
+        "test_rotations_quaternions.py",
         ("slerp-at-a-right-angle-goes-the-other-way", "f.where(_inner(p, q) < 0.0,", "f.where(_inner(p, q) <= 0.0,"),
         (
             "slerp-takes-its-angle-by-arccos",
@@ -512,7 +518,7 @@ _MATHEMATICS = (
         ),
     ),
     *_faults(
-        "rotations/_invariants.py",
+        "rotations/_exponential.py",
         "test_rotations_invariants.py",
         ("floor-of-the-logarithm-too-high", "r3 * r3), SMALLEST_NORMAL)", "r3 * r3), 1e-4)"),
     ),
@@ -522,7 +528,7 @@ _MATHEMATICS = (
         ("floor-of-the-exponential-too-high", "f.larger(square, SMALLEST_NORMAL)", "f.larger(square, 1e-8)"),
     ),
     *_faults(
-        "rotations/_invariants.py",
+        "rotations/_quat_kernels.py",
         "test_rotations_invariants.py",
         ("larger-unit-of-the-axis-so-early-that-it-overflows", "tiny = norm < 1e-140", "tiny = norm < 1e-8"),
         ("larger-unit-of-the-axis-too-late", "tiny = norm < 1e-140", "tiny = norm < 1e-200"),
@@ -545,6 +551,84 @@ _MATHEMATICS = (
             "coincident_below: float = 1e-12",
             "coincident_below: float = 1e-6",
         ),
+    ),
+    *_faults(
+        "lines/_pairs.py",
+        "test_lines.py",
+        ("distance-of-lines-by-the-direction-of-the-first", "mean = 0.5 * (e_b + same_way)", "mean = same_way"),
+    ),
+    *_faults(
+        "lines/_planes.py",
+        "test_lines.py",
+        ("line-meets-the-plane-behind-its-point", "0.0, -height /", "0.0, height /"),
+        ("line-parallel-to-a-plane-too-easily", "parallel_below: float = 1e-13", "parallel_below: float = 1e-6"),
+    ),
+    *_faults(
+        "screws/_coefficients.py",
+        "test_screws_exponential.py test_screws_jacobians.py",
+        ("series-of-the-exponential-too-short", "_TERMS = 11", "_TERMS = 8"),
+        ("closed-forms-for-small-turns", "_NEAR = math.pi**2", "_NEAR = 1e-8"),
+        ("series-for-turns-past-a-half", "_NEAR = math.pi**2", "_NEAR = 100.0"),
+        ("second-derivative-of-the-inverse-jacobian", "8.0 * c6 - 5.0 * c5 + c4", "8.0 * c6 - 5.0 * c5 - c4"),
+    ),
+    *_faults(
+        "screws/_exponential.py",
+        "test_screws_exponential.py test_screws_inputs.py",
+        ("exponential-without-its-second-product", "+ C[..., None] * cross(omega, across)", ""),
+        ("logarithm-with-the-jacobian-of-the-other-side", "t - 0.5 * across", "t + 0.5 * across"),
+        ("turns-without-digits-accepted", "LARGEST_ANGLE = 1e15", "LARGEST_ANGLE = 1e16"),
+        ("twists-typed-to-six-digits-accepted", "_FORM = 1e-9", "_FORM = 1e-6"),
+    ),
+    *_faults(
+        "screws/_transforms.py",
+        "test_screws_poses.py",
+        ("moment-carried-over-the-other-way", "turned(R, tau) + cross(t, force)", "turned(R, tau) - cross(t, force)"),
+        ("bracket-of-one-half", "cross(omega_a, v_b) + cross(v_a, omega_b)", "cross(omega_a, v_b)"),
+        ("dual-bracket-without-the-force", "cross(omega, tau) + cross(v, f)", "cross(omega, tau)"),
+    ),
+    *_faults(
+        "screws/_jacobians.py",
+        "test_screws_jacobians.py",
+        ("jacobian-without-the-derivative-of-c", "along * (dB * W + dC * W2)", "along * (dB * W)"),
+        (
+            "inverse-jacobian-without-the-derivative-of-d",
+            "D * WV + along * dD * W2",
+            "D * WV",
+        ),
+        ("whole-turns-from-far-away", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-20"),
+        ("whole-turns-inverted", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-56"),
+    ),
+    *_faults(
+        "screws/_interpolation.py",
+        "test_screws_poses.py",
+        ("longer-way-a-turn-further", "1.0 - 2.0 * np.pi / angle", "1.0 + 2.0 * np.pi / angle"),
+        ("longer-way-slides-back", "v - across + ratio * across", "ratio * v"),
+        ("way-from-the-difference-of-far-points", "turned(back, p_1 - p_0)", "turned(back, p_1) - turned(back, p_0)"),
+    ),
+    *_faults(
+        "screws/_screw.py",
+        "test_screws_axes.py",
+        ("slide-as-long-as-the-velocity", "speed, 0.0), dot(e, v))", "speed, 0.0), np.linalg.norm(v, axis=-1))"),
+        ("pitch-of-a-translation-without-its-sign", "np.copysign(np.inf, self.slide)", "np.inf"),
+        ("axes-without-end", "> FARTHEST_AXIS * angle", "> 1e155 * angle"),
+        (
+            "axis-of-the-moment-with-a-part-along-it",
+            "across = cross(cross(e, v), e)",
+            "across = v - dot(e, v)[..., None] * e",
+        ),
+    ),
+    *_faults(
+        "screws/_dual_quaternions.py",
+        "test_screws_axes.py",
+        ("dual-quaternion-shifts-twice", "_pure(0.5 * t)", "_pure(t)"),
+        ("dual-quaternion-with-a-pitch", "return r, d - beside[..., None] * r", "return r, d"),
+        ("dual-quaternions-to-a-hundredth", "_TOLERANCE = 1e-6", "_TOLERANCE = 1e-1"),
+    ),
+    *_faults(
+        "screws/_poses.py",
+        "test_screws_poses.py",
+        ("product-of-poses-in-the-other-frame", "p = p + turned(R, q)", "p = p + turned(S, q)"),
+        ("transposed-poses-repaired", "_LAST_ROW = 1e-3", "_LAST_ROW = 1.0"),
     ),
     *_faults(
         "rank_one.py",
@@ -651,12 +735,12 @@ _BATCH = (
         ("arc-tangent-of-a-steep-direction-not-turned", "spread(m, math.pi / 2.0) - angle, angle)", "angle, angle)"),
     ),
     *_faults(
-        "batch/kernel.py",
+        "batch/program_kernel.py",
         "test_batch_kernels.py",
         ("far-angles-left-to-the-polynomials", "if top > far:", "if top < 0:"),
     ),
     *_faults(
-        "batch/kernel.py",
+        "batch/program_kernel.py",
         "test_batch_methods.py",
         ("infinity-in-an-earlier-tile-forgotten", "peak = max(peak, top)", "peak = top"),
     ),
@@ -986,6 +1070,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_ROBOT,
     *_MEANING,
     *_MATHEMATICS,
+    *ROTATIONS,
     *_MULTIDOF,
     *_BATCH,
     *_WHOLE_BODY,

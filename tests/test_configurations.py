@@ -13,7 +13,15 @@ from hypothesis import strategies as st
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
+from nao_kin.errors import (
+    BadArgument,
+    CouplingViolated,
+    DegreesWarning,
+    NotFinite,
+    OutsideLimits,
+    UnknownName,
+    WrongShape,
+)
 
 # --- degrees ----------------------------------------------------------------------------------------------------------
 
@@ -255,3 +263,62 @@ def test_not_a_number_is_named_on_every_way(nao: nk.NaoModel) -> None:
     large[151, 4] = math.nan
     with pytest.raises(NotFinite, match=r"index \[151, 4\]"):
         nao.fk(large, "LArm")
+
+
+def test_a_posture_takes_other_values_for_some_joints(nao: nk.NaoModel) -> None:
+    stand = nao.angles(nao.posture("Stand"))
+    turned = nao.angles(nao.posture("Stand", HeadYaw=0.3, RHipYawPitch=-0.1))
+    assert turned == stand | {"HeadYaw": 0.3, "LHipYawPitch": -0.1}
+    assert np.array_equal(nao.posture("Stand", {"HeadYaw": 0.3}), nao.posture("Stand", HeadYaw=0.3))
+    assert np.array_equal(nao.posture("Stand", {"HeadYaw": 0.1}, HeadYaw=0.3), nao.posture("Stand", HeadYaw=0.3))
+
+
+def test_a_posture_with_many_values_is_many_configurations(nao: nk.NaoModel) -> None:
+    q = nao.posture("Stand", HeadYaw=[-0.3, 0.0, 0.3], LArm=[1.4, 0.2, -1.2, -0.4, 0.0, 0.5])
+    assert q.shape == (3, 25)
+    assert nao.angles(q)["HeadYaw"].tolist() == [-0.3, 0.0, 0.3]
+    assert nao.angles(q)["LElbowRoll"].tolist() == [-0.4] * 3
+
+
+def test_other_values_leave_the_posture_and_a_floating_base_alone() -> None:
+    nao = nk.load_nao(base="floating")
+    before = nao.posture("Sit")
+    q = nao.posture("Sit", HeadYaw=0.3)
+    assert np.flatnonzero(q != before).tolist() == [7 + nao.joint_names.index("HeadYaw")]
+    assert np.array_equal(nao.posture("Sit"), before)
+
+
+def test_a_posture_with_other_values_faces_the_limits_of_all_joints(nao: nk.NaoModel) -> None:
+    with pytest.raises(OutsideLimits, match="HeadYaw = 3 not in"):
+        nao.posture("Stand", HeadYaw=3.0)
+    # The range of HeadPitch depends on HeadYaw.
+    low = nao.posture("Stand", HeadPitch=0.5)
+    with pytest.raises(OutsideLimits, match="HeadPitch"):
+        nao.posture("Stand", {**nao.angles(low), "HeadYaw": 1.2})
+    clamped = nao.posture("Stand", HeadYaw=3.0, limits="clamp")
+    assert nao.angles(clamped)["HeadYaw"] == nao.upper[nao.joint_names.index("HeadYaw")]
+    assert nao.angles(nao.posture("Stand", HeadYaw=3.0, limits="ignore"))["HeadYaw"] == 3.0
+
+
+def test_a_chain_stands_for_its_joints(nao: nk.NaoModel) -> None:
+    values = [-0.1, 0.02, -0.3, 0.7, -0.35, 0.01]
+    for side in "LR":
+        leg = nao.chains[f"{side}Leg"]
+        one = nao.configuration({f"{side}Leg": values, "HeadYaw": 0.2})
+        assert np.array_equal(one, nao.configuration({"HeadYaw": 0.2, **dict(zip(leg, values, strict=True))}))
+    many = nao.configuration({"LLeg": [values, values], "HeadYaw": 0.2})
+    assert np.array_equal(many, np.stack([nao.configuration({"LLeg": values, "HeadYaw": 0.2})] * 2))
+
+
+def test_chains_that_contradict_are_refused(nao: nk.NaoModel) -> None:
+    arm = [1.4, 0.2, -1.2, -0.4, 0.0, 0.5]
+    with pytest.raises(WrongShape, match=r"LArm \(LShoulderPitch, .*, LHand\) must have shape \(\.\.\., 6\)"):
+        nao.configuration({"LArm": arm[:5]})
+    with pytest.raises(BadArgument, match="LHand is given twice"):
+        nao.configuration({"LArm": arm, "LHand": 0.5})
+    with pytest.raises(CouplingViolated):
+        nao.configuration({"LLeg": [-0.1, 0, 0, 0, 0, 0], "RLeg": [-0.2, 0, 0, 0, 0, 0]})
+    with pytest.raises(UnknownName, match=r"nearest: LArm"):
+        nao.configuration({"LArn": arm})
+    with pytest.raises(BadArgument, match="must be a mapping name → value, got int"):
+        nao.posture("Stand", 3, HeadYaw=0.1)  # type: ignore[arg-type]

@@ -12,14 +12,25 @@ import pytest
 import nao_kin as nk
 
 PACKAGE = Path(nk.__file__).parent
+
+
+def _runs(code: str) -> bool:
+    """Whether an example in it runs: what needs a network or a file of the reader's is only shown."""
+    return any(">>> " in line and "+SKIP" not in line for line in code.splitlines())
+
+
 MODULES = sorted(
     ".".join(("nao_kin", *path.relative_to(PACKAGE).with_suffix("").parts))
     for path in PACKAGE.rglob("*.py")
-    if ">>> " in path.read_text(encoding="utf-8")
+    if _runs(path.read_text(encoding="utf-8"))
 )
+# Where kernels are compiled, all is compared or meshes are read: seconds, without kernels on the disk minutes.
+LONG = ("nao_kin.crosscheck", "nao_kin.ik", "nao_kin.reach", "nao_kin.viewer")
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith(LONG)) for name in MODULES]
+)
 def test_the_examples_of_a_module_print_what_they_say(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

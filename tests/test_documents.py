@@ -15,7 +15,7 @@ import pytest
 import nao_kin as nk
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("[!_]*.md")), *sorted((ROOT / "docs").glob("[!_]*/*.md"))]
 
 
 def _blocks(page: Path, language: str) -> list[str]:
@@ -75,6 +75,26 @@ def test_the_readme_is_short_and_has_its_five_examples() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(text.splitlines()) < 120
     assert len(_blocks(ROOT / "README.md", "python")) == 5
+
+
+def test_the_readme_shows_the_same_on_the_package_index() -> None:
+    # There it stands alone: what it shows and leads to has an address of its own, that of a file which is here.
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)]+)\)", text)
+    assert targets
+    for target in targets:
+        assert target.startswith("https://"), target
+        ours = re.match(r"https://(?:raw\.githubusercontent|github)\.com/nao-kin/nao_kin/(?:blob/)?main/(.+)", target)
+        assert ours is None or (ROOT / ours.group(1)).is_file(), target
+    assert not re.search(r"<(?:img|a)\b", text)
+
+
+def test_pictures_are_described_in_one_line() -> None:
+    # A line break in a description leaves no space between its words.
+    for page in PAGES:
+        for words in re.findall(r"!\[([^\]]*)\]", page.read_text(encoding="utf-8")):
+            assert words.strip(), page.name
+            assert "\n" not in words, f"{page.name}: {words}"
 
 
 def test_no_page_leads_outside_the_project() -> None:

@@ -405,6 +405,10 @@ def test_a_made_up_robot_comes_back_as_it_was(tmp_path: Path) -> None:
     _same_robot(robot, tmp_path / "again.urdf")
     tree = nk.urdf.read_urdf(tmp_path / "again.urdf")
     assert dict(tree.inertials) == dict(robot.tree.inertials)
+    # Which takes no `revolute` without limits, and no `continuous` that follows one.
+    model = pin.buildModelFromUrdf(str(tmp_path / "again.urdf"), mimic=True)
+    sizes = {model.names[j]: model.joints[j].nq for j in range(1, model.njoints)}
+    assert sizes == {"a": 1, "b": 1, "c": 2, "e": 0, "f": 0}
 
 
 def test_what_has_no_bound_is_written_as_a_large_one_and_said(tmp_path: Path) -> None:

@@ -136,3 +136,17 @@ def test_two_places_cannot_have_one_ros_name(tmp_path: Path) -> None:
     for other in ("a_l", "base"):
         with pytest.raises(BadArgument, match="made_up: two links would be named hand in ROS"):
             name_frames(tree, "ros", Semantics(ros_names={"b_l": "hand", other: "hand"}))
+
+
+def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("a", axis=(0.0, 0.0, 1.0), xyz=(0.1, 0.2, 0.3), rpy=(0.4, 0.5, 0.6)),
+        J("b", axis=(1.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.3)),
+        J("between", kind="fixed", rpy=(0.7, 0.0, 0.0)),
+        J("c", axis=(0.0, 1.0, 0.0), rpy=(0.2, 0.0, 0.0)),
+    )
+    tree, changes = nk.export.variant(robot, typed=True)
+    (ball,) = (joint for joint in tree.joints if joint.kind == "spherical")
+    assert (ball.parent, ball.child, len(changes)) == ("base", "c_l", 1)
+    np.testing.assert_allclose(transform(ball.origin), robot.fk(robot.configuration({}), "c_l"), atol=1e-15)

@@ -8,9 +8,9 @@ from types import ModuleType
 
 import pytest
 
-from nao_kin import lines, rotations
+from nao_kin import lines, rank_one, rotations, screws
 
-ROOMS = [pytest.param(room, id=room.__name__) for room in (rotations, lines)]
+ROOMS = [pytest.param(room, id=room.__name__) for room in (rotations, lines, screws)]
 
 
 def kind_then_name(name: str) -> tuple[int, str]:
@@ -38,3 +38,18 @@ def test_what_a_face_offers_is_documented_and_of_this_room(room: ModuleType) -> 
 def test_behind_the_face_every_module_is_private(room: ModuleType) -> None:
     modules = {path.stem for path in Path(room.__path__[0]).glob("*.py")}
     assert {name for name in modules if not name.startswith("_")} == set()
+
+
+@pytest.mark.parametrize("room", [lines, rank_one, screws], ids=lambda room: room.__name__)
+def test_every_public_name_has_an_example(room: ModuleType) -> None:
+    without = []
+    for name in room.__all__:
+        thing = getattr(room, name)
+        parts = {name: thing}
+        if inspect.isclass(thing):
+            methods = {n: v for n, v in vars(thing).items() if not n.startswith("_") and not isinstance(v, property)}
+            parts |= {
+                f"{name}.{n}": getattr(thing, n) for n, v in methods.items() if callable(v) or hasattr(v, "__func__")
+            }
+        without += [n for n, part in parts.items() if "Examples:\n" not in (inspect.getdoc(part) or "")]
+    assert not without

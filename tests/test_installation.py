@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_kin.cli import doctor
+from nao_kin.cli import doctor, probes
 from nao_kin.cli.app import run
 from nao_kin.cli.doctor import inspect_installation
 
@@ -60,10 +60,10 @@ def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_nam
 
 
 def test_a_model_that_does_not_load_is_a_problem_and_code_1(monkeypatch, capsys: pytest.CaptureFixture) -> None:
-    monkeypatch.setattr(doctor, "_PROBE", "raise ImportError('numpy.core failed')")
+    monkeypatch.setattr(probes, "_PROBE", "raise ImportError('numpy.core failed')")
     assert run(["doctor"]) == 1
     assert "problem: the NAO does not load: ImportError: numpy.core failed" in capsys.readouterr().out
-    monkeypatch.setattr(doctor, "_PROBE", "import os; os.abort()")
+    monkeypatch.setattr(probes, "_PROBE", "import os; os.abort()")
     assert run(["doctor", "--json"]) == 1
     assert "the process ended with code -6" in capsys.readouterr().out
 

@@ -244,6 +244,8 @@ def test_every_function_takes_every_batch_shape_and_treats_each_line_alone(shape
         "incident": lambda i: lines.incident(a[i], b[i]),
         "foot_a": lambda i: lines.common_normal(a[i], b[i]).foot_a,
         "normal": lambda i: lines.common_normal(a[i], b[i]).direction,
+        "angle": lambda i: lines.angle(a[i], b[i]),
+        "meeting": lambda i: lines.meet_plane(a[i], x[i], p[i]).point,
         "U": lambda i: lines.transfer_matrix(p[i], q[i]),
         "X": lambda i: lines.motion_matrix(T[i]),
     }
@@ -264,6 +266,7 @@ def test_batches_may_have_62_axes_and_no_more() -> None:
     normal = lines.common_normal(line, PluckerLine.through(p, [1, 0, 0]))
     assert normal.foot_a.shape == normal.foot_b.shape == p.shape
     assert lines.incident(line, line).shape == lines.reciprocal_product(line, line).shape == many
+    assert lines.angle(line, line).shape == lines.meet_plane(line, p, q).offset.shape == many
     assert lines.transfer_matrix(p, q).shape == lines.motion_matrix(T).shape == (*many, 6, 6)
     assert lines.geometric_jacobian(line, at=p[0]).shape == (*many[1:], 6, 1)
     assert len(list(line)) == 1
@@ -528,6 +531,98 @@ def test_reciprocal_product_is_the_same_about_every_origin() -> None:
     assert_near(lines.reciprocal_product(b, a), lines.reciprocal_product(a, b), atol=1e-13)
 
 
+@pytest.mark.parametrize("angle", [0.0, 3e-14, 0.99e-13, 1e-10, 1e-3, 1.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_distance_angle_and_incidence_do_not_depend_on_the_order_of_the_lines(angle, sign) -> None:
+    rng = np.random.default_rng(11)
+    p, d, f, o, w = rng.normal(size=(5, 500, 3))
+    # Points of the lines metres to kilometres from where they are near each other, and lines that meet.
+    q = p + d * 10.0 ** rng.uniform(0, 4, (500, 1)) + 1e-9 * f * rng.integers(0, 2, (500, 1))
+    a = PluckerLine.from_point_direction(p, d, origin=o)
+    b = PluckerLine.from_point_direction(q, sign * (d + angle * f), origin=w)
+    ab, ba = lines.distance(a, b), lines.distance(b, a)
+    np.testing.assert_array_equal(ab, ba)
+    np.testing.assert_array_equal(lines.angle(a, b), lines.angle(b, a))
+    for within in (0.0, 1e-12, 1e-9, float(np.median(ab))):
+        np.testing.assert_array_equal(lines.incident(a, b, within=within), lines.incident(b, a, within=within))
+    # The normal of lines that are parallel but for rounding is measured at its foot.
+    assert_near(lines.common_normal(a, b).distance, ab, atol=1e-13 * 3e4 if angle < 1e-13 else 0)
+    for one in (0, 17):
+        assert lines.distance(a[one], b[one]) == lines.distance(b[one], a[one])
+
+
+@few
+@given(direction, direction)
+def test_the_angle_of_two_lines_has_all_its_digits(d, f) -> None:
+    with mpmath.workdps(60):
+        u, v = (mpmath.matrix([mpmath.mpf(float(x)) for x in w]) for w in (d, f))
+        cosine = mpmath.fsum(u[i] * v[i] for i in range(3)) / mpmath.norm(u) / mpmath.norm(v)
+        expected = float(mpmath.acos(max(min(cosine, 1), -1)))
+    a, b = PluckerLine.from_point_direction([1, 2, 3], d), PluckerLine.from_point_direction([0, 0, 1], f)
+    assert_near(lines.angle(a, b), expected, atol=8 * EPS)
+
+
+@pytest.mark.parametrize("angle", [1e-12, 1e-9, 1e-4, np.pi - 1e-9])
+def test_small_angles_of_lines_and_those_near_half_a_turn_keep_their_digits(angle) -> None:
+    a = PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
+    b = PluckerLine.from_point_direction([0, 0, 1], [np.cos(angle), np.sin(angle), 0])
+    assert_near(lines.angle(a, b), angle, atol=4 * EPS if angle > 1 else 4 * EPS * angle)
+
+
+# --- a line and a plane
+
+
+@few
+@given(point, direction, point, direction, point)
+def test_a_line_meets_a_plane_in_a_point_of_both(p, d, a, n, o) -> None:
+    line = PluckerLine.from_point_direction(p, d, origin=o)
+    meeting = lines.meet_plane(line, a, n)
+    unit_normal = n / np.linalg.norm(n)
+    sine = line.direction @ unit_normal
+    assert_near(np.sin(meeting.angle), sine, atol=4 * EPS)
+    assert meeting.parallel == (abs(sine) <= 1e-13)
+    tolerance = 200 * EPS * (1 + np.abs(meeting.point).max())
+    assert line.distance_to(meeting.point) <= tolerance
+    assert_near((meeting.point - a) @ unit_normal, meeting.offset, atol=tolerance)
+    if meeting.parallel:
+        assert_near(meeting.point, line.point, atol=0)
+    else:
+        assert meeting.offset == 0
+        with mpmath.workdps(60):
+            way = mpmath.fsum(mpmath.mpf(float(x - y)) * float(z) for x, y, z in zip(a, p, n, strict=True))
+            way /= mpmath.fsum(mpmath.mpf(float(x)) * float(z) for x, z in zip(d, n, strict=True))
+            expected = [float(mpmath.mpf(float(x)) + way * float(y)) for x, y in zip(p, d, strict=True)]
+        size = 1 + np.abs([*p, *a, *o]).max()
+        assert_near(meeting.point, expected, atol=100 * EPS * size / abs(sine) ** 2)
+
+
+@pytest.mark.parametrize("scale", [1.0, -1.0, 1e-200, 1e100])
+def test_a_line_parallel_to_a_plane_keeps_its_distance_and_the_normal_its_side(scale) -> None:
+    line = PluckerLine.through([0, 0, 2], [3, 4, 2])
+    meeting = lines.meet_plane(line, [7, 7, 0.5], [0, 0, scale])
+    assert meeting.parallel
+    assert_near(meeting.offset, np.sign(scale) * 1.5, atol=EPS)
+    np.testing.assert_array_equal(meeting.point, line.point)
+    assert meeting.angle == 0
+    within = lines.meet_plane(line, [7, 7, 2], [0, 0, scale])
+    assert within.parallel
+    assert within.offset == 0
+    steep = lines.meet_plane(PluckerLine.through([1, 2, 3], [1, 2, 4]), [7, 7, 0.5], [0, 0, scale])
+    assert_near(steep.point, [1, 2, 0.5], atol=4 * EPS)
+    assert_near(steep.angle, np.sign(scale) * np.pi / 2, atol=EPS)
+
+
+def test_what_counts_as_parallel_to_a_plane_can_be_chosen() -> None:
+    line = PluckerLine.from_point_direction([0, 0, 1], [1, 0, -1e-6])
+    assert_near(lines.meet_plane(line, [0, 0, 0], [0, 0, 1]).point, [1e6, 0, 0], atol=1e-9)
+    loose = lines.meet_plane(line, [0, 0, 0], [0, 0, 1], parallel_below=1e-5)
+    assert loose.parallel
+    assert_near(loose.offset, 1, atol=1e-11)
+    for angle, parallel in ((0.99e-13, True), (1.01e-13, False)):
+        flat = PluckerLine.from_point_direction([0, 0, 1], [1, 0, angle])
+        assert lines.meet_plane(flat, [0, 0, 0], [0, 0, 1]).parallel == parallel
+
+
 # --- joint axes
 
 MIMIC_ARM = """<robot name="arm"><link name="base"/><link name="one"/><link name="two"/><link name="three"/>
@@ -614,6 +709,12 @@ REFUSED = {
     "number for a second line": (lambda: lines.common_normal(LINE, 5), BadArgument),
     "coordinates for a line": (lambda: lines.reciprocal_product(LINE, LINE.coordinates), BadArgument),
     "nothing for a line": (lambda: lines.distance(None, LINE), BadArgument),
+    "number for a line": (lambda: lines.meet_plane(5, [0, 0, 0], [0, 0, 1]), BadArgument),
+    "angle of a number": (lambda: lines.angle(LINE, 5), BadArgument),
+    "angle of two batches": (lambda: lines.angle(TWO, THREE), WrongShape),
+    "plane without a normal": (lambda: lines.meet_plane(LINE, [0, 0, 0], [0, 0, 0]), ZeroNorm),
+    "plane at infinity": (lambda: lines.meet_plane(LINE, [0, 0, np.inf], [0, 0, 1]), NotFinite),
+    "planes of another batch": (lambda: lines.meet_plane(TWO, np.zeros((3, 3)), [0, 0, 1]), WrongShape),
     "number for axes": (lambda: lines.geometric_jacobian(5), BadArgument),
     "screw": (lambda: PluckerLine.from_coordinates([1, 0, 0, 0.3, 1, 0]), BadArgument),
     "NaN point": (lambda: PluckerLine.through([1, np.nan, 3], [1, 2, 3]), NotFinite),
@@ -662,6 +763,7 @@ def test_a_threshold_is_a_number_that_is_not_negative(threshold) -> None:
             (partial(lines.incident, LINE, other, within=threshold), "within"),
             (partial(lines.common_normal, LINE, other, parallel_below=threshold), "parallel_below"),
             (partial(lines.common_normal, LINE, other, coincident_below=threshold), "coincident_below"),
+            (partial(lines.meet_plane, LINE, [0, 0, 0], [0, 0, 1], parallel_below=threshold), "parallel_below"),
         ):
             with pytest.raises(BadArgument, match=f"^{name} must be a number ≥ 0"):
                 call()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import csv
 import io
 import json
@@ -233,14 +232,7 @@ def test_a_figure_has_the_curves_limits_and_what_is_outside(nao: nk.NaoModel) ->
 def test_without_matplotlib_the_extra_is_named(
     capsys: pytest.CaptureFixture, nod: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name.startswith("matplotlib"):
-            raise ImportError(name)
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert "pip install 'nao-kin[plot]'" in _refused(capsys, "motion", "plot", nod, str(tmp_path / "nod.png"))
     assert not (tmp_path / "nod.png").exists()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 from pathlib import Path
 from types import ModuleType
 
@@ -14,11 +15,13 @@ PACKAGE = Path(__file__).resolve().parent.parent / "nao_kin"
 
 # Lower rooms never import higher ones.
 ROOMS = {
+    "_extras": 1,
     "_text": 1,
     "errors": 1,
     "_common": 1,
     "rotations": 1,
     "lines": 1,
+    "screws": 1,
     "rank_one": 1,
     "batch": 2,
     "semantics": 2,
@@ -101,9 +104,11 @@ def test_everything_public_is_listed_in_one_place_and_documented() -> None:
     public = {_room(path) for path in MODULES} - {"__init__", "__main__"}
     public = {name for name in public if not name.startswith("_")}
     assert public <= set(nao_kin.__all__)
-    api = (PACKAGE.parent / "docs" / "api.md").read_text(encoding="utf-8")
-    missing = [name for name in nao_kin.__all__ if f"nao_kin.{name}" not in api]
-    assert not missing, f"docs/api.md says nothing about {missing}"
+    pages = "".join(
+        page.read_text(encoding="utf-8") for page in sorted((PACKAGE.parent / "docs" / "reference").glob("*.md"))
+    )
+    missing = [name for name in nao_kin.__all__ if f"nao_kin.{name}" not in pages]
+    assert not missing, f"docs/reference says nothing about {missing}"
 
 
 @pytest.mark.parametrize("name", sorted(nao_kin.__all__))
@@ -117,3 +122,17 @@ def test_a_public_room_lists_what_it_offers(name: str) -> None:
         ours = {n: getattr(v, "__module__", "") for n, v in vars(value).items() if not n.startswith("_")}
         offered = {n for n, home in ours.items() if home.startswith("nao_kin") and not home.startswith("nao_kin._")}
         assert offered <= set(value.__all__), name
+
+
+def test_no_module_takes_the_place_of_a_public_name() -> None:
+    for module in MODULES:
+        if module.stem != "__main__":
+            importlib.import_module(".".join(("nao_kin", *module.relative_to(PACKAGE).with_suffix("").parts)))
+    taken = [
+        f"{name}.{entry}"
+        for name in nao_kin.__all__
+        if isinstance(room := getattr(nao_kin, name), ModuleType)
+        for entry in room.__all__
+        if isinstance(getattr(room, entry), ModuleType)
+    ]
+    assert not taken

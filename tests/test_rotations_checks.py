@@ -10,7 +10,25 @@ from scipy.linalg import polar
 from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, WrongShape
-from nao_kin.rotations import check_rotation, is_rotation, log, nearest_rotation, rot_x, rot_y, rot_z
+from nao_kin.rotations import (
+    SEQUENCES,
+    check_rotation,
+    davenport_angles,
+    euler_from_matrix,
+    exp,
+    is_rotation,
+    log,
+    matrix_from_davenport,
+    matrix_from_euler,
+    matrix_from_natural,
+    matrix_from_quat,
+    natural_invariants,
+    nearest_rotation,
+    quat_from_matrix,
+    rot_x,
+    rot_y,
+    rot_z,
+)
 
 X = np.eye(3)
 NO_ROTATIONS = {
@@ -168,3 +186,44 @@ def test_a_matrix_without_a_single_nearest_rotation_is_refused(M):
 
 def test_a_matrix_of_rank_two_still_has_one():
     assert worst(nearest_rotation(np.diag([2.0, 1.0, 0.0])), np.eye(3)) < 1e-15
+
+
+def off(size, seed=0):
+    """Rotations, at lock and everywhere else, with errors of that size in every entry."""
+    rng = np.random.default_rng(seed)
+    triples = rng.uniform(-3.0, 3.0, (300, 3))
+    triples[:150, 1] = math.pi / 2 + np.repeat([0.0, 1e-9, size], 50)
+    R = matrix_from_euler(triples, "zyx", axes="moving")
+    return R + rng.uniform(-size, size, R.shape)
+
+
+@pytest.mark.parametrize("size", [1e-13, 1e-10, 1e-8, 1e-7, 2e-7])
+def test_what_is_a_rotation_only_nearly_is_answered_for_the_nearest_one(size):
+    R = off(size)
+    nearest = nearest_rotation(R)
+    for sequence in SEQUENCES:
+        found = euler_from_matrix(R, sequence, axes="moving")
+        assert worst(matrix_from_euler(found.angles, sequence, axes="moving"), nearest) < 8e-15
+        assert worst(matrix_from_euler(found.other, sequence, axes="moving"), nearest) < 8e-15
+    assert worst(matrix_from_quat(quat_from_matrix(R)), nearest) < 8e-15
+    assert worst(exp(log(R)), nearest) < 8e-15
+    assert worst(matrix_from_natural(*natural_invariants(R)), nearest) < 8e-15
+    hip = ([0, 1, -1], [1, 0, 0], [0, 1, 0])
+    assert worst(matrix_from_davenport(davenport_angles(R, *hip).angles, *hip), nearest) < 8e-15
+
+
+def test_a_single_matrix_in_single_precision_is_answered_as_one_of_many():
+    R = random_rotations(20).astype(np.float32)
+    together = log(R)
+    for matrix, v in zip(R, together, strict=True):
+        assert worst(log(matrix), v) < 1e-15
+        assert worst(exp(v), nearest_rotation(matrix)) < 5e-15
+
+
+def test_exact_rotations_beside_inexact_ones_keep_their_last_digit():
+    axes = np.random.default_rng(1).normal(size=(50, 3))
+    half_turns = np.array([matrix_from_natural(e, math.pi) for e in axes])
+    half_turns = 0.5 * (half_turns + np.swapaxes(half_turns, -1, -2))
+    mixed = np.concatenate([half_turns, off(1e-7)])
+    assert (log(mixed)[:50] == log(half_turns)).all()
+    assert (quat_from_matrix(mixed)[:50] == quat_from_matrix(half_turns)).all()

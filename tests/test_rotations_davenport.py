@@ -203,8 +203,10 @@ def test_the_predicate_of_axes_broadcasts_and_refuses_what_is_no_axis():
 def test_bad_axes_are_refused():
     with pytest.raises(ZeroNorm, match="axis a2"):
         davenport_angles(np.eye(3), X, [0, 0, 0], Z)
-    with pytest.raises(WrongShape, match="axis a3"):
-        davenport_angles(np.eye(3), X, Y, [Z, Z])
+    with pytest.raises(WrongShape, match="R and the axes"):
+        davenport_angles([np.eye(3)] * 3, X, Y, [Z, Z])
+    with pytest.raises(BadArgument, match="a2 is missing"):
+        matrix_from_davenport([0, 0], X, a3=Z)
     with pytest.raises(WrongShape, match="axis a1"):
         matrix_from_davenport([0, 0, 0], [1, 0], Y, Z)
 

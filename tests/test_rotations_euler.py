@@ -222,15 +222,21 @@ def test_the_fixed_axis_matrix_of_the_paper_has_both_its_solutions():
     assert worst(matrix_from_rpy(np.radians([150, 120, 150])), Q) == pytest.approx(0.5, abs=1e-12)
 
 
-@pytest.mark.parametrize("sequence", ["xyy", "ZYX", "xy", "", "xyzx", "abc", "x y z", 123, None, ["x", "y", "z"]])
+@pytest.mark.parametrize("sequence", ["xyy", "ZYX", "xx", "", "xyzx", "abc", "x y z", 123, None, ["x", "y", "z"]])
 def test_a_malformed_sequence_is_refused_by_name(sequence):
-    for call in (
-        lambda: matrix_from_euler([0, 0, 0], sequence, axes="moving"),
-        lambda: euler_from_matrix(np.eye(3), sequence, axes="moving"),
-    ):
-        with pytest.raises(UnknownName, match="unknown sequence") as caught:
-            call()
-        assert caught.value.valid == tuple(sorted({s for s, _ in CONVENTIONS}))
+    three = sorted({s for s, _ in CONVENTIONS})
+    with pytest.raises(UnknownName, match="unknown sequence") as caught:
+        euler_from_matrix(np.eye(3), sequence, axes="moving")
+    assert caught.value.valid == tuple(three)
+    with pytest.raises(UnknownName, match="unknown sequence") as caught:
+        matrix_from_euler([0, 0, 0], sequence, axes="moving")
+    assert caught.value.valid == (*three, "x", "y", "z", "xy", "xz", "yx", "yz", "zx", "zy")
+
+
+@pytest.mark.parametrize("sequence", ["x", "zy"])
+def test_the_angles_of_fewer_than_three_axes_are_another_functions(sequence):
+    with pytest.raises(UnknownName, match="`nearest_euler` takes one or two axes"):
+        euler_from_matrix(np.eye(3), sequence, axes="moving")
 
 
 def test_an_upper_case_sequence_is_refused_with_the_advice_to_write_it_in_lower_case():

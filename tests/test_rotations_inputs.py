@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import math
 
 import numpy as np
@@ -20,10 +22,8 @@ AXIS = np.array([1.0, -2.0, 2.0])
 
 
 def _parts(result):
-    if isinstance(result, rotations.EulerAngles):
-        return result.angles, result.other, result.locked
-    if isinstance(result, rotations.RotationDefects):
-        return result.determinant, result.orthogonality
+    if dataclasses.is_dataclass(result):
+        return tuple(getattr(result, field.name) for field in dataclasses.fields(result))
     return result if isinstance(result, tuple) else (result,)
 
 
@@ -39,6 +39,14 @@ OF_MATRICES = {
     "euler_rodrigues": (rotations.euler_rodrigues, [(3,), ()]),
     "quat_from_matrix": (rotations.quat_from_matrix, [(4,)]),
     "log": (rotations.log, [(3,)]),
+    "power": (lambda R: rotations.power(R, 0.7), [(3, 3)]),
+    "angle_between (A)": (lambda A: rotations.angle_between(A, rotations.rot_y(0.3)), [()]),
+    "angle_between (B)": (lambda B: rotations.angle_between(rotations.rot_y(0.3), B), [()]),
+    "mrp_from_matrix": (rotations.mrp_from_matrix, [(3,)]),
+    "nearest_euler x": (lambda R: rotations.nearest_euler(R, "x", axes="moving"), [(1,), ()]),
+    "nearest_euler zy": (lambda R: rotations.nearest_euler(R, "zy", axes="fixed"), [(2,), ()]),
+    "nearest_davenport": (lambda R: rotations.nearest_davenport(R, HIP[0], AXIS), [(2,), ()]),
+    "random_rotation_near": (lambda R: rotations.random_rotation_near(R, 0.0), [(3, 3)]),
 }
 for _sequence, _axes in CONVENTIONS:
     OF_MATRICES[f"euler_from_matrix {_sequence} {_axes}"] = (
@@ -65,6 +73,38 @@ OF_ANGLES = {
     "slerp (p)": (lambda p: rotations.slerp(p, [1.0, 0.0, 0.0, 0.0], 0.3), (4,), (4,)),
     "slerp (q)": (lambda q: rotations.slerp([1.0, 0.0, 0.0, 0.0], q, 0.3), (4,), (4,)),
     "slerp (t)": (lambda t: rotations.slerp([1.0, 0.0, 0.0, 0.0], [0.5, 0.5, -0.5, 0.5], t), (), (4,)),
+    "slerp (longer)": (lambda q: rotations.slerp([0.0, 0.6, 0.0, 0.8], q, 0.3, arc="longer"), (4,), (4,)),
+    "matrix_from_euler (one axis)": (lambda a: rotations.matrix_from_euler(a, "y", axes="moving"), (1,), (3, 3)),
+    "matrix_from_euler (two axes)": (lambda a: rotations.matrix_from_euler(a, "zx", axes="fixed"), (2,), (3, 3)),
+    "matrix_from_davenport (one axis)": (lambda a: rotations.matrix_from_davenport([0.3], a), (3,), (3, 3)),
+    "matrix_from_davenport (two axes)": (
+        lambda a: rotations.matrix_from_davenport([0.3, 0.2], a, HIP[0]),
+        (3,),
+        (3, 3),
+    ),
+    "power (t)": (lambda t: rotations.power(rotations.rot_x(0.4), t), (), (3, 3)),
+    "quat_rotate (q)": (lambda q: rotations.quat_rotate(q, [1.0, 2.0, 3.0]), (4,), (3,)),
+    "quat_rotate (v)": (lambda v: rotations.quat_rotate([0.6, 0.0, 0.8, 0.0], v), (3,), (3,)),
+    "quat_exp": (rotations.quat_exp, (4,), (4,)),
+    "quat_log": (rotations.quat_log, (4,), (4,)),
+    "quat_power (q)": (lambda q: rotations.quat_power(q, 0.3), (4,), (4,)),
+    "quat_power (t)": (lambda t: rotations.quat_power([0.5, 0.5, -0.5, 0.5], t), (), (4,)),
+    "quat_nearest (q)": (lambda q: rotations.quat_nearest(q, [1.0, 2.0, -3.0, 4.0]), (4,), (4,)),
+    "quat_nearest (reference)": (lambda q: rotations.quat_nearest([1.0, 2.0, -3.0, 4.0], q), (4,), (4,)),
+    "skew": (rotations.skew, (3,), (3, 3)),
+    "left_jacobian": (rotations.left_jacobian, (3,), (3, 3)),
+    "right_jacobian": (rotations.right_jacobian, (3,), (3, 3)),
+    "left_jacobian_inverse": (rotations.left_jacobian_inverse, (3,), (3, 3)),
+    "right_jacobian_inverse": (rotations.right_jacobian_inverse, (3,), (3, 3)),
+    "matrix_from_mrp": (rotations.matrix_from_mrp, (3,), (3, 3)),
+    "mrp_shadow": (rotations.mrp_shadow, (3,), (3,)),
+    "rotation_between (a)": (lambda a: rotations.rotation_between(a, AXIS), (3,), (3, 3)),
+    "rotation_between (b)": (lambda b: rotations.rotation_between(AXIS, b, axis=X), (3,), (3, 3)),
+    "euler_rate_jacobian_inverse": (
+        lambda a: rotations.euler_rate_jacobian_inverse(a, "zyx", axes="moving", expressed_in="moving"),
+        (3,),
+        (3, 3),
+    ),
 }
 for _sequence, _axes in CONVENTIONS:
     OF_ANGLES[f"matrix_from_euler {_sequence} {_axes}"] = (
@@ -72,6 +112,12 @@ for _sequence, _axes in CONVENTIONS:
         (3,),
         (3, 3),
     )
+    for _side in ("fixed", "moving"):
+        OF_ANGLES[f"euler_rate_jacobian {_sequence} {_axes} {_side}"] = (
+            lambda a, s=_sequence, x=_axes, e=_side: rotations.euler_rate_jacobian(a, s, axes=x, expressed_in=e),
+            (3,),
+            (3, 3),
+        )
 OF_LINEAR = ("matrix_from_linear", rotations.matrix_from_linear)
 
 of_matrices = pytest.mark.parametrize("name", OF_MATRICES)
@@ -262,7 +308,7 @@ def test_matrices_of_another_shape_are_refused(name, shape):
 def test_values_of_another_shape_are_refused(name):
     call, head, _ = OF_ANGLES[name]
     if head:
-        for shape in ((), (head[0] + 1,), (head[0] - 1,), (head[0], 1), (0,)):
+        for shape in ((), (head[0] + 1,), (head[0] - 1,), (head[0], head[0] + 1), (0,)):
             with pytest.raises(WrongShape):
                 call(np.ones(shape))
 
@@ -308,7 +354,7 @@ numbers = st.one_of(
 TINY_TO_HUGE = [*OF_MATRICES.items(), *((n, (call, head)) for n, (call, head, _) in OF_ANGLES.items())]
 
 
-@settings(PROPERTY, max_examples=600)
+@settings(PROPERTY, max_examples=1200)
 @given(data=st.data(), entry=st.sampled_from(TINY_TO_HUGE), batch=st.sampled_from([(), (1,), (3,)]))
 def test_any_numbers_give_finite_results_or_the_librarys_own_error(data, entry, batch):
     name, (call, head) = entry
@@ -321,3 +367,8 @@ def test_any_numbers_give_finite_results_or_the_librarys_own_error(data, entry, 
         return
     for part in parts:
         assert np.isfinite(part).all()
+
+
+@pytest.mark.parametrize("name", [name for name in rotations.__all__ if not name.isupper()])
+def test_everything_offered_has_an_example(name):
+    assert "Examples:\n" in inspect.getdoc(getattr(rotations, name))

@@ -22,9 +22,9 @@ from nao_kin.motion import mirror
 from nao_kin.naoqi import joint_names as naoqi_names
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.semantics import CoupledLimit, Semantics
-from nao_kin.urdf import Box, Cylinder, MeshFile, Origin, Sphere
+from nao_kin.urdf import Box, Cylinder, MeshFile, Origin, Sphere, mesh_in
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
-from nao_kin.viewer.meshes import UnreadableMesh, load_meshes, mesh_path
+from nao_kin.viewer.meshes import UnreadableMesh, load_meshes
 from nao_kin.viewer.scene import robot_drawables
 
 
@@ -276,7 +276,7 @@ def test_mesh_files_are_found_wherever_a_urdf_points(
 
 def test_a_name_that_no_file_can_have_is_not_found(tmp_path: Path) -> None:
     for name in ("x" * 5000, "file://" + "x" * 5000, "package://a/" + "x" * 5000, ""):
-        assert mesh_path(tmp_path / "a.urdf", name) is None
+        assert mesh_in(tmp_path, name) is None
 
 
 def test_a_file_without_triangles_is_no_mesh(tmp_path: Path) -> None:

@@ -49,6 +49,14 @@ def test_the_wheel_holds_the_urdfs_and_the_type_marker(wheel: Path) -> None:
     assert not [name for name in names if name.startswith(("tests", "scripts", "urdf"))]
 
 
+def test_the_package_index_is_told_that_the_readme_is_markdown(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        metadata = archive.read(name).decode("utf-8")
+    assert "\nDescription-Content-Type: text/markdown\n" in metadata
+    assert (ROOT / "README.md").read_text(encoding="utf-8").strip() in metadata
+
+
 def test_it_works_from_another_folder(python: Path, tmp_path: Path) -> None:
     code = (
         "import nao_kin as nk; print(nk.__file__); "

@@ -21,6 +21,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from nao_kin._common.compiler import compiles, need_numba, warn_without_numba
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import NotCachedWarning
@@ -38,6 +41,11 @@ class KernelState:
         seconds: how long it took to get it ready.
         compiled: whether it had to be compiled, and was not found on disk.
         folder: where it is kept; None where it could not be kept.
+
+    Examples:
+        >>> state = nk.batch.warm_up()[0]
+        >>> isinstance(state.name, str), state.seconds >= 0
+        (True, True)
     """
 
     name: str
@@ -50,7 +58,8 @@ class KeptKernel:
     """A function that is compiled, or read from the disk, when it is first needed.
 
     Args:
-        function: plain Python that Numba can compile; run as it stands where NUMBA_DISABLE_JIT is set.
+        function: plain Python that Numba can compile; run as it stands where Numba is not installed or
+            NUMBA_DISABLE_JIT is set.
         what: what is being compiled, for the line on standard error.
         name: name of the file that says that the kernel has been kept.
         sources: the folder of all files that the function depends on.
@@ -71,7 +80,7 @@ class KeptKernel:
 
     @property
     def in_memory(self) -> bool:
-        """Whether it can be called at once."""
+        """Whether it is compiled and can be called at once."""
         return self._compiled is not None
 
     def __call__(self, *arguments: Any) -> Any:
@@ -79,16 +88,28 @@ class KeptKernel:
         return (self._compiled or self.ready())(*arguments)
 
     def ready(self) -> Callable[..., Any]:
-        """The compiled function."""
+        """The function to call: compiled where that can be, else as it stands, with a warning that it is slow."""
+        if self._compiled is not None:
+            return self._compiled
+        if not compiles():
+            warn_without_numba()
+            return self._uncompiled
         with _LOCK:
             if self._compiled is None:
-                import numba
-
-                self._compiled = self._function if numba.config.DISABLE_JIT else self._made()
+                self._compiled = self._made()
             return self._compiled
 
+    def _uncompiled(self, *arguments: Any) -> Any:
+        with np.errstate(all="ignore"):  # compiled code does not warn of infinities
+            return self._function(*arguments)
+
     def warm_up(self) -> KernelState:
-        """Get it ready now."""
+        """Get it ready now.
+
+        Raises:
+            MissingExtra: Numba is not installed.
+        """
+        need_numba("compiling ahead")
         found, started = self._is_kept(), time.perf_counter()
         self.ready()
         seconds = time.perf_counter() - started
@@ -150,6 +171,11 @@ def cache_folder() -> Path | None:
     """Where compiled kernels are kept: below NUMBA_CACHE_DIR if that is set, else in the user's cache directory.
 
     None where the user has no home.
+
+    Examples:
+        >>> folder = nk.batch.cache_folder()
+        >>> folder is None or folder.is_absolute()
+        True
     """
     named = os.environ.get("NUMBA_CACHE_DIR")
     if named:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nao_kin._common.compiler import need_numba
 from nao_kin._common.kernel_cache import KeptKernel, KernelState, cache_folder
 
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
@@ -28,10 +29,20 @@ def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> 
 
 
 def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
-    """`nao_kin.batch.kernel.run` for numbers given in one precision, computed in it or in single precision."""
+    """`nao_kin.batch.program_kernel.run` for numbers given in one precision, computed in it or in single precision.
+
+    Raises:
+        MissingExtra: Numba is not installed.
+
+    Examples:
+        >>> double = np.dtype(np.float64)
+        >>> nk.batch.kernel(double, double) is nk.batch.kernel(double, double)
+        True
+    """
+    need_numba("a batch kernel")
     found = _kernels.get((given, computed))
     if found is None:
-        from nao_kin.batch.kernel import run, signature
+        from nao_kin.batch.program_kernel import run, signature
 
         name = _PRECISIONS[given, computed]
         made = KeptKernel(
@@ -46,5 +57,13 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
 
 
 def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of all precisions ready, so that no later call has to wait for them."""
+    """Get the kernels of all precisions ready, so that no later call has to wait for them.
+
+    Raises:
+        MissingExtra: Numba is not installed.
+
+    Examples:
+        >>> [state.name for state in nk.batch.warm_up()]
+        ['batch kernel, double precision', 'batch kernel, double to single precision', 'batch kernel, single precision']
+    """
     return tuple(kernel(*precisions).warm_up() for precisions in _PRECISIONS)

@@ -34,6 +34,16 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
 
     Returns:
         The largest magnitude among the inputs: NaN or infinity if there is one.
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> tip = nk.batch.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
+        >>> program = nk.batch.poses_program(tree, [tip], form="position")
+        >>> out = np.empty((3, 3))
+        >>> _ = nk.batch.execute(program, [np.zeros((3, 1))], out, threads=1)
+        >>> out[0].tolist()
+        [0.1, 0.0, 0.0]
     """
     count = len(out)
     if threads is None:

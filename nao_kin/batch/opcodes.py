@@ -40,7 +40,13 @@ class Tables(NamedTuple):
 
 
 def aligned_empty(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Memory for so many numbers that begins where a vector can be written at once."""
+    """Memory for so many numbers that begins where a vector can be written at once.
+
+    Examples:
+        >>> numbers = nk.batch.aligned_empty(5, np.dtype(np.float64))
+        >>> numbers.shape, numbers.ctypes.data % 32
+        ((5,), 0)
+    """
     memory = np.empty(count + LINE // dtype.itemsize, dtype)
     skipped = -memory.ctypes.data % LINE // dtype.itemsize
     return memory[skipped : skipped + count]

@@ -91,6 +91,12 @@ class Program:
         tables: what the kernel takes.
         constants: the first registers, which do not change, shape (registers, 3).
         rows: how many rows of scratch memory it takes.
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> nk.batch.poses_program(tree, []).constants.shape[1]
+        3
     """
 
     tables: Tables = field(repr=False)

@@ -22,6 +22,16 @@ def poses_program(
 
     The form is "matrix", "rotation", "position", "position_quaternion" or "position6d". With a reference, the joints
     that carry all of the frames do not matter and are left out.
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> tip = nk.batch.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
+        >>> program = nk.batch.poses_program(tree, [tip], form="position")
+        >>> out = np.empty((2, 3))
+        >>> _ = nk.batch.execute(program, [np.array([[0.0], [0.5]])], out)
+        >>> out.round(4).tolist()
+        [[0.1, 0.0, 0.0], [0.0878, 0.0479, 0.0]]
     """
     builder = Builder(tree.nq, tree.nv)
     if reference is None:
@@ -36,7 +46,18 @@ def poses_program(
 
 
 def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str) -> Program:
-    """The Jacobian of a frame, shape (6, nv)."""
+    """The Jacobian of a frame, shape (6, nv).
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> tip = nk.batch.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
+        >>> program = nk.batch.jacobian_program(tree, tip, "mixed")
+        >>> out = np.empty((1, 6))
+        >>> _ = nk.batch.execute(program, [np.zeros((1, 1))], out)
+        >>> out.tolist()
+        [[0.0, 0.1, 0.0, 0.0, 0.0, 1.0]]
+    """
     builder = Builder(tree.nq, tree.nv)
     posed = PosedTree(builder, tree)
     at = posed.placed(frame)
@@ -68,6 +89,16 @@ def com_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
 
     First moments are gathered from the tips to the root, each joint turning the moment of what it carries: a third of
     the work of posing every body first.
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint(
+        ...     "revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0, mass=2.0, moment=(0.2, 0.0, 0.0)
+        ... )
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> out = np.empty((1, 3))
+        >>> _ = nk.batch.execute(nk.batch.com_program(tree), [np.zeros((1, 1))], out)
+        >>> out.tolist()
+        [[0.1, 0.0, 0.0]]
     """
     builder = Builder(tree.nq, tree.nv)
     centre = builder.combination(_gathered(builder, tree, -1), [(_moment(builder, tree, -1), 1.0)])
@@ -78,7 +109,18 @@ def com_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
 
 
 def com_jacobian_program(tree: JointTree) -> Program:
-    """The Jacobian of the centre of all masses in the root's axes, shape (3, nv)."""
+    """The Jacobian of the centre of all masses in the root's axes, shape (3, nv).
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint(
+        ...     "revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0, mass=2.0, moment=(0.2, 0.0, 0.0)
+        ... )
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> out = np.empty((1, 3))
+        >>> _ = nk.batch.execute(nk.batch.com_jacobian_program(tree), [np.zeros((1, 1))], out)
+        >>> out.tolist()
+        [[0.0, 0.1, 0.0]]
+    """
     builder = Builder(tree.nq, tree.nv)
     posed = PosedTree(builder, tree)
     moments: list[Register] = []
@@ -107,7 +149,18 @@ def com_jacobian_program(tree: JointTree) -> Program:
 
 
 def motion_program(tree: JointTree, frames: Sequence[TreeFrame], expression: str, derivatives: int) -> Program:
-    """Twists of frames, shape (6,) each; with two derivatives the rates at which the numbers of the twists change."""
+    """Twists of frames, shape (6,) each; with two derivatives the rates at which the numbers of the twists change.
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> tip = nk.batch.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
+        >>> program = nk.batch.motion_program(tree, [tip], "mixed", 1)
+        >>> out = np.empty((1, 6))
+        >>> _ = nk.batch.execute(program, [np.zeros((1, 1)), np.array([[2.0]])], out)
+        >>> out.tolist()
+        [[0.0, 0.2, 0.0, 0.0, 0.0, 2.0]]
+    """
     builder = Builder(tree.nq, tree.nv, derivatives)
     posed = PosedTree(builder, tree)
     moving = MovingTree(posed, derivatives)

@@ -29,6 +29,11 @@ class TreeJoint:
         offset: see `ratio`.
         mass: mass of what moves with it and with no later joint [kg].
         moment: mass · position of the centre of that mass in the joint's frame [kg m].
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> turn.kind, turn.parent
+        ('revolute', -1)
     """
 
     kind: str
@@ -79,6 +84,12 @@ class JointTree:
         joints: the joints.
         mass: mass of what no joint moves [kg].
         moment: mass · position of the centre of that mass [kg m].
+
+    Examples:
+        >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk.batch.JointTree(1, 1, (turn,))
+        >>> len(tree.joints)
+        1
     """
 
     nq: int
@@ -110,7 +121,14 @@ class JointTree:
         return tuple(masses)
 
     def chain(self, joint: int) -> list[int]:
-        """The joints from the root to this one."""
+        """The joints from the root to this one.
+
+        Examples:
+            >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+            >>> tree = nk.batch.JointTree(1, 1, (turn,))
+            >>> tree.chain(0)
+            [0]
+        """
         chain = []
         while joint != ROOT:
             chain.append(joint)
@@ -118,7 +136,14 @@ class JointTree:
         return chain[::-1]
 
     def common_joint(self, joints: Sequence[int]) -> int:
-        """The last joint that carries all of these, or is one of them; −1 for the root."""
+        """The last joint that carries all of these, or is one of them; −1 for the root.
+
+        Examples:
+            >>> turn = nk.batch.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+            >>> tree = nk.batch.JointTree(1, 1, (turn,))
+            >>> tree.common_joint([0, 0])
+            0
+        """
         common = ROOT
         for places in zip(*(self.chain(joint) for joint in joints), strict=False):
             if len(set(places)) > 1:
@@ -129,7 +154,13 @@ class JointTree:
 
 @dataclass(frozen=True)
 class TreeFrame:
-    """A frame held to a joint: the joint, and its pose there."""
+    """A frame held to a joint: the joint, and its pose there.
+
+    Examples:
+        >>> tip = nk.batch.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
+        >>> tip.joint
+        0
+    """
 
     joint: int
     R: Floats = field(repr=False)

@@ -26,6 +26,12 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
     Args:
         arguments: what stands behind the program's name; those of this process by default.
+
+    Examples:
+        >>> nk.cli.main(["fk", "--posture", "Stand", "--frame", "LHnd"])
+        Traceback (most recent call last):
+            ...
+        SystemExit: 2
     """
     end_on_signals()
     codes: list[int] = []

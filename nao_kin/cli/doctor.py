@@ -10,20 +10,19 @@ import importlib.util
 import os
 import platform
 import shutil
-import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from functools import partial
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from nao_kin._common.ending import before_ending, kill_group, uninterrupted
-from nao_kin._text import abbreviated
+from nao_kin._extras import ALL, EXTRAS, Extra, command
 from nao_kin.cli.options import JsonOption
 from nao_kin.cli.output import print_json, print_table
+from nao_kin.cli.probes import model_problem, numba_problem
 
 # Distribution name → module name.
 _LIBRARIES = {
@@ -33,21 +32,11 @@ _LIBRARIES = {
     "numpy": "numpy",
     "yourdfpy": "yourdfpy",
     "meshcat": "meshcat",
-    "numba": "numba",
-    "pyarrow": "pyarrow",
-    "dask": "dask",
     "typer": "typer",
     "rich": "rich",
     "trimesh": "trimesh",
-    "example-robot-data": None,
 }
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
-_PROBE = """
-import nao_kin
-nao = nao_kin.load_nao()
-print(nao.nv, *nao.position(nao.neutral(), "LArm"))
-"""
-_PROBE_SECONDS = 120
 
 
 def register(app: typer.Typer) -> None:
@@ -56,7 +45,7 @@ def register(app: typer.Typer) -> None:
 
 
 def doctor(json: JsonOption = False) -> None:
-    """Versions, where each library comes from, known clashes, and a browser if any; exit 1 when something is wrong."""
+    """Versions, where each library comes from, extras, known clashes, and a browser; exit 1 when something is wrong."""
     state = inspect_installation()
     if json:
         print_json(state.as_dict())
@@ -65,6 +54,12 @@ def doctor(json: JsonOption = False) -> None:
         rows += [(library.name, library.version or "–", library.location or "–") for library in state.libraries]
         rows.append(("browser", "found" if state.browser else "none", state.browser or "–"))
         print_table(("what", "version", "where"), rows)
+        print_table(
+            ("extra", "version", "for"),
+            [(extra.name, extra.version or "absent", extra.brings) for extra in state.extras],
+        )
+        if any(extra.version is None for extra in state.extras):
+            print(f"{command('NAME')} adds an extra, {command(ALL)} all of them. Nothing else needs them.\n")
         for problem in state.problems:
             print(f"problem: {problem}")
         if not state.problems:
@@ -89,6 +84,23 @@ class Library:
 
 
 @dataclass(frozen=True)
+class ExtraState:
+    """An extra, as `nao_kin._extras` has it, and whether it is here.
+
+    Attributes:
+        name: as in `pip install 'nao-kin[name]'`.
+        version: of its first package; None when one of its packages is absent.
+        brings: what works with it.
+        without: what works without it.
+    """
+
+    name: str
+    version: str | None
+    brings: str
+    without: str
+
+
+@dataclass(frozen=True)
 class Installation:
     """The state of an installation.
 
@@ -97,6 +109,7 @@ class Installation:
         executable: where this Python is.
         system: the machine.
         libraries: what is installed and from where.
+        extras: which of the optional packages are here.
         browser: a browser for the viewer, None when there is none.
         problems: what is wrong, one line each, with what to do about it.
     """
@@ -105,6 +118,7 @@ class Installation:
     executable: str
     system: str
     libraries: tuple[Library, ...]
+    extras: tuple[ExtraState, ...]
     browser: str | None
     problems: tuple[str, ...]
 
@@ -121,31 +135,48 @@ def inspect_installation(environment: Mapping[str, str] | None = None) -> Instal
     """
     variables = os.environ if environment is None else environment
     libraries = tuple(_library(name, module) for name, module in _LIBRARIES.items())
-    problems = [*_missing(libraries), *_clashes(libraries, variables), *_model_problem(variables)]
+    extras = tuple(_extra_state(extra) for extra in EXTRAS.values())
+    problems = [*_missing(libraries), *_clashes(libraries, variables), *model_problem(variables)]
+    if any(extra.name == "batch" and extra.version is not None for extra in extras):
+        problems += numba_problem(variables)
     return Installation(
         python=platform.python_version(),
         executable=sys.executable,
         system=platform.platform(),
         libraries=libraries,
+        extras=extras,
         browser=next((path for name in _BROWSERS if (path := shutil.which(name))), None),
         problems=tuple(problems),
     )
 
 
-def _library(name: str, module: str | None) -> Library:
+def _library(name: str, module: str) -> Library:
+    spec = _spec(module)
+    return Library(name, _version(name), str(Path(spec.origin).parent) if spec is not None and spec.origin else None)
+
+
+def _extra_state(extra: Extra) -> ExtraState:
+    versions = [_version(package) for package in extra.packages]
+    present = all(_spec(module) for module in extra.modules) if extra.modules else None not in versions
+    return ExtraState(extra.name, (versions[0] or "present") if present else None, extra.brings, extra.without)
+
+
+def _version(name: str) -> str | None:
     try:
-        version = importlib.metadata.version(name)
+        return importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
-        version = None
+        return None
+
+
+def _spec(module: str) -> ModuleSpec | None:
     try:
-        spec = importlib.util.find_spec(module) if module else None
+        return importlib.util.find_spec(module)
     except (ImportError, ValueError):
-        spec = None
-    return Library(name, version, str(Path(spec.origin).parent) if spec is not None and spec.origin else None)
+        return None
 
 
 def _missing(libraries: tuple[Library, ...]) -> list[str]:
-    optional = ("example-robot-data", "eigenpy", "coal")
+    optional = ("eigenpy", "coal")
     return [
         f"{library.name} is not installed: pip install {library.name}"
         for library in libraries
@@ -182,37 +213,3 @@ def _clashes(libraries: tuple[Library, ...], variables: Mapping[str, str]) -> li
 def _major_minor(version: str) -> tuple[int, int]:
     numbers = [int(part) if part.isdigit() else 0 for part in version.split(".")[:2]]
     return numbers[0], numbers[1] if len(numbers) > 1 else 0
-
-
-def _model_problem(variables: Mapping[str, str]) -> list[str]:
-    """Load the model in a process of its own: mixed binary libraries do not raise, they crash."""
-    try:
-        with uninterrupted():
-            probe = subprocess.Popen(
-                [sys.executable, "-c", _PROBE],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                env=dict(variables),
-                start_new_session=True,
-            )
-            take_back = before_ending(partial(kill_group, probe.pid))
-    except OSError as error:
-        return [f"the model could not be tried: {error}"]
-    try:
-        with probe:
-            try:
-                out, errors = probe.communicate(timeout=_PROBE_SECONDS)
-            except BaseException:
-                probe.kill()
-                raise
-    except subprocess.TimeoutExpired:
-        return [f"the model could not be tried: it did not load within {_PROBE_SECONDS} s"]
-    finally:
-        take_back()
-    if probe.returncode == 0 and out.startswith("25 "):
-        return []
-    lines = errors.strip().splitlines()
-    reason = abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
-    return [f"the NAO does not load: {reason}"]

@@ -22,7 +22,7 @@ def register(app: typer.Typer) -> None:
 def export(
     output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file or folder, - for standard output.")],
     format_: Annotated[
-        str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf, srdf, ros2, sdf or gltf.")
+        str, typer.Option("--format", metavar="FORMAT", help="Which format: urdf, mjcf, srdf, ros2, sdf or gltf.")
     ],
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="WHICH", help="Links on fixed joints: all, effectors or none.")
@@ -48,6 +48,7 @@ def export(
     typed: Annotated[
         bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
     ] = None,
+    base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="floating or fixed: the root.")] = None,
     attachment: Annotated[
         str | None, typer.Option("--attachment", metavar="HOW", help="srdf, sdf: the root is fixed or floating.")
     ] = None,
@@ -95,6 +96,7 @@ def export(
         "coupling": coupling,
         "inertia": inertia,
         "typed": typed,
+        "base": base,
         "attachment": attachment,
         "samples": samples,
         "seed": seed,

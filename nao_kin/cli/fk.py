@@ -22,6 +22,7 @@ from nao_kin.cli.options import (
     DegOption,
     HipsOption,
     JsonOption,
+    PackageDirOption,
     RateOption,
     RobotOption,
     TimelineOption,
@@ -106,6 +107,7 @@ def fk(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
@@ -126,7 +128,7 @@ def fk(
     if not moves:
         only_file = {} if file is None else {"posture": posture}
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     motion_q: Floats | None = None
     if moves and file is not None:
@@ -215,12 +217,7 @@ def one_configuration(
             return model.configuration(values, limits=limits)
         if not model.posture_names:
             raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
-        q = model.posture(posture)
-        given = model.configuration(values, limits="ignore")
-        drivers = {model.mimics[name].joint if name in model.mimics else name for name in values}
-        columns = [model.joint_names.index(name) for name in drivers]
-        q[columns] = given[columns]
-        return q if limits == "ignore" else model.clamp(q) if limits == "clamp" else model.check_limits(q)
+        return model.posture(posture, values, limits=limits)
     except (OutsideLimits, CouplingViolated) as error:
         raise BadArgument(error.describe(degrees=deg)) from None
 

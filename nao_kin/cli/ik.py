@@ -17,7 +17,7 @@ import typer
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
-from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import DegOption, JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_note, print_table, without_sign_of_zero
 from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName
@@ -128,6 +128,7 @@ def ik(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Joint values for a pose: all solutions inside the limits, or the reason why there are none.
 
@@ -147,7 +148,7 @@ def ik(
             raise BadArgument(
                 f"--html {html} and {'--json' if json else '--csv'} both write to standard output; give one"
             )
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     frames = _FEET if frame == LEGS else (frame,)
     model.frame_ids(frames)
     if target is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_table
 
 
@@ -14,10 +14,14 @@ def register(app: typer.Typer) -> None:
 
 
 def info(
-    version: VersionOption = "v6", urdf: UrdfOption = None, robot: RobotOption = None, json: JsonOption = False
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
+    json: JsonOption = False,
 ) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     facts: dict[str, object] = {
         "name": model.name,
         "degrees_of_freedom": model.nv,

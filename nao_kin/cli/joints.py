@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nao_kin._common.scalars import finite_or_none
-from nao_kin.cli.options import DegOption, JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import DegOption, JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_table, without_sign_of_zero
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ def joints(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
 
@@ -43,7 +44,7 @@ def joints(
     """
     from nao_kin.joints import joint_table
 
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     chosen = {name: value for name, value in (("rule", rule), ("tolerance", tolerance)) if value is not None}
     table = joint_table(model, typed=typed or bool(chosen), **chosen)  # type: ignore[arg-type]
     if json:

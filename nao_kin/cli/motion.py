@@ -15,6 +15,7 @@ from nao_kin.cli.motion_input import check_posture, read
 from nao_kin.cli.options import (
     HipsOption,
     JsonOption,
+    PackageDirOption,
     RobotOption,
     TimelineOption,
     UrdfOption,
@@ -93,6 +94,7 @@ def convert(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Write a motion in another format, changed on the way if asked for; what is changed is said.
 
@@ -104,7 +106,7 @@ def convert(
         raise BadArgument("--gap is the pause of --loop; give both")
     sink = "/dev/stdout" if sink == "-" else sink
     _check_sink(sink, force, json)
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     check_posture(model, posture)
     motion = read(model, source, deg=deg, timeline=timeline, format_=from_)
     changes = list[motions.Change]()
@@ -143,11 +145,12 @@ def check(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Limits, coupled limits, speeds, and joints of one motor, between the keys too; exit 1 when one is not kept."""
     from nao_kin import motion as motions
 
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     check_posture(model, posture)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
@@ -170,9 +173,10 @@ def info(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Joints, keys, times and ranges of a motion."""
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
     rows = _joint_rows(model, motion, deg=deg)
     if json:
@@ -200,6 +204,7 @@ def plot(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Draw every joint over time between its limits, in degrees; what is outside in red."""
     from nao_kin.motion import plot as draw
@@ -208,7 +213,7 @@ def plot(
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
     _check_sink(picture, force, json)
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
     figure = draw(model, motion, joints=joints, speed=speed)
     content = io.BytesIO()

@@ -14,9 +14,16 @@ if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 VersionOption = Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")]
-UrdfOption = Annotated[str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF file.")]
+UrdfOption = Annotated[
+    str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF, xacro or MJCF file.")
+]
 RobotOption = Annotated[
-    str | None, typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data.")
+    str | None,
+    typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data or robot_descriptions."),
+]
+PackageDirOption = Annotated[
+    list[str] | None,
+    typer.Option("--package-dir", metavar="DIR", help="Look here for packages that --urdf names; repeatable."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
@@ -66,7 +73,7 @@ def _check_contradictions(given: set[str]) -> None:
             raise BadArgument(reason)
 
 
-def load(version: str, urdf: str | None, robot: str | None) -> RobotModel:
+def load(version: str, urdf: str | None, robot: str | None, package_dir: list[str] | None = None) -> RobotModel:
     """The robot that the options name.
 
     Raises:
@@ -76,8 +83,10 @@ def load(version: str, urdf: str | None, robot: str | None) -> RobotModel:
 
     if urdf is not None:
         if not urdf:
-            raise BadArgument("--urdf is empty; expected a URDF file")
-        return RobotModel.from_urdf(urdf)
+            raise BadArgument("--urdf is empty; expected a URDF, xacro or MJCF file")
+        return RobotModel.from_file(urdf, package_dirs=package_dir or ())
+    if package_dir:
+        raise BadArgument("--package-dir is for the packages that a file names; give --urdf")
     if robot is not None:
         return load_robot(robot)
     return load_nao(version)

@@ -20,6 +20,7 @@ from nao_kin.cli.options import (
     DegOption,
     HipsOption,
     JsonOption,
+    PackageDirOption,
     RateOption,
     RobotOption,
     TimelineOption,
@@ -91,6 +92,7 @@ def view(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
     json: JsonOption = False,
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
@@ -119,7 +121,7 @@ def view(
         only_file = {} if file is None else {"posture": posture}
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
 
-    model = load(version, urdf, robot)
+    model = load(version, urdf, robot, package_dir)
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
         if moves and file is not None:

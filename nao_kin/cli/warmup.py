@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from nao_kin._common.compiler import need_numba
 from nao_kin.cli.options import JsonOption
 from nao_kin.cli.output import print_json, print_table
 
@@ -19,6 +20,7 @@ def warmup(json: JsonOption = False) -> None:
     They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
     large batch, map or inverse kinematics compiles what it needs.
     """
+    need_numba("warmup")
     from nao_kin import batch, ik, reach
 
     states = (*batch.warm_up(), *reach.warm_up(), *ik.warm_up())

@@ -13,11 +13,11 @@ from nao_kin.crosscheck.angle_checks import three_angle_checks
 from nao_kin.crosscheck.by_hand import Step, steps_of, turns
 from nao_kin.crosscheck.comparisons import Check, Conversions
 from nao_kin.crosscheck.limit_checks import LimitChecks
+from nao_kin.crosscheck.mujoco_oracle import oracle_of
 from nao_kin.crosscheck.parameter_checks import parameter_checks
 from nao_kin.crosscheck.report import Report, Tally
 from nao_kin.crosscheck.robot_checks import JacobianChecks, PoseChecks
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
-from nao_kin.crosscheck.yourdfpy_oracle import YourdfpyOracle
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot
 
@@ -40,11 +40,11 @@ def run(
     """Compare all of this library's conventions with those of independent implementations.
 
     At every configuration, every frame's pose by hand from elementary rotations and the robot's numbers alone, by the
-    robot's methods, by Pinocchio called directly, by yourdfpy; each frame's place in the one that carries it, and each
-    joint's axis, sense and travel. For every rotation that the frames take (those parallel to the frame that carries
-    them add none), every conversion in both directions against Pinocchio's or eigenpy's. Joint axes as lines against
-    Pinocchio's Jacobians. Limits and mimics against two other readings of the URDF, limit violations and clamped values
-    against a scalar formula.
+    robot's methods, by Pinocchio called directly, by yourdfpy (of an MJCF: by MuJoCo); each frame's place in the one
+    that carries it, and each joint's axis, sense and travel. For every rotation that the frames take (those parallel to
+    the frame that carries them add none), every conversion in both directions against Pinocchio's or eigenpy's. Joint
+    axes as lines against Pinocchio's Jacobians. Limits and mimics against two other readings of the URDF or one of the
+    MJCF, limit violations and clamped values against a scalar formula.
 
     Whatever a function under test raises fails the rows that it is part of, and no others; their notes name the error.
 
@@ -64,6 +64,11 @@ def run(
         BadArgument: no robot, a floating base, samples or seed that are no such numbers, no `Conversions`, no steps.
         UnknownName: a step that stands in an unknown frame.
         BadModel: the robot's URDF can no longer be read.
+
+    Examples:
+        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
+        >>> report.ok
+        True
     """
     check_robot(robot)
     if conversions is not None and not isinstance(conversions, Conversions):
@@ -76,7 +81,7 @@ def run(
     seed = whole_number(seed, "seed", 0, _LARGEST_SEED)
     tested = conversions or Conversions()
     chosen = tuple(steps_of(robot) if steps is None else steps)
-    second = YourdfpyOracle(robot)
+    second = oracle_of(robot)
     configurations = sample_configurations(robot, samples, seed)
     poses = PoseChecks(robot, chosen, tested, second)
     jacobians = JacobianChecks(robot, tested, poses.frames)

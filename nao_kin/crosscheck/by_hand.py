@@ -37,6 +37,11 @@ class Step:
         axis: unit vector along the joint's axis; None where the frame is fixed in its parent.
         sliding: whether the joint is prismatic.
         mimic: the coordinate that moves the joint, its own or another joint's, and how; None where there is no joint.
+
+    Examples:
+        >>> step = nk.crosscheck.Step("HeadYaw", "torso", xyz=(0.0, 0.0, 0.1265), axis=(0.0, 0.0, 1.0))
+        >>> step.name, step.parent
+        ('HeadYaw', 'torso')
     """
 
     name: str
@@ -49,12 +54,24 @@ class Step:
 
 
 def steps_of(robot: RobotModel) -> tuple[Step, ...]:
-    """The steps of a robot: a NAO's from the rows of its parameters, any other's from its URDF."""
+    """The steps of a robot: a NAO's from the rows of its parameters, any other's from its URDF.
+
+    Examples:
+        >>> steps = nk.crosscheck.steps_of(nk.load_nao())
+        >>> [step.name for step in steps if step.axis][:2]
+        ['HeadYaw', 'HeadPitch']
+    """
     return steps_of_tree(robot.tree) if robot.parameters is None else steps_of_nao(robot.parameters)
 
 
 def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
-    """The steps of a NAO, made of its parameters alone, under all names that its model has for them."""
+    """The steps of a NAO, made of its parameters alone, under all names that its model has for them.
+
+    Examples:
+        >>> steps = nk.crosscheck.steps_of_nao(nk.parameters.nao_parameters("v6"))
+        >>> sum(step.axis is not None for step in steps)
+        42
+    """
     steps = [Step("base_link", None), Step("torso", "base_link")]
     for joint in parameters.joints:
         steps.append(Step(joint.name, joint.parent, joint.xyz, axis=joint.axis, mimic=Mimic(joint.mimic or joint.name)))
@@ -79,6 +96,11 @@ def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
     """The steps of a URDF, made of the numbers it prints; every moving joint is a frame beside the link it moves.
 
     A name that the file gives to a link and to a joint means the link: it is a frame at the same place.
+
+    Examples:
+        >>> steps = nk.crosscheck.steps_of_tree(nk.urdf.read_urdf(nk.load_nao().urdf_path))
+        >>> steps[0].parent is None
+        True
     """
     steps = [Step(tree.root, None)]
     for joint in tree.joints:

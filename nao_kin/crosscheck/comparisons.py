@@ -26,6 +26,13 @@ class Conversions:
     Each field holds the public function of that name of `nao_kin.rotations`, and `joint_axes` what makes the
     `JointAxes` of a robot. The hand-rolled forward kinematics turns with `rot_x`, `rot_y` and `rot_z`.
     `dataclasses.replace(Conversions(), log=mine)` puts another function to the test.
+
+    Examples:
+        >>> from dataclasses import replace
+        >>> mine = replace(nk.crosscheck.Conversions(), log=lambda R: -nk.rotations.log(R))
+        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1, conversions=mine)
+        >>> [row.convention for row in report.rows if not row.ok]
+        ['log', 'log']
     """
 
     rot_x: Function = rotations.rot_x

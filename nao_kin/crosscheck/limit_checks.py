@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
+from nao_kin.crosscheck.mujoco_oracle import Oracle
 from nao_kin.crosscheck.report import Tally
 from nao_kin.crosscheck.yourdfpy_oracle import ParsedJoint, YourdfpyOracle
 from nao_kin.robot import RobotModel
@@ -28,12 +29,13 @@ _ON_THE_LIMIT = 1e-9
 class LimitChecks:
     """The rows about limits and mimics."""
 
-    def __init__(self, robot: RobotModel, second: YourdfpyOracle) -> None:
-        self._robot = robot
+    def __init__(self, robot: RobotModel, second: Oracle) -> None:
+        self._robot, self._second = robot, second
         self._tables = robot.coupled_limits
         self._fixed: list[Tally] = []
-        direct, note = _read_by_pinocchio(robot, second.joints)
-        for oracle, joints in (("yourdfpy", second.joints), ("pin.buildModelFromUrdf", direct)):
+        is_urdf = isinstance(second, YourdfpyOracle)
+        direct, note = _read_by_pinocchio(robot, second.joints) if is_urdf else (None, "")
+        for oracle, joints in ((second.name, second.joints), ("pin.buildModelFromUrdf", direct)):
             if joints is not None:
                 self._compare_limits(oracle, joints, note)
         self._compare_mimics(second.joints)
@@ -56,6 +58,8 @@ class LimitChecks:
         expected = [_shared_limits(name, joints) for name in names]
         ours = (self._robot.lower, self._robot.upper, self._robot.velocity_limits, self._robot.effort_limits)
         for index, kind in enumerate(("lower", "upper", "velocity", "effort")):
+            if kind not in self._second.kinds:
+                continue
             theirs = [limits[index] for limits in expected]
             apart = [_apart(float(mine), other) for mine, other in zip(ours[index], theirs, strict=True)]
             tally = Tally(f"{kind} limits", oracle, note=note)
@@ -74,7 +78,7 @@ class LimitChecks:
                 apart.append(math.inf)
             else:
                 apart.append(max(_apart(mimic.multiplier, expected[0]), _apart(mimic.offset, expected[1])))
-        tally = Tally("mimics", "yourdfpy")
+        tally = Tally("mimics", self._second.name)
         tally.add(np.array([apart]), 0, names)
         self._fixed.append(tally)
 
@@ -159,7 +163,8 @@ def _read_by_pinocchio(
             f"not compared with Pinocchio's own parser, which needs velocity and effort of {quoted(incomplete[0])}",
         )
     try:
-        model = pin.buildModelFromUrdf(str(robot.urdf_path))
+        expanded = robot.tree.expanded
+        model = pin.buildModelFromXML(expanded) if expanded else pin.buildModelFromUrdf(str(robot.urdf_path))
     except (RuntimeError, ValueError):
         return None, "not compared with Pinocchio's own parser, which refuses the file"
     found = dict(joints)

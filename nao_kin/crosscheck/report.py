@@ -26,6 +26,11 @@ class Place:
         configuration: index of the configuration in the run.
         stratum: the kind of configuration ("zero", "limits", "right angles" …).
         q: the configuration [rad, m or ratio].
+
+    Examples:
+        >>> place = nk.crosscheck.Place("LArm", 3, "limits", (0.0, 0.1))
+        >>> place.frame, place.stratum
+        ('LArm', 'limits')
     """
 
     frame: str
@@ -50,6 +55,12 @@ class Row:
         place: where the worst one happened; None without pairs.
         failing: the frames or joints that exceed the tolerance somewhere.
         note: what was left out and why, why the tolerance is what it is, or why the function refused.
+
+    Examples:
+        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
+        >>> row = report.rows[0]
+        >>> row.worst <= row.tolerance
+        True
     """
 
     convention: str
@@ -75,7 +86,13 @@ class Row:
         return (self.convention, self.against, *numbers, place, verdict)
 
     def as_dict(self) -> dict[str, Any]:
-        """The row as plain values; an infinite discrepancy becomes None, for JSON has no infinity."""
+        """The row as plain values; an infinite discrepancy becomes None, for JSON has no infinity.
+
+        Examples:
+            >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
+            >>> sorted(report.rows[0].as_dict())[:3]
+            ['against', 'configuration', 'convention']
+        """
         place = self.place
         return {
             "convention": self.convention,
@@ -160,6 +177,11 @@ class Report:
         strata: how many configurations of each kind were compared.
         rows: the table.
         columns: headings of the cells of every row.
+
+    Examples:
+        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
+        >>> report.ok, report.robot
+        (True, 'nao_v6')
     """
 
     columns: ClassVar[tuple[str, ...]] = ("convention", "against", "pairs", "worst", "tolerance", "worst at", "")
@@ -196,7 +218,13 @@ class Report:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """The report as plain values."""
+        """The report as plain values.
+
+        Examples:
+            >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
+            >>> report.as_dict()["ok"]
+            True
+        """
         return {
             "robot": self.robot,
             "ok": self.ok,

@@ -10,11 +10,12 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.compiler import has_numba
 from nao_kin.crosscheck.by_hand import HandRolled, Step
 from nao_kin.crosscheck.comparisons import LEFT_OUT, Conversions, difference, largest
+from nao_kin.crosscheck.mujoco_oracle import Oracle
 from nao_kin.crosscheck.report import TOLERANCE, Tally
 from nao_kin.crosscheck.samples import turns_about
-from nao_kin.crosscheck.yourdfpy_oracle import YourdfpyOracle
 from nao_kin.robot import RobotModel
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -22,15 +23,13 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Forward kinematics by hand, by the robot's methods, by the batch kernels, by plain Pinocchio, and by yourdfpy.
+    """Forward kinematics by hand, by the robot's methods, by the batch kernels, by Pinocchio, by another reader.
 
     Attributes:
         frames: the frames that the steps and the robot have in common.
     """
 
-    def __init__(
-        self, robot: RobotModel, steps: Sequence[Step], conversions: Conversions, second: YourdfpyOracle
-    ) -> None:
+    def __init__(self, robot: RobotModel, steps: Sequence[Step], conversions: Conversions, second: Oracle) -> None:
         self._robot, self._conversions, self._second = robot, conversions, second
         self._by_hand = HandRolled(steps, robot.joint_names, conversions)
         known = set(robot.frame_names)
@@ -44,10 +43,16 @@ class PoseChecks:
         self._steps = _StepChecks(robot, self._by_hand, self.frames)
 
         left_out = len(second.left_out)
-        note = f"{left_out} frames left out: yourdfpy reads a coupling or a sliding axis otherwise" if left_out else ""
+        note = (
+            f"{left_out} frames left out: {second.name} reads a coupling or a sliding axis otherwise"
+            if left_out
+            else ""
+        )
         self._by_hand_pinocchio = Tally("pose in the root, by hand", "Pinocchio")
-        self._by_hand_yourdfpy = Tally("pose in the root, by hand", "yourdfpy", note=note)
-        self._pinocchio_yourdfpy = Tally("pose in the root, by Pinocchio", "yourdfpy", note=note)
+        self._by_hand_second = Tally("pose in the root, by hand", second.name, note=note)
+        self._pinocchio_second = Tally("pose in the root, by Pinocchio", second.name, note=note)
+        # Without Numba there are no kernels, and Pinocchio would be compared with itself.
+        self._has_kernels = has_numba()
         self._robot_pinocchio = Tally("pose in the root, by the robot", "pin.framesForwardKinematics")
         self._kernels_pinocchio = Tally("pose in the root, by the batch kernels", "pin.framesForwardKinematics")
         self._elementary = {axis: Tally(f"rot_{axis}", "pin.AngleAxis") for axis in _AXES}
@@ -59,8 +64,8 @@ class PoseChecks:
     @property
     def tallies(self) -> list[Tally]:
         """The rows, in the order of the report."""
-        poses = [self._by_hand_pinocchio, self._by_hand_yourdfpy, self._pinocchio_yourdfpy]
-        poses += [self._robot_pinocchio, self._kernels_pinocchio]
+        poses = [self._by_hand_pinocchio, self._by_hand_second, self._pinocchio_second]
+        poses += [self._robot_pinocchio, *([self._kernels_pinocchio] if self._has_kernels else [])]
         elementary = self._elementary.values() if self._robot.joint_names else ()
         return [*poses, self._names, *self._steps.tallies, *elementary]
 
@@ -75,15 +80,16 @@ class PoseChecks:
             by_hand = self._by_hand.poses(q)[:, self._mine]
         except Exception as error:  # of an elementary rotation under test
             self._by_hand_pinocchio.refuse(error)
-            self._by_hand_yourdfpy.refuse(error)
+            self._by_hand_second.refuse(error)
             by_hand = np.full(T.shape, np.inf)
         second = self._second.poses(q)[:, self._second_columns]
         self._by_hand_pinocchio.add(_pose_difference(by_hand, direct), first, self.frames)
-        self._by_hand_yourdfpy.add(_pose_difference(by_hand[:, self._columns], second), first, self._shared)
-        self._pinocchio_yourdfpy.add(_pose_difference(direct[:, self._columns], second), first, self._shared)
+        self._by_hand_second.add(_pose_difference(by_hand[:, self._columns], second), first, self._shared)
+        self._pinocchio_second.add(_pose_difference(direct[:, self._columns], second), first, self._shared)
         self._robot_pinocchio.add(_pose_difference(T, direct), first, self.frames)
-        kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
-        self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
+        if self._has_kernels:
+            kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
+            self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
         self._steps.add(direct, q, first)
         for axis, tally in self._elementary.items():
             tally.compare(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -39,18 +40,25 @@ class YourdfpyOracle:
     """A robot as yourdfpy reads it.
 
     Attributes:
+        name: what the report calls it.
+        kinds: the limits that it gives.
         frames: the frames of the robot that yourdfpy can place, by the names the robot has for them.
         left_out: those it places otherwise: it lets a joint that mimics a joint that mimics a third one follow nothing,
             and does not bring the axis of a prismatic joint to unit length.
         joints: its moving joints.
     """
 
+    name = "yourdfpy"
+    kinds = ("lower", "upper", "velocity", "effort")
+
     def __init__(self, robot: RobotModel) -> None:
         import yourdfpy
 
         self._robot = robot
         with _without_warnings():
-            self._oracle = yourdfpy.URDF.load(str(robot.urdf_path), load_meshes=False, load_collision_meshes=False)
+            expanded = robot.tree.expanded
+            source = io.BytesIO(expanded.encode()) if expanded else str(robot.urdf_path)
+            self._oracle = yourdfpy.URDF.load(source, load_meshes=False, load_collision_meshes=False)
         joints = {joint.name: joint for joint in self._oracle.robot.joints}
         # By joints, not by links: a link that shares its name with a joint is called something else in the model.
         tree = robot.tree

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
+from nao_kin._common.optional import need_extra
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument, MissingExtra
+from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -41,10 +42,9 @@ def connect(
         BadArgument: no scheduler answers at the address; workers for a scheduler that has its own; no such numbers.
         MissingExtra: dask is not installed.
     """
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise MissingExtra("nao_kin.distributed", "dask") from None
+    need_extra("nao_kin.distributed", "dask")
+    from distributed import Client
+
     if address is None:
         count = None if workers is None else whole_number(workers, "workers", 1)
         threads = whole_number(threads_per_worker, "threads_per_worker", 1)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from nao_kin._common.optional import need_extra
 from nao_kin._text import quoted
 from nao_kin.distributed.pickled_robot import PickledRobot
-from nao_kin.errors import BadArgument, MissingExtra, NaoKinError, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import Expression, PoseForm, RobotModel, check_robot
 
 if TYPE_CHECKING:
@@ -52,6 +53,14 @@ def fk(
         WrongShape, BadArgument: q is no dask array of numbers of shape (..., nq); another dtype.
         MissingExtra: dask is not installed.
         NotFinite: when computed; the message says in which block of q.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> T = nk.distributed.fk(nao, q, "LArm")
+        >>> T.shape, T.compute().shape
+        ((6, 4, 4), (6, 4, 4))
     """
     return _mapped(robot, q, "fk", dtype, {"frame": _names(frame), "reference": reference, "as_": as_})
 
@@ -59,14 +68,30 @@ def fk(
 def rotation(
     robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
 ) -> Array:
-    """Rotations of frames, lazily; arguments and errors as in `fk`, shape (..., 3, 3) or (..., n, 3, 3)."""
+    """Rotations of frames, lazily; arguments and errors as in `fk`, shape (..., 3, 3) or (..., n, 3, 3).
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.rotation(nao, q, "LArm").shape
+        (6, 3, 3)
+    """
     return _mapped(robot, q, "rotation", dtype, {"frame": _names(frame), "reference": reference})
 
 
 def position(
     robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
 ) -> Array:
-    """Positions of frame origins, lazily; arguments and errors as in `fk`, shape (..., 3) or (..., n, 3) [m]."""
+    """Positions of frame origins, lazily; arguments and errors as in `fk`, shape (..., 3) or (..., n, 3) [m].
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.position(nao, q, ["LArm", "RArm"]).shape
+        (6, 2, 3)
+    """
     return _mapped(robot, q, "position", dtype, {"frame": _names(frame), "reference": reference})
 
 
@@ -88,6 +113,13 @@ def jacobian(
     Raises:
         UnknownName: no such frame or expression.
         WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.jacobian(nao, q, "LArm").shape
+        (6, 6, 25)
     """
     return _mapped(robot, q, "jacobian", dtype, {"frame": frame, "expressed_in": expressed_in})
 
@@ -117,6 +149,13 @@ def velocity(
     Raises:
         UnknownName: no such frame or expression.
         WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.velocity(nao, q, 0 * q, "LArm").shape
+        (6, 6)
     """
     return _mapped(robot, q, "velocity", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v)
 
@@ -131,7 +170,15 @@ def acceleration(
     *,
     dtype: DTypeLike | None = None,
 ) -> Array:
-    """The derivatives of `velocity`, lazily: `RobotModel.acceleration` of every chunk; arguments as there."""
+    """The derivatives of `velocity`, lazily: `RobotModel.acceleration` of every chunk; arguments as there.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.acceleration(nao, q, 0 * q, 0 * q, "LArm").shape
+        (6, 6)
+    """
     return _mapped(robot, q, "acceleration", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v, a)
 
 
@@ -139,6 +186,13 @@ def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTy
     """Centres of mass of the whole robot, lazily: `RobotModel.com` of every chunk of q, shape (..., 3) [m].
 
     Arguments and errors as in `fk`; BadArgument also where the robot has no mass.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> np.allclose(nk.distributed.com(nao, q).compute(), nao.com(q.compute()))
+        True
     """
     return _mapped(robot, q, "com", dtype, {"reference": reference})
 
@@ -147,6 +201,13 @@ def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None)
     """Jacobians of the centre of mass, lazily: `RobotModel.com_jacobian` of every chunk of q, shape (..., 3, nv).
 
     Arguments and errors as in `com`.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.com_jacobian(nao, q).shape
+        (6, 3, 25)
     """
     return _mapped(robot, q, "com_jacobian", dtype, {})
 
@@ -160,12 +221,11 @@ def _mapped(
     *rates: Array,
 ) -> Array:
     """The dask array of a method's results, one task for each chunk of q and of what else it takes."""
-    try:
-        from dask.array import map_blocks
-        from dask.delayed import delayed
-        from dask.tokenize import tokenize
-    except ModuleNotFoundError:
-        raise MissingExtra("nao_kin.distributed", "dask") from None
+    need_extra("nao_kin.distributed", "dask", "dask.array")
+    from dask.array import map_blocks
+    from dask.delayed import delayed
+    from dask.tokenize import tokenize
+
     check_robot(robot)
     q = _checked(q, robot.nq, "q")
     rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))

@@ -11,6 +11,7 @@ from typing import Any
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
 from nao_kin.export.exported import Exported
 from nao_kin.export.gltf_scene import gltf
+from nao_kin.export.mujoco import mjcf
 from nao_kin.export.ros_package import ros2
 from nao_kin.export.sdf_model import sdf
 from nao_kin.export.srdf_document import srdf
@@ -19,7 +20,7 @@ from nao_kin.robot import RobotModel
 
 # A format is a function of a robot and a path; its options are what it takes by name only.
 FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType(
-    {"urdf": urdf, "srdf": srdf, "ros2": ros2, "sdf": sdf, "gltf": gltf}
+    {"urdf": urdf, "mjcf": mjcf, "srdf": srdf, "ros2": ros2, "sdf": sdf, "gltf": gltf}
 )
 
 

@@ -37,6 +37,10 @@ def limbs(robot: RobotModel) -> list[dict[str, Any]]:
 
     Raises:
         BadArgument: no robot model.
+
+    Examples:
+        >>> [limb["frame"] for limb in nk.ik.limbs(nk.load_nao())]
+        ['LArm', 'RArm', 'LLeg', 'RLeg', 'Head', 'CameraTop', 'CameraBottom']
     """
     check_robot(robot)
     wanted: list[tuple[str, str, Callable[[], Limb]]] = [
@@ -64,6 +68,10 @@ def limb_of_frame(robot: RobotModel, frame: str) -> str | None:
     Raises:
         UnknownName: no such frame.
         BadArgument: no robot model.
+
+    Examples:
+        >>> nk.ik.limb_of_frame(nk.load_nao(), "LLeg")
+        'LLeg'
     """
     check_robot(robot)
     robot.frame_ids([frame])

@@ -38,6 +38,11 @@ class Reason(enum.IntEnum):
         HIPS_DISAGREE: the two feet ask for different values of the one motor that drives both hips.
         NOT_CONVERGED: a numerical solver gave up; there may be solutions.
         TARGETS_DISAGREE: a target that is met without the others was not met together with them.
+
+    Examples:
+        >>> far = nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0])
+        >>> nk.ik.Reason(int(far.reasons)).name
+        'OUT_OF_REACH'
     """
 
     REACHED = 0
@@ -61,6 +66,10 @@ class Family(enum.IntEnum):
         ELBOW_LOCK: the arm is stretched, and ElbowYaw and WristYaw turn about one axis.
         YAW_AXIS: what is looked at lies on the axis of HeadYaw, or the camera would look along it.
         REDUNDANT: fewer numbers are asked for than the limb has joints; chosen by the criterion that was given.
+
+    Examples:
+        >>> nk.ik.Family.HIP_LOCK.name, int(nk.ik.Family.NONE)
+        ('HIP_LOCK', 0)
     """
 
     NONE = 0
@@ -81,6 +90,11 @@ class Obstacles:
         needed: with a joint, the value that it needs [rad, m]; else how far the target is out of reach [m], how far
             the two hips are apart [rad]; shape (...); 0 where the target is reached.
         limit: the end of the joint's range that is passed, shape (...) [rad, m]; 0 where there is no joint.
+
+    Examples:
+        >>> far = nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0])
+        >>> int(far.obstacles.joint), float(far.obstacles.needed) > 0.7
+        (-1, True)
     """
 
     joint: Integers
@@ -89,7 +103,12 @@ class Obstacles:
 
     @staticmethod
     def none(shape: tuple[int, ...]) -> Obstacles:
-        """Nothing in the way of targets of this batch shape."""
+        """Nothing in the way of targets of this batch shape.
+
+        Examples:
+            >>> nk.ik.Obstacles.none((2,)).joint.tolist()
+            [-1, -1]
+        """
         return Obstacles(np.full(shape, -1, dtype=np.int64), np.zeros(shape), np.zeros(shape))
 
 
@@ -114,6 +133,13 @@ class IKResult:
         obstacles: what stood in the way.
         notes: what else is to be said about the call, one line each.
         units: the unit of each joint; none where all are rad.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.arm(nao, "L", nao.fk(q, "LArm"))
+        >>> bool(result.success), len(result.solutions), result.joints[0]
+        (True, 1, 'LShoulderPitch')
     """
 
     joints: tuple[str, ...]
@@ -181,6 +207,10 @@ class IKResult:
         Args:
             index: which target of the batch; () where there is one.
             degrees: angles in degrees.
+
+        Examples:
+            >>> nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0]).describe()
+            'out of reach by 789.3 mm; the nearest pose is off by 789.3 mm'
         """
         reason = Reason(int(self.reasons[index]))
         needed, limit = float(self.obstacles.needed[index]), float(self.obstacles.limit[index])

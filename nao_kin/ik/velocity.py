@@ -75,6 +75,13 @@ def velocity(
     Source: Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through kinematically
     singular configurations, J. Robotic Systems 1988; Angeles, Fundamentals of Robotic Mechanical Systems, 5.8, for the
     characteristic length.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
+        >>> result.twist.round(3).tolist()
+        [0.049, -0.003, 0.007, 0.0, 0.001, 0.0]
     """
     check_robot(robot)
     if not isinstance(limits, str) or limits not in _CHOICES:

@@ -30,6 +30,13 @@ class TwistMap:
         twists: U, a twist in each column; those after the first k cannot be made at all, shape (..., 6, 6).
         velocities: V, joint velocities in each column; those after the first k move nothing, shape (..., m, m).
         length: the unit of translation [m].
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
+        >>> result.map.joints[0], result.map.singular_values.shape
+        ('LShoulderPitch', (5,))
     """
 
     joints: tuple[str, ...]
@@ -61,6 +68,13 @@ class TwistMap:
 
         Raises:
             BadArgument: no number ≥ 0.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("StandInit")
+            >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
+            >>> int(result.map.rank())
+            5
         """
         check_tolerance(singular, "singular")
         sigma = self.singular_values
@@ -74,6 +88,13 @@ class TwistMap:
         Args:
             index: which configuration of the batch; () where there is one.
             singular: as in `rank`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("StandInit")
+            >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
+            >>> len(result.map.lost_twists())
+            1
         """
         rank = int(self.rank(singular)[index])
         return _named(self.twists[index][:, rank:], TWIST_NAMES)
@@ -84,6 +105,13 @@ class TwistMap:
         Args:
             index: which configuration of the batch; () where there is one.
             singular: as in `rank`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("StandInit")
+            >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
+            >>> result.map.idle_joints()
+            ()
         """
         rank = int(self.rank(singular)[index])
         return _named(self.velocities[index][:, rank:], self.joints)
@@ -102,6 +130,13 @@ class VelocityResult:
         limited: whether speed limits or ranges have changed the velocities, shape (...).
         damping: λ of each singular value, shape (..., k).
         map: the singular values and directions of the Jacobian.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
+        >>> result.v.shape, bool(result.limited.any())
+        ((25,), False)
     """
 
     joints: tuple[str, ...]

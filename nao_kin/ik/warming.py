@@ -34,6 +34,11 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
 
     Raises:
         UnknownName: no such kernel.
+        MissingExtra: Numba is not installed.
+
+    Examples:
+        >>> [state.name for state in nk.ik.warm_up(["heads"])]
+        ['ik kernel, heads']
     """
     wanted = KERNELS if names is None else tuple(names)
     for name in wanted:

@@ -23,6 +23,11 @@ class AnatomicalJoint:
         forbids: what it forbids.
         example: where the human body has it.
         table: the table of the source that lists it.
+
+    Examples:
+        >>> hinge = nk.joints.ANATOMY[0]
+        >>> hinge.name, hinge.mechanical
+        ('hinge', ('revolute',))
     """
 
     name: str
@@ -40,7 +45,12 @@ class AnatomicalJoint:
 
 
 class AnatomyTable(tuple[AnatomicalJoint, ...]):
-    """A tuple of anatomical joints that prints as a table."""
+    """A tuple of anatomical joints that prints as a table.
+
+    Examples:
+        >>> len(nk.joints.ANATOMY), isinstance(nk.joints.ANATOMY, nk.joints.AnatomyTable)
+        (6, True)
+    """
 
     __slots__ = ()
 
@@ -135,6 +145,10 @@ def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Col
         pair: what kind of joint it is.
         twists: the revolutes known to turn a limb about its own length, NAO's unless given: such a one is a pivot, any
             other a hinge.
+
+    Examples:
+        >>> nk.joints.anatomical_kind(("LKneePitch",), nk.joints.kinematic_pair("revolute"))
+        'hinge'
     """
     if pair.name == "revolute" and joints[0] in twists:
         return "pivot"
@@ -142,7 +156,12 @@ def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Col
 
 
 def body_part(joint: str) -> str:
-    """The part of the body that a joint's name speaks of, as "left hip"; "" when it speaks of none."""
+    """The part of the body that a joint's name speaks of, as "left hip"; "" when it speaks of none.
+
+    Examples:
+        >>> nk.joints.body_part("LHipRoll")
+        'left hip'
+    """
     lower = joint.lower()
     # The head turns in the neck.
     part = next((part for part in _PARTS if part in lower), "neck" if "head" in lower else "")

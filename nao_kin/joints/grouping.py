@@ -57,6 +57,11 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
         UnknownName: no such rule.
         BadArgument: a tolerance outside these bounds; no robot model.
         BadModel: a joint that is neither revolute, prismatic nor the free base.
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> groups.joints[0].name, groups.joints[0].pair.name
+        ('HeadYaw+HeadPitch', 'universal')
     """
     if not isinstance(rule, str) or rule not in RULES:
         raise UnknownName("rule", rule, RULES)
@@ -71,6 +76,10 @@ def unmerged_joints(robot: RobotModel) -> JointGroups:
     Raises:
         BadArgument: no robot model.
         BadModel: a joint that is neither revolute, prismatic nor the free base.
+
+    Examples:
+        >>> len(nk.joints.unmerged_joints(nk.load_nao()))
+        26
     """
     nodes = read_joint_tree(robot)
     return _grouped(nodes, [[node] for node in nodes.values() if _counts(node)], "none", 0.0)

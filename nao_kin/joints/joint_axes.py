@@ -25,6 +25,12 @@ class JointAxes:
 
     Raises:
         BadArgument: no robot model.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> axes = nk.joints.JointAxes(nao)
+        >>> len(axes.names), axes.names[0]
+        (42, 'HeadYaw')
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -47,6 +53,12 @@ class JointAxes:
 
         Raises:
             WrongShape, NotFinite: q is no configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> lines = nk.joints.JointAxes(nao).lines(nao.neutral())
+            >>> lines.direction[0].round(9).tolist()
+            [0.0, 0.0, 1.0]
         """
         # A joint's frame is that of the link it moves.
         poses = self.robot.fk(q, [self._links_of_joints[name] for name in self.names])
@@ -64,6 +76,12 @@ class JointAxes:
 
         Raises:
             UnknownName: no such frame.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> axes = nk.joints.JointAxes(nao)
+            >>> axes.coupling("RLeg")[axes.names.index("RHipYawPitch")].nonzero()[0].tolist()
+            [2]
         """
         carrying = self._carrying(frame)
         C = np.zeros((len(self.names), len(self.robot.joint_names)))
@@ -87,6 +105,12 @@ class JointAxes:
         Raises:
             UnknownName: no such frame or expression.
             WrongShape, NotFinite: q is no configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(nk.joints.JointAxes(nao).jacobian(q, "LArm"), nao.jacobian(q, "LArm"))
+            True
         """
         expression_named(expressed_in)
         coupling = self.coupling(frame)

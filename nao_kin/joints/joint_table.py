@@ -38,6 +38,11 @@ class JointTableRow:
         screws: Plücker coordinates (direction; moment) of each axis about the root's origin [1; m]; the line of a
             prismatic joint runs through its centre.
         coupled_to: the joints of other rows that drive one of its parts.
+
+    Examples:
+        >>> row = nk.joints.joint_table(nk.load_nao(), typed=True).rows[0]
+        >>> row.joint, row.pair, row.freedoms
+        ('HeadYaw+HeadPitch', 'universal', 2)
     """
 
     chain: str
@@ -69,6 +74,11 @@ class JointTable:
         driven: joints of the URDF that only follow another one and are no rows.
         dof: degrees of freedom.
         summary: the count, as "25 DOF = 2×3 + 7×2 + 6×1 − 1".
+
+    Examples:
+        >>> table = nk.joints.joint_table(nk.load_nao())
+        >>> table.robot, table.dof
+        ('nao_v6', 25)
     """
 
     robot: str
@@ -80,7 +90,12 @@ class JointTable:
     summary: str
 
     def as_dict(self) -> dict[str, Any]:
-        """The table as plain dictionaries, lists, strings and numbers; a limit that is not there is None."""
+        """The table as plain dictionaries, lists, strings and numbers; a limit that is not there is None.
+
+        Examples:
+            >>> nk.joints.joint_table(nk.load_nao()).as_dict()["dof"]
+            25
+        """
         return asdict(self, dict_factory=_without_infinities)
 
     def __repr__(self) -> str:
@@ -104,6 +119,10 @@ def joint_table(
 
     Raises:
         UnknownName, BadArgument, BadModel: as `group_joints`.
+
+    Examples:
+        >>> nk.joints.joint_table(nk.load_nao(), typed=True).summary
+        '25 DOF = 2×3 + 7×2 + 6×1 − 1'
     """
     groups = group_joints(robot, rule=rule, tolerance=tolerance) if typed else unmerged_joints(robot)
     chains = _chains(groups, getattr(robot, "chains", {}))

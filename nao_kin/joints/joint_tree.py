@@ -32,6 +32,11 @@ class JointNode:
         unit: unit of its value.
         moves: whether it or a joint it carries has a coordinate of its own. The joints that do not (fingers that follow
             the hand) add no freedom and carry none.
+
+    Examples:
+        >>> tree = nk.joints.read_joint_tree(nk.load_nao())
+        >>> tree[1].name, tree[1].unit
+        ('HeadYaw', 'rad')
     """
 
     index: int
@@ -69,6 +74,10 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
     Raises:
         BadArgument: no robot model.
         BadModel: a joint that is neither revolute, prismatic nor the free base.
+
+    Examples:
+        >>> [node.name for node in nk.joints.read_joint_tree(nk.load_nao()).values()][:2]
+        ['HeadYaw', 'HeadPitch']
     """
     model = getattr(robot, "model", None)
     if not isinstance(model, pin.Model):

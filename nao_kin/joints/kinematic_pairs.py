@@ -35,6 +35,11 @@ class KinematicPair:
         pinocchio: the Pinocchio joint that moves this way.
         lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolutes
             with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
+
+    Examples:
+        >>> pair = nk.joints.kinematic_pair("spherical")
+        >>> pair.symbol, pair.rotations, pair.translations
+        ('S', 3, 0)
     """
 
     name: str
@@ -71,6 +76,10 @@ class KinematicPair:
             BadArgument: two parallel axes; a pitch missing, or given to another joint.
             WrongShape: not as many directions as `axes` says.
             ZeroNorm, NotFinite: in the directions or the pitch.
+
+        Examples:
+            >>> nk.joints.kinematic_pair("spherical").joint_model().shortname()
+            'JointModelSpherical'
         """
         directions = self._directions(axes)
         if (pitch is not None) != (self.name == "helical"):
@@ -153,6 +162,10 @@ def kinematic_pair(name: str) -> KinematicPair:
 
     Raises:
         UnknownName: there is none.
+
+    Examples:
+        >>> nk.joints.kinematic_pair("universal").pinocchio
+        'JointModelUniversal'
     """
     if not isinstance(name, str) or name not in KINEMATIC_PAIRS:
         raise UnknownName("pair", name, tuple(KINEMATIC_PAIRS))
@@ -186,6 +199,10 @@ def mobility(
             6; a joint with more freedoms than the space has.
 
     Source: Hartenberg and Denavit, Kinematic Synthesis of Linkages, 1964, ch. 5.
+
+    Examples:
+        >>> nk.joints.mobility(["revolute"] * 4, links=4, space=3)
+        1
     """
     if not isinstance(pairs, Iterable):
         raise BadArgument(f"pairs must be a list of joints, got {quoted(pairs)}")

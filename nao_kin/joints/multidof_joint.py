@@ -25,6 +25,11 @@ class Singularity:
         at: its two singular values, in (−π, π] [rad].
         lower: smallest value its limits allow [rad].
         upper: largest value its limits allow [rad].
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> [(joint.singularity.joint, joint.singularity.reachable) for joint in groups if joint.singularity]
+        [('LHipRoll', False), ('RHipRoll', False)]
     """
 
     joint: str
@@ -59,6 +64,11 @@ class Coupling:
     Attributes:
         joint: the joint that follows.
         mimic: how it follows.
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> [(coupling.joint, coupling.mimic.joint) for coupling in groups.couplings][-1]
+        ('RHipYawPitch', 'LHipYawPitch')
     """
 
     joint: str
@@ -98,6 +108,11 @@ class MultiDofJoint:
         upper: largest value of each part, shape (n,) [rad or m].
         units: unit of each part's value.
         singularity: for three axes, where they stop spanning space.
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> [joint.name for joint in groups if joint.pair.name == "spherical"]
+        ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
     """
 
     name: str
@@ -136,6 +151,11 @@ class JointGroups:
             that follow the hand: each adds a freedom and takes it back, and none is a joint here.
         rule: the rule that merged them.
         tolerance: how far centres or axes may miss their common point [m].
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> len(groups), groups.rule
+        (15, 'coincident')
     """
 
     joints: tuple[MultiDofJoint, ...]

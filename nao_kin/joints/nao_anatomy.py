@@ -20,6 +20,11 @@ class BodyPart:
         anatomical: the anatomical joint that moves like them.
         human: the anatomical joints of the human there.
         difference: what the NAO does otherwise than the human.
+
+    Examples:
+        >>> part = nk.joints.NAO_ANATOMY[0]
+        >>> part.name, part.joints
+        ('neck', ('HeadYaw', 'HeadPitch'))
     """
 
     name: str

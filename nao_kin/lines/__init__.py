@@ -8,15 +8,19 @@ from __future__ import annotations
 
 from nao_kin.lines._line import PluckerLine
 from nao_kin.lines._matrices import geometric_jacobian, motion_matrix, transfer_matrix
-from nao_kin.lines._pairs import CommonNormal, common_normal, distance, incident, reciprocal_product
+from nao_kin.lines._pairs import CommonNormal, angle, common_normal, distance, incident, reciprocal_product
+from nao_kin.lines._planes import PlaneMeeting, meet_plane
 
 __all__ = [
     "CommonNormal",
+    "PlaneMeeting",
     "PluckerLine",
+    "angle",
     "common_normal",
     "distance",
     "geometric_jacobian",
     "incident",
+    "meet_plane",
     "motion_matrix",
     "reciprocal_product",
     "transfer_matrix",

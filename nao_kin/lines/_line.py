@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.arrays import Floats
+from nao_kin._common.poses import split_poses
 from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch, at_index
 from nao_kin.rotations import check_rotation
@@ -43,6 +44,13 @@ class PluckerLine:
         WrongShape, NotFinite: in any of the three.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
+
+    Examples:
+        >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
+        >>> line.direction, line.moment
+        (array([0., 1., 0.]), array([0., 0., 1.]))
+        >>> line.transfer_to([1, 0, 0]).moment, line.distance_to([0, 0, 0]).tolist()
+        (array([0., 0., 0.]), 1.0)
     """
 
     direction: Floats
@@ -84,6 +92,10 @@ class PluckerLine:
         Raises:
             DegeneratePoints: p and q coincide, or differ by no more than the rounding of their coordinates.
             WrongShape, NotFinite: in any argument.
+
+        Examples:
+            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).coordinates
+            array([0., 1., 0., 0., 0., 1.])
         """
         p, q = as_vectors(p, "p"), as_vectors(q, "q")
         o = as_vectors(origin, "origin")
@@ -114,6 +126,10 @@ class PluckerLine:
         Raises:
             ZeroNorm: a direction is zero.
             WrongShape, NotFinite: in any argument.
+
+        Examples:
+            >>> nk.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 3, 0]).coordinates
+            array([0., 1., 0., 0., 0., 1.])
         """
         p, d = as_vectors(point, "point"), as_vectors(direction, "direction")
         o = as_vectors(origin, "origin")
@@ -133,6 +149,10 @@ class PluckerLine:
             ZeroNorm: the direction is zero.
             BadArgument: direction·moment is not zero; or moment/‖direction‖ exceeds 1e150.
             WrongShape, NotFinite: in any argument.
+
+        Examples:
+            >>> nk.lines.PluckerLine.from_coordinates([0, 2, 0, 0, 0, 2]).point
+            array([1., 0., 0.])
         """
         k = as_vectors(coordinates, "coordinates", 6)
         return cls(k[..., :3], k[..., 3:], as_vectors(origin, "origin"))
@@ -153,11 +173,21 @@ class PluckerLine:
         return self.origin + cross(self.direction, self.moment)
 
     def closest_point(self, to: ArrayLike) -> Floats:
-        """The point of the line closest to the point `to`, shape (..., 3) [m]."""
+        """The point of the line closest to the point `to`, shape (..., 3) [m].
+
+        Examples:
+            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).closest_point([5, 7, 0])
+            array([1., 7., 0.])
+        """
         return self.transfer_to(to).point
 
     def distance_to(self, point: ArrayLike) -> Floats:
-        """Distance of a point from the line, the length of the moment about that point, shape (...) [m]."""
+        """Distance of a point from the line, the length of the moment about that point, shape (...) [m].
+
+        Examples:
+            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).distance_to([[5, 7, 0], [1, 1, 0]])
+            array([4., 0.])
+        """
         return norm(self.transfer_to(point).moment)
 
     def transfer_to(self, origin: ArrayLike) -> PluckerLine:
@@ -168,6 +198,10 @@ class PluckerLine:
 
         Raises:
             WrongShape, NotFinite: in `origin`.
+
+        Examples:
+            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transfer_to([3, 0, 0]).moment
+            array([ 0.,  0., -2.])
         """
         o = as_vectors(origin, "origin")
         common_batch("line and origin", self.batch_shape, o.shape[:-1])
@@ -186,6 +220,11 @@ class PluckerLine:
             NotARotation: the rotation part of some pose is none.
             BadArgument: the last row of some pose is not (0, 0, 0, 1).
             WrongShape, NotFinite: in `T_ab`.
+
+        Examples:
+            >>> upwards = nk.screws.pose(np.eye(3), [0, 0, 0.5])
+            >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transformed(upwards).point
+            array([1. , 0. , 0.5])
         """
         R, t = as_rigid_motion(T_ab, "T_ab")
         common_batch("line and T_ab", self.batch_shape, t.shape[:-1])
@@ -225,21 +264,15 @@ class PluckerLine:
             object.__setattr__(self, name, own)
 
 
-def check_line(value: object, what: str) -> None:
-    """Refuse anything but a line, or a batch of them."""
+def check_line(value: object, what: str) -> PluckerLine:
+    """`value`, which must be a line or a batch of them."""
     if not isinstance(value, PluckerLine):
         raise BadArgument(f"{what} must be a PluckerLine, got {type(value).__name__}")
+    return value
 
 
 def as_rigid_motion(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
     """The checked rotations (..., 3, 3) and translations (..., 3) of the poses T, shape (..., 4, 4)."""
-    poses = as_floats(T, (4, 4), what)
-    bad = (poses[..., 3, :] != (0.0, 0.0, 0.0, 1.0)).any(axis=-1)
-    if bad.any():
-        index = first_index(bad)
-        raise BadArgument(
-            f"the last row of {what} must be (0, 0, 0, 1), got {poses[index][3].tolist()}{at_index(index)}"
-        )
-    R = poses[..., :3, :3]
+    R, t = split_poses(T, what)
     check_rotation(R)
-    return R, as_vectors(poses[..., :3, 3], f"the translation of {what}")
+    return R, t

@@ -28,6 +28,11 @@ def transfer_matrix(a: ArrayLike, b: ArrayLike) -> Floats:
         WrongShape, NotFinite: in either argument.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
+
+    Examples:
+        >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
+        >>> nk.lines.transfer_matrix([0, 0, 0], [3, 0, 0]) @ line.coordinates
+        array([ 0.,  1.,  0.,  0.,  0., -2.])
     """
     a, b = as_vectors(a, "a"), as_vectors(b, "b")
     batch = common_batch("a and b", a.shape[:-1], b.shape[:-1])
@@ -57,6 +62,11 @@ def motion_matrix(T_ab: ArrayLike) -> Floats:
         NotARotation: the rotation part of some pose is none.
         BadArgument: the last row of some pose is not (0, 0, 0, 1).
         WrongShape, NotFinite: in `T_ab`.
+
+    Examples:
+        >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
+        >>> nk.lines.motion_matrix(nk.screws.pose(np.eye(3), [0, 0, 0.5])) @ line.coordinates
+        array([ 0. ,  1. ,  0. , -0.5,  0. ,  1. ])
     """
     R, t = as_rigid_motion(T_ab, "T_ab")
     X = np.zeros((*t.shape[:-1], 6, 6))
@@ -96,6 +106,12 @@ def geometric_jacobian(
         NotFinite: in `at` or `coupling`.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 5.2.
+
+    Examples:
+        >>> axes = nk.lines.PluckerLine.from_point_direction([[0, 0, 0], [1, 0, 0]], [0, 0, 1])
+        >>> nk.lines.geometric_jacobian(axes, at=[2, 0, 0])[:2] + 0.0  # two turns about z carry the hand along y
+        array([[0., 0.],
+               [2., 1.]])
     """
     check_line(axes, "axes")
     if not axes.batch_shape:

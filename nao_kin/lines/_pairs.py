@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import common_batch, cross, dot, norm
 from nao_kin.lines._line import PluckerLine, check_line
+
+# [rad]; what the rounding of a chain of a hundred rotations leaves between lines that are parallel.
+_PARALLEL = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +31,13 @@ class CommonNormal:
         offset: signed distance along `direction`, shape (...) [m].
         angle: angle from e_a to e_b, positive about `direction`, shape (...), in [0, π] [rad].
         parallel: where the lines count as parallel or antiparallel, shape (...).
+
+    Examples:
+        >>> x_axis = nk.lines.PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
+        >>> upright = nk.lines.PluckerLine.from_point_direction([0.3, 0.4, 0], [0, 0, 1])
+        >>> normal = nk.lines.common_normal(x_axis, upright)
+        >>> normal.foot_a, normal.foot_b, normal.distance
+        (array([0.3, 0. , 0. ]), array([0.3, 0.4, 0. ]), array(0.4))
     """
 
     foot_a: Floats
@@ -43,7 +54,7 @@ class CommonNormal:
 
 
 def common_normal(
-    a: PluckerLine, b: PluckerLine, *, parallel_below: float = 1e-13, coincident_below: float = 1e-12
+    a: PluckerLine, b: PluckerLine, *, parallel_below: float = _PARALLEL, coincident_below: float = 1e-12
 ) -> CommonNormal:
     """The common normal of two lines, its feet, and the distance and angle it measures.
 
@@ -62,33 +73,28 @@ def common_normal(
         BadArgument: `a` or `b` is no `PluckerLine`, or a threshold no number ≥ 0.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2 and 4.2.
-    """
-    _check_pair(a, b)
-    check_tolerance(parallel_below, "parallel_below")
-    check_tolerance(coincident_below, "coincident_below")
-    common_batch("a and b", a.batch_shape, b.batch_shape)
-    e_a, e_b = a.direction, b.direction
-    p_a, p_b = a.point, b.point
-    cosine = dot(e_a, e_b)
-    # e_a × e_b, taken from a difference that is exact where the two are nearly equal or nearly opposite.
-    crossed = cross(e_a, e_b - np.copysign(1.0, cosine)[..., None] * e_a)
-    sine = norm(crossed)
-    parallel = sine <= parallel_below
 
-    safe_sine = np.where(parallel, 1.0, sine)[..., None]
-    normal = crossed / safe_sine
-    a_to_b = p_b - p_a
+    Examples:
+        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> b = nk.lines.PluckerLine.through([3, 0, -2], [3, 1, -2])
+        >>> normal = nk.lines.common_normal(a, b)
+        >>> normal.direction + 0.0, normal.offset.tolist(), np.rad2deg(normal.angle).tolist()
+        (array([0., 0., 1.]), -2.0, 90.0)
+    """
+    check_tolerance(coincident_below, "coincident_below")
+    pair = _compare(a, b, parallel_below)
+    e_a, e_b, p_a = a.direction, b.direction, a.point
+    a_to_b, normal, parallel = pair.a_to_b, pair.normal, pair.parallel
+    safe_sine = np.where(parallel, 1.0, pair.sine)[..., None]
     along_a = dot(a_to_b, cross(e_b, normal))[..., None] / safe_sine
     along_b = dot(a_to_b, cross(e_a, normal))[..., None] / safe_sine
     skew_offset = dot(a_to_b, normal)
     # Feet of nearly parallel lines lie far away; the line with the shorter way to its own tells where they are.
     from_a = p_a + along_a * e_a
-    from_b = p_b + along_b * e_b - skew_offset[..., None] * normal
+    from_b = b.point + along_b * e_b - skew_offset[..., None] * normal
     skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
 
-    across = a_to_b - dot(a_to_b, e_b)[..., None] * e_b
-    # Once more: of lines much closer than their points, the first difference leaves a part along them by rounding.
-    across = across - dot(across, e_b)[..., None] * e_b
+    across = _part_across(a_to_b, e_b)
     apart = norm(across)
     coincident = apart <= coincident_below
     towards_b = np.where(coincident[..., None], 0.0, across / np.where(coincident, 1.0, apart)[..., None])
@@ -102,24 +108,66 @@ def common_normal(
         foot_b=foot_a + offset[..., None] * direction,
         direction=direction,
         offset=offset,
-        angle=np.arctan2(sine, cosine),
+        angle=np.arctan2(pair.sine, pair.cosine),
         parallel=np.asarray(parallel),
     )
 
 
 def distance(a: PluckerLine, b: PluckerLine) -> Floats:
-    """Distance of two lines, shape (...) [m], as `common_normal` measures it; errors as there."""
-    return common_normal(a, b).distance
+    """Distance of two lines, shape (...) [m]; in either order the same floats.
+
+    It is that of `common_normal`. Lines that count as parallel there and are not quite have no single distance: that
+    normal measures it at its foot, here it is the distance of the points closest to the origins of both, at right
+    angles to the mean of the two directions.
+
+    Raises:
+        WrongShape: the batch shapes do not fit together.
+        BadArgument: `a` or `b` is no `PluckerLine`.
+
+    Examples:
+        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> nk.lines.distance(a, nk.lines.PluckerLine.through([0, 0, 2], [0, 1, 2])).tolist()
+        2.0
+    """
+    pair = _compare(a, b, _PARALLEL)
+    apart = norm(_part_across(pair.a_to_b, pair.mean_direction))
+    return np.asarray(np.where(pair.parallel, apart, np.abs(dot(pair.a_to_b, pair.normal))))
+
+
+def angle(a: PluckerLine, b: PluckerLine) -> Floats:
+    """Angle from one direction to the other, shape (...), in [0, π] [rad]; in either order the same floats.
+
+    atan2(‖e_a × e_b‖, e_a·e_b) keeps all digits of small angles and of those near π, where an arccos loses half. For
+    lines without a direction take min(angle, π − angle).
+
+    Raises:
+        WrongShape: the batch shapes do not fit together.
+        BadArgument: `a` or `b` is no `PluckerLine`.
+
+    Examples:
+        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> nk.lines.angle(a, nk.lines.PluckerLine.through([0, 0, 2], [0, 1e-9, 2])).tolist()
+        1.5707963267948966
+    """
+    pair = _compare(a, b, _PARALLEL)
+    return np.asarray(np.arctan2(pair.sine, pair.cosine))
 
 
 def incident(a: PluckerLine, b: PluckerLine, *, within: float = 1e-9) -> NDArray[np.bool_]:
     """Whether two lines share a point, that is, come within `within` [m] of each other; shape (...).
 
-    Parallel lines share one only when they coincide, though their reciprocal product is zero at any distance.
+    Parallel lines share one only when they coincide, though their reciprocal product is zero at any distance. The
+    answer is that of `distance`, and so the same for (a, b) and (b, a).
 
     Raises:
         WrongShape: the batch shapes do not fit together.
         BadArgument: `a` or `b` is no `PluckerLine`, or `within` no number ≥ 0.
+
+    Examples:
+        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> others = nk.lines.PluckerLine.through([[2, 0, 0], [0, 1, 0]], [[2, 1, 1], [1, 1, 0]])
+        >>> nk.lines.incident(a, others)
+        array([ True, False])
     """
     check_tolerance(within, "within")
     return np.asarray(distance(a, b) <= within)
@@ -136,13 +184,57 @@ def reciprocal_product(a: PluckerLine, b: PluckerLine) -> Floats:
         BadArgument: `a` or `b` is no `PluckerLine`.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2; Ball, A Treatise on the Theory of Screws, ch. 1.
+
+    Examples:
+        >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> nk.lines.reciprocal_product(a, nk.lines.PluckerLine.through([0, 0, 2], [0, 1, 2])).tolist()
+        -2.0
     """
     _check_pair(a, b)
-    common_batch("a and b", a.batch_shape, b.batch_shape)
     seen_from_a = b.transfer_to(a.origin)
     return dot(a.direction, seen_from_a.moment) + dot(b.direction, a.moment)
 
 
+class _Pair(NamedTuple):
+    """Two lines side by side. Exchanging them turns round `a_to_b`, `normal` and perhaps `mean_direction`, no more."""
+
+    a_to_b: Floats
+    mean_direction: Floats
+    normal: Floats
+    sine: Floats
+    cosine: Floats
+    parallel: NDArray[np.bool_]
+
+
+def _compare(a: PluckerLine, b: PluckerLine, parallel_below: float) -> _Pair:
+    _check_pair(a, b)
+    check_tolerance(parallel_below, "parallel_below")
+    e_a, e_b = a.direction, b.direction
+    cosine = dot(e_a, e_b)
+    same_way = np.copysign(1.0, cosine)[..., None] * e_a
+    # e_a × e_b, taken from a difference that is exact where the two are nearly equal or nearly opposite. Half the sum
+    # instead of one of the two makes it the same to the last bit, but for its sign, when the lines are exchanged.
+    mean = 0.5 * (e_b + same_way)
+    crossed = np.copysign(1.0, cosine)[..., None] * cross(mean, e_b - same_way)
+    sine = norm(crossed)
+    parallel = sine <= parallel_below
+    return _Pair(
+        a_to_b=b.point - a.point,
+        mean_direction=mean,
+        normal=crossed / np.where(parallel, 1.0, sine)[..., None],
+        sine=sine,
+        cosine=cosine,
+        parallel=np.asarray(parallel),
+    )
+
+
+def _part_across(v: Floats, e: Floats) -> Floats:
+    """The part of v at right angles to the unit vector e."""
+    across = v - dot(v, e)[..., None] * e
+    # Once more: where it is short beside v, the first difference leaves a part along e by rounding.
+    return np.asarray(across - dot(across, e)[..., None] * e)
+
+
 def _check_pair(a: object, b: object) -> None:
-    check_line(a, "a")
-    check_line(b, "b")
+    first, second = check_line(a, "a"), check_line(b, "b")
+    common_batch("a and b", first.batch_shape, second.batch_shape)

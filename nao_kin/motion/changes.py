@@ -32,6 +32,13 @@ class Change:
         end: until when [s].
         amount: the largest change of a value; for "slower", the factor by which the time grows.
         unit: of the amount: "rad", "m" or "1"; "" for a factor.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
+        >>> change = nk.motion.slow_down(nao, turn).changes[0]
+        >>> change.kind, change.unit
+        ('slower', '')
     """
 
     kind: Kind
@@ -42,7 +49,14 @@ class Change:
     unit: str
 
     def describe(self, *, degrees: bool = False) -> str:
-        """The change in words, with angles in degrees if wanted."""
+        """The change in words, with angles in degrees if wanted.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> turn = nk.Motion([0.0, 2.0], ["HeadYaw"], [[0.0], [3.0]])
+            >>> nk.motion.clamp(nao, turn).changes[0].describe()
+            'HeadYaw: moved into its limits by up to 0.914 rad (2 s)'
+        """
         turns = degrees and self.unit == "rad"
         amount = f"{math.degrees(self.amount) if turns else self.amount:.3g}"
         amount += "°" if turns else "" if self.unit == "1" else f" {self.unit}"
@@ -56,7 +70,14 @@ class Change:
         return f"{self.joint or 'all joints'}: {words[self.kind]} ({when})"
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """For JSON.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> turn = nk.Motion([0.0, 2.0], ["HeadYaw"], [[0.0], [3.0]])
+            >>> nk.motion.clamp(nao, turn).changes[0].as_dict()["kind"]
+            'clamped'
+        """
         return dict(self.__dict__)
 
 
@@ -67,13 +88,27 @@ class Mended:
     Attributes:
         motion: as it is now; the one that was given if nothing had to be changed.
         changes: what was done.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> turn = nk.Motion([0.0, 2.0], ["HeadYaw"], [[0.0], [3.0]])
+        >>> mended = nk.motion.clamp(nao, turn)
+        >>> len(mended.changes), float(mended.motion.sample(2.0)[0].round(4))
+        (1, 2.0857)
     """
 
     motion: Motion
     changes: tuple[Change, ...]
 
     def describe(self, *, degrees: bool = False) -> str:
-        """One line for each change, or that there was none."""
+        """One line for each change, or that there was none.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> turn = nk.Motion([0.0, 2.0], ["HeadYaw"], [[0.0], [3.0]])
+            >>> nk.motion.clamp(nao, turn).describe()
+            'HeadYaw: moved into its limits by up to 0.914 rad (2 s)'
+        """
         return "\n".join(change.describe(degrees=degrees) for change in self.changes) or "nothing had to be changed"
 
 

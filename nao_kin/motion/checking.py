@@ -45,6 +45,11 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
     Raises:
         UnknownName: the robot has no such joint or posture.
         BadArgument: no positive rate.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.check(nk.load_nao(), nod).ok
+        True
     """
     check_robot(robot)
     check_joints(robot, motion)

@@ -32,6 +32,12 @@ class Trajectory:
     Attributes:
         times: shape (n,) [s].
         q: configurations, shape (n, nq).
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> trajectory = nod.configurations(nk.load_nao(), rate=10.0)
+        >>> trajectory.times[:3].tolist(), trajectory.q.shape
+        ([0.0, 0.1, 0.2], (11, 25))
     """
 
     times: Floats

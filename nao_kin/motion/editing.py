@@ -21,7 +21,13 @@ _BLEND_RATE = 100.0
 
 
 def reverse(motion: Motion) -> Motion:
-    """The motion run backwards within the same span of time: t becomes start + end − t."""
+    """The motion run backwards within the same span of time: t becomes start + end − t.
+
+    Examples:
+        >>> turn = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+        >>> nk.motion.reverse(turn).sample([0.0, 1.0]).tolist()
+        [[0.5], [0.0]]
+    """
     times = _each(motion.times, lambda column: (motion.start + motion.end) - column[::-1])
     keys = [column[::-1] for column in motion.keys]
     handles = None
@@ -42,6 +48,11 @@ def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | No
     Raises:
         BadArgument: neither or both, no positive rate, times that do not ascend, more than 4 million keys.
         WrongShape, NotFinite: no list of finite times.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.resample(nod, rate=10.0).times[0].size
+        11
     """
     if rate is None and times is None:
         raise BadArgument("resample needs a rate or times")
@@ -61,6 +72,11 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
     Raises:
         BadArgument: no positive factor, or a function that does not rise where keys are.
         WrongShape, NotFinite: a function that gives no such times.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.time_warp(nod, 2.0).end
+        2.0
     """
     if callable(warp):
         move = warp
@@ -109,6 +125,11 @@ def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0
     Raises:
         BadArgument: no motions, no time ≥ 0, both a gap and a blend, a blend longer than one of them, or a joint that
             would jump.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.concatenate([nod, nod], gap=0.5).end
+        2.5
     """
     if isinstance(motions, Motion) or not all(isinstance(motion, Motion) for motion in motions) or not motions:
         raise BadArgument("concatenate needs a list of motions, at least one")
@@ -131,6 +152,11 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
 
     Raises:
         BadArgument: no such number or time, or without a gap a joint that would jump.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.loop(nod, 3).end
+        3.0
     """
     count = whole_number(n, "n", 1)
     # Doubled again and again: each joining copies all keys.
@@ -155,6 +181,11 @@ def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) ->
     Raises:
         UnknownName: the robot has no such joint or posture.
         WrongShape, NotFinite, BadArgument: `fill` is no configuration.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> len(nk.motion.complete(nk.load_nao(), nod).joint_names)
+        25
     """
     check_robot(robot)
     check_joints(robot, motion)

@@ -37,6 +37,10 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
     and the last key it is zero: the robot starts and ends at rest. Between two keys the curve never leaves their range.
 
     Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
+
+    Examples:
+        >>> nk.motion.smooth_slopes(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.0])).tolist()
+        [0.0, 0.5, 0.0]
     """
     slopes = np.zeros_like(keys)
     if len(keys) > 2:

@@ -34,6 +34,12 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
     Raises:
         UnknownName: the robot has no such joint or posture.
         BadArgument: a joint that the motion does not name is where a coupled limit refuses one that it names.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> turn = nk.Motion([0.0, 2.0], ["HeadYaw"], [[0.0], [3.0]])
+        >>> float(nk.motion.clamp(nao, turn).motion.sample(2.0)[0].round(4))
+        2.0857
     """
     check_robot(robot)
     check_joints(robot, motion)
@@ -71,6 +77,12 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
 
     Raises:
         UnknownName: the robot has no such joint, or there is no such rule.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> split = nk.Motion([0.0, 1.0], ["LHipYawPitch", "RHipYawPitch"], [[0.0, 0.0], [-0.2, -0.4]])
+        >>> nk.motion.share_motors(nao, split).motion.sample(1.0).round(9).tolist()
+        [-0.3, -0.3]
     """
     check_robot(robot)
     check_joints(robot, motion)

@@ -31,6 +31,12 @@ def mirror(motion: Motion, robot: RobotModel | None = None) -> Motion:
         UnknownName: the robot has no such joint.
         BadArgument: a joint has no other side, or one that is not its mirror image; or, without a robot, a joint whose
             name is none of a NAO.
+
+    Examples:
+        >>> wave = nk.Motion([0.0, 1.0], ["LShoulderRoll"], [[0.0], [0.5]])
+        >>> mirrored = nk.motion.mirror(wave)
+        >>> mirrored.joint_names, mirrored.sample(1.0).tolist()
+        (('RShoulderRoll',), [-0.5])
     """
     if robot is not None:
         check_robot(robot)
@@ -61,6 +67,10 @@ def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
     Raises:
         UnknownName: a joint has no other side.
         BadArgument: one that is not its mirror image.
+
+    Examples:
+        >>> nk.motion.mirrored_joints(nk.load_nao())["LShoulderRoll"]
+        ('RShoulderRoll', -1.0)
     """
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}

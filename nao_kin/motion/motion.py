@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 class Motion:
     """Joints that move through keys, each at times of its own.
 
-        nod = nk.Motion([0.0, 0.5, 1.0], ["HeadYaw", "HeadPitch"], [[0.0, 0.0], [0.3, 0.2], [0.0, 0.0]])
-        nod.sample(0.25)
-
     Before its first and after its last key a joint stands still. A motion names only the joints that it moves; what the
     others do is said where configurations are made of it.
 
@@ -50,6 +47,11 @@ class Motion:
             slope of "smooth". Offsets in time are ≤ 0 before and ≥ 0 after a key, and end within the segment.
 
     The arrays are read-only copies.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nod.joint_names, float(nod.sample(0.25)[0])
+        (('HeadPitch',), 0.15)
     """
 
     times: tuple[Floats, ...]
@@ -135,6 +137,11 @@ class Motion:
 
         Raises:
             NotFinite, BadArgument: t is no finite numbers.
+
+        Examples:
+            >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+            >>> nod.sample([0.0, 0.25, 0.5]).tolist()
+            [[0.0], [0.15], [0.3]]
         """
         return self._evaluated(t, speed=False)
 
@@ -152,6 +159,11 @@ class Motion:
 
         Raises:
             NotFinite, BadArgument: t is no finite numbers.
+
+        Examples:
+            >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+            >>> nod.speed([0.25, 0.75]).round(3).tolist()
+            [[0.6], [-0.6]]
         """
         return self._evaluated(t, speed=True)
 
@@ -184,11 +196,24 @@ class Motion:
         Raises:
             UnknownName: the robot has no such joint or posture, or there is no such rule.
             BadArgument, WrongShape, NotFinite: no rate, times or configuration; more than 4 million configurations.
+
+        Examples:
+            >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+            >>> trajectory = nod.configurations(nk.load_nao(), rate=50.0)
+            >>> trajectory.q.shape
+            (51, 25)
         """
         return configurations(self, robot, rate=rate, times=times, fill=fill, hips=hips)
 
     def as_bezier(self) -> Motion:
-        """The same curves, to rounding, with handles: linear and smooth motions are Bezier ones too."""
+        """The same curves, to rounding, with handles: linear and smooth motions are Bezier ones too.
+
+        Examples:
+            >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+            >>> bezier = nod.as_bezier()
+            >>> bezier.interpolation, np.allclose(bezier.sample(0.3), nod.sample(0.3))
+            ('bezier', True)
+        """
         if self.interpolation == "bezier":
             return self
         pairs = zip(self.times, self.keys, strict=True)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin.errors import BadArgument, MissingExtra, UnknownName
+from nao_kin._common.optional import need_extra
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.checking import check, joint_range, largest_speed
 from nao_kin.motion.configurations import check_joints
 from nao_kin.motion.motion import Motion
@@ -41,11 +42,16 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         MissingExtra: matplotlib is not installed.
         UnknownName: the robot or the motion has no such joint.
         BadArgument: no joints to draw.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> figure = nk.motion.plot(nk.load_nao(), nod)
+        >>> len(figure.axes)
+        1
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtra("plotting a motion", "plot") from None
+    need_extra("plotting a motion", "plot", "matplotlib.figure")
+    from matplotlib.figure import Figure
+
     check_robot(robot)
     check_joints(robot, motion)
     names = motion.joint_names if joints is None else tuple(joints)

@@ -27,6 +27,12 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
     Args:
         path: the file.
         data: its content, where that has been read.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.write_motion(nod, "nod.csv")
+        >>> nk.motion.is_motion_file("nod.csv")
+        True
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _SHARED and any(suffix in known.suffixes for known in FORMATS.values()):

@@ -31,6 +31,13 @@ class MotionViolation:
         unit: unit of these three.
         of: the other joint, for a coupled limit and a motor; None for none.
         of_value: its value then.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
+        >>> violation = nk.motion.check(nao, turn).violations[0]
+        >>> violation.joint, round(violation.value, 3), round(violation.upper, 3)
+        ('HeadYaw', 15.0, 8.268)
     """
 
     kind: Kind
@@ -51,7 +58,14 @@ class MotionViolation:
         return max(self.lower - self.value, self.value - self.upper)
 
     def describe(self, *, degrees: bool = False) -> str:
-        """The stretch in words, with angles in degrees if wanted."""
+        """The stretch in words, with angles in degrees if wanted.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
+            >>> nk.motion.check(nao, turn).violations[0].describe()
+            'HeadYaw moves at 15 at 0 s, 6.73 rad/s outside [-8.26797, 8.26797] rad/s (0 to 0.1 s)'
+        """
         turns = degrees and self.unit.startswith("rad")
         scale = math.degrees(1.0) if turns else 1.0
         unit = self.unit.replace("rad", "°") if turns else {"1": "", "1/s": "/s"}.get(self.unit, f" {self.unit}")
@@ -69,7 +83,14 @@ class MotionViolation:
         return f"{text} ({when})"
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON: what is infinite is None."""
+        """For JSON: what is infinite is None.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
+            >>> nk.motion.check(nao, turn).violations[0].as_dict()["joint"]
+            'HeadYaw'
+        """
         numbers = ("start", "end", "time", "value", "lower", "upper", "excess")
         found: dict[str, Any] = {"kind": self.kind, "joint": self.joint, "unit": self.unit}
         found |= {name: finite_or_none(float(getattr(self, name))) for name in numbers}
@@ -89,6 +110,13 @@ class MotionReport:
         left_out: how many more there are.
         sampled: samples per second between which something of coupled limits or shared motors could hide; None where
             everything was found in closed form.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
+        >>> report = nk.motion.check(nao, turn)
+        >>> report.ok, report.violations[0].kind
+        (False, 'speed')
     """
 
     robot: str
@@ -115,7 +143,13 @@ class MotionReport:
         return tuple(found.values())
 
     def describe(self, *, degrees: bool = False) -> str:
-        """One line for each stretch, the longest lists shortened; one line if all is well."""
+        """One line for each stretch, the longest lists shortened; one line if all is well.
+
+        Examples:
+            >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+            >>> nk.motion.check(nk.load_nao(), nod).describe()
+            'nao_v6 can move so: 1 joints, 0 to 1 s'
+        """
         span = f"{len(self.joints)} joints, {self.start:g} to {self.end:g} s"
         if self.ok:
             return f"{self.robot} can move so: {span}"
@@ -135,7 +169,13 @@ class MotionReport:
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, in seconds, radians, metres and ratios."""
+        """For JSON, in seconds, radians, metres and ratios.
+
+        Examples:
+            >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+            >>> nk.motion.check(nk.load_nao(), nod).as_dict()["violations"]
+            []
+        """
         return {
             "robot": self.robot,
             "ok": self.ok,

@@ -40,6 +40,13 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
     Raises:
         UnknownName: the robot has no such joint, or there is no such way.
         BadArgument: a joint is to move whose limit is zero, or moves in no time.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
+        >>> mended = nk.motion.slow_down(nao, turn)
+        >>> mended.motion.end > 0.1, nk.motion.check(nao, mended.motion).ok
+        (True, True)
     """
     check_robot(robot)
     check_joints(robot, motion)

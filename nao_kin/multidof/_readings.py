@@ -263,6 +263,12 @@ class CouplingViolation:
         expected: value the driving joint asks of it.
         nearest: value of the driving joint that, with what follows from it, is nearest to the values given.
         index: which configuration of the batch.
+
+    Examples:
+        >>> hips = "LHipYawPitch", "RHipYawPitch"
+        >>> violation = nk.multidof.CouplingViolation(*hips, -0.2, -0.3, expected=-0.2, nearest=-0.25)
+        >>> violation.mimic, violation.nearest
+        ('RHipYawPitch', -0.25)
     """
 
     primary: str

@@ -59,6 +59,12 @@ class MultiDofModel:
         notes: what is not the robot's, one sentence each; none unless links were dropped.
         columns: joint name → its part of a typed configuration.
         rows: joint name → its part of a typed velocity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> model = nk.multidof.MultiDofModel(nao)
+        >>> model.nq, model.nv
+        (31, 29)
     """
 
     def __init__(
@@ -130,7 +136,14 @@ class MultiDofModel:
     # --- configurations -------------------------------------------------------------------------------------------
 
     def neutral(self) -> Floats:
-        """All joints at zero, shape (nq,)."""
+        """All joints at zero, shape (nq,).
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> model.neutral().shape
+            (31,)
+        """
         return self.from_q(self.robot.neutral())
 
     def from_q(self, q: ArrayLike) -> Floats:
@@ -146,6 +159,12 @@ class MultiDofModel:
 
         Raises:
             WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> model.from_q(nao.random(rng=0, n=4)).shape
+            (4, 31)
         """
         values = self._configuration(q)
         typed = np.empty((*values.shape[:-1], self.nq))
@@ -188,6 +207,13 @@ class MultiDofModel:
             BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
             UnknownName: no such policy.
             WrongShape, NotFinite: in either argument.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(model.to_q(model.from_q(q)), q)
+            True
         """
         if couplings not in _POLICIES:
             raise UnknownName("couplings policy", couplings, _POLICIES)
@@ -210,6 +236,12 @@ class MultiDofModel:
 
         Raises:
             BadArgument, WrongShape, NotFinite: as `to_q`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> model.violations(model.from_q(nao.posture("Stand")))
+            ()
         """
         _, mismatches, batch = self._taken_apart(q_typed, reference)
         return coupling_violations(mismatches, batch)
@@ -225,6 +257,13 @@ class MultiDofModel:
             UnknownName: no such spherical joint.
             BadArgument: as in `fk`.
             WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> q = nao.configuration({"LHipYawPitch": -0.2, "LHipRoll": 0.1, "LHipPitch": -0.4})
+            >>> model.ball_angles(model.from_q(q), "LHipRoll").angles.round(9).tolist()
+            [-0.2, 0.1, -0.4]
         """
         typed = self._typed_configuration(q_typed)
         for ball in self._balls:
@@ -248,6 +287,12 @@ class MultiDofModel:
 
         Raises:
             WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> model.velocity_matrix(nao.neutral()).shape
+            (29, 25)
         """
         values = self._configuration(q)
         E = np.zeros((*values.shape[:-1], self.nv, self.robot.nv))
@@ -277,6 +322,13 @@ class MultiDofModel:
             UnknownName: no such frame.
             BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
             WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(model.fk(model.from_q(q), "LLeg"), nao.fk(q, "LLeg"))
+            True
         """
         typed = self._typed_configuration(q_typed)
         one = isinstance(frame, str)
@@ -299,6 +351,14 @@ class MultiDofModel:
             UnknownName: no such frame or expression.
             BadArgument: as in `fk`.
             WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> J = model.jacobian(model.from_q(q), "LLeg") @ model.velocity_matrix(q)
+            >>> np.allclose(J, nao.jacobian(q, "LLeg"))
+            True
         """
         typed = self._typed_configuration(q_typed)
         (frame_id,), expression = self._frame_ids((frame,)), expression_named(expressed_in)
@@ -310,6 +370,13 @@ class MultiDofModel:
         Raises:
             BadArgument: the robot has no mass; or as in `fk`.
             WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.multidof.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(model.com(model.from_q(q)), nao.com(q))
+            True
         """
         typed = self._typed_configuration(q_typed)
         return self._kinematics.centres_of_mass(typed)

@@ -11,7 +11,7 @@ import importlib
 from contextlib import suppress
 from typing import Any
 
-from nao_kin.errors import MissingExtra
+from nao_kin._common.optional import need_extra
 
 with suppress(ImportError):
     importlib.import_module("qi")
@@ -26,7 +26,5 @@ def load_qi(purpose: str) -> Any:
     Raises:
         MissingExtra: it is not installed.
     """
-    try:
-        return importlib.import_module("qi")
-    except ImportError:
-        raise MissingExtra(purpose, "naoqi") from None
+    need_extra(purpose, "naoqi")
+    return importlib.import_module("qi")

@@ -52,6 +52,10 @@ def axis_mask(mask: SupportsIndex | str) -> int:
     Raises:
         UnknownName: no such name.
         BadArgument: no such number.
+
+    Examples:
+        >>> nk.naoqi.axis_mask("VEL"), nk.naoqi.axis_mask(63)
+        (7, 63)
     """
     if isinstance(mask, str):
         name = mask.removeprefix("AXIS_MASK_")
@@ -74,5 +78,9 @@ def controlled_axes(mask: SupportsIndex | str) -> NDArray[np.bool_]:
 
     Raises:
         UnknownName, BadArgument: as `axis_mask`.
+
+    Examples:
+        >>> nk.naoqi.controlled_axes("VEL").tolist()
+        [True, True, True, False, False, False]
     """
     return np.array([axis_mask(mask) >> bit & 1 for bit in range(6)], dtype=np.bool_)

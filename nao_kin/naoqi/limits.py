@@ -26,6 +26,10 @@ def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
 
     Raises:
         UnknownName, BadArgument: as `joint_names`.
+
+    Examples:
+        >>> nk.naoqi.limits(nk.load_nao(), "HeadYaw").round(3).tolist()
+        [[-2.086, 2.086, 8.268, 1.547]]
     """
     column = {name: index for index, name in enumerate(robot.joint_names)}
     rows = []

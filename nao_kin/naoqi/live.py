@@ -41,6 +41,11 @@ class JointReading:
         time: since the first reading [s].
         q: configuration, shape (nq,); where the two hips disagree, LHipYawPitch.
         up: the vertical in the torso's frame, shape (3,), from the robot's inertial sensor; None where it has none.
+
+    Examples:
+        >>> reading = nk.naoqi.JointReading(0.04, np.zeros(25), np.array([0.0, 0.0, 1.0]))
+        >>> reading.time, reading.up.tolist()
+        (0.04, [0.0, 0.0, 1.0])
     """
 
     time: float
@@ -49,7 +54,12 @@ class JointReading:
 
 
 class Lost(NaoKinError):
-    """The robot does not answer."""
+    """The robot does not answer.
+
+    Examples:
+        >>> issubclass(nk.naoqi.Lost, nk.NaoKinError)
+        True
+    """
 
 
 class JointSource(ABC):
@@ -58,6 +68,10 @@ class JointSource(ABC):
     Attributes:
         address: for messages.
         wanted: is asked while it waits whether to go on waiting.
+
+    Examples:
+        >>> issubclass(nk.naoqi.LolaSource, nk.naoqi.JointSource)
+        True
     """
 
     address: str
@@ -149,6 +163,10 @@ class LolaSource(JointSource):
 
     Args:
         path: the socket.
+
+    Examples:
+        >>> nk.naoqi.LolaSource("/tmp/robocup").address
+        '/tmp/robocup'
     """
 
     def __init__(self, path: Path | str = LOLA_SOCKET) -> None:
@@ -157,7 +175,14 @@ class LolaSource(JointSource):
         self._frames: Iterator[LolaFrame] = iter(())
 
     def connect(self) -> None:
-        """Reach the robot."""
+        """Reach the robot.
+
+        Examples:
+            >>> nk.naoqi.LolaSource("/no/such/socket").connect()
+            Traceback (most recent call last):
+                ...
+            nao_kin.naoqi.live.Lost: /no/such/socket: No such file or directory
+        """
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         connection.settimeout(_SLICE_MILLISECONDS / 1000.0)
         try:
@@ -270,6 +295,11 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
 
     Raises:
         BadArgument: no readings.
+
+    Examples:
+        >>> found = [nk.naoqi.JointReading(0.04 * k, np.zeros(25), None) for k in range(3)]
+        >>> nk.naoqi.recorded(found, nk.load_nao()).end
+        0.08
     """
     rows = list(found)
     if not rows:
@@ -283,6 +313,10 @@ def vertical(roll: float, pitch: float) -> Floats:
     """The vertical in the torso's frame, shape (3,), for the angles of a NAO's inertial sensor.
 
     The torso is turned by R = Ry(pitch) Rx(roll) out of the level, and the vertical is Rᵀ (0, 0, 1).
+
+    Examples:
+        >>> nk.naoqi.vertical(roll=0.0, pitch=0.5).round(3).tolist()
+        [-0.479, 0.0, 0.878]
     """
     sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
     return unit(np.array([-sp, sr * cp, cr * cp]), "vertical")[0]

@@ -58,6 +58,12 @@ def decode_lola(content: bytes) -> LolaFrame:
     Raises:
         BadArgument: no such map, or an entry of another length.
         NotFinite: a position that is no number.
+
+    Examples:
+        >>> frame = {name: np.zeros(n) for name, n in nk.naoqi.LOLA_ENTRIES.items()}
+        >>> frame["Battery"][0] = 0.5
+        >>> nk.naoqi.decode_lola(nk.naoqi.encode_lola(frame))["Battery"].tolist()
+        [0.5, 0.0, 0.0, 0.0]
     """
     try:
         frame = umsgpack.unpackb(content)
@@ -76,6 +82,11 @@ def encode_lola(frame: Mapping[str, ArrayLike | tuple[str, ...]]) -> bytes:
 
     Raises:
         BadArgument, WrongShape, NotFinite: entries that no frame has, or of another length.
+
+    Examples:
+        >>> frame = {name: np.zeros(n) for name, n in nk.naoqi.LOLA_ENTRIES.items()}
+        >>> len(nk.naoqi.encode_lola(frame)) > 500
+        True
     """
     checked = _checked(dict(frame))
     document: dict[str, object] = {}
@@ -99,6 +110,13 @@ def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
 
     Raises:
         BadArgument, NotFinite: as `decode_lola`; an end in the middle of a frame is one like any other.
+
+    Examples:
+        >>> import io
+        >>> frame = {name: np.zeros(n) for name, n in nk.naoqi.LOLA_ENTRIES.items()}
+        >>> content = nk.naoqi.encode_lola(frame)
+        >>> len(list(nk.naoqi.lola_frames(io.BytesIO(content * 3))))
+        3
     """
     while True:
         try:

@@ -39,6 +39,10 @@ def joint_names(robot: RobotModel, names: str | Iterable[str]) -> tuple[str, ...
     Raises:
         UnknownName: no joint, chain or group.
         BadArgument: no names, or a robot without any of these chains.
+
+    Examples:
+        >>> nk.naoqi.joint_names(nk.load_nao(), "Head")
+        ('HeadYaw', 'HeadPitch')
     """
     known = _known(robot)
     found: list[str] = []
@@ -54,6 +58,10 @@ def chain_names(robot: RobotModel) -> tuple[str, ...]:
 
     Raises:
         BadArgument: a robot without any of these chains.
+
+    Examples:
+        >>> nk.naoqi.chain_names(nk.load_nao())
+        ('Head', 'LArm', 'LLeg', 'RLeg', 'RArm')
     """
     found = tuple(chain for chain in CHAINS if chain in robot.chains)
     if not found:
@@ -75,6 +83,11 @@ def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body")
     Raises:
         UnknownName, BadArgument: as `joint_names`.
         WrongShape, NotFinite: q is no configuration.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> nk.naoqi.angles(nao, nao.posture("Stand"), "Head").round(3).tolist()
+        [0.0, -0.17]
     """
     joints = joint_names(robot, names)
     by_name = robot.angles(q)

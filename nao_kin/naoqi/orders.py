@@ -51,6 +51,11 @@ def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
     Raises:
         UnknownName: no such order.
         WrongShape, NotFinite: q is no configuration.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> nk.naoqi.to_order(nao, nao.posture("Stand"), "LoLA").shape
+        (25,)
     """
     check_robot(robot)
     return angles(robot, q, _order(order))
@@ -77,6 +82,13 @@ def from_order(
         UnknownName: no such order, or no such rule for the hips.
         CouplingViolated: the hips disagree.
         WrongShape, NotFinite, BadArgument: not one finite number for each joint.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("Stand")
+        >>> values = nk.naoqi.to_order(nao, q, "LoLA")
+        >>> np.allclose(nk.naoqi.from_order(nao, values, "LoLA"), q)
+        True
     """
     check_robot(robot)
     names = _order(order)

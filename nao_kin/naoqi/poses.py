@@ -30,6 +30,10 @@ def position6d(T: ArrayLike) -> Floats:
     Raises:
         NotARotation, BadArgument: T is no rigid transform.
         WrongShape, NotFinite: not of this shape, NaN or infinity.
+
+    Examples:
+        >>> nk.naoqi.position6d(nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.5, 0.0])).tolist()
+        [0.1, 0.0, 0.2, 0.0, 0.5, 0.0]
     """
     poses = _rigid(as_batch(T, (4, 4), "T"), "T")
     return np.concatenate([poses[..., :3, 3], rpy_from_matrix(poses[..., :3, :3])], axis=-1)
@@ -40,6 +44,10 @@ def pose(position6d: ArrayLike) -> Floats:
 
     Raises:
         WrongShape, NotFinite, BadArgument: not six finite numbers.
+
+    Examples:
+        >>> nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.0, 0.0])[:3, 3].tolist()
+        [0.1, 0.0, 0.2]
     """
     six = as_batch(position6d, (6,), "position6d")
     T = np.zeros((*six.shape[:-1], 4, 4))
@@ -61,6 +69,10 @@ def transform_list(T: ArrayLike) -> Floats:
     Raises:
         NotARotation, BadArgument: T is no rigid transform.
         WrongShape, NotFinite: not of this shape, NaN or infinity.
+
+    Examples:
+        >>> nk.naoqi.transform_list(np.eye(4)).tolist()[:5]
+        [1.0, 0.0, 0.0, 0.0, 0.0]
     """
     poses = _rigid(as_batch(T, (4, 4), "T"), "T")
     return np.array(poses.reshape(*poses.shape[:-2], 16))
@@ -82,6 +94,10 @@ def pose_from_list(transform: ArrayLike) -> Floats:
         NotARotation: the numbers are no rotation by more than 1e-3.
         BadArgument: the last row is not 0, 0, 0, 1.
         WrongShape, NotFinite: not 16 or 12 finite numbers.
+
+    Examples:
+        >>> nk.naoqi.pose_from_list(np.eye(4).ravel()).shape
+        (4, 4)
     """
     numbers = as_floats(transform, (), "transform")
     count = numbers.shape[-1] if numbers.ndim else 0

@@ -32,6 +32,12 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
 
     Raises:
         BadArgument: no such file.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> _ = Path("names.py").write_text("import almath")
+        >>> nk.naoqi.run_script("names.py")
+        0
     """
     path = Path(script)
     if not path.is_file():

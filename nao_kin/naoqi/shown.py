@@ -24,10 +24,19 @@ def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
 
     Args:
         leds: name of each LED in ALLeds → red, green, blue from 0 to 1.
+
+    Examples:
+        >>> nk.naoqi.light_colours({"FaceLedRight0": (1.0, 0.0, 0.0)})
+        {'RightEye0': (1.0, 0.0, 0.0)}
     """
     return {_LIGHTS[led]: colour for led, colour in leds.items() if led in _LIGHTS}
 
 
 def spoken_words(text: str) -> str:
-    r"""A text for ALTextToSpeech without what is not said: tags such as `\rspd=80\` and `^start(animation)`."""
+    r"""A text for ALTextToSpeech without what is not said: tags such as `\rspd=80\` and `^start(animation)`.
+
+    Examples:
+        >>> nk.naoqi.spoken_words("^start(animations/Stand/Gestures/Hey_1) Hello")
+        'Hello'
+    """
     return _TAG.sub("", text).strip()

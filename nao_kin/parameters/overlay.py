@@ -60,6 +60,11 @@ class VersionPage:
         visuals: meshes that the base does not have, or has in other colours.
         without_visuals: keys, "joint/part", of the base's meshes that it does not have.
         placeholder: what links without a mass of their own are given; None for what the base gives.
+
+    Examples:
+        >>> page = nk.parameters.VersionPage(version="v5", base="v6")
+        >>> page.version, page.offsets
+        ('v5', ())
     """
 
     version: Version

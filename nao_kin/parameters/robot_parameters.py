@@ -59,6 +59,11 @@ class Joint:
         velocity: largest speed [rad/s; 1/s for a hand].
         effort: largest torque [N m].
         mimic: the joint whose motor drives this one too, at the same value; None for a motor of its own.
+
+    Examples:
+        >>> joint = nk.parameters.nao_parameters("v6").joint("HeadYaw")
+        >>> joint.parent, joint.unit, round(joint.upper, 3)
+        ('torso', 'rad', 2.086)
     """
 
     name: str
@@ -97,6 +102,11 @@ class Finger:
         upper: largest angle [rad].
         velocity: largest speed [rad/s].
         effort: largest torque [N m].
+
+    Examples:
+        >>> finger = nk.parameters.nao_parameters("v6").fingers[0]
+        >>> finger.name, finger.driver
+        ('LHandFinger11', 'LHand')
     """
 
     name: str
@@ -125,6 +135,11 @@ class Frame:
         parent: the joint that carries it, or "torso".
         xyz: position in the parent's joint frame [m].
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
+
+    Examples:
+        >>> frame = nk.parameters.nao_parameters("v6").frame("CameraTop")
+        >>> frame.xyz
+        (0.05871, 0.0, 0.06364)
     """
 
     name: str
@@ -149,6 +164,11 @@ class NaoParameters:
         coupled_limits: the anti-collision tables.
         visuals: the meshes of the links, by the joint that moves the link, "torso", or a phalanx without its side.
         collision_shapes: NAOqi's collision primitives.
+
+    Examples:
+        >>> parameters = nk.parameters.nao_parameters("v6")
+        >>> parameters.offsets["ThighLength"], len(parameters.joints)
+        (0.1, 26)
     """
 
     version: Version
@@ -184,6 +204,10 @@ class NaoParameters:
 
         Raises:
             UnknownName: no such joint.
+
+        Examples:
+            >>> nk.parameters.nao_parameters("v6").joint("HeadYaw").axis
+            (0.0, 0.0, 1.0)
         """
         return _named("joint", self.joints, name)
 
@@ -192,6 +216,10 @@ class NaoParameters:
 
         Raises:
             UnknownName: no such frame.
+
+        Examples:
+            >>> nk.parameters.nao_parameters("v6").frame("CameraTop").parent
+            'HeadPitch'
         """
         return _named("frame", self.frames, name)
 
@@ -213,6 +241,10 @@ def version_named(name: str) -> Version:
 
     Raises:
         UnknownName: no such version.
+
+    Examples:
+        >>> nk.parameters.version_named("6")
+        'v6'
     """
     wanted = str(name).strip().lower().removeprefix("v")
     for version in VERSIONS:
@@ -227,6 +259,10 @@ def nao_parameters(version: str = "v6") -> NaoParameters:
 
     Raises:
         UnknownName: no such version.
+
+    Examples:
+        >>> nk.parameters.nao_parameters("v3.2").version
+        'v3.2'
     """
     return _gathered(version_named(version))
 

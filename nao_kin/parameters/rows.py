@@ -20,6 +20,11 @@ class Offset:
     Attributes:
         name: Aldebaran's name of the distance.
         sign: 1.0 along the axis, -1.0 against it.
+
+    Examples:
+        >>> thigh = nk.parameters.Offset("ThighLength")
+        >>> (-thigh).sign
+        -1.0
     """
 
     name: str
@@ -68,6 +73,11 @@ class OffsetRow(VersionedRow):
     Attributes:
         offset: the distance.
         value_mm: length [mm].
+
+    Examples:
+        >>> row = nk.parameters.OFFSETS[0]
+        >>> row.offset.name, row.value_mm
+        ('NeckOffsetZ', 126.5)
     """
 
     _KEY = ("name",)
@@ -95,6 +105,11 @@ class JointRow:
         axis: direction of the axis in the torso-parallel joint frame, not yet normalised.
         motion: what it does, in words.
         mimic: the joint whose motor also drives this one.
+
+    Examples:
+        >>> row = nk.parameters.JOINTS[0]
+        >>> row.name, row.parent, row.axis
+        ('HeadYaw', 'torso', (0.0, 0.0, 1.0))
     """
 
     name: str
@@ -117,6 +132,10 @@ class FingerRow:
         parent: the phalanx that carries it, or "WristYaw".
         xyz_m: position in the parent's frame [m].
         rpy: orientation in the parent's frame at opening 0 [rad].
+
+    Examples:
+        >>> nk.parameters.FINGERS[0].name
+        'Finger11'
     """
 
     name: str
@@ -135,6 +154,11 @@ class LimitRow(VersionedRow):
         lower: smallest value, in `unit`.
         upper: largest value, in `unit`.
         unit: "deg" for turning joints, "1" for the opening of a hand.
+
+    Examples:
+        >>> row = nk.parameters.LIMITS[0]
+        >>> row.joint, row.lower, row.upper, row.unit
+        ('HeadYaw', -119.5, 119.5, 'deg')
     """
 
     _KEY = ("joint",)
@@ -154,6 +178,11 @@ class ActuatorRow(VersionedRow):
         joint: the joint.
         velocity: largest speed [rad/s; 1/s for a hand].
         effort: largest torque [N m].
+
+    Examples:
+        >>> row = nk.parameters.ACTUATORS[0]
+        >>> row.joint, row.velocity, row.effort
+        ('HeadYaw', 8.26797, 1.547)
     """
 
     _KEY = ("joint",)
@@ -172,6 +201,11 @@ class CoupledLimitRow:
         joint: the joint whose range this is.
         of: the joint it depends on.
         table_deg: rows (value of `of`, lower, upper) [deg], linear in between, constant outside.
+
+    Examples:
+        >>> row = nk.parameters.COUPLED_LIMITS[0]
+        >>> row.joint, row.of
+        ('HeadPitch', 'HeadYaw')
     """
 
     joint: str
@@ -189,6 +223,11 @@ class InertialRow(VersionedRow):
         mass_kg: mass [kg].
         com_m: centre of mass in the joint frame [m].
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass, axes parallel to the joint frame [kg m²].
+
+    Examples:
+        >>> row = nk.parameters.INERTIALS[0]
+        >>> row.link, row.mass_kg
+        ('torso', 1.04956)
     """
 
     _KEY = ("link",)
@@ -210,6 +249,11 @@ class FrameRow(VersionedRow):
         parent: the joint that carries it, or "torso".
         xyz: position in the parent's joint frame, numbers [m] or offsets.
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
+
+    Examples:
+        >>> row = nk.parameters.FRAMES[0]
+        >>> row.name, row.parent
+        ('Accelerometer', 'torso')
     """
 
     _KEY = ("name",)
@@ -234,6 +278,11 @@ class ShapeRow:
         size_m: (radius,), (radius, length) or the three edge lengths [m].
         center_m: centre in the joint frame [m].
         axis: direction of a cylinder's axis, not yet normalised.
+
+    Examples:
+        >>> row = nk.parameters.COLLISION_SHAPES[0]
+        >>> row.kind, row.size_m
+        ('sphere', (0.04,))
     """
 
     name: str
@@ -253,6 +302,10 @@ class VisualRow(VersionedRow):
         parent: the joint that moves the link, "torso", or a phalanx without its side ("Finger11").
         part: name of the part.
         colours: its colours; colour c stands in the file `{part}_{c}.obj`.
+
+    Examples:
+        >>> nk.parameters.VISUALS[0].part
+        'torso'
     """
 
     _KEY = ("parent", "part")
@@ -276,6 +329,11 @@ class PostureRow:
     Attributes:
         name: NAOqi's name.
         body: the 26 joint values in NAOqi's Body order [rad; 0 to 1 for the hands].
+
+    Examples:
+        >>> row = nk.parameters.POSTURES[0]
+        >>> row.name, len(row.body)
+        ('Stand', 26)
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Compiled loops over samples: drawn numbers → joint values → hand → voxel, and their count.
 
 Plain scalar code for one sample after another, so that what is computed of a sample does not depend on its neighbours.
-Importing this module imports numba; with NUMBA_DISABLE_JIT=1 the functions run as they stand.
+Importing this module imports Numba; without it, and with NUMBA_DISABLE_JIT=1, the functions run as they stand.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
-import numba
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.compiler import has_numba
 from nao_kin._common.kernel_cache import KeptKernel
 from nao_kin.reach.chain_tables import ChainTables, Integers
 from nao_kin.reach.directions import RESOLUTION
@@ -36,11 +35,15 @@ class VoxelGrid(NamedTuple):
 
 def compiled(function: _Function) -> _Function:
     """A part of the kernels: compiled with them."""
+    if not has_numba():
+        return function
+    import numba
+
     return cast(_Function, numba.njit(nogil=True, error_model="numpy")(function))
 
 
-def kept(*arguments: Any) -> Callable[[Callable[..., Any]], KeptKernel]:
-    """A kernel with arguments of these types, kept on disk."""
+def kept(*arguments: str) -> Callable[[Callable[..., Any]], KeptKernel]:
+    """A kernel kept on disk, with arguments of the types that `_signature` has by these names."""
 
     def made(function: Callable[..., Any]) -> KeptKernel:
         name = function.__name__
@@ -49,33 +52,32 @@ def kept(*arguments: Any) -> Callable[[Callable[..., Any]], KeptKernel]:
             "the kernels of reach maps (a few seconds)",
             f"reach kernel, {name}",
             Path(__file__).parent,
-            lambda: types.void(*arguments),
+            lambda: _signature(arguments),
         )
 
     return made
 
 
-_FLOATS, _FLOAT_ROWS = types.float64[::1], types.float64[:, ::1]
-_INTEGERS, _INTEGER_ROWS = types.int64[::1], types.int64[:, ::1]
-_CHAIN = types.NamedTuple(
-    (
-        types.float64[:, :, ::1],
-        types.boolean[::1],
-        _INTEGERS,
-        _FLOATS,
-        _FLOATS,
-        types.int64,
-        _FLOATS,
-        _FLOATS,
-        _INTEGER_ROWS,
-        _FLOAT_ROWS,
-    ),
-    ChainTables,
-)
-_GRID = types.NamedTuple((types.float64, types.UniTuple(types.int64, 3), types.UniTuple(types.int64, 3)), VoxelGrid)
+def _signature(arguments: tuple[str, ...]) -> Any:
+    """The types of a kernel that gives back nothing."""
+    from numba import types
+
+    row, rows, whole, whole_rows = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
+    matrices, number, three = types.float64[:, :, ::1], types.int64, types.UniTuple(types.int64, 3)
+    chain = matrices, types.boolean[::1], whole, row, row, number, row, row, whole_rows, rows
+    named = {
+        "draws": types.uint64[:, ::1],
+        "chain": types.NamedTuple(chain, ChainTables),
+        "grid": types.NamedTuple((types.float64, three, three), VoxelGrid),
+        "number": types.float64,
+        "row": row,
+        "rows": rows,
+        "whole_rows": whole_rows,
+    }
+    return types.void(*(named[name] for name in arguments))
 
 
-@kept(types.uint64[:, ::1], _CHAIN, _FLOAT_ROWS)
+@kept("draws", "chain", "rows")
 def joint_values(draws: NDArray[np.uint64], chain: ChainTables, values: Floats) -> None:
     """Values (m, c) inside all limits from 64 random bits each.
 
@@ -115,7 +117,7 @@ def interpolated(bends: Floats, column: int, at: float) -> float:
     return float(bends[left, column] + share * (bends[right, column] - bends[left, column]))
 
 
-@kept(_FLOAT_ROWS, _CHAIN, _FLOAT_ROWS, _FLOAT_ROWS, _FLOATS)
+@kept("rows", "chain", "rows", "rows", "row")
 def hands(values: Floats, chain: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
     """Position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
     joints = chain.slides.shape[0]
@@ -207,7 +209,7 @@ def direction_cell(x: float, y: float, z: float) -> int:
     return 2 * ring * (ring - 1) + place if z > 0.0 else 12 * n * n - 2 * ring * (ring + 1) + place
 
 
-@kept(_FLOAT_ROWS, _FLOAT_ROWS, _GRID, _INTEGER_ROWS)
+@kept("rows", "rows", "grid", "whole_rows")
 def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) -> None:
     """Number of the voxel in its grid, and the bit of the direction, shape (m, 2)."""
     for sample in range(positions.shape[0]):
@@ -219,7 +221,7 @@ def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) ->
         found[sample, 1] = 1 << direction_cell(axes[sample, 0], axes[sample, 1], axes[sample, 2])
 
 
-@kept(_INTEGER_ROWS, _FLOATS, types.float64, _INTEGER_ROWS)
+@kept("whole_rows", "row", "number", "whole_rows")
 def tally(found: Integers, manipulability: Floats, step: float, totals: Integers) -> None:
     """Count samples into `totals`, one row per voxel: how many, best and sum of manipulability in steps, directions."""
     for sample in range(found.shape[0]):
@@ -229,3 +231,6 @@ def tally(found: Integers, manipulability: Floats, step: float, totals: Integers
         totals[voxel, 1] = max(totals[voxel, 1], steps)
         totals[voxel, 2] += steps
         totals[voxel, 3] |= found[sample, 1]
+
+
+KERNELS = joint_values, hands, places, tally

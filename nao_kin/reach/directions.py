@@ -18,7 +18,12 @@ DIRECTION_COUNT = 12 * RESOLUTION**2
 
 
 def direction_cells() -> Floats:
-    """Unit vectors to the middles of the 48 cells of directions, shape (48, 3), in the order of their numbers."""
+    """Unit vectors to the middles of the 48 cells of directions, shape (48, 3), in the order of their numbers.
+
+    Examples:
+        >>> nk.reach.direction_cells().shape
+        (48, 3)
+    """
     n = RESOLUTION
     rows = []
     for ring in range(1, 4 * n):

@@ -25,7 +25,14 @@ _FORMAT = "nao_kin reach map 1"
 
 
 def check_column(name: str) -> None:
-    """Raise `UnknownName` for what is no number of a voxel."""
+    """Raise `UnknownName` for what is no number of a voxel.
+
+    Examples:
+        >>> nk.reach.check_column("counts")
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.UnknownName: unknown number of a voxel 'counts' (nearest: count)
+    """
     if not isinstance(name, str) or name not in COLUMNS:
         raise UnknownName("number of a voxel", name, COLUMNS)
 

@@ -41,6 +41,11 @@ class ReachSettings:
         voxel: edge of a voxel [m].
         seed: seed of the samples.
         step: unit of the integers in which manipulability is summed.
+
+    Examples:
+        >>> settings = nk.reach.map_settings(nk.load_nao(), "LArm", voxel=0.05)
+        >>> settings.frame, settings.reference
+        ('LArm', 'torso')
     """
 
     robot: str
@@ -53,7 +58,16 @@ class ReachSettings:
     step: float
 
     def check_same(self, other: ReachSettings, what: str) -> None:
-        """Raise `BadArgument` with the first setting that differs from the one in `what`."""
+        """Raise `BadArgument` with the first setting that differs from the one in `what`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> fine, coarse = (nk.reach.map_settings(nao, "LArm", voxel=v) for v in (0.01, 0.02))
+            >>> fine.check_same(coarse, "the other map")
+            Traceback (most recent call last):
+                ...
+            nao_kin.errors.BadArgument: the other map is of another voxel: 0.02 instead of 0.01
+        """
         for name, mine in asdict(self).items():
             theirs = getattr(other, name)
             if mine == theirs:
@@ -79,6 +93,11 @@ class ReachMap:
         best_steps: its largest manipulability, in steps of `settings.step`, shape (m,).
         total_steps: sum of the manipulability of its samples in the same steps, shape (m,).
         masks: directions of the hand's x axis, bit d for cell d of `direction_cells`, shape (m,).
+
+    Examples:
+        >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+        >>> int(reach.column("count").sum())
+        1000
     """
 
     settings: ReachSettings
@@ -140,6 +159,11 @@ class ReachMap:
 
         Raises:
             UnknownName: another name.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> bool((reach.column("coverage") <= 1).all())
+            True
         """
         files.check_column(name)
         return np.asarray(getattr(self, name), dtype=np.float64)
@@ -159,11 +183,22 @@ class ReachMap:
 
         Raises:
             WrongShape, NotFinite, BadArgument: no points.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> reach.reachable([[0.15, 0.15, 0.1], [2.0, 0.0, 0.0]]).tolist()
+            [True, False]
         """
         return np.asarray(self._rows(as_floats(points, (3,), "points")) >= 0)
 
     def best_at(self, points: ArrayLike) -> Floats:
-        """Largest manipulability in the voxel of a point, shape (...); 0 out of reach. Arguments as `reachable`."""
+        """Largest manipulability in the voxel of a point, shape (...); 0 out of reach. Arguments as `reachable`.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> float(reach.best_at([2.0, 0.0, 0.0]))
+            0.0
+        """
         rows = self._rows(as_floats(points, (3,), "points"))
         return np.asarray(np.append(self.best, 0.0)[rows])
 
@@ -184,6 +219,12 @@ class ReachMap:
         Raises:
             WrongShape, NotFinite, BadArgument: no targets, no heights, no number of headings, an empty map; or targets
                 so far apart that their grid is too large.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> stance = reach.best_stance([[0.5, 0.0, 0.1], [0.5, 0.1, 0.1]])
+            >>> stance.reached.tolist()
+            [True, True]
         """
         return best_stance(self, targets, height, yaws)
 
@@ -210,6 +251,11 @@ class ReachMap:
 
         Raises:
             BadArgument: no whole number ≥ 1.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> reach.coarser(2).settings.voxel
+            0.1
         """
         factor = whole_number(factor, "factor", 1)
         settings = replace(self.settings, voxel=self.voxel * factor)
@@ -232,6 +278,11 @@ class ReachMap:
 
         Raises:
             BadArgument: the file cannot be written.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> reach.save("reach.npz").name
+            'reach.npz'
         """
         arrays = {name: getattr(self, name) for name in ROW_ARRAYS}
         return files.write_npz(path, asdict(self.settings), self.ranges, arrays)
@@ -244,6 +295,11 @@ class ReachMap:
 
         Raises:
             BadArgument: the map is empty, or the file cannot be written.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> reach.save_vtk("reach.vtk").name
+            'reach.vtk'
         """
         columns = {name: self.column(name) for name in files.COLUMNS}
         return files.write_vtk(path, self.settings.robot, self.indices, self.voxel, columns)
@@ -258,6 +314,11 @@ class ReachMap:
         Raises:
             UnknownName: another name.
             BadArgument: the map is empty, or the file cannot be written.
+
+        Examples:
+            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+            >>> reach.save_ply("reach.ply", colour_by="count").name
+            'reach.ply'
         """
         return files.write_ply(path, self.centres, self.column(colour_by))
 
@@ -320,6 +381,12 @@ def load(path: Path | str) -> ReachMap:
 
     Raises:
         BadInputFile: the file cannot be read, or holds no such map.
+
+    Examples:
+        >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+        >>> _ = reach.save("reach.npz")
+        >>> nk.reach.load("reach.npz").settings == reach.settings
+        True
     """
     settings, ranges, arrays = files.read_npz(path)
     try:

@@ -78,6 +78,11 @@ def workspace(
     Source: T. Yoshikawa, Manipulability of Robotic Mechanisms, The International Journal of Robotics Research 4 (1985)
     3–9, equation 9, with the translational part of J as in Yoshikawa, Translational and Rotational Manipulability of
     Robotic Manipulators, Proc. IECON 1991.
+
+    Examples:
+        >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+        >>> reach.column("count").shape == reach.column("best").shape
+        True
     """
     check_robot(robot)
     asked = asked_range(samples, shard)
@@ -101,7 +106,12 @@ def workspace(
 def map_settings(
     robot: RobotModel, frame: str, *, voxel: float = 0.01, seed: int = 0, reference: str | None = None
 ) -> ReachSettings:
-    """The settings of the map that `workspace` would make; arguments and errors as there."""
+    """The settings of the map that `workspace` would make; arguments and errors as there.
+
+    Examples:
+        >>> nk.reach.map_settings(nk.load_nao(), "RArm").joints[0]
+        'RShoulderPitch'
+    """
     check_robot(robot)
     return _prepared(robot, frame, voxel, seed, reference)[1]
 
@@ -127,12 +137,18 @@ def _prepared(
 
 
 def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of reach maps ready, so that no later call has to wait for them."""
+    """Get the kernels of reach maps ready, so that no later call has to wait for them.
+
+    Raises:
+        MissingExtra: Numba is not installed.
+
+    Examples:
+        >>> all(isinstance(state.name, str) for state in nk.reach.warm_up())
+        True
+    """
     from nao_kin.reach import _kernels
 
-    return tuple(
-        kernel.warm_up() for kernel in (_kernels.joint_values, _kernels.hands, _kernels.places, _kernels.tally)
-    )
+    return tuple(kernel.warm_up() for kernel in _kernels.KERNELS)
 
 
 class _Counter:
@@ -141,8 +157,10 @@ class _Counter:
     def __init__(
         self, chain: ChainTables, settings: ReachSettings, first: tuple[int, int, int], shape: tuple[int, int, int]
     ) -> None:
-        from nao_kin.reach import _kernels  # compiles
+        from nao_kin.reach import _kernels
 
+        for kernel in _kernels.KERNELS:
+            kernel.ready()  # here, and not in a thread, where nobody listens
         self._kernels, self._chain, self._settings = _kernels, chain, settings
         self._grid = _kernels.VoxelGrid(settings.voxel, first, shape)
         self._lock = threading.Lock()

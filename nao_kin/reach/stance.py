@@ -33,6 +33,12 @@ class Stance:
         yaw: its heading about the vertical, in (−π, π] [rad].
         reached: which targets are within reach, shape (m,).
         manipulability: the best manipulability at each target, 0 out of reach, shape (m,).
+
+    Examples:
+        >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
+        >>> stance = reach.best_stance([[0.5, 0.0, 0.1]])
+        >>> stance.position.shape, bool(stance.reached.all())
+        ((3,), True)
     """
 
     position: Floats

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._common.arrays import as_floats, as_numbers, refuse_non_finite
+from nao_kin._common.compiler import has_numba, warn_without_numba
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
@@ -21,6 +22,8 @@ from nao_kin.robot.questions import Question
 
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 _NAMES = ("q", "v", "a")
+# From so many configurations on, the difference between the kernels and Pinocchio is felt: tenths of a second.
+_SLOW = 20_000
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,9 @@ class Answers:
         if question.kind in ("com", "com_jacobian"):
             self._kinematics.check_mass()
         count, out = math.prod(batch), output.out
-        if threads is None and count < CROSSOVER:
+        if (threads is None and count < CROSSOVER) or not has_numba():
+            if count >= _SLOW:
+                warn_without_numba()
             few = self._by_pinocchio(question, arrays).reshape(shape)
             with np.errstate(over="ignore"):
                 if out is None:

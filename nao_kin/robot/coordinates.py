@@ -1,4 +1,4 @@
-"""Joint values by name and as an array; joints that follow others must agree with them."""
+"""Joint values by name of joint or chain and as an array; joints that follow others must agree with them."""
 
 from __future__ import annotations
 
@@ -20,10 +20,18 @@ UNIT_TOLERANCE = 1e-6
 
 
 class Coordinates:
-    """The coordinates of a robot: one column per joint of its own, and the joints that follow one of them."""
+    """The coordinates of a robot: one column per joint of its own, and the joints that follow one of them.
 
-    def __init__(self, names: tuple[str, ...], mimics: Mapping[str, Mimic]) -> None:
-        self.names, self.mimics = names, dict(mimics)
+    Args:
+        names: the robot's own joints.
+        mimics: the joints that follow, by name.
+        chains: names that stand for several joints.
+    """
+
+    def __init__(
+        self, names: tuple[str, ...], mimics: Mapping[str, Mimic], chains: Mapping[str, tuple[str, ...]] | None = None
+    ) -> None:
+        self.names, self.mimics, self.chains = names, dict(mimics), dict(chains or {})
         self.column = {name: index for index, name in enumerate(names)}
 
     def values(self, angles: Mapping[str, ArrayLike]) -> tuple[Floats, set[str]]:
@@ -98,14 +106,31 @@ class Coordinates:
         return values
 
     def _arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
-        if not isinstance(angles, Mapping):
-            raise BadArgument(f"joint values must be a mapping name → value, got {type(angles).__name__}")
-        given = {}
-        for name, value in angles.items():
-            if name not in self.column and name not in self.mimics:
-                raise UnknownName("joint", name, (*self.names, *self.mimics))
-            given[name] = as_floats(value, (), name)
+        given: dict[str, Floats] = {}
+        for name, value in checked_mapping(angles).items():
+            if name in self.column or name in self.mimics:
+                added = {name: as_floats(value, (), name)}
+            elif name in self.chains:
+                joints = self.chains[name]
+                array = as_floats(value, (len(joints),), f"{name} ({', '.join(joints)})")
+                added = {joint: array[..., index] for index, joint in enumerate(joints)}
+            else:
+                raise UnknownName("joint", name, (*self.names, *self.mimics, *self.chains))
+            for joint in added.keys() & given.keys():
+                raise BadArgument(f"{joint} is given twice, by itself and with a chain, or with two chains")
+            given |= added
         return given
+
+
+def checked_mapping(angles: object) -> Mapping[str, ArrayLike]:
+    """`angles`, when it is a mapping.
+
+    Raises:
+        BadArgument: it is none.
+    """
+    if not isinstance(angles, Mapping):
+        raise BadArgument(f"joint values must be a mapping name → value, got {type(angles).__name__}")
+    return angles
 
 
 def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> None:

@@ -34,6 +34,11 @@ class KinematicMethods(ABC):
 
     `threads` says how many threads may work on many configurations; None for all cores where that is worthwhile. With a
     number given, the kernels answer however few there are: the same bits for a configuration, whatever batch it is in.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> isinstance(nao, nk.robot.KinematicMethods)
+        True
     """
 
     _frames: FrameTable
@@ -77,6 +82,14 @@ class KinematicMethods(ABC):
             WrongShape, NotFinite: q is no configuration.
             OutsideLimits: with limits="raise".
             BadArgument: no such precision, or `out` or `threads` cannot be used.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> T_torso_hand = nao.fk(nao.posture("StandInit"), "LArm")
+            >>> T_torso_hand[:3, 3].round(3).tolist()
+            [0.119, 0.133, -0.044]
+            >>> nao.fk(nao.random(rng=0, n=5), ["LArm", "RArm"]).shape
+            (5, 2, 4, 4)
         """
         one = isinstance(frame, str)
         ids = self._frames.ids((frame,) if one else frame)  # type: ignore[arg-type]
@@ -105,7 +118,13 @@ class KinematicMethods(ABC):
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Rotations of frames, R_reference_frame; arguments as in `fk`, shape (..., 3, 3) or (..., n, 3, 3)."""
+        """Rotations of frames, R_reference_frame; arguments as in `fk`, shape (..., 3, 3) or (..., n, 3, 3).
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.rotation(nao.neutral(), "CameraTop").shape
+            (3, 3)
+        """
         return self._part("rotation", q, frame, reference, Output(dtype, out, threads))
 
     def position(
@@ -118,7 +137,13 @@ class KinematicMethods(ABC):
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Positions of frame origins in the reference; arguments as in `fk`, shape (..., 3) or (..., n, 3) [m]."""
+        """Positions of frame origins in the reference; arguments as in `fk`, shape (..., 3) or (..., n, 3) [m].
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.position(nao.neutral(), "LArm").round(4).tolist()
+            [0.2187, 0.113, 0.0877]
+        """
         return self._part("position", q, frame, reference, Output(dtype, out, threads))
 
     def jacobian(
@@ -150,6 +175,12 @@ class KinematicMethods(ABC):
             UnknownName: no such frame or expression.
             WrongShape, NotFinite: q is no configuration.
             BadArgument: no such precision, or `out` or `threads` cannot be used.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> J = nao.jacobian(nao.posture("Stand"), "LArm")
+            >>> J.shape, np.flatnonzero(J.any(axis=0)).tolist()
+            ((6, 25), [8, 9, 10, 11, 12])
         """
         if _is_plain(q, dtype, out, threads):
             q, expression = self._checks.posed(q), expression_named(expressed_in)
@@ -188,6 +219,13 @@ class KinematicMethods(ABC):
             UnknownName: no such frame or expression.
             WrongShape, NotFinite: q is no configuration, or v no velocity.
             BadArgument: shapes that do not broadcast, or options that cannot be used.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> v = np.zeros(nao.nv)
+            >>> v[nao.joint_names.index("HeadYaw")] = 1.0
+            >>> nao.velocity(nao.neutral(), v, "CameraTop").round(4).tolist()
+            [0.0, 0.0587, 0.0, 0.0, 0.0, 1.0]
         """
         return self._motion("velocity", (q, v), frame, expressed_in, Output(dtype, out, threads))
 
@@ -224,6 +262,13 @@ class KinematicMethods(ABC):
 
         Raises:
             UnknownName, WrongShape, NotFinite, BadArgument: as `velocity`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> v = np.zeros(nao.nv)
+            >>> v[nao.joint_names.index("HeadYaw")] = 1.0
+            >>> nao.acceleration(nao.neutral(), v, 0 * v, "CameraTop")[:3].round(4).tolist()
+            [-0.0587, 0.0, 0.0]
         """
         return self._motion("acceleration", (q, v, a), frame, expressed_in, Output(dtype, out, threads))
 
@@ -250,6 +295,11 @@ class KinematicMethods(ABC):
 
         Raises:
             BadArgument: the robot has no mass, or options that cannot be used.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.com(nao.posture("Stand")).round(3).tolist()
+            [0.005, 0.0, -0.052]
         """
         if reference is None and _is_plain(q, dtype, out, threads):
             return self._kinematics.centres_of_mass(self._checks.posed(q))
@@ -277,6 +327,11 @@ class KinematicMethods(ABC):
 
         Raises:
             BadArgument: the robot has no mass, or options that cannot be used.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.com_jacobian(nao.neutral()).shape
+            (3, 25)
         """
         return self._answers.answer(Question("com_jacobian"), (q,), Output(dtype, out, threads))
 

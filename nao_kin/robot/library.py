@@ -1,41 +1,87 @@
-"""Robots that the optional package example-robot-data brings, by name."""
+"""Robots by name: those that example-robot-data brings, and those that robot_descriptions downloads."""
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import importlib
+import importlib.util
+import pkgutil
+import sys
 from pathlib import Path
+from types import ModuleType
 
-from nao_kin.errors import MissingExtra, UnknownName
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import BadModel, MissingExtra, UnknownName
 from nao_kin.robot.build import Base
 from nao_kin.robot.model import RobotModel
 
 _PACKAGE = "example-robot-data"
+_DESCRIPTIONS = "robot_descriptions"
+# What all its names end in.
+_ENDING = "_description"
 
 
-def robot_names() -> tuple[str, ...]:
+def robot_names(*, download: bool = False) -> tuple[str, ...]:
     """Names that `load_robot` takes: the URDF files of example-robot-data without their suffix.
 
+    Args:
+        download: list the names of robot_descriptions, too, where it is installed; their files come from the network
+            when they are first asked for.
+
     Raises:
-        MissingExtra: example-robot-data is not installed.
+        MissingExtra: example-robot-data is not installed; with `download`, neither of the two is.
+
+    Examples:
+        >>> "romeo" in nk.robot_names()
+        True
     """
-    return tuple(_files())
+    if not download:
+        return tuple(_files())
+    described = _described_names()
+    try:
+        return (*_files(), *described)
+    except MissingExtra:
+        if not described:
+            raise
+        return described
 
 
 def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
-    """A robot of example-robot-data by name, as `RobotModel.from_urdf` loads it.
+    """A robot by name, as `RobotModel.from_urdf` or `RobotModel.from_mjcf` loads it.
+
+    Names of robot_descriptions ("g1_description", "panda_mj_description" …) are downloaded once, into the folder that
+    ROBOT_DESCRIPTIONS_CACHE names or ~/.cache/robot_descriptions.
 
     Args:
-        name: "romeo", "talos_full_v2", "panda" … (`robot_names()` lists them).
+        name: "romeo", "talos_full_v2", "panda" … (`robot_names()` lists them; with `download=True`, those of
+            robot_descriptions too).
         base: "fixed" or "floating".
 
     Raises:
-        MissingExtra: example-robot-data is not installed.
-        UnknownName: it has no such robot.
-        BadModel: the robot's file makes no model.
+        MissingExtra: neither example-robot-data nor robot_descriptions is installed, or MuJoCo, for an MJCF, is not.
+        UnknownName: they have no such robot.
+        BadModel: the robot's file makes no model, or cannot be downloaded.
+
+    Examples:
+        >>> romeo = nk.load_robot("romeo")
+        >>> romeo.nv, romeo.joint_names[0]
+        (33, 'LHipYaw')
     """
-    files = _files()
-    if not isinstance(name, str) or name not in files:
-        raise UnknownName("robot", name, tuple(files))
-    return RobotModel.from_urdf(files[name], base=base, semantics=_srdf(files[name]))
+    described = _described_names()
+    try:
+        files = _files()
+    except MissingExtra:
+        if not described:
+            raise
+        files = {}
+    if isinstance(name, str) and name in files:
+        return RobotModel.from_urdf(files[name], base=base, semantics=_srdf(files[name]))
+    if isinstance(name, str) and name in described:
+        return _described(name, base)
+    is_theirs = isinstance(name, str) and name.endswith(_ENDING) and not described
+    hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if is_theirs else ""
+    raise UnknownName("robot", name, (*files, *described), hint)
 
 
 def _files() -> dict[str, Path]:
@@ -56,3 +102,41 @@ def _srdf(urdf: Path) -> Path | None:
     """The SRDF of the same name, which example-robot-data keeps in the folder srdf beside that of the URDF."""
     path = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
     return path if path.is_file() else None
+
+
+def _described_names() -> tuple[str, ...]:
+    """The names of robot_descriptions: one module each; none where it is not installed. Importing one downloads it."""
+    try:
+        spec = importlib.util.find_spec(_DESCRIPTIONS)
+    except (ImportError, ValueError):
+        spec = None
+    folders = None if spec is None else spec.submodule_search_locations
+    modules = () if folders is None else pkgutil.iter_modules(list(folders))
+    return tuple(sorted(m.name for m in modules if m.name.endswith(_ENDING) and not m.name.startswith("_")))
+
+
+def _described(name: str, base: Base) -> RobotModel:
+    """A robot of robot_descriptions."""
+    try:
+        with contextlib.redirect_stdout(sys.stderr):  # it prints what it downloads
+            module = importlib.import_module(f"{_DESCRIPTIONS}.{name}")
+    except Exception as error:  # of git, of the network, of the disk
+        reason = abbreviated(error) or type(error).__name__
+        raise BadModel(f"robot {quoted(name)}: {_DESCRIPTIONS} cannot download it: {reason}") from None
+    load = functools.partial(RobotModel.from_file, base=base, package_dirs=_package_dirs(module))
+    if hasattr(module, "URDF_PATH"):
+        srdf = getattr(module, "SRDF_PATH", None)
+        return load(module.URDF_PATH, semantics=srdf if srdf and Path(srdf).is_file() else None)
+    if hasattr(module, "XACRO_PATH"):
+        return load(module.XACRO_PATH, xacro_arguments=getattr(module, "XACRO_ARGS", {}))
+    if hasattr(module, "MJCF_PATH"):
+        return load(module.MJCF_PATH)
+    raise BadModel(f"robot {quoted(name)}: {_DESCRIPTIONS} has neither a URDF nor an MJCF of it")
+
+
+def _package_dirs(module: ModuleType) -> list[Path]:
+    """The folders in which the packages are that a description names."""
+    own = [getattr(module, name, None) for name in ("PACKAGE_PATH", "REPOSITORY_PATH")]
+    named = [*own, *getattr(module, "XACRO_PACKAGE_PATHS", {}).values()]
+    paths = [Path(path) for path in named if path]
+    return [path for path in dict.fromkeys((*paths, *(path.parent for path in paths))) if path.is_dir()]

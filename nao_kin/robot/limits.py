@@ -30,6 +30,13 @@ class LimitViolation:
         index: which configuration of the batch.
         of: for a table, the joint that sets the range.
         of_value: value of that joint.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.configuration({"HeadYaw": 3.0}, limits="ignore")
+        >>> worst = nao.limit_violations(q)[0]
+        >>> worst.joint, worst.value, round(worst.excess, 3)
+        ('HeadYaw', 3.0, 0.914)
     """
 
     joint: str
@@ -52,6 +59,12 @@ class LimitViolation:
         Args:
             degrees: angles in degrees.
             index: say which configuration of a batch it was.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.configuration({"HeadYaw": 3.0}, limits="ignore")
+            >>> nao.limit_violations(q)[0].describe()
+            'HeadYaw = 3 not in [-2.08567, 2.08567] rad'
         """
         scale, unit = (math.degrees(1.0), "°") if degrees and self.unit == "rad" else (1.0, f" {self.unit}")
         value, lower, upper = (number * scale for number in (self.value, self.lower, self.upper))

@@ -1,8 +1,9 @@
-"""The semantics of a robot: found beside its URDF, and held against what the URDF has."""
+"""The semantics of a robot: found beside its file, and held against what the file has."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from dataclasses import fields, replace
 from pathlib import Path
 
 from nao_kin._text import quoted
@@ -12,18 +13,22 @@ from nao_kin.semantics import Semantics, read_semantics
 from nao_kin.urdf import UrdfTree, read_srdf
 
 
-def semantics_beside(tree: UrdfTree, given: Semantics | Path | str | None, notes: list[str]) -> Semantics:
-    """The semantics given, or those of the file of the URDF's name with the ending .toml or .srdf beside it.
+def semantics_beside(
+    tree: UrdfTree, given: Semantics | Path | str | None, notes: list[str], own: Semantics | None = None
+) -> Semantics:
+    """The semantics given, or those of the file of the robot's name with the ending .toml or .srdf beside it.
 
     Args:
-        tree: the URDF as read.
-        given: semantics, the path of a TOML file or an SRDF, or None to look beside the URDF.
+        tree: the robot's file as read.
+        given: semantics, the path of a TOML file or an SRDF, or None to look beside the file.
         notes: gets a line for what was found, or could not be used.
+        own: what the file itself says, as an MJCF does; it stands where the other says nothing.
 
     Raises:
         BadArgument: neither semantics nor a path.
         BadInputFile, BadModel: a file that was given cannot be read.
     """
+    kind, own = ("URDF", Semantics()) if own is None else ("MJCF", own)
     if isinstance(given, Semantics):
         return given
     if given is not None:
@@ -33,19 +38,27 @@ def semantics_beside(tree: UrdfTree, given: Semantics | Path | str | None, notes
             raise BadArgument(
                 f"semantics must be a Semantics or the path of a .toml or .srdf file, got {quoted(given)}"
             ) from None
-        return _read(path, tree, notes)
+        return _with_own(_read(path, tree, notes), own)
     for ending in (".toml", ".srdf"):
-        path = tree.path.with_suffix(ending)
+        path = tree.path.with_name(tree.path.name.removesuffix(".xacro")).with_suffix(ending)
         if path.is_file():
             try:
-                semantics = checked_semantics(_read(path, tree, notes), tree)
+                semantics = checked_semantics(_with_own(_read(path, tree, notes), own), tree)
             except NaoKinError as error:
                 # Whoever asked for the URDF alone gets the robot all the same.
-                notes.append(f"{path.name} beside the URDF is not used: {error}")
+                notes.append(f"{path.name} beside the {kind} is not used: {error}")
             else:
-                notes.append(f"chains, effectors and postures from {path.name} beside the URDF")
+                notes.append(f"chains, effectors and postures from {path.name} beside the {kind}")
                 return semantics
-    return Semantics()
+    return own
+
+
+def _with_own(semantics: Semantics, own: Semantics) -> Semantics:
+    """The semantics, filled up with what the robot's file says itself."""
+    empty = Semantics()
+    blank = {field.name for field in fields(Semantics) if getattr(semantics, field.name) == getattr(empty, field.name)}
+    filled = replace(semantics, **{name: getattr(own, name) for name in blank})
+    return replace(filled, start="") if "start" in blank and filled.start not in filled.postures else filled
 
 
 def _read(path: Path, tree: UrdfTree, notes: list[str]) -> Semantics:

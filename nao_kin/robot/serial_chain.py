@@ -23,6 +23,11 @@ class SerialChain:
         placements: rotation and translation, shape (n + 1, 3, 4) [m].
         slides: which joints slide instead of turning, n of them.
         drivers: for each joint, the coordinate that moves it, by the name of its joint, with multiplier and offset.
+
+    Examples:
+        >>> chain = nk.robot.serial_chain(nk.load_nao(), "torso", "LArm")
+        >>> len(chain.drivers), chain.placements.shape
+        (5, (6, 3, 4))
     """
 
     placements: Floats
@@ -40,6 +45,11 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
 
     Raises:
         UnknownName: no such frame.
+
+    Examples:
+        >>> chain = nk.robot.serial_chain(nk.load_nao(), "LLeg", "RLeg")
+        >>> len(chain.drivers), [driver.joint for driver in chain.drivers][4:8]
+        (12, ['LHipRoll', 'LHipYawPitch', 'LHipYawPitch', 'RHipRoll'])
     """
     up, T_last_base = joints_below(robot, base)
     down, T_last_frame = joints_below(robot, frame)
@@ -72,6 +82,11 @@ def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
 
     Raises:
         UnknownName: no such frame.
+
+    Examples:
+        >>> ids, placement = nk.robot.joints_below(nk.load_nao(), "CameraTop")
+        >>> len(ids), placement.shape
+        (2, (4, 4))
     """
     model = robot.model
     place = model.frames[robot.frame_ids([frame])[0]]

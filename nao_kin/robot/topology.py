@@ -16,6 +16,11 @@ class SharedMotor:
         driver: the joint whose motor moves both.
         between_limbs: whether the two belong to different limbs, as NAO's two HipYawPitch joints do; the fingers of a
             hand that follow its motor do not.
+
+    Examples:
+        >>> motors = nk.robot.topology(nk.load_nao()).couplings
+        >>> [(motor.joint, motor.driver) for motor in motors if motor.between_limbs]
+        [('RHipYawPitch', 'LHipYawPitch')]
     """
 
     joint: str
@@ -34,6 +39,13 @@ class Topology:
         chains: the serial chains, each from the root outwards: the longest runs of joints without a branch. Joints that
             follow another one of their own limb are left out: they belong to a hand or a mechanism, not to a chain.
         couplings: the joints that follow another one.
+
+    Examples:
+        >>> topology = nk.robot.topology(nk.load_nao())
+        >>> topology.degrees_of_freedom, topology.moving_joints, topology.closed_loops
+        (25, 42, 0)
+        >>> topology.chains[0]
+        ('HeadYaw', 'HeadPitch')
     """
 
     degrees_of_freedom: int
@@ -53,6 +65,10 @@ def topology(robot: RobotModel) -> Topology:
 
     Raises:
         BadArgument: no robot model.
+
+    Examples:
+        >>> nk.robot.topology(nk.load_nao()).degrees_of_freedom
+        25
     """
     check_robot(robot)
     names, parents = _tree_of_joints(robot)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,11 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
 from nao_kin._common.scalars import check_tolerance
-from nao_kin._common.vectors import first_index
+from nao_kin._common.vectors import as_batch, first_index
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
-from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
+from nao_kin.rotations._kernels import Functions, Kernel, Number, OutOfScale, evaluate
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
+ROUNDING = 2.0**-46  # the defects of what a few dozen products of float64 make of a rotation stay below
+_LARGEST_EXPONENT = 1e15
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +26,10 @@ class RotationDefects:
     Attributes:
         determinant: det R − 1, shape (...).
         orthogonality: largest absolute entry of RᵀR − 1, shape (...).
+
+    Examples:
+        >>> nk.rotations.check_rotation(np.diag([1.0, 1.0, 1.0 + 1e-7])).orthogonality.round(9)
+        np.float64(2e-07)
     """
 
     determinant: Floats
@@ -41,8 +48,12 @@ def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]
 
     Raises:
         BadArgument, WrongShape: not numbers, or not of shape (..., 3, 3); a tolerance that is no number ≥ 0.
+
+    Examples:
+        >>> nk.rotations.is_rotation([nk.rotations.rot_x(0.3), np.diag([1.0, 1.0, -1.0])])
+        array([ True, False])
     """
-    matrices = _as_matrices(R)
+    matrices = as_matrices(R)
     check_tolerance(tolerance)
     defects = _defects(matrices)
     fine = (np.abs(defects.determinant) <= tolerance) & (defects.orthogonality <= tolerance)
@@ -52,7 +63,8 @@ def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]
 def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefects:
     """The defects of matrices that must be rotations; refuses the first that is none.
 
-    Every function of this package that takes rotation matrices checks them so, with the default tolerance.
+    Every function of this package that takes rotation matrices checks them so, with the default tolerance. What it
+    answers for a matrix with defects above rounding (1.4e-14) is the answer for the rotation nearest to it.
 
     Args:
         R: matrices, shape (..., 3, 3).
@@ -64,8 +76,15 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefect
     Raises:
         NotARotation: a defect above the tolerance; carries the index of the matrix and both defects.
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.check_rotation(nk.rotations.rot_x([0.1, 0.2])).determinant.shape
+        (2,)
+        >>> nk.rotations.check_rotation(np.diag([1.0, 1.0, -1.0]))
+        Traceback (most recent call last):
+        nao_kin.errors.NotARotation: not a rotation matrix: det R − 1 = -2, max |RᵀR − 1| = 0
     """
-    matrices = _as_matrices(R)
+    matrices = as_matrices(R)
     check_tolerance(tolerance)
     refuse_non_finite(matrices, "rotation matrix")
     defects = _defects(matrices)
@@ -93,8 +112,14 @@ def nearest_rotation(M: ArrayLike) -> Floats:
         WrongShape, NotFinite: not of shape (..., 3, 3), NaN or infinity.
 
     Source: Umeyama, IEEE PAMI 13(4), 1991, lemma.
+
+    Examples:
+        >>> nk.rotations.nearest_rotation([[0.0, -2.0, 0.0], [2.1, 0.0, 0.0], [0.0, 0.0, 1.9]]) + 0.0
+        array([[ 0., -1.,  0.],
+               [ 1.,  0.,  0.],
+               [ 0.,  0.,  1.]])
     """
-    matrices = _as_matrices(M)
+    matrices = as_matrices(M)
     refuse_non_finite(matrices, "matrix")
     # A common scale changes no direction, and keeps the products inside the SVD from overflowing.
     scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
@@ -128,25 +153,84 @@ def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
 
 
 def as_rotations(R: ArrayLike) -> Floats:
-    """`R` as an array of rotation matrices, shape (..., 3, 3), checked; not copied when it is one already."""
-    matrices = _as_matrices(R)
-    if not is_rotation(matrices).all():
-        check_rotation(matrices)
-    return matrices
+    """`R` as an array of rotation matrices, shape (..., 3, 3), checked and projected as in `evaluate_rotations`."""
+    return evaluate_rotations(_entries, R, (3, 3))[0]
+
+
+def as_exponent(t: ArrayLike, what: str) -> Floats:
+    """`t` as finite numbers, shape (...), not so large that an angle times t has lost its digits."""
+    parts = as_batch(t, (), what)
+    if np.abs(parts).max(initial=0.0) > _LARGEST_EXPONENT:
+        raise BadArgument(f"{what} must not exceed {_LARGEST_EXPONENT:.0e} in magnitude, for its digits would be lost")
+    return parts
 
 
 def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
-    """`kernel` on the nine entries of each rotation, checked on the way; results as of `evaluate`."""
-    matrices = _as_matrices(R)
+    """`kernel` on the nine entries of each rotation, checked on the way; results as of `evaluate`.
 
-    def guard(f: Functions, *entries: Number) -> None:
-        if not all(f.within(defect, TOLERANCE) for defect in defects_of(f, *entries)):
-            check_rotation(matrices)
+    A matrix that is a rotation within the tolerance, but not to rounding, is replaced by the rotation nearest to it.
+    """
+    matrices = as_matrices(R)
 
-    return evaluate(kernel, [matrices.reshape(*matrices.shape[:-2], 9)], *tails, guard=guard)
+    def checked(f: Functions, *entries: Number) -> tuple[Number, ...]:
+        defects = defects_of(f, *entries)
+        if not all(f.within(defect, ROUNDING) for defect in defects):
+            if not all(f.within(defect, TOLERANCE) for defect in defects):
+                check_rotation(matrices)
+            entries = _projected(f, entries, defects[1:])
+        return kernel(f, *entries)
+
+    return evaluate(checked, [matrices.reshape(*matrices.shape[:-2], 9)], *tails)
 
 
-def _as_matrices(R: ArrayLike) -> Floats:
+def evaluate_vectors(kernel: Kernel, v: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
+    """`kernel` on the three components of each rotation vector; results as of `evaluate`.
+
+    Raises:
+        BadArgument: one so long (1e140 rad) that the angle within a turn means nothing; or not numbers.
+    """
+    vectors = as_batch(v, (3,), "rotation vector")
+    try:
+        return evaluate(kernel, [vectors], *tails)
+    except OutOfScale:
+        index = first_index(np.abs(vectors).max(axis=-1) > 1e139)
+        raise BadArgument(
+            f"rotation vector{at_index(index)} is longer than 1e140 rad: {vectors[index].tolist()}"
+        ) from None
+
+
+def _entries(f: Functions, *m: Number) -> tuple[Number, ...]:
+    return m
+
+
+def _projected(f: Functions, m: Sequence[Number], defects: Sequence[Number]) -> tuple[Number, ...]:
+    """R (1 + D)^(−1/2), the rotation nearest to R, for D = RᵀR − 1 up to the tolerance.
+
+    1 − D/2 + 3 D²/8 leaves 5 D³/16, which is nothing. Matrices that are exact to rounding stay as they are, for the
+    sake of half turns, whose signs hang on entries that are exactly zero.
+    """
+    largest = abs(defects[0])
+    for defect in defects[1:]:
+        largest = f.larger(largest, abs(defect))
+    exact = largest <= ROUNDING
+    xx, yy, zz, xy, xz, yz = (f.where(exact, 0.0, defect) for defect in defects)
+    a, b = 0.375 * (xx * xx + xy * xy + xz * xz), 0.375 * (xx * xy + xy * yy + xz * yz)
+    c = 0.375 * (xx * xz + xy * yz + xz * zz)
+    d, e = 0.375 * (xy * xy + yy * yy + yz * yz), 0.375 * (xy * xz + yy * yz + yz * zz)
+    g = 0.375 * (xz * xz + yz * yz + zz * zz)
+    sxx, syy, szz = a - 0.5 * xx, d - 0.5 * yy, g - 0.5 * zz
+    sxy, sxz, syz = b - 0.5 * xy, c - 0.5 * xz, e - 0.5 * yz
+    found: list[Number] = []
+    for x, y, z in (m[0:3], m[3:6], m[6:9]):
+        found += [
+            x + (x * sxx + y * sxy + z * sxz),
+            y + (x * sxy + y * syy + z * syz),
+            z + (x * sxz + y * syz + z * szz),
+        ]
+    return tuple(found)
+
+
+def as_matrices(R: ArrayLike) -> Floats:
     matrices = as_numbers(R, "rotation matrix")
     if matrices.shape[-2:] != (3, 3):
         raise WrongShape("rotation matrix", "(..., 3, 3)", matrices.shape)

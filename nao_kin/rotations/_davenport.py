@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, common_batch, unit
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin._common.vectors import as_batch, common_batch, cross, dot, first_index, norm, unit
+from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._euler import EulerAngles
 from nao_kin.rotations._invariants import matrix_from_natural
@@ -33,7 +33,7 @@ def davenport_angles(
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
-        a1: first axis, shape (3,), of any length but zero.
+        a1: first axis, shape (..., 3), of any length but zero; batch axes broadcast with those of R.
         a2: second axis, perpendicular to the first and the third.
         a3: third axis.
         at_lock: which outer angle is zero at lock, the "first" or the "third". Lock is a3, carried along, parallel to
@@ -46,37 +46,38 @@ def davenport_angles(
 
     Raises:
         BadArgument: axes that `are_davenport_axes` refuses: three turns about them do not reach every rotation. Names
-            the two axes that are not perpendicular and the angle between them.
+            the two axes that are not perpendicular, the angle between them, and their index.
         ZeroNorm: a zero axis.
         NotARotation: some matrix is not orthogonal with determinant +1.
         UnknownName: no such tie-break.
-        WrongShape, NotFinite: wrong shapes, NaN or infinity.
+        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
 
     Source: Shuster and Markley, Generalization of the Euler angles, J. Astronautical Sciences 51(2), 2003.
+
+    Examples:
+        >>> left_hip = [0, 1, -1], [1, 0, 0], [0, 1, 0]
+        >>> R = nk.rotations.matrix_from_davenport([-0.3, 0.2, -0.5], *left_hip)
+        >>> nk.rotations.davenport_angles(R, *left_hip).angles
+        array([-0.3,  0.2, -0.5])
     """
     check_at_lock(at_lock)
-    axes = [_single_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1)]
-    for i in range(2):
-        if not _are_perpendicular(axes[i], axes[i + 1]):
-            a, b = axes[i : i + 2]
-            between = math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
-            raise BadArgument(
-                f"axes a{i + 1} and a{i + 2} must be perpendicular, or their turns do not reach every rotation; "
-                f"the angle between them is {between:.9g}°"
-            )
-    first, second, third = (unit(axis, "axis")[0] for axis in axes)
-    sine = float(second @ np.cross(first, third))
-    # Exactly parallel then, or the sign of a rounding error would choose the principal triple.
-    delta = math.atan2(0.0 if abs(sine) <= _PARALLEL else sine, float(first @ third))
-    # Turning the second axis round puts the half turn that holds β = 0 into the principal triple, tie-break included.
-    side = 1.0 if delta >= 0.0 else -1.0
-    second, delta = side * second, side * delta
-    B = np.stack([first, second, np.cross(first, second)], axis=-1)
-    C = np.stack([third, second, np.cross(third, second)], axis=-1)
+    axes = [scaled_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1)]
     matrices = as_rotations(R)
+    common_batch("R and the axes", matrices.shape[:-2], *(axis.shape[:-1] for axis in axes))
+    for i in range(2):
+        _refuse_leaning(axes[i], axes[i + 1], f"axes a{i + 1} and a{i + 2}")
+    first, second, third = (unit(axis, "axis")[0] for axis in axes)
+    sine = dot(second, cross(first, third))
+    # Exactly parallel then, or the sign of a rounding error would choose the principal triple.
+    delta = np.arctan2(np.where(np.abs(sine) <= _PARALLEL, 0.0, sine), dot(first, third))
+    # Turning the second axis round puts the half turn that holds β = 0 into the principal triple, tie-break included.
+    side = np.where(delta >= 0.0, 1.0, -1.0)
+    second, delta = side[..., np.newaxis] * second, side * delta
+    B = np.stack(np.broadcast_arrays(first, second, cross(first, second)), axis=-2)
+    C = np.stack(np.broadcast_arrays(third, second, cross(third, second)), axis=-1)
     kernel = extraction(find_convention("xyx", "moving"), third_is_zero=at_lock == "third")
-    proper = (B.T @ matrices @ C).reshape(*matrices.shape[:-2], 9)
-    angles, other, locked = evaluate(kernel, [proper], (3,), (3,), ())
+    turned = B @ matrices @ C
+    angles, other, locked = evaluate(kernel, [turned.reshape(*turned.shape[:-2], 9)], (3,), (3,), ())
     for triple in (angles, other):
         triple[..., 1] = side * _wrapped(triple[..., 1] - delta) + 0.0
     return EulerAngles(angles, other, locked.astype(np.bool_))
@@ -100,44 +101,68 @@ def are_davenport_axes(a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> NDArray[n
         BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
 
     Source: Davenport, Rotations about nonorthogonal axes, AIAA Journal 11(6), 1973, doi:10.2514/3.6842.
+
+    Examples:
+        >>> nk.rotations.are_davenport_axes([0, 1, -1], [1, 0, 0], [[0, 1, 0], [1, 1, 0]])
+        array([ True, False])
     """
-    first, second, third = (_scaled_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1))
+    first, second, third = (scaled_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1))
     common_batch("axes a1, a2 and a3", first.shape[:-1], second.shape[:-1], third.shape[:-1])
     return np.asarray(_are_perpendicular(first, second) & _are_perpendicular(second, third))
 
 
-def matrix_from_davenport(angles: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> Floats:
-    """Rotation matrix of three turns about arbitrary axes, R = Rot(a1, α) Rot(a2, β) Rot(a3, γ).
+def matrix_from_davenport(
+    angles: ArrayLike, a1: ArrayLike, a2: ArrayLike | None = None, a3: ArrayLike | None = None
+) -> Floats:
+    """Rotation matrix of one, two or three turns about arbitrary axes, R = Rot(a1, α) Rot(a2, β) Rot(a3, γ).
 
     Args:
-        angles: (α, β, γ), shape (..., 3) [rad].
-        a1: first axis, shape (3,), of any length but zero; the axes need not be perpendicular.
-        a2: second axis, as carried along by the first turn.
-        a3: third axis, as carried along by the first two turns.
+        angles: (α, β, γ), shape (..., 3), or (..., 2) or (..., 1) for fewer axes [rad].
+        a1: first axis, shape (..., 3), of any length but zero; the axes need not be perpendicular. Batch axes
+            broadcast with those of the angles.
+        a2: second axis, as carried along by the first turn; None for one turn.
+        a3: third axis, as carried along by the first two turns; None for two turns.
 
     Returns:
         Rotation matrices, shape (..., 3, 3).
 
     Raises:
         ZeroNorm: a zero axis.
-        BadArgument, WrongShape, NotFinite: not numbers, wrong shapes, NaN or infinity.
+        BadArgument: a third axis without a second; not numbers.
+        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_davenport([0.2, 0.3], [0, 0, 1], [1, 0, 0])
+        >>> np.allclose(R, nk.rotations.rot_z(0.2) @ nk.rotations.rot_x(0.3))
+        True
     """
-    values = as_batch(angles, (3,), "angles")
-    axes = [unit(_single_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate((a1, a2, a3), 1)]
-    turns = [matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(axes)]
-    return np.asarray(turns[0] @ turns[1] @ turns[2])
+    if a2 is None and a3 is not None:
+        raise BadArgument("axis a2 is missing, and a3 is given")
+    given = [a1, *(axis for axis in (a2, a3) if axis is not None)]
+    axes = [unit(scaled_axis(axis, f"axis a{i}"), "axis")[0] for i, axis in enumerate(given, 1)]
+    values = as_batch(angles, (len(axes),), "angles")
+    common_batch("angles and axes", values.shape[:-1], *(axis.shape[:-1] for axis in axes))
+    found, *others = (matrix_from_natural(axis, values[..., i]) for i, axis in enumerate(axes))
+    for turn in others:
+        found = found @ turn
+    return found
 
 
-def _scaled_axis(axis: ArrayLike, what: str) -> Floats:
+def scaled_axis(axis: ArrayLike, what: str) -> Floats:
     """The axis at a length from 1 to √3, shape (..., 3); zero refused."""
     return rescaled(as_batch(axis, (3,), what), what)
 
 
-def _single_axis(axis: ArrayLike, what: str) -> Floats:
-    scaled = _scaled_axis(axis, what)
-    if scaled.ndim != 1:
-        raise WrongShape(what, "(3,)", scaled.shape)
-    return scaled
+def _refuse_leaning(a: Floats, b: Floats, what: str) -> None:
+    leaning = ~np.asarray(_are_perpendicular(a, b))
+    if leaning.any():
+        index = first_index(leaning)
+        one, two = np.broadcast_to(a, (*leaning.shape, 3))[index], np.broadcast_to(b, (*leaning.shape, 3))[index]
+        between = math.degrees(math.atan2(float(norm(cross(one, two))), float(one @ two)))
+        raise BadArgument(
+            f"{what}{at_index(index)} must be perpendicular, or their turns do not reach every rotation; "
+            f"the angle between them is {between:.9g}°"
+        )
 
 
 def _are_perpendicular(a: Floats, b: Floats) -> NDArray[np.bool_]:

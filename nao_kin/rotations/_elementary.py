@@ -112,9 +112,7 @@ def rodrigues(x: Number, y: Number, z: Number, A: Number, B: Number) -> tuple[Nu
 
 def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
     """Rotation vector of any length: A = sin φ/φ, B = (1 − cos φ)/φ² with φ = ‖v‖."""
-    square = x * x + y * y + z * z
-    if not f.within(square, LARGEST_SQUARE):
-        raise OutOfScale
+    square = squared_angle(f, x, y, z)
     # The floor keeps 0/0 away; both quotients are constant to the last digit from φ = 1e-8 down.
     square = f.larger(square, SMALLEST_NORMAL)
     half = 0.5 * f.sqrt(square)
@@ -122,6 +120,14 @@ def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple
     quotient = f.tan(half) / half
     A = quotient / (1.0 + 0.25 * square * quotient * quotient)
     return rodrigues(x, y, z, A, 0.5 * A * quotient)
+
+
+def squared_angle(f: Functions, x: Number, y: Number, z: Number) -> Number:
+    """‖v‖² of a rotation vector; `OutOfScale` where it is too long to mean an angle within a turn."""
+    square = x * x + y * y + z * z
+    if not f.within(square, LARGEST_SQUARE):
+        raise OutOfScale
+    return square
 
 
 def from_natural(f: Functions, x: Number, y: Number, z: Number, angle: Number) -> tuple[Number, ...]:

@@ -18,6 +18,7 @@ from nao_kin.rotations._three_angles import (
     check_at_lock,
     composition,
     extraction,
+    find_any_convention,
     find_convention,
 )
 
@@ -31,6 +32,11 @@ class EulerAngles:
             [−π/2, π/2], or in [0, π] where the first and third axes are the same; the outer two in [−π, π].
         other: the other triple, shape (..., 3) [rad], all three in [−π, π].
         locked: shape (...); True where only the sum or the difference of the outer angles is determined.
+
+    Examples:
+        >>> found = nk.rotations.euler_from_matrix(nk.rotations.rot_y(0.5), "zyx", axes="moving")
+        >>> found.angles, found.other, found.locked
+        (array([0. , 0.5, 0. ]), array([3.1416, 2.6416, 3.1416]), array(False))
     """
 
     angles: Floats
@@ -39,14 +45,15 @@ class EulerAngles:
 
 
 def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Floats:
-    """Rotation matrix of three turns about coordinate axes.
+    """Rotation matrix of three turns about coordinate axes, or of one or two.
 
     For a sequence "ijk" and angles (α, β, γ), in that order:
     moving axes, R = Ri(α) Rj(β) Rk(γ); fixed axes, R = Rk(γ) Rj(β) Ri(α).
+    For "ij": moving axes, R = Ri(α) Rj(β); fixed axes, R = Rj(β) Ri(α). For "i": R = Ri(α).
 
     Args:
-        angles: shape (..., 3) [rad], in the order of the sequence.
-        sequence: three of "x", "y", "z", neighbours different, lower case.
+        angles: shape (..., 3), or (..., 2) or (..., 1) as the sequence is long [rad]; in its order.
+        sequence: one to three of "x", "y", "z", neighbours different, lower case.
         axes: "moving" or "fixed"; required.
 
     Returns:
@@ -54,12 +61,24 @@ def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED
 
     Raises:
         UnknownName: no such sequence or kind of axes.
-        BadArgument, WrongShape, NotFinite: `axes` missing; angles not numbers, not of shape (..., 3), NaN.
+        BadArgument, WrongShape, NotFinite: `axes` missing; angles not numbers, not as many as axes, NaN.
 
     Source: Craig, Introduction to Robotics, 2.8 and appendix B.
+
+    Examples:
+        >>> quarter = np.pi / 2
+        >>> nk.rotations.matrix_from_euler([quarter, quarter, 0], "xyz", axes="moving").round(12) + 0.0
+        array([[0., 0., 1.],
+               [1., 0., 0.],
+               [0., 1., 0.]])
+        >>> turned = nk.rotations.matrix_from_euler([0.2, 0.3], "zy", axes="moving")
+        >>> np.allclose(turned, nk.rotations.rot_z(0.2) @ nk.rotations.rot_y(0.3))
+        True
     """
-    convention = find_convention(sequence, axes)
-    values = as_batch(angles, (3,), "angles")
+    convention, count = find_any_convention(sequence, axes)
+    values = as_batch(angles, (count,), "angles")
+    if count < 3:
+        values = np.concatenate([values, np.zeros((*values.shape[:-1], 3 - count))], axis=-1)
     return evaluate(composition(convention), [values], (3, 3))[0]
 
 
@@ -89,6 +108,13 @@ def euler_from_matrix(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_
         NotARotation: some matrix is not orthogonal with determinant +1.
         UnknownName: no such sequence, kind of axes or tie-break.
         BadArgument, WrongShape, NotFinite: `axes` missing; R not numbers, not of shape (..., 3, 3), NaN.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_euler([0.1, 0.2, 0.3], "zyx", axes="moving")
+        >>> nk.rotations.euler_from_matrix(R, "zyx", axes="moving").angles
+        array([0.1, 0.2, 0.3])
+        >>> nk.rotations.euler_from_matrix(R, "xyz", axes="fixed").angles
+        array([0.3, 0.2, 0.1])
     """
     convention = find_convention(sequence, axes)
     check_at_lock(at_lock)
@@ -110,6 +136,11 @@ def matrix_from_rpy(rpy: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3), NaN or infinity.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_rpy([0.1, 0.2, 0.3])
+        >>> np.allclose(R, nk.rotations.rot_z(0.3) @ nk.rotations.rot_y(0.2) @ nk.rotations.rot_x(0.1))
+        True
     """
     return matrix_from_euler(rpy, "xyz", axes="fixed")
 
@@ -130,5 +161,9 @@ def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
         NotARotation: some matrix is not orthogonal with determinant +1.
         UnknownName: no such tie-break.
         BadArgument, WrongShape, NotFinite: R not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.rpy_from_matrix(nk.rotations.rot_z(0.3) @ nk.rotations.rot_x(0.1))
+        array([0.1, 0. , 0.3])
     """
     return euler_from_matrix(R, "xyz", axes="fixed", at_lock=at_lock).angles

@@ -1,4 +1,4 @@
-"""Natural, linear and quadratic invariants of a rotation, and its rotation vector, each in both directions."""
+"""Natural, linear and quadratic invariants of a rotation, each in both directions."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.vectors import as_batch, common_batch, first_index
 from nao_kin.errors import BadArgument, ZeroNorm, at_index
 from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
-from nao_kin.rotations._elementary import from_linear, from_natural, from_rotation_vector
-from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.rotations._quaternions import matrix_from_quat, quaternion_of
+from nao_kin.rotations._elementary import from_linear, from_natural
+from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin.rotations._quat_kernels import axis_and_half_angle, quaternion_of
+from nao_kin.rotations._quaternions import matrix_from_quat
 
 # Where cos φ rounds to −1: of the axis in sin φ e, eight digits and more are gone.
 _SINE_NEAR_PI = 2.0**-26
@@ -37,6 +38,11 @@ def natural_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2 and 2.3.6.
+
+    Examples:
+        >>> axis, angle = nk.rotations.natural_invariants([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
+        >>> axis, np.rad2deg(angle).round(9)
+        (array([0.5774, 0.5774, 0.5774]), np.float64(120.0))
     """
     axis, angle = evaluate_rotations(_natural, R, (3,), ())
     return axis, angle
@@ -58,8 +64,14 @@ def matrix_from_natural(axis: ArrayLike, angle: ArrayLike) -> Floats:
         BadArgument, NotFinite: not numbers, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
+
+    Examples:
+        >>> nk.rotations.matrix_from_natural([1, 1, 1], np.deg2rad(120)).round(12) + 0.0
+        array([[0., 0., 1.],
+               [1., 0., 0.],
+               [0., 1., 0.]])
     """
-    axes, angles = _vector_and_number(axis, angle, "axis", "angle")
+    axes, angles = vector_and_number(axis, angle, "axis", "angle")
     try:
         return evaluate(from_natural, [axes, angles[..., np.newaxis]], (3, 3))[0]
     except OutOfScale:
@@ -88,6 +100,10 @@ def linear_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
+
+    Examples:
+        >>> nk.rotations.linear_invariants(nk.rotations.rot_z(0.5))  # sin 0.5 and cos 0.5
+        (array([0.    , 0.    , 0.4794]), array(0.8776))
     """
     q, q0 = evaluate_rotations(_linear, R, (3,), ())
     return q, q0
@@ -112,8 +128,13 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
         WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_linear([0.0, 0.0, 0.6], 0.8)
+        >>> np.allclose(R, nk.rotations.rot_z(np.arctan2(0.6, 0.8)))
+        True
     """
-    vectors, scalars = _vector_and_number(q, q0, "q", "q0")
+    vectors, scalars = vector_and_number(q, q0, "q", "q0")
     # Clipped, for the squares of wild values would overflow; no valid component exceeds 1.
     sine = np.sqrt(np.square(np.clip(vectors, -2.0, 2.0)).sum(axis=-1))
     defect = np.abs(np.square(sine) + np.square(np.clip(scalars, -2.0, 2.0)) - 1.0)
@@ -150,6 +171,10 @@ def euler_rodrigues(R: ArrayLike) -> tuple[Floats, Floats]:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.euler_rodrigues(nk.rotations.rot_x(np.pi / 2))  # sin 45° and cos 45°
+        (array([0.7071, 0.    , 0.    ]), array(0.7071))
     """
     r0, r = evaluate_rotations(quaternion_of, R, (), (3,))
     return r, r0
@@ -170,62 +195,17 @@ def matrix_from_euler_rodrigues(r: ArrayLike, r0: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> R = nk.rotations.matrix_from_euler_rodrigues([0.6, 0.0, 0.0], 0.8)
+        >>> np.allclose(R, nk.rotations.rot_x(2 * np.arctan2(0.6, 0.8)))
+        True
     """
-    vectors, scalars = _vector_and_number(r, r0, "r", "r0")
+    vectors, scalars = vector_and_number(r, r0, "r", "r0")
     return matrix_from_quat(np.concatenate([scalars[..., np.newaxis], vectors], axis=-1))
 
 
-def exp(v: ArrayLike) -> Floats:
-    """Rotation matrix of a rotation vector, exp [v×] = 1 + (sin φ/φ) [v×] + ((1 − cos φ)/φ²) [v×]² with φ = ‖v‖.
-
-    Every entry is right to a few 1e-16 · max(1, φ), for the angle within a turn is what is left of φ's digits: above
-    φ = 1e16 none. The antisymmetric part is right to a few 1e-16 · φ, down to φ = 0.
-
-    Args:
-        v: axis times angle, shape (..., 3) [rad]; any length.
-
-    Returns:
-        Rotation matrices, shape (..., 3, 3).
-
-    Raises:
-        BadArgument: not numbers, or so long (1e140 rad) that the angle within a turn means nothing.
-        WrongShape, NotFinite: not of shape (..., 3), NaN or infinity.
-
-    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
-    """
-    vectors = as_batch(v, (3,), "rotation vector")
-    try:
-        return evaluate(from_rotation_vector, [vectors], (3, 3))[0]
-    except OutOfScale:
-        index = first_index(np.abs(vectors).max(axis=-1) > 1e139)
-        raise BadArgument(
-            f"rotation vector{at_index(index)} is longer than 1e140 rad: {vectors[index].tolist()}"
-        ) from None
-
-
-def log(R: ArrayLike) -> Floats:
-    """Rotation vector of a rotation, axis times angle, with length in [0, π].
-
-    v = r · 2 atan2(‖r‖, r0)/‖r‖ with the quadratic invariants (r, r0), which lose nothing at φ = 0 or φ = π. For
-    matrices exact to rounding it is accurate to a few 1e-16 in every component, and near φ = 0 also relative to φ.
-
-    Args:
-        R: rotation matrices, shape (..., 3, 3).
-
-    Returns:
-        Rotation vectors, shape (..., 3) [rad]; at φ = π, where v and −v give the same rotation, the one whose first
-        component that is not zero is positive.
-
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
-
-    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
-    """
-    return evaluate_rotations(_logarithm, R, (3,))[0]
-
-
-def _vector_and_number(
+def vector_and_number(
     vector: ArrayLike, number: ArrayLike, vector_name: str, number_name: str
 ) -> tuple[Floats, Floats]:
     vectors, numbers = as_batch(vector, (3,), vector_name), as_batch(number, (), number_name)
@@ -239,22 +219,5 @@ def _linear(f: Functions, *m: Number) -> tuple[Number, ...]:
 
 
 def _natural(f: Functions, *m: Number) -> tuple[Number, ...]:
-    r0, r1, r2, r3 = quaternion_of(f, *m)
-    norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
-    unit: Number = 1.0
-    tiny = norm < 1e-140
-    if f.some(tiny):
-        # The squares of the smallest angles underflow, unless taken in a larger unit.
-        unit = f.where(tiny, 2.0**700, 1.0)
-        r1, r2, r3 = r1 * unit, r2 * unit, r3 * unit
-        norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
-    divisor = f.where(norm > 0.0, norm, 1.0)
-    return r1 / divisor, r2 / divisor, r3 / divisor, 2.0 * f.atan2(norm / unit, r0)
-
-
-def _logarithm(f: Functions, *m: Number) -> tuple[Number, ...]:
-    r0, r1, r2, r3 = quaternion_of(f, *m)
-    # The floor keeps 0/0 away; atan2(n, r0)/n is 1 to the last digit from n = 1e-8 down.
-    norm = f.larger(f.sqrt(r1 * r1 + r2 * r2 + r3 * r3), SMALLEST_NORMAL)
-    quotient = 2.0 * f.atan2(norm, r0) / norm
-    return r1 * quotient, r2 * quotient, r3 * quotient
+    *axis, half = axis_and_half_angle(f, *quaternion_of(f, *m))
+    return *axis, 2.0 * half

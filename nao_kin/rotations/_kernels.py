@@ -40,6 +40,7 @@ class Functions:
     sin: Callable[[Number], Number]
     cos: Callable[[Number], Number]
     tan: Callable[[Number], Number]
+    log: Callable[[Number], Number]
     atan2: Callable[[Number, Number], Number]
     larger: Callable[[Number, Number], Number]
     where: Callable[[Number, Number, Number], Number]
@@ -69,17 +70,14 @@ def _array_within(value: Any, bound: float) -> bool:
     return bool(value.max() <= bound) and bool(value.min() >= -bound)
 
 
-FLOATS = Functions(math.sqrt, math.sin, math.cos, math.tan, math.atan2, max, _choose, bool, _float_within)
-ARRAYS = Functions(np.sqrt, np.sin, np.cos, np.tan, np.arctan2, np.maximum, np.where, np.any, _array_within)
+FLOATS = Functions(math.sqrt, math.sin, math.cos, math.tan, math.log, math.atan2, max, _choose, bool, _float_within)
+ARRAYS = Functions(np.sqrt, np.sin, np.cos, np.tan, np.log, np.arctan2, np.maximum, np.where, np.any, _array_within)
 
 
-def evaluate(
-    kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...], guard: Callable[..., None] | None = None
-) -> list[Floats]:
+def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) -> list[Floats]:
     """`kernel` on every row of `inputs`, arrays (*batch, m_i) of one batch shape.
 
-    Its results, in order, fill new arrays of shape (*batch, *tail), one for each of `tails`. `guard` is called with the
-    same arguments before the kernel, chunk by chunk, and raises where they are not what they should be.
+    Its results, in order, fill new arrays of shape (*batch, *tail), one for each of `tails`.
     """
     batch = inputs[0].shape[:-1]
     rows = [values.reshape(-1, values.shape[-1]) for values in inputs]
@@ -87,8 +85,6 @@ def evaluate(
     outs = [np.empty((count, math.prod(tail))) for tail in tails]
     if count == 1:
         components = [x for values in rows for x in values[0].tolist()]
-        if guard:
-            guard(FLOATS, *components)
         results = kernel(FLOATS, *components)
         for out in outs:
             out[0], results = results[: out.shape[1]], results[out.shape[1] :]
@@ -96,13 +92,11 @@ def evaluate(
         targets = [column for out in outs for column in out.T]
         if count > CHUNK:
             keep_the_heap()
-        # What overflows is met by the guard, or by the kernel itself, with an error that says more than a warning.
+        # What overflows is met by the kernel itself with an error that says more than a warning.
         with np.errstate(over="ignore", invalid="ignore"):
             for start in range(0, count, CHUNK):
                 part = slice(start, start + CHUNK)
                 columns = [column for values in rows for column in np.ascontiguousarray(values[part].T)]
-                if guard:
-                    guard(ARRAYS, *columns)
                 for target, result in zip(targets, kernel(ARRAYS, *columns), strict=True):
                     target[part] = result
     return [out.reshape((*batch, *tail)) for out, tail in zip(outs, tails, strict=True)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_numbers
 from nao_kin._common.vectors import as_vectors, common_batch, cross, dot, first_index, unit
@@ -16,7 +16,7 @@ Method = Literal["least_squares", "triads"]
 
 # σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the turn about it as 1/thinness, least
 # squares as its square, for the product of both point sets has the squares of their singular values.
-_THINNEST = {"triads": 1e-8, "least_squares": 1e-6}
+THINNEST = {"triads": 1e-8, "least_squares": 1e-6}
 
 
 def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method = "least_squares") -> Floats:
@@ -46,6 +46,12 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
         BadArgument, NotFinite: not numbers, outside ±1e150, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
+
+    Examples:
+        >>> before = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        >>> after = [[5, 5, 5], [5, 6, 5], [4, 5, 5]]
+        >>> np.allclose(nk.rotations.rotation_from_points(before, after), nk.rotations.rot_z(np.pi / 2))
+        True
     """
     if not isinstance(method, str) or method not in ("least_squares", "triads"):
         raise UnknownName("method", method, ("least_squares", "triads"))
@@ -56,14 +62,32 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: Method 
     if method == "triads" and count != 3:
         raise WrongShape("points for two triads", "(..., 3, 3)", P.shape)
     common_batch("points before and after", P.shape[:-2], Q.shape[:-2])
-    thinnest = _THINNEST[method]
+    thinnest = THINNEST[method]
     P, Q = _centred(P, "points before", thinnest), _centred(Q, "points after", thinnest)
     if method == "triads":
         return np.asarray(_triad(Q) @ np.swapaxes(_triad(P), -1, -2))
+    return best_fit(P, Q, "points")
+
+
+def best_fit(before: Floats, after: Floats, what: str) -> Floats:
+    """The R with least Σ ‖bᵢ − R aᵢ‖² over the rows, shape (..., n, 3): the rotation nearest to Σ bᵢ aᵢᵀ."""
     try:
-        return nearest_rotation(np.swapaxes(Q, -1, -2) @ P)
+        return nearest_rotation(np.swapaxes(after, -1, -2) @ before)
     except BadArgument as error:
-        raise DegeneratePoints(f"no single rotation fits the points best: {error}") from None
+        raise DegeneratePoints(f"no single rotation fits the {what} best: {error}") from None
+
+
+def refuse_one_line(rows: Floats, what: str, thinnest: float, coincident: NDArray[np.bool_] | bool = False) -> None:
+    """Refuse vectors (..., n, 3) all along one line, and those that are known to be `coincident`."""
+    # In a row, for the SVD takes fewer batch axes than arrays may have.
+    row = np.linalg.svd(rows.reshape(-1, *rows.shape[-2:]), compute_uv=False)
+    sigma = row.reshape(*rows.shape[:-2], row.shape[-1])
+    thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | coincident
+    if thin.any():
+        which = f"{what}{at_index(first_index(thin))}"
+        raise DegeneratePoints(
+            f"{which} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
+        )
 
 
 def _as_points(value: ArrayLike, what: str) -> Floats:
@@ -82,15 +106,7 @@ def _centred(points: Floats, what: str, thinnest: float) -> Floats:
     # The directions of coincident points are rounding errors, which their coordinates give away.
     rounding = 1e-15 * np.abs(points).max(axis=(-2, -1), keepdims=True, initial=0.0)
     arms /= np.where(scale > 0.0, scale, 1.0)
-    # In a row, for the SVD takes fewer batch axes than arrays may have.
-    row = np.linalg.svd(arms.reshape(-1, *arms.shape[-2:]), compute_uv=False)
-    sigma = row.reshape(*arms.shape[:-2], row.shape[-1])
-    thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | (scale <= rounding)[..., 0, 0]
-    if thin.any():
-        which = f"{what}{at_index(first_index(thin))}"
-        raise DegeneratePoints(
-            f"{which} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
-        )
+    refuse_one_line(arms, what, thinnest, (scale <= rounding)[..., 0, 0])
     return arms
 
 

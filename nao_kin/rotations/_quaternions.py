@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, as_vectors, common_batch, first_index, unit
-from nao_kin.errors import BadArgument, ZeroNorm
+from nao_kin._common.vectors import as_batch, as_vectors, common_batch, first_index
+from nao_kin.errors import ZeroNorm
 from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion
 from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
-
-_LARGEST_PART = 1e15
+from nao_kin.rotations._quat_kernels import quaternion_of
 
 
 def quat_from_matrix(R: ArrayLike) -> Floats:
@@ -35,6 +32,10 @@ def quat_from_matrix(R: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.quat_from_matrix(nk.rotations.rot_z(np.pi / 2))
+        array([0.7071, 0.    , 0.    , 0.7071])
     """
     return evaluate_rotations(quaternion_of, R, (4,))[0]
 
@@ -53,6 +54,12 @@ def matrix_from_quat(q: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.matrix_from_quat([1, 0, 0, 1]).round(12) + 0.0  # 90° about z, of any length
+        array([[ 0., -1.,  0.],
+               [ 1.,  0.,  0.],
+               [ 0.,  0.,  1.]])
     """
     quats = as_batch(q, (4,), "quaternion")
     try:
@@ -75,6 +82,10 @@ def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
         BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, wrong or mismatched shapes, NaN.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.quat_multiply([0, 1, 0, 0], [0, 0, 1, 0])  # i j = k
+        array([0., 0., 0., 1.])
     """
     P, Q = as_vectors(p, "quaternion p", 4), as_vectors(q, "quaternion q", 4)
     batch = common_batch("quaternions p and q", P.shape[:-1], Q.shape[:-1])
@@ -92,6 +103,10 @@ def quat_conjugate(q: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_conjugate([0.8, 0.6, 0.0, 0.0])
+        array([ 0.8, -0.6,  0. ,  0. ])
     """
     return as_batch(q, (4,), "quaternion") * [1.0, -1.0, -1.0, -1.0] + 0.0
 
@@ -108,6 +123,11 @@ def quat_canonical(q: ArrayLike) -> Floats:
     Raises:
         ZeroNorm: a zero quaternion; carries its index.
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_canonical([[-0.8, 0.6, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0]])
+        array([[ 0.8, -0.6,  0. ,  0. ],
+               [ 0. ,  1. ,  0. ,  0. ]])
     """
     quats = as_batch(q, (4,), "quaternion")
     nonzero = quats != 0.0
@@ -117,34 +137,33 @@ def quat_canonical(q: ArrayLike) -> Floats:
     return np.where(first < 0.0, -quats, quats) + 0.0
 
 
-def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Floats:
-    """The rotation a part t of the way from p to q along the shorter arc, at constant angular velocity.
-
-    cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q at right angles to p and θ = atan2(‖w‖, p·q) the
-    angle between the unit quaternions, q replaced by −q where p·q < 0. It is (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
-    but of unit length for every t. Where p·q = 0 (half a turn apart) both arcs are equally long; q is taken as given.
+def quat_rotate(q: ArrayLike, v: ArrayLike) -> Floats:
+    """The vector turned by a quaternion, q v q⁻¹ = v + r0 t + r × t with t = 2 r × v and (r0, r) = q/‖q‖.
 
     Args:
-        p: quaternions at t = 0, shape (..., 4), of any length but zero.
-        q: quaternions at t = 1, shape (..., 4); broadcasts with p.
-        t: shape (...), broadcasts with p and q; outside [0, 1] the motion goes on past its ends.
+        q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
+        v: vectors, shape (..., 3); broadcasts with q.
 
     Returns:
-        Unit quaternions, shape (..., 4); continuous in t, so not of canonical sign.
+        Vectors, shape (..., 3): `matrix_from_quat(q) @ v`.
 
     Raises:
         ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, t outside ±1e15, wrong or mismatched shapes, NaN or infinity.
+        BadArgument, WrongShape, NotFinite: not numbers, v outside ±1e150, wrong or mismatched shapes, NaN or infinity.
 
-    Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
+    Examples:
+        >>> half = np.sqrt(0.5)
+        >>> nk.rotations.quat_rotate([half, 0, 0, half], [1.0, 0.0, 2.0])  # 90° about z
+        array([0., 1., 2.])
     """
-    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_batch(t, (), "t")
-    if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
-        raise BadArgument(f"t must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
-    batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
-    ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
-    inputs = [*(np.broadcast_to(end, (*batch, 4)) for end in ends), np.broadcast_to(parts, batch)[..., np.newaxis]]
-    return evaluate(_slerp, inputs, (4,))[0]
+    quats, vectors = as_batch(q, (4,), "quaternion"), as_vectors(v, "vector")
+    batch = common_batch("quaternions and vectors", quats.shape[:-1], vectors.shape[:-1])
+    vectors = np.broadcast_to(vectors, (*batch, 3))
+    try:
+        return evaluate(_rotated, [np.broadcast_to(quats, (*batch, 4)), vectors], (3,))[0]
+    except OutOfScale:
+        sized = np.broadcast_to(rescaled(quats, "quaternion"), (*batch, 4))
+        return evaluate(_rotated, [sized, vectors], (3,))[0]
 
 
 def quat_to_xyzw(q: ArrayLike) -> Floats:
@@ -158,6 +177,10 @@ def quat_to_xyzw(q: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_to_xyzw([1, 2, 3, 4])
+        array([2., 3., 4., 1.])
     """
     return as_batch(q, (4,), "quaternion")[..., [1, 2, 3, 0]]
 
@@ -173,39 +196,23 @@ def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
 
     Raises:
         BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_from_xyzw([2, 3, 4, 1])
+        array([1., 2., 3., 4.])
     """
     return as_batch(xyzw, (4,), "quaternion xyzw")[..., [3, 0, 1, 2]]
 
 
-def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
-    """The kernel from nine entries to the unit quaternion in canonical sign."""
-    m00, m01, m02, m10, m11, m12, m20, m21, m22 = m
-    # The symmetric matrix 4 r rᵀ.
-    plus, minus = 1.0 + m00, 1.0 - m00
-    sum_, difference = m11 + m22, m11 - m22
-    d0, d1, d2, d3 = plus + sum_, plus - sum_, minus + difference, minus - difference
-    d01, d02, d03 = m21 - m12, m02 - m20, m10 - m01
-    d12, d13, d23 = m10 + m01, m02 + m20, m21 + m12
-    upper = d0 >= d1
-    a0, a1 = f.where(upper, d0, d01), f.where(upper, d01, d1)
-    a2, a3 = f.where(upper, d02, d12), f.where(upper, d03, d13)
-    lower = d2 >= d3
-    b0, b1 = f.where(lower, d02, d03), f.where(lower, d12, d13)
-    b2, b3 = f.where(lower, d2, d23), f.where(lower, d23, d3)
-    first_pair = f.larger(d0, d1) >= f.larger(d2, d3)
-    r0, r1 = f.where(first_pair, a0, b0), f.where(first_pair, a1, b1)
-    r2, r3 = f.where(first_pair, a2, b2), f.where(first_pair, a3, b3)
-    scale = _canonical_sign(f, r0, r1, r2) / f.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
-    # Adding 0.0 turns −0.0 into 0.0.
-    return r0 * scale + 0.0, r1 * scale + 0.0, r2 * scale + 0.0, r3 * scale + 0.0
-
-
-def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number) -> Number:
-    # Where these three are zero the last component is the largest, hence a diagonal entry of 4 r rᵀ, and positive.
-    first, zero = r0, r0 == 0.0
-    if f.some(zero):
-        first = f.where(zero, f.where(r1 != 0.0, r1, r2), r0)
-    return f.where(first < 0.0, -1.0, 1.0)
+def _rotated(f: Functions, *components: Number) -> tuple[Number, ...]:
+    r0, r1, r2, r3, x, y, z = components
+    scale = 2.0 / f.square(r0, r1, r2, r3)
+    tx, ty, tz = scale * (r2 * z - r3 * y), scale * (r3 * x - r1 * z), scale * (r1 * y - r2 * x)
+    return (
+        x + r0 * tx + (r2 * tz - r3 * ty),
+        y + r0 * ty + (r3 * tx - r1 * tz),
+        z + r0 * tz + (r1 * ty - r2 * tx),
+    )
 
 
 def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
@@ -216,23 +223,3 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
         p0 * q2 + q0 * p2 + (p3 * q1 - p1 * q3),
         p0 * q3 + q0 * p3 + (p1 * q2 - p2 * q1),
     )
-
-
-def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
-    p, q, t = components[:4], components[4:8], components[8]
-    sign = f.where(_inner(p, q) < 0.0, -1.0, 1.0)
-    difference = [sign * b - a for a, b in zip(p, q, strict=True)]
-    # The part of q at right angles to p, from the difference, which is exact where the two are nearly equal.
-    shift = _inner(p, difference)
-    aside = [d - shift * a for a, d in zip(p, difference, strict=True)]
-    sine = f.sqrt(_inner(aside, aside))
-    theta = f.atan2(sine, 1.0 + shift)
-    # Where the squares have underflowed the arc is a straight line.
-    same = sine == 0.0
-    along = f.cos(t * theta)
-    across = f.where(same, t, f.sin(t * theta) / f.where(same, 1.0, sine))
-    return tuple(along * a + across * w for a, w in zip(p, aside, strict=True))
-
-
-def _inner(a: Sequence[Number], b: Sequence[Number]) -> Number:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]

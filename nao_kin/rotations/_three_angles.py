@@ -17,6 +17,9 @@ AtLock = Literal["first", "third"]
 
 SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c)
 
+# Sequences of one or two axes: turns that do not reach every rotation.
+SHORT_SEQUENCES = (*"xyz", *(a + b for a in "xyz" for b in "xyz" if a != b))
+
 # Below this the two matrix entries that tell the first angle from the third are rounding errors of the matrix.
 LOCK = 4.0 * 2.0**-52
 
@@ -59,12 +62,43 @@ def find_convention(sequence: str, axes: Axes) -> Convention:
         if found is not None:
             return found
     if not isinstance(sequence, str) or sequence not in SEQUENCES:
-        spelling = isinstance(sequence, str) and sequence.lower() in SEQUENCES
+        short = isinstance(sequence, str) and sequence in SHORT_SEQUENCES
+        raise _unknown_sequence(sequence, SEQUENCES, "`nearest_euler` takes one or two axes" if short else "")
+    raise _unknown_axes(axes)
+
+
+def find_any_convention(sequence: str, axes: Axes) -> tuple[Convention, int]:
+    """As `find_convention`, and the number of angles: of one or two axes, a convention whose other angles are zero."""
+    count = len(sequence) if isinstance(sequence, str) else 0
+    if isinstance(sequence, str) and sequence in SHORT_SEQUENCES:
+        rest = "".join(axis for axis in "xyz" if axis not in sequence)
+        return find_convention((sequence + rest)[:3], axes), count
+    if not isinstance(sequence, str) or sequence not in SEQUENCES:
+        raise _unknown_sequence(sequence, (*SEQUENCES, *SHORT_SEQUENCES))
+    return find_convention(sequence, axes), count
+
+
+def find_short_sequence(sequence: str, axes: Axes) -> tuple[int, ...]:
+    """The one or two axes as numbers, in the order in which moving axes make the same turns."""
+    if not isinstance(sequence, str) or sequence not in SHORT_SEQUENCES:
+        full = isinstance(sequence, str) and sequence in SEQUENCES
+        raise _unknown_sequence(sequence, SHORT_SEQUENCES, "`euler_from_matrix` takes three axes" if full else "")
+    if not isinstance(axes, str) or axes not in ("moving", "fixed"):
+        raise _unknown_axes(axes)
+    places = tuple("xyz".index(axis) for axis in sequence)
+    return places if axes == "moving" else places[::-1]
+
+
+def _unknown_sequence(sequence: object, valid: tuple[str, ...], hint: str = "") -> UnknownName:
+    if isinstance(sequence, str) and sequence.lower() in valid:
         hint = "letter case carries no meaning: write it in lower case and say axes='moving' or axes='fixed'"
-        raise UnknownName("sequence", sequence, SEQUENCES, hint if spelling else "")
+    return UnknownName("sequence", sequence, valid, hint)
+
+
+def _unknown_axes(axes: object) -> BadArgument | UnknownName:
     if axes is None:
-        raise BadArgument("axes= must be given: 'moving' (turns about the axes carried along) or 'fixed'")
-    raise UnknownName("axes", axes, ("moving", "fixed"))
+        return BadArgument("axes= must be given: 'moving' (turns about the axes carried along) or 'fixed'")
+    return UnknownName("axes", axes, ("moving", "fixed"))
 
 
 def check_at_lock(at_lock: AtLock) -> None:

@@ -26,6 +26,10 @@ class Mimic:
         joint: the driving joint.
         multiplier: ratio of the two values.
         offset: value when the driving joint is at zero.
+
+    Examples:
+        >>> nk.semantics.Mimic("LHand", multiplier=2.0, offset=0.1)
+        Mimic(joint='LHand', multiplier=2.0, offset=0.1)
     """
 
     joint: str
@@ -33,30 +37,60 @@ class Mimic:
     offset: float = 0.0
 
     def value(self, driver: Floats | float) -> Floats:
-        """Values of the follower for values of the driving joint, any shape."""
+        """Values of the follower for values of the driving joint, any shape.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=2.0, offset=0.1).value(np.array([0.0, 1.0])).tolist()
+            [0.1, 2.1]
+        """
         return np.asarray(self.multiplier * driver + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
-        """Values of the driving joint for values of the follower; the multiplier must not be zero."""
+        """Values of the driving joint for values of the follower; the multiplier must not be zero.
+
+        Examples:
+            >>> float(nk.semantics.Mimic("LHand", multiplier=2.0).driver_value(1.0))
+            0.5
+        """
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
-        """The mimic of the last driver, where the driving joint itself follows: a = m b + o and b = driver(c)."""
+        """The mimic of the last driver, where the driving joint itself follows: a = m b + o and b = driver(c).
+
+        Examples:
+            >>> nk.semantics.Mimic("b", 2.0).through(nk.semantics.Mimic("c", 3.0, 1.0))
+            Mimic(joint='c', multiplier=6.0, offset=2.0)
+        """
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
-        """How the driving joint follows the `follower`; the multiplier must not be zero."""
+        """How the driving joint follows the `follower`; the multiplier must not be zero.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=2.0).inverted("LFinger").multiplier
+            0.5
+        """
         return Mimic(follower, 1.0 / self.multiplier, -self.offset / self.multiplier)
 
     def range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Range of the follower for a range of the driving joint."""
+        """Range of the follower for a range of the driving joint.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=-1.0).range(0.0, 0.5)
+            (-0.5, 0.0)
+        """
         if self.multiplier == 0.0:
             return self.offset, self.offset
         ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
         return ends[0], ends[1]
 
     def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Range of the driving joint for a range of the follower; the multiplier must not be zero."""
+        """Range of the driving joint for a range of the follower; the multiplier must not be zero.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=2.0).driver_range(0.0, 1.0)
+            (0.0, 0.5)
+        """
         ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
         return ends[0], ends[1]
 
@@ -75,6 +109,11 @@ class CoupledLimit:
     Raises:
         BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
             one, a joint that depends on itself.
+
+    Examples:
+        >>> head = nk.load_nao().coupled_limits[0]
+        >>> head.joint, head.of
+        ('HeadPitch', 'HeadYaw')
     """
 
     joint: str
@@ -101,7 +140,15 @@ class CoupledLimit:
             raise BadArgument(f"{what} has a lower bound above the upper one")
 
     def range(self, of: Floats) -> tuple[Floats, Floats]:
-        """Smallest and largest value of `joint` at values of `of`, any shape."""
+        """Smallest and largest value of `joint` at values of `of`, any shape.
+
+        Examples:
+            >>> ends = {"at": (-1.0, 1.0), "lower": (-0.2, -0.4), "upper": (0.2, 0.4)}
+            >>> limit = nk.semantics.CoupledLimit("HeadPitch", "HeadYaw", **ends)
+            >>> lower, upper = limit.range(np.array([0.0, 5.0]))
+            >>> lower.round(9).tolist(), upper.round(9).tolist()
+            ([-0.3, -0.4], [0.3, 0.4])
+        """
         return np.asarray(np.interp(of, self.at, self.lower)), np.asarray(np.interp(of, self.at, self.upper))
 
 
@@ -113,6 +160,11 @@ class Posture:
         angles: joint → value; joints not named are at zero [rad, m or ratio].
         up: the vertical in the root's frame where the robot rests in it, as an accelerometer at rest shows it; None
             where it stands on its soles.
+
+    Examples:
+        >>> posture = nk.semantics.Posture({"HeadYaw": 0.3})
+        >>> dict(posture.angles), posture.up
+        ({'HeadYaw': 0.3}, None)
     """
 
     angles: Mapping[str, float]
@@ -132,6 +184,11 @@ class View:
     Attributes:
         direction: from what is looked at to the camera, in the root's frame.
         joints: look at the links that these joints move, and at all they carry.
+
+    Examples:
+        >>> view = nk.semantics.View(direction=(1.0, 0.0, 0.0), joints=("HeadYaw",))
+        >>> view.joints
+        ('HeadYaw',)
     """
 
     direction: Vector
@@ -163,6 +220,11 @@ class Semantics:
 
     Raises:
         BadArgument: a part of another kind, or a unit that is none of the three.
+
+    Examples:
+        >>> semantics = nk.semantics.Semantics(chains={"Head": ("HeadYaw", "HeadPitch")}, end_effectors=("Head",))
+        >>> semantics.chains["Head"]
+        ('HeadYaw', 'HeadPitch')
     """
 
     chains: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -204,7 +266,13 @@ class Semantics:
                 raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
 
     def joints(self) -> Iterator[tuple[str, str]]:
-        """Every joint that is named here, with where it is named."""
+        """Every joint that is named here, with where it is named.
+
+        Examples:
+            >>> semantics = nk.semantics.Semantics(chains={"Head": ("HeadYaw", "HeadPitch")})
+            >>> [joint for joint, where in semantics.joints()]
+            ['HeadYaw', 'HeadPitch']
+        """
         for chain, joints in self.chains.items():
             yield from ((joint, f"chain {quoted(chain)}") for joint in joints)
         for posture, values in self.postures.items():
@@ -216,7 +284,13 @@ class Semantics:
             yield from ((joint, f"view {quoted(view)}") for joint in what.joints)
 
     def frames(self) -> Iterator[tuple[str, str]]:
-        """Every frame that is named here, with where it is named."""
+        """Every frame that is named here, with where it is named.
+
+        Examples:
+            >>> semantics = nk.semantics.Semantics(soles=("l_sole", "r_sole"))
+            >>> [frame for frame, where in semantics.frames()]
+            ['l_sole', 'r_sole']
+        """
         for where in _FRAMES:
             yield from ((frame, where) for frame in getattr(self, where))
         yield from ((frame, "fields_of_view") for frame in self.fields_of_view)

@@ -63,6 +63,12 @@ def read_semantics(path: Path | str) -> Semantics:
     Raises:
         BadArgument: no path.
         BadInputFile: the file cannot be read, is no TOML, or has an entry that is unknown or of the wrong kind.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> _ = Path("robot.toml").write_text("end_effectors = ['gripper']")
+        >>> nk.semantics.read_semantics("robot.toml").end_effectors
+        ('gripper',)
     """
     if sys.version_info >= (3, 11):
         import tomllib

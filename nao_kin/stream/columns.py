@@ -38,6 +38,10 @@ class PoseColumns:
             "position6d": x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), named as NAOqi names them.
             "rpy": the same numbers as x, y, z, roll, pitch, yaw.
         degrees: angles in degrees; their names then end in _deg.
+
+    Examples:
+        >>> nk.stream.PoseColumns("rpy").names
+        ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
     """
 
     style: PoseStyle = "matrix"
@@ -75,6 +79,11 @@ class PoseColumns:
         """Poses of frames at configurations (n, nq) as rows of numbers (n, frames, k), in the order of `names`.
 
         The arguments are those of `RobotModel.fk`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nk.stream.PoseColumns("position_quaternion").poses(nao, nao.random(rng=0, n=3), ["LArm", "RArm"]).shape
+            (3, 2, 7)
         """
         form = "position6d" if self.style == "rpy" else self.style
         # Batches below the crossover are left to Pinocchio.

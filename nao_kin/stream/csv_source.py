@@ -49,8 +49,6 @@ class CsvSource(Source):
     """Joint names in the header, in any order, and one configuration a line, as `read_configurations` reads them."""
 
     def __init__(self, path: str, robot: RobotModel) -> None:
-        import pyarrow.csv  # noqa: F401 # said before anything is read, when it is missing
-
         self.path = path
         self._file = _opened(path)
         # What has been read and not yet been given out: at the start, and behind the last whole line.

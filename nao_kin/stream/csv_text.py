@@ -17,7 +17,12 @@ _FEW = 20_000
 
 
 def csv_header(columns: Sequence[str]) -> str:
-    """The first line."""
+    """The first line.
+
+    Examples:
+        >>> nk.stream.csv_header(["x", "y", "z"]).strip()
+        'row,frame,x,y,z'
+    """
     return ",".join(("row", "frame", *columns)) + "\n"
 
 
@@ -25,6 +30,10 @@ def pose_lines(rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[
     """One line for each of `rows` (n,) and each frame, of numbers (n, frames, k), in UTF-8.
 
     The lines are the same whether pyarrow writes them, or Python, which takes longer.
+
+    Examples:
+        >>> nk.stream.pose_lines(np.array([0]), ["LArm"], np.array([[[0.5, 0.25]]])).decode().strip()
+        '0,LArm,0.5,0.25'
     """
     names = [_field(name) for name in frames]
     flat = numbers.reshape(-1, numbers.shape[-1])

@@ -18,6 +18,11 @@ class BadRow:
         line: its line in a CSV file, from 1; 0 in other files, which have none.
         column: its column in a CSV file that is to blame, from 1; 0 for none.
         reason: what is wrong with it.
+
+    Examples:
+        >>> bad = nk.stream.BadRow(row=7, line=9, column=3, reason="no finite number: 'x'")
+        >>> bad.line, bad.reason
+        (9, "no finite number: 'x'")
     """
 
     row: int
@@ -43,6 +48,15 @@ class StreamResult:
         rows_resumed: rows that an earlier run had done already, of those read.
         bad_rows: rows from which no configuration could be made: left out, or written as NaN.
         first_bad_rows: the first of them.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> lines = nao.joint_names, map(str, nao.posture("Stand"))
+        >>> _ = Path("q.csv").write_text(chr(10).join(map(",".join, lines)))
+        >>> result = nk.stream.fk(nao, "q.csv", "LArm", "poses.npy")
+        >>> result.rows_read, result.rows_written, result.bad_rows
+        (1, 1, 0)
     """
 
     sink: str
@@ -55,7 +69,16 @@ class StreamResult:
     first_bad_rows: tuple[BadRow, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """The same for JSON."""
+        """The same for JSON.
+
+        Examples:
+            >>> from pathlib import Path
+            >>> nao = nk.load_nao()
+            >>> lines = nao.joint_names, map(str, nao.posture("Stand"))
+            >>> _ = Path("q.csv").write_text(chr(10).join(map(",".join, lines)))
+            >>> nk.stream.fk(nao, "q.csv", "LArm", "poses.npy").as_dict()["rows_written"]
+            1
+        """
         bad = [{"row": b.row, "line": b.line, "column": b.column, "reason": b.reason} for b in self.first_bad_rows]
         return {
             "sink": self.sink,

@@ -97,6 +97,15 @@ def fk(
         BadArgument: the sink cannot be written; contradictory files; no such dtype.
         UnknownName: no such frame, form of a pose or policy.
         MissingExtra: the files need pyarrow, and it is not installed.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> lines = nao.joint_names, map(str, nao.posture("Stand"))
+        >>> _ = Path("q.csv").write_text(chr(10).join(map(",".join, lines)))
+        >>> _ = nk.stream.fk(nao, "q.csv", ["LArm", "RArm"], "poses.npy")
+        >>> np.load("poses.npy").shape
+        (1, 2, 4, 4)
     """
     check_robot(robot)
     source, sink = _path(source, "source"), _path(sink, "sink")

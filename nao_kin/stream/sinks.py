@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common import atomic
+from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument, MissingExtra
+from nao_kin.errors import BadArgument
 from nao_kin.stream.csv_text import csv_header, pose_lines
 from nao_kin.stream.sources import ARROW, CSV, NPY, PARQUET, kind_of
 
@@ -151,10 +152,7 @@ def sink_class(path: str) -> type[Sink]:
             raise BadArgument(f"cannot write {abbreviated(path)}: the ending names the format; expected {_ENDINGS}")
         kind = CSV
     if kind in (PARQUET, ARROW):
-        try:
-            import pyarrow  # noqa: F401
-        except ImportError:
-            raise MissingExtra(f"writing {abbreviated(path)}", "arrow") from None
+        need_extra(f"writing {abbreviated(path)}", "arrow")
     return _SINKS[kind]
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
-from nao_kin.errors import BadInputFile, MissingExtra
+from nao_kin.errors import BadInputFile
 from nao_kin.robot import RobotModel
 from nao_kin.stream.blocks import Source
 from nao_kin.stream.csv_source import CsvSource
@@ -37,7 +38,9 @@ def open_source(path: str, robot: RobotModel) -> Source:
         BadInputFile: it cannot be read, or its columns are not the joints of the robot.
         MissingExtra: pyarrow is needed and not installed.
     """
-    kind = kind_of(path)
+    kind, json = kind_of(path), Path(path).suffix.lower() == ".json"
+    if kind != NPY and not json:
+        need_extra(f"reading {abbreviated(path)} as a stream", "arrow")
     try:
         if kind == NPY:
             return NpySource(path, robot)
@@ -45,10 +48,8 @@ def open_source(path: str, robot: RobotModel) -> Source:
             return ParquetSource(path, robot)
         if kind == ARROW:
             return ArrowSource(path, robot)
-        if Path(path).suffix.lower() == ".json":
+        if json:
             raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
         return CsvSource(path, robot)
-    except ImportError:
-        raise MissingExtra(f"reading {abbreviated(path)} as a stream", "arrow") from None
     except OSError as error:
         raise BadInputFile(path, f"cannot be read: {error.strerror or error}") from None

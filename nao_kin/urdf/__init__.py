@@ -1,10 +1,13 @@
-"""URDF files: any of them read once into one tree, leniently and with a note for everything that had to change."""
+"""Robots' files: a URDF or an MJCF read once into one tree, leniently and with a note for all that had to change."""
 
 from nao_kin.urdf import writing
+from nao_kin.urdf.format import file_format
+from nao_kin.urdf.mjcf import read_mjcf
+from nao_kin.urdf.packages import Packages, mesh_in
 from nao_kin.urdf.reader import read_urdf
 from nao_kin.urdf.srdf import read_srdf
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
-from nao_kin.urdf.visuals import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual, mesh_in
+from nao_kin.urdf.visuals import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual
 
 __all__ = [
     "Box",
@@ -14,12 +17,15 @@ __all__ = [
     "Inertial",
     "MeshFile",
     "Origin",
+    "Packages",
     "Rgba",
     "Sphere",
     "UrdfJoint",
     "UrdfTree",
     "Visual",
+    "file_format",
     "mesh_in",
+    "read_mjcf",
     "read_srdf",
     "read_urdf",
     "writing",

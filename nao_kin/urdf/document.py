@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -17,7 +17,13 @@ _DEFINITIONS = ("property", "arg", "include")
 _BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 
 
-def read_document(path: Path | str, notes: list[str]) -> ET.Element:
+# Makes the text of a URDF of a xacro source, given what the source is in words.
+Expand = Callable[[str], bytes]
+
+
+def read_document(
+    path: Path | str, notes: list[str], expand: Expand | None = None, *, always: bool = False
+) -> tuple[ET.Element, str]:
     """The root element of an XML file, without what xacro left in it.
 
     Prefixes need not be bound and belong to the name; a namespace declaration is an attribute like any other; blank
@@ -26,45 +32,99 @@ def read_document(path: Path | str, notes: list[str]) -> ET.Element:
     Args:
         path: the file.
         notes: gets a line for what was dropped.
+        expand: what makes a URDF of a xacro source; None where there is nothing that does.
+        always: expand whatever mentions xacro, whether or not it looks finished.
+
+    Returns:
+        The root element, and the text that it was read from where that is not the file's.
 
     Raises:
-        BadModel: the file cannot be read, is not well-formed, or is a xacro source.
+        BadModel: the file cannot be read, is not well-formed, or is a xacro source that cannot be expanded.
     """
+    content = _content(path)
+    document = _document(path, content)
+    if b"xacro" not in content and b"${" not in content:
+        return document, ""
+    source = _Xacro(document)
+    if not (source.is_unexpanded or always):
+        source.drop(notes)
+        return document, ""
+    if expand is None:
+        raise BadModel(f"{path}: {source.unexpanded}")
+    expanded = expand(source.unexpanded)
+    document = _document(path, expanded)
+    _Xacro(document).drop(notes)
+    return document, expanded.decode()
+
+
+def root_tag(path: Path | str) -> str:
+    """The name of the root element of an XML file; what stands behind it is not looked at.
+
+    Raises:
+        BadModel: the file cannot be read, or does not begin as XML.
+    """
+    content = _content(path)
+    found: list[str] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> Any:
+        found.append(tag)
+        raise _Enough
+
     try:
-        content = Path(path).read_bytes()
+        _parsed(content, start)
+    except _Enough:
+        return found[0]
+    except expat.ExpatError as error:
+        raise _not_well_formed(path, content, error) from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows
+        raise BadModel(f"cannot read {path}: {error}") from None
+    raise BadModel(f"{path}: no element in it")
+
+
+class _Enough(Exception):
+    """The root element has been met."""
+
+
+def _content(path: Path | str) -> bytes:
+    try:
+        return Path(path).read_bytes()
     except TypeError:
-        raise BadModel(f"expected the path of a URDF file, got {abbreviated(repr(path))}") from None
+        raise BadModel(f"expected the path of a robot's file, got {abbreviated(repr(path))}") from None
     except OSError as error:
         raise BadModel(f"cannot read {abbreviated(path)}: {error.strerror or error}") from None
     except ValueError as error:  # a path no system takes
         raise BadModel(f"cannot read {abbreviated(path)}: {error}") from None
-    try:
-        document = _parsed(content)
-    except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code)
-        line = error.lineno + content[: _blank(content)].count(b"\n")
-        where = f"line {line}, column {error.offset + 1}"
-        raise BadModel(f"{path}, {where}: not well-formed XML ({reason})") from None
-    except (LookupError, ValueError) as error:  # an encoding nobody knows
-        raise BadModel(f"cannot read {path}: {error}") from None
-    if b"xacro" in content or b"${" in content:
-        _drop_xacro(document, Path(path), notes)
-    return document
 
 
-def _parsed(content: bytes) -> ET.Element:
+def _document(path: Path | str, content: bytes) -> ET.Element:
     builder: ET.TreeBuilder = ET.TreeBuilder()
-    parser = expat.ParserCreate()  # without namespaces: prefixes stay as they are written
-    parser.buffer_text = True
 
     def start(tag: str, attributes: dict[str, str]) -> Any:
         builder.start(tag, attributes)
 
+    try:
+        _parsed(content, start, builder)
+        return builder.close()
+    except expat.ExpatError as error:
+        raise _not_well_formed(path, content, error) from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows
+        raise BadModel(f"cannot read {path}: {error}") from None
+
+
+def _not_well_formed(path: Path | str, content: bytes, error: expat.ExpatError) -> BadModel:
+    line = error.lineno + content[: _blank(content)].count(b"\n")
+    where = f"line {line}, column {error.offset + 1}"
+    return BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})")
+
+
+def _parsed(content: bytes, start: Callable[[str, dict[str, str]], Any], builder: ET.TreeBuilder | None = None) -> None:
+    parser = expat.ParserCreate()  # without namespaces: prefixes stay as they are written
+    parser.buffer_text = True
     parser.StartElementHandler = start
-    parser.EndElementHandler = builder.end
-    parser.CharacterDataHandler = builder.data
+    if builder is not None:
+        parser.EndElementHandler = builder.end
+        parser.CharacterDataHandler = builder.data
     parser.Parse(content[_blank(content) :], True)
-    return builder.close()
 
 
 def _blank(content: bytes) -> int:
@@ -73,50 +133,59 @@ def _blank(content: bytes) -> int:
     return match.end() if match else 0
 
 
-def _drop_xacro(document: ET.Element, path: Path, notes: list[str]) -> None:
-    """Take leftover xacro elements out.
+class _Xacro:
+    """The elements of xacro in a document.
 
-    Raises:
-        BadModel: the file is still a source: it defines macros, holds ${…} where a value should stand, or has links
-            inside an element of xacro.
+    Attributes:
+        count: how much of it is unexpanded: macros, conditions, ${…}.
+        is_unexpanded: whether the document is still a source: it defines macros or calls them where links stand, holds
+            ${…} where a value should be, has links inside an element of xacro, or none at all.
     """
-    prefixes = {"xacro:"} | {
-        f"{name.removeprefix('xmlns:')}:"
-        for element in document.iter()
-        for name, value in element.attrib.items()
-        if name.startswith("xmlns:") and "xacro" in value
-    }
 
-    def xacro_name(element: ET.Element) -> str | None:
-        prefix, colon, name = str(element.tag).partition(":")
-        return name if prefix + colon in prefixes else None
-
-    found = [name for element in document.iter() if (name := xacro_name(element)) is not None]
-    unexpanded = sum(
-        xacro_name(element) == "macro"
-        or any("${" in value for value in element.attrib.values())
-        or (xacro_name(element) is not None and element.find(".//link") is not None)
-        for element in _used(document, xacro_name)
-    )
-    if unexpanded:
-        target = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
-        raise BadModel(
-            f"{path}: a xacro source with {unexpanded} unexpanded macros, conditions or ${{…}}; expand it first: "
-            f"xacro {path.name} -o {target if target != path.name else 'expanded.urdf'}"
+    def __init__(self, document: ET.Element) -> None:
+        self._document = document
+        self._prefixes = {"xacro:"} | {
+            f"{name.removeprefix('xmlns:')}:"
+            for element in document.iter()
+            for name, value in element.attrib.items()
+            if name.startswith("xmlns:") and "xacro" in value
+        }
+        self._found = [name for element in document.iter() if (name := self._name(element)) is not None]
+        called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
+        self.count = sum(
+            self._name(element) == "macro"
+            or any("${" in value for value in element.attrib.values())
+            or (self._name(element) is not None and (element.find(".//link") is not None or element in called))
+            for element in self._used()
         )
-    if found:
-        kinds = ", ".join(f"<xacro:{name}>" for name in dict.fromkeys(found))
-        notes.append(f"{len(found)} leftover elements of xacro left out: {abbreviated(kinds)}")
-        for parent in list(document.iter()):
-            for child in [child for child in parent if xacro_name(child) is not None]:
+        self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)
+
+    @property
+    def unexpanded(self) -> str:
+        """What the document is, in words."""
+        if not self.count:
+            return "a xacro source without links of its own"
+        return f"a xacro source with {self.count} unexpanded macros, conditions or ${{…}}"
+
+    def drop(self, notes: list[str]) -> None:
+        """Take the elements out."""
+        if not self._found:
+            return
+        kinds = ", ".join(f"<xacro:{name}>" for name in dict.fromkeys(self._found))
+        notes.append(f"{len(self._found)} leftover elements of xacro left out: {abbreviated(kinds)}")
+        for parent in list(self._document.iter()):
+            for child in [child for child in parent if self._name(child) is not None]:
                 parent.remove(child)
 
+    def _name(self, element: ET.Element) -> str | None:
+        prefix, colon, name = str(element.tag).partition(":")
+        return name if prefix + colon in self._prefixes else None
 
-def _used(element: ET.Element, xacro_name: Any) -> Iterator[ET.Element]:
-    """The elements outside of what merely defines."""
-    stack = [element]
-    while stack:
-        current = stack.pop()
-        if xacro_name(current) not in _DEFINITIONS:
-            yield current
-            stack.extend(current)
+    def _used(self) -> Iterator[ET.Element]:
+        """The elements outside of what merely defines."""
+        stack = [self._document]
+        while stack:
+            current = stack.pop()
+            if self._name(current) not in _DEFINITIONS:
+                yield current
+                stack.extend(current)

@@ -7,9 +7,8 @@ refused.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -17,12 +16,15 @@ from xml.etree import ElementTree as ET
 from nao_kin._common.arrays import Vector
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadModel
+from nao_kin.errors import BadArgument, BadModel
 from nao_kin.semantics import Mimic
 from nao_kin.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
 from nao_kin.urdf.document import read_document
+from nao_kin.urdf.names import names_apart
+from nao_kin.urdf.packages import Packages, checked_folders
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
-from nao_kin.urdf.visuals import Origin, mesh_in, read_collisions, read_visuals
+from nao_kin.urdf.visuals import Origin, read_collisions, read_visuals
+from nao_kin.urdf.xacro_source import expand_xacro, xacro_values
 
 # What an attribute belongs to: "joint" or "link", and its name.
 Owner = tuple[str, str]
@@ -30,18 +32,45 @@ Owner = tuple[str, str]
 _MOVING = ("revolute", "continuous", "prismatic")
 
 
-def read_urdf(path: Path | str) -> UrdfTree:
-    """Read and mend a URDF file.
+def read_urdf(
+    path: Path | str,
+    *,
+    package_dirs: Iterable[Path | str] = (),
+    xacro_arguments: Mapping[str, object] | None = None,
+) -> UrdfTree:
+    """Read and mend a URDF file, or a xacro source of one where the package xacro is installed.
+
+    Args:
+        path: the file.
+        package_dirs: folders in which packages that the file names are searched first, by mesh files and `$(find …)`.
+        xacro_arguments: values of the arguments of a xacro source, by name.
 
     Raises:
-        BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints.
+        BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints; a xacro source that
+            cannot be expanded.
+        BadArgument: a folder that is not there, or arguments for a file that is no xacro source.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.root, len(tree.moving_joints), len(tree.mimics)
+        ('base_link', 42, 17)
     """
     notes: list[str] = []
-    document = read_document(path, notes)
+    folders = checked_folders(package_dirs)
+    given = xacro_values(xacro_arguments or {})
+
+    def expand(what: str) -> bytes:
+        file = Path(path)
+        return expand_xacro(file, notes, arguments=given, packages=Packages(file, folders), what=what)
+
+    document, expanded = read_document(path, notes, expand, always=bool(given))
+    if given and not expanded:
+        raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
     try:
-        return _Reader(document, Path(path), notes).tree()
+        tree = _Reader(document, Path(path), folders, notes).tree()
     except _Refused as refusal:
         raise BadModel(f"{path}: {refusal}") from None
+    return replace(tree, expanded=expanded)
 
 
 class _Refused(Exception):
@@ -49,15 +78,16 @@ class _Refused(Exception):
 
 
 class _Reader:
-    def __init__(self, document: ET.Element, path: Path, notes: list[str]) -> None:
-        self.document, self.path, self.notes = document, path, notes
+    def __init__(self, document: ET.Element, path: Path, folders: tuple[Path, ...], notes: list[str]) -> None:
+        self.document, self.path, self.folders, self.notes = document, path, folders, notes
 
     def tree(self) -> UrdfTree:
         if self.document.tag != "robot":
-            raise _Refused(f"the root element is <{abbreviated(self.document.tag)}>, a URDF has <robot>")
+            other = "; it is MJCF, which RobotModel.from_mjcf reads" if self.document.tag == "mujoco" else ""
+            raise _Refused(f"the root element is <{abbreviated(self.document.tag)}>, a URDF has <robot>{other}")
         links = self._unique("link")
         joint_elements = self._unique("joint")
-        renamed = self._names_apart(links, joint_elements)
+        renamed = names_apart(links, joint_elements, self.notes)
         joints = {name: self._joint(name, element, renamed) for name, element in joint_elements.items()}
         link_names = [renamed.get(name, name) for name in links]
         root = self._root(link_names, joints.values())
@@ -88,6 +118,7 @@ class _Reader:
             visual_notes=visual_notes,
             collisions=collisions,
             collision_notes=collision_notes,
+            package_dirs=self.folders,
         )
 
     def _unique(self, tag: str) -> dict[str, ET.Element]:
@@ -103,17 +134,6 @@ class _Reader:
         if tag == "link" and not found:
             raise _Refused("no links")
         return found
-
-    def _names_apart(self, links: dict[str, ET.Element], joints: dict[str, ET.Element]) -> dict[str, str]:
-        """New names for links that share theirs with a joint."""
-        renamed: dict[str, str] = {}
-        for name in links:
-            if name in joints:
-                endings = itertools.chain(("_link", "_frame"), (f"_frame_{n}" for n in itertools.count(2)))
-                fresh = next(name + end for end in endings if name + end not in links and name + end not in joints)
-                renamed[name] = fresh
-                self.notes.append(f"link {quoted(name)} renamed {quoted(fresh)}: a joint has the same name")
-        return renamed
 
     def _joint(self, name: str, element: ET.Element, renamed: dict[str, str]) -> UrdfJoint:
         kind = element.get("type", "")
@@ -294,9 +314,9 @@ class _Reader:
         return roots[0]
 
     def _note_missing_meshes(self) -> None:
-        folder = self.path.resolve().parent
+        packages = Packages(self.path, self.folders)
         meshes = {mesh.get("filename", "") for mesh in self.document.iter("mesh")}
-        missing = sorted(name for name in meshes if mesh_in(folder, name) is None)
+        missing = sorted(name for name in meshes if packages.file(name) is None)
         if missing:
             self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are not there, first {quoted(missing[0])}")
 

@@ -29,8 +29,16 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
 
     Raises:
         BadModel: the file cannot be read or is no SRDF.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> from pathlib import Path
+        >>> neck = "<group name='neck'><chain base_link='torso' tip_link='Head'/></group>"
+        >>> _ = Path("nao.srdf").write_text(f"<robot name='nao'>{neck}</robot>")
+        >>> nk.urdf.read_srdf("nao.srdf", tree, notes=[]).chains["neck"]
+        ('HeadYaw', 'HeadPitch')
     """
-    document = read_document(path, notes)
+    document, _ = read_document(path, notes)
     if document.tag != "robot":
         raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")
     reader = _Groups(document, tree)

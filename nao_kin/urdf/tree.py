@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from nao_kin.semantics import Mimic
+from nao_kin.urdf.packages import Packages
 from nao_kin.urdf.visuals import Collision, Origin, Visual
 
 
@@ -21,6 +22,11 @@ class Inertial:
         mass: mass [kg].
         origin: centre of mass, and the axes of the tensor, in the link's frame.
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.inertials["torso"].mass
+        1.04956
     """
 
     mass: float
@@ -46,6 +52,12 @@ class UrdfJoint:
         damping: viscous torque or force per unit of speed.
         friction: dry friction torque or force.
         mimic: the joint it follows, None for a joint of its own.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> joint = next(joint for joint in tree.joints if joint.name == "RHipYawPitch")
+        >>> joint.kind, joint.mimic.joint
+        ('revolute', 'LHipYawPitch')
     """
 
     name: str
@@ -80,6 +92,13 @@ class UrdfTree:
         visual_notes: what of the looks cannot be read, one line each.
         collisions: the shapes that stand for the links in contacts.
         collision_notes: what of them cannot be read, one line each.
+        package_dirs: folders in which packages that the file names are searched first.
+        expanded: the URDF that the file became, where the file is a xacro source; "" where it is what was read.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.name, tree.root
+        ('nao_v6', 'base_link')
     """
 
     path: Path
@@ -94,6 +113,8 @@ class UrdfTree:
     visual_notes: tuple[str, ...] = field(default=(), repr=False)
     collisions: tuple[Collision, ...] = field(default=(), repr=False)
     collision_notes: tuple[str, ...] = field(default=(), repr=False)
+    package_dirs: tuple[Path, ...] = field(default=(), repr=False)
+    expanded: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         # One tree serves every robot made of it.
@@ -104,6 +125,11 @@ class UrdfTree:
         # Mapping proxies do not pickle.
         values = (getattr(self, field.name) for field in fields(self))
         return UrdfTree, tuple(dict(value) if isinstance(value, MappingProxyType) else value for value in values)
+
+    @property
+    def packages(self) -> Packages:
+        """The search for the mesh files that the file names."""
+        return Packages(self.path, self.package_dirs)
 
     @property
     def moving_joints(self) -> tuple[UrdfJoint, ...]:

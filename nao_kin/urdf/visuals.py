@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from nao_kin._common.arrays import Vector
@@ -22,6 +21,10 @@ class Origin:
     Attributes:
         xyz: position [m].
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
+
+    Examples:
+        >>> nk.urdf.Origin(xyz=(0.0, 0.0, 0.1)).rpy
+        (0.0, 0.0, 0.0)
     """
 
     xyz: Vector = (0.0, 0.0, 0.0)
@@ -30,14 +33,24 @@ class Origin:
 
 @dataclass(frozen=True)
 class Box:
-    """A box with its centre at the origin; edge lengths along x, y, z [m]."""
+    """A box with its centre at the origin; edge lengths along x, y, z [m].
+
+    Examples:
+        >>> nk.urdf.Box((0.1, 0.2, 0.3)).size
+        (0.1, 0.2, 0.3)
+    """
 
     size: Vector
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder about z with its centre at the origin [m]."""
+    """A cylinder about z with its centre at the origin [m].
+
+    Examples:
+        >>> nk.urdf.Cylinder(radius=0.02, length=0.1).length
+        0.1
+    """
 
     radius: float
     length: float
@@ -45,14 +58,24 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere about the origin [m]."""
+    """A sphere about the origin [m].
+
+    Examples:
+        >>> nk.urdf.Sphere(0.05).radius
+        0.05
+    """
 
     radius: float
 
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh by the name that the URDF has for its file, scaled along its axes."""
+    """A mesh by the name that the URDF has for its file, scaled along its axes.
+
+    Examples:
+        >>> nk.urdf.MeshFile("meshes/torso.stl").scale
+        (1.0, 1.0, 1.0)
+    """
 
     filename: str
     scale: Vector = (1.0, 1.0, 1.0)
@@ -72,6 +95,12 @@ class Visual:
         material: name of its material, "" without one.
         rgba: colour and opacity of that material, each in [0, 1]; None where the URDF gives none.
         name: its own name, "" without one.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> visual = tree.visuals[0]
+        >>> visual.link, type(visual.geometry).__name__
+        ('torso', 'MeshFile')
     """
 
     link: str
@@ -137,22 +166,6 @@ def read_collisions(links: Iterable[tuple[str, ET.Element]]) -> tuple[tuple[Coll
             else:
                 shapes.append(Collision(link, origin, geometry, collision.get("name", "")))
     return tuple(shapes), tuple(notes)
-
-
-def mesh_in(folder: Path, filename: str) -> Path | None:
-    """The file that a URDF in a folder, without symbolic links, means by `filename`; None when it is not there.
-
-    A plain name is relative to the folder; `package://` is looked up in the folders above it.
-    """
-    if not filename.startswith("package://"):
-        candidates = [folder / filename.removeprefix("file://")]
-    else:
-        inside = filename.removeprefix("package://").lstrip("/")
-        candidates = [parent / inside for parent in folder.parents]
-    try:
-        return next((path for path in candidates if path.is_file()), None)
-    except (OSError, ValueError):  # a name that no system takes
-        return None
 
 
 class _Unreadable(Exception):

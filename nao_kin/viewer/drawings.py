@@ -62,6 +62,12 @@ class Drawings:
         Raises:
             UnknownName: no such frame.
             BadArgument: no names, or a size that is not positive.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_frames(["LArm", "CameraTop"])
+            >>> viewer.shown["frames"]
+            True
         """
         chosen = [names] if isinstance(names, str) else list(names) if isinstance(names, Iterable) else names
         self._draw("frames", overlays.frames(self.robot, chosen, size), on=bool(chosen))
@@ -71,15 +77,35 @@ class Drawings:
 
         Their colour is that of the joint they belong to, as `nao_kin.joints.group_joints` finds it: revolute,
         prismatic, universal, spherical …
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_joint_axes()
+            >>> viewer.shown["axes"]
+            True
         """
         self._show("axes", on)
 
     def show_com(self, on: bool = True) -> None:
-        """Draw the centre of mass and its projection onto the floor."""
+        """Draw the centre of mass and its projection onto the floor.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_com()
+            >>> viewer.shown["com"]
+            True
+        """
         self._show("com", on)
 
     def show_support_polygon(self, on: bool = True) -> None:
-        """Draw the convex hull of what touches the floor: green while the centre of mass is above it, red otherwise."""
+        """Draw the convex hull of what touches the floor: green while the centre of mass is above it, red otherwise.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_support_polygon()
+            >>> viewer.shown["support"]
+            True
+        """
         self._show("support", on)
 
     def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3, first: int = 1) -> None:
@@ -102,11 +128,23 @@ class Drawings:
 
         Raises:
             WrongShape, NotFinite, BadArgument: no configurations, too many of them, no opacity or no such number.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.show_ghosts(nao.random(rng=0, n=3), opacity=0.2)
         """
         self._draw("ghosts", overlays.ghosts(self.robot, configurations, opacity, first), on=True)
 
     def clear_ghosts(self) -> None:
-        """Remove what `show_ghosts` has drawn."""
+        """Remove what `show_ghosts` has drawn.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.show_ghosts(nao.posture("Sit"))
+            >>> viewer.clear_ghosts()
+        """
         self.show_ghosts(np.zeros((0, self.robot.nq)))
 
     def show_targets(self, targets: Mapping[str, ArrayLike]) -> None:
@@ -117,6 +155,10 @@ class Drawings:
 
         Raises:
             WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_targets({"cup": [0.2, 0.1, 0.1]})
         """
         self._messages.put("targets", overlays.targets(targets))
 
@@ -136,6 +178,10 @@ class Drawings:
         Raises:
             UnknownName: no such link.
             NotFinite, BadArgument: no numbers, or no scale from low to high.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.color_links({"Head": 0.2, "torso": 0.8}, low=0.0, high=1.0, label="load")
         """
         self._messages.put("colours", overlays.colours(self._links, self._carriers, values, low, high, label))
 
@@ -153,6 +199,11 @@ class Drawings:
         Raises:
             UnknownName: no such number.
             BadArgument, NotFinite, WrongShape: no map, one of another robot or an empty one; no cut.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.show_reach(nk.reach.workspace(nao, "LArm", 1000, voxel=0.05), by="count")
         """
         self._messages.put("reach", overlays.reach(self.robot, reach, by, cut))
 
@@ -171,6 +222,10 @@ class Drawings:
         Raises:
             UnknownName: no such light.
             WrongShape, NotFinite, BadArgument: no colour.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_lights({viewer.light_names[0]: (1.0, 0.0, 0.0)})
         """
         self._messages.put("lights", overlays.lights(self.light_names, self._lights, colours))
 
@@ -182,6 +237,10 @@ class Drawings:
 
         Raises:
             BadArgument: no text.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.say("Hello")
         """
         self._messages.put("speech", overlays.speech(text))
 
@@ -193,6 +252,10 @@ class Drawings:
 
         Raises:
             UnknownName: no such edition.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.color_edition("blue")
         """
         self._messages.put("edition", overlays.edition(name))
 
@@ -220,6 +283,10 @@ class Drawings:
         Raises:
             WrongShape, NotFinite, BadArgument: no points, no colours, no size; too many shapes.
             UnknownName: no such frame.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_points("path", [[0.2, 0.1, 0.1], [0.2, 0.1, 0.2]], colors=[1.0, 0.0, 0.0])
         """
         self._add(name, extras.points(self.robot, name, points, colors, size, frame))
 
@@ -247,6 +314,10 @@ class Drawings:
             WrongShape, NotFinite, BadArgument: no mesh, no colour, no opacity; more than two million vertices or faces;
                 a file that cannot be read; too many shapes.
             UnknownName: no such frame.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_mesh("triangle", [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [[0, 1, 2]], frame="LArm")
         """
         self._add(name, extras.mesh(self.robot, name, vertices, faces, color, opacity, frame))
 
@@ -271,6 +342,10 @@ class Drawings:
         Raises:
             WrongShape, NotFinite, BadArgument: no points, no colour, no width; too many shapes.
             UnknownName: no such frame.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_line("path", [[0.2, 0.1, 0.1], [0.2, 0.1, 0.2]], width=0.002)
         """
         self._add(name, extras.line(self.robot, name, points, color, width, frame))
 
@@ -279,6 +354,11 @@ class Drawings:
 
         Raises:
             UnknownName: there is none.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_points("path", [[0.2, 0.1, 0.1]])
+            >>> viewer.remove("path")
         """
         with self._lock:
             if name not in tuple(self._extras):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated
-from nao_kin.urdf import Box, Cylinder, Rgba, Sphere, mesh_in
+from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
 
 # Neighbouring faces that meet at less than this angle are one smooth surface [rad].
 _CREASE = np.radians(40.0)
@@ -54,14 +54,6 @@ def shape_box(shape: Shape) -> tuple[Floats, Floats]:
     else:
         half = np.full(3, shape.radius)
     return -half, half
-
-
-def mesh_path(urdf: Path, filename: str) -> Path | None:
-    """The file that a URDF means by `filename`, None when it is not there.
-
-    A plain name is relative to the URDF; `package://` is looked up in the folders above it.
-    """
-    return mesh_in(urdf.resolve().parent, filename)
 
 
 def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:

@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from nao_kin._extras import command
 from nao_kin.viewer.messages import RetainedMessages, note_last
 from nao_kin.viewer.server import Answer, weak_receiver
 
@@ -51,8 +52,8 @@ def frame(page: str, name: str = "") -> str:
 
 
 NOT_LIVE = (
-    "<p>The robot as it was when the cell ran. With <code>pip install 'nao-kin[notebook]'</code> it follows what later "
-    "cells do.</p>"
+    "<p>The robot as it was when the cell ran. "
+    f"With <code>{command('notebook')}</code> it follows what later cells do.</p>"
 )
 
 

@@ -9,7 +9,12 @@ from nao_kin.robot import RobotModel
 
 
 class OutsideLimitsWarning(NaoKinWarning):
-    """A configuration on show has joints outside their limits, and not because nobody moved them from zero."""
+    """A configuration on show has joints outside their limits, and not because nobody moved them from zero.
+
+    Examples:
+        >>> issubclass(nk.viewer.OutsideLimitsWarning, nk.errors.NaoKinWarning)
+        True
+    """
 
 
 class OutsideWarnings:

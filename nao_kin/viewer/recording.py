@@ -23,6 +23,12 @@ class Recording:
         robot: the robot that moves.
         fps: configurations kept per second, at most; halved whenever there are 120 000 of them, and those kept until
             then are thinned out to as few. At 30 an hour fits, and longer recordings need no more memory.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
+        >>> recording.fps
+        30.0
     """
 
     def __init__(self, robot: RobotModel, q: Floats, fps: float) -> None:
@@ -53,13 +59,27 @@ class Recording:
         return Motion(times, names, rows[:, rows.shape[1] - len(names) :])
 
     def show(self, q: Floats) -> None:
-        """Note that q is shown from now on."""
+        """Note that q is shown from now on.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
+            >>> recording.show(nao.posture("Stand"))
+        """
         with self._lock:
             if self._end is None:
                 self._note(time.monotonic() - self._begin, np.array(q))
 
     def finish(self) -> None:
-        """Note that what is shown was shown until now, and note no more; does nothing the second time."""
+        """Note that what is shown was shown until now, and note no more; does nothing the second time.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
+            >>> recording.finish()
+            >>> recording.q.shape[1]
+            25
+        """
         with self._lock:
             if self._end is None:
                 self._end = time.monotonic() - self._begin

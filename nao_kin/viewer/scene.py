@@ -19,7 +19,7 @@ from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.urdf import MeshFile, Rgba, UrdfJoint, UrdfTree, Visual
 from nao_kin.viewer.lights import lights_of
-from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, mesh_path, shape_box
+from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, shape_box
 from nao_kin.viewer.messages import node_name, set_object, set_transform
 
 ROBOT = "robot"
@@ -58,12 +58,13 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
     missing: list[str] = []
     notes: list[str] = []
     loaded: dict[tuple[Path, tuple[float, ...]], tuple[Mesh, ...]] = {}
+    packages = tree.packages
     for visual in tree.visuals:
         T_link_shape, geometry = _pose(visual), visual.geometry
         if not isinstance(geometry, MeshFile):
             found.append(Drawable(visual.link, T_link_shape, geometry, visual.rgba or _GREY))
             continue
-        path = mesh_path(tree.path, geometry.filename)
+        path = packages.file(geometry.filename)
         if path is None:
             missing.append(geometry.filename)
             continue

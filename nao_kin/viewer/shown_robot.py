@@ -29,6 +29,13 @@ class ShownRobot:
         robot: the robot, or the typed model.
         notes: what of its looks cannot be shown, one line each.
         T_world_ground: where its ground is, shape (4, 4); the viewer's own robot stands on that of the world.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> viewer = nk.Viewer(nao)
+        >>> other = viewer.add_robot(nao, name="second")
+        >>> isinstance(other, nk.viewer.ShownRobot)
+        True
     """
 
     def __init__(
@@ -79,6 +86,12 @@ class ShownRobot:
             WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
             DisagreeingJoints: a typed configuration in which joints of one motor disagree.
             BadArgument: the robot was removed.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> other = viewer.add_robot(nao, name="second")
+            >>> other.display(nao.posture("Sit"))
         """
         self._check_shown()
         if self._typed is not None:
@@ -97,6 +110,14 @@ class ShownRobot:
         Raises:
             WrongShape, NotFinite, NotARotation: T is no pose.
             BadArgument: farther away than 10 km; or the robot was removed.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> other = viewer.add_robot(nao, name="second")
+            >>> T = np.eye(4)
+            >>> T[1, 3] = 0.5
+            >>> other.place(T)
         """
         self._check_shown()
         self.T_world_ground = checked_pose(T)
@@ -109,13 +130,26 @@ class ShownRobot:
 
         Raises:
             UnknownName, NotFinite, BadArgument: as there; or the robot was removed.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> other = viewer.add_robot(nao, name="second")
+            >>> other.color_links({"Head": 0.2, "torso": 0.8}, label="load")
         """
         self._check_shown()
         message = overlays.colours(self._links, self._carriers, values, low, high, label, self._number)
         self._messages.put(f"{self._key}colours", message)
 
     def remove(self) -> None:
-        """Take it out of the scene; does nothing the second time."""
+        """Take it out of the scene; does nothing the second time.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> other = viewer.add_robot(nao, name="second")
+            >>> other.remove()
+        """
         if self._shown:
             self._shown = False
             self._messages.drop(self._key)

@@ -104,6 +104,13 @@ class ShownScene(Drawings):
 
         Raises:
             WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.display(nao.posture("Crouch"))
+            >>> np.array_equal(viewer.q, nao.posture("Crouch"))
+            True
         """
         array = overlays.one_configuration(self.robot, q)
         vertical = None if up is None else overlays.direction(up, "up")
@@ -121,6 +128,11 @@ class ShownScene(Drawings):
 
         Raises:
             UnknownName: no such posture.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.rest("Stand") is None
+            True
         """
         if posture not in tuple(self._presets.postures):
             raise UnknownName("posture", posture, tuple(self._presets.postures))
@@ -155,6 +167,13 @@ class ShownScene(Drawings):
             WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
             ZeroNorm: `up` is no direction.
             UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))
+            >>> viewer.save_html("down.html").name
+            'down.html'
         """
         if isinstance(qs, Motion):
             qs = qs.configurations(self.robot, rate=overlays.number(fps, "fps"), fill=fill, hips=hips).q
@@ -180,6 +199,12 @@ class ShownScene(Drawings):
 
         Raises:
             UnknownName: no such camera.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.camera("front")
+            >>> "front" in viewer.camera_names
+            True
         """
         self._check_camera(name)
         self._messages.put("camera", panel_message("camera", {"name": name}))
@@ -188,9 +213,6 @@ class ShownScene(Drawings):
 
     def on_change(self, callback: ChangeCallback) -> Subscription:
         """Call a function when the robot moves in a page: by sliders, handles, postures, by a clip or key frames.
-
-            subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
-            subscription.remove()
 
         It is called in a thread of its own, never twice at once, with a copy of the newest configuration and the names
         of all joints that changed since it was called last; none where the base or the direction up alone did. It may
@@ -201,10 +223,16 @@ class ShownScene(Drawings):
             callback: called with q, shape (nq,), and the joints' names.
 
         Returns:
-            What `remove`s it.
+            The subscription, whose `remove` ends it.
 
         Raises:
             BadArgument: nothing that can be called.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
+            >>> subscription.remove()
         """
         if not callable(callback):
             raise BadArgument(f"on_change takes a function of q and joint names, got {quoted(callback)}")
@@ -214,15 +242,21 @@ class ShownScene(Drawings):
     def record(self, fps: float = 30.0) -> Iterator[Recording]:
         """Record what is shown in a `with` block: what is displayed, dragged, and played in a page.
 
-            with viewer.record() as recording:
-                input("Move the robot in the page, then press Enter.")
-            nk.motion.write_motion(recording.motion, "wave.json")
+        Move the robot in the page inside the block, and write `recording.motion` to a file after it.
 
         Args:
             fps: configurations kept per second, at most; see `Recording` for how long ones are kept in bounded memory.
 
         Raises:
             BadArgument, WrongShape, NotFinite: fps is no positive number.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> with viewer.record() as recording:
+            ...     viewer.display(nao.posture("Crouch"))
+            >>> recording.q.shape[1]
+            25
         """
         rate = overlays.number(fps, "fps")
         if not 0.0 < rate <= 1000.0:
@@ -261,6 +295,15 @@ class ShownScene(Drawings):
             BadArgument: no robot, no name, no opacity; more than 32 robots.
             WrongShape, NotFinite, NotARotation: `at` is no pose.
             BadModel: the robot's URDF can no longer be read.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> T = np.eye(4)
+            >>> T[1, 3] = 0.5  # half a metre to the left
+            >>> other = viewer.add_robot(nao, name="second", at=T)
+            >>> other.name
+            'second'
         """
         if not isinstance(robot, (RobotModel, MultiDofModel)):
             raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
@@ -294,7 +337,13 @@ class ShownScene(Drawings):
     # --- the file ---------------------------------------------------------------------------------------------------
 
     def static_html(self) -> str:
-        """The page with all that is on show inside: it needs no server and no network."""
+        """The page with all that is on show inside: it needs no server and no network.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.static_html().startswith("<!DOCTYPE html>")
+            True
+        """
         return static_page(self.robot.name, self._messages.messages())
 
     def save_html(self, path: Path | str) -> Path:
@@ -305,6 +354,11 @@ class ShownScene(Drawings):
 
         Raises:
             BadArgument: it cannot be written.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.save_html("nao.html").stat().st_size > 1_000_000
+            True
         """
         atomic.write_text(path, self.static_html())
         return Path(path)

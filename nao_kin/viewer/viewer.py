@@ -32,7 +32,7 @@ class Viewer(ShownScene):
 
     The page is meshcat's viewer and a panel beside it. The browser composes the transforms of the robot's links, so
     that a configuration is all that is sent. The server runs inside this process, from the first time the address is
-    asked for until `close`; as a context manager a viewer closes itself:
+    asked for until `close`; as a context manager a viewer closes itself::
 
         with nk.Viewer(nao) as viewer:
             print(viewer.url)
@@ -57,6 +57,13 @@ class Viewer(ShownScene):
         BadModel: the robot's URDF can no longer be read.
         BadArgument: no robot, no names, no token; and when the server starts, a port or an address that cannot be had,
             or every name is allowed without a token.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> viewer = nk.Viewer(nao)
+        >>> viewer.display(nao.posture("Crouch"))
+        >>> viewer.save_html("crouch.html").name
+        'crouch.html'
     """
 
     def __init__(
@@ -107,6 +114,13 @@ class Viewer(ShownScene):
         Raises:
             NoBrowser: none did in time, or the viewer was closed.
             BadArgument, NotFinite: a timeout that is no number.
+
+        Examples:
+            >>> with nk.Viewer(nk.load_nao()) as viewer:
+            ...     viewer.wait(timeout=0.01)
+            Traceback (most recent call last):
+                ...
+            nao_kin.errors.NoBrowser: no browser opened the page within 0.01 s
         """
         if timeout is not None:
             timeout = overlays.number(timeout, "timeout")
@@ -114,7 +128,14 @@ class Viewer(ShownScene):
             raise NoBrowser("no browser opened the page" + ("" if timeout is None else f" within {timeout:g} s"))
 
     def close(self) -> None:
-        """End the server, and with it the connection of every open page; does nothing when there is none."""
+        """End the server, and with it the connection of every open page; does nothing when there is none.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.close()
+            >>> viewer
+            <Viewer of nao_v6, not live>
+        """
         bridges, self._bridges = self._bridges, []
         for bridge in bridges:
             bridge.end()

@@ -29,6 +29,11 @@ class SupportPolygon:
 
     Attributes:
         vertices: counter-clockwise, shape (k, 2) [m].
+
+    Examples:
+        >>> square = nk.ik.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
+        >>> square.vertices.shape
+        (4, 2)
     """
 
     vertices: Floats
@@ -42,6 +47,10 @@ class SupportPolygon:
             WrongShape, NotFinite: no points.
 
         Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
+
+        Examples:
+            >>> nk.ik.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]]).vertices.shape
+            (4, 2)
         """
         xy = _places(points).reshape(-1, 2)
         ordered = sorted({(x, y) for x, y in xy.tolist()})
@@ -65,6 +74,11 @@ class SupportPolygon:
 
         Raises:
             BadArgument, WrongShape, NotFinite: no points.
+
+        Examples:
+            >>> square = nk.ik.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
+            >>> square.signed_distance([[0.5, 0.5], [0.5, -0.2]]).round(3).tolist()
+            [0.5, -0.2]
         """
         lever = _places(points)[..., None, :] - self.vertices
         inside = np.min(np.einsum("...ki,ki->...k", lever, self.half_planes[:, :2]), axis=-1)

@@ -109,6 +109,12 @@ def whole_body(
         WrongShape, NotFinite: other shapes, or shapes that do not broadcast; NaN or infinity.
 
     Source: the derivation is in docs/whole_body.md.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> result = nk.ik.whole_body(nao, {"LArm": [0.18, 0.1, 0.25]})
+        >>> bool(result.success), result.standing
+        (True, ('L', 'R'))
     """
     ready = prepared(robot)
     enforce = is_enforced(limits)

@@ -39,6 +39,12 @@ class WholeBodyResult:
         starts: how many searches were begun before the targets were met or all were used up, shape (...).
         standing: which feet stand.
         notes: what else is to be said about the call, one line each.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> result = nk.ik.whole_body(nao, {"LArm": [0.18, 0.1, 0.25]})
+        >>> bool(result.success), result.q.shape
+        (True, (25,))
     """
 
     q: Floats
@@ -93,6 +99,12 @@ class WholeBodyResult:
 
         Args:
             index: which pose of the batch; () where there is one.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> result = nk.ik.whole_body(nao, {"LArm": [0.18, 0.1, 0.25]})
+            >>> result.describe()
+            'reached; centre of mass 35.72 mm inside the support polygon'
         """
         reason = Reason(int(self.reasons[index]))
         beyond = float(self.beyond[index])

@@ -90,6 +90,13 @@ def arm(
         NotARotation: a target has no rotation; names the argument, its index and its defect.
         ZeroNorm: a direction is zero.
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.arm(nao, "L", nao.fk(q, "LArm"))
+        >>> bool(np.abs(nao.fk(result.q, "LArm") - nao.fk(q, "LArm")).max() < 1e-9)
+        True
     """
     check_side(side)
     limb = arm_limb(robot, side, frame)

@@ -55,6 +55,12 @@ def head(
         BadArgument: the robot has no such neck; the message says what is missing.
         NotARotation: a target is no rotation; names the argument, its index and its defect.
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> result = nk.ik.head(nao, nk.rotations.rot_z(0.5))
+        >>> nao.angles(result.q)["HeadYaw"]
+        0.5
     """
     limb = head_limb(robot, frame)
     R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
@@ -97,6 +103,13 @@ def look_at(
         BadArgument: the robot has no such neck, or the camera is not in the head's plane of symmetry. Or a number is
             beyond ±1e150.
         WrongShape, NotFinite: no points, NaN or infinity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> result = nk.ik.look_at(nao, [1.0, 0.3, 0.1])
+        >>> point = np.append([1.0, 0.3, 0.1], 1.0)
+        >>> (np.linalg.inv(nao.fk(result.q, "CameraTop_optical_frame")) @ point)[:2].round(9).tolist()
+        [0.0, 0.0]
     """
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)

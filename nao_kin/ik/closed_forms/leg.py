@@ -61,6 +61,13 @@ def leg(
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
 
     Source: the derivation is in docs/inverse_kinematics.md.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"))
+        >>> bool(result.success), result.solutions.shape
+        (True, (1, 25))
     """
     limb = leg_limb(robot, check_side(side), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")

@@ -119,6 +119,13 @@ def legs(
         WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
 
     Source: the derivation is in docs/inverse_kinematics.md.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"]))
+        >>> np.allclose(nao.fk(result.q, "RLeg"), nao.fk(q, "RLeg"))
+        True
     """
     left, right = _as_frames(frames)
     limb = kept_limb(robot, _legs_of, left, right)

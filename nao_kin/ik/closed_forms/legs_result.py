@@ -27,6 +27,13 @@ class LegsResult(IKResult):
             (...).
         torso: the pose of the torso in the world where the feet were given there, shape (..., 4, 4) [m]; else None.
         base_coordinates: of a robot with a floating base, its base there as the first seven entries of q; else None.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"]))
+        >>> bool(result.success), result.foot_residuals.shape
+        (True, (2, 2))
     """
 
     foot_residuals: Floats
@@ -59,6 +66,13 @@ class LegsResult(IKResult):
         Args:
             index: which pair of the batch; () where there is one.
             degrees: angles in degrees.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("StandInit")
+            >>> result = nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"]))
+            >>> result.describe()
+            'reached, 1 solution'
         """
         reason = Reason(int(self.reasons[index]))
         if reason is Reason.REACHED:

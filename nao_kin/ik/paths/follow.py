@@ -79,6 +79,13 @@ def follow(
             rigid transform, coordinates above 1e150, a speed that is not above zero; or the robot has no such limb.
         NotARotation, ZeroNorm, NotFinite, WrongShape: targets that are none; the message says of which effector and
             sample.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
+        >>> result = nk.ik.follow(nao, {"LArm": path})
+        >>> np.allclose(nao.position(result.q, "LArm"), path)
+        True
     """
     check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)

@@ -32,6 +32,13 @@ class FollowedLimb:
         reasons: a `Reason` for each sample as a number, shape (n,).
         residual: errors of the pose in position and rotation angle, shape (n, 2) [m, rad]; nan without values.
         messages: why, for each sample that is not reached.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
+        >>> result = nk.ik.follow(nao, {"LArm": path})
+        >>> result.limbs[0].name, result.limbs[0].reasons.tolist()
+        ('LArm', [0, 0, 0, 0, 0])
     """
 
     name: str
@@ -62,6 +69,13 @@ class FollowedPath:
         speed_shares: speed of each joint in each segment as a share of its limit, shape (n − 1, joints).
         motion: the sum over the path of the squared motion Σ (Δq_j / v_j)² of the limbs that follow it [s²].
         notes: what else is to be said, one line each.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
+        >>> result = nk.ik.follow(nao, {"LArm": path})
+        >>> result.q.shape, bool(result.success)
+        ((5, 25), True)
     """
 
     joint_names: tuple[str, ...]
@@ -130,6 +144,13 @@ class FollowedPath:
 
         Raises:
             BadArgument: no positive number, or a limb has no values at any sample.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
+            >>> result = nk.ik.follow(nao, {"LArm": path})
+            >>> result.sampled(fps=100).shape[1]
+            25
         """
         rate = positive(fps, "fps")
         q = between_samples(self.q)

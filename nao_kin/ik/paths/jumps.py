@@ -42,6 +42,11 @@ class Jump:
         joint: the joint that has the farthest to go, in time at its speed limit.
         size: how far it goes [rad].
         cause: what ends the branch that is left, and where.
+
+    Examples:
+        >>> jump = nk.ik.Jump(3, "LArm", "LElbowYaw", 2.1, "another branch")
+        >>> jump.index, jump.joint
+        (3, 'LElbowYaw')
     """
 
     index: int
@@ -51,7 +56,12 @@ class Jump:
     cause: str
 
     def describe(self) -> str:
-        """The jump in a sentence."""
+        """The jump in a sentence.
+
+        Examples:
+            >>> nk.ik.Jump(3, "LArm", "LElbowYaw", 2.1, "another branch").describe()
+            'LArm jumps after sample 3: LElbowYaw by 2.1 rad; another branch'
+        """
         return f"{self.limb} jumps after sample {self.index}: {self.joint} by {self.size:.3g} rad; {self.cause}"
 
 

@@ -20,6 +20,14 @@ class Stretch:
         joint: the joint that needs the time.
         given: the time that was asked for [s].
         needed: the time that it takes [s].
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
+        >>> result = nk.ik.follow(nao, {"LArm": path}, times=np.linspace(0.0, 0.01, 5))
+        >>> stretch = result.stretched[0]
+        >>> stretch.index, stretch.given < stretch.needed
+        (0, True)
     """
 
     index: int
@@ -28,7 +36,12 @@ class Stretch:
     needed: float
 
     def describe(self) -> str:
-        """The segment in a sentence."""
+        """The segment in a sentence.
+
+        Examples:
+            >>> nk.ik.Stretch(0, "LElbowYaw", given=0.1, needed=0.25).describe()
+            'LElbowYaw needs 0.25 s instead of 0.1 s after sample 0'
+        """
         return f"{self.joint} needs {self.needed:.3g} s instead of {self.given:.3g} s after sample {self.index}"
 
 

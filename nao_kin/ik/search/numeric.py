@@ -91,6 +91,13 @@ def numeric(
         BadArgument: no robot, a frame that nothing moves, a last row other than (0, 0, 0, 1), numbers of T, or
             of T times weights, beyond ±1e150, or options that make no sense.
         WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.numeric(nao, "LArm", nao.fk(q, "LArm"))
+        >>> bool(result.success)
+        True
     """
     check_robot(robot)
     enforced = is_enforced(limits)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import MissingExtra
+from nao_kin._common.optional import need_extra
 from nao_kin.ik.search.least_squares import Minimum, Rows
 from nao_kin.ik.search.limit_regions import LimitRegion
 from nao_kin.ik.search.pose_errors import PoseErrors
@@ -22,11 +22,7 @@ def check_pink() -> None:
     Raises:
         MissingExtra: pink, or the solver of its quadratic programs, is not installed.
     """
-    try:
-        import pink  # noqa: F401
-        import quadprog  # noqa: F401
-    except ImportError:
-        raise MissingExtra('solver="pink"', "pink") from None
+    need_extra('solver="pink"', "pink")
 
 
 def minimise_with_pink(

@@ -10,16 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import cross_matrix
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.ik.search.descent_equations import Chain
 from nao_kin.robot import Expression, RobotModel, serial_chain
-from nao_kin.rotations import log, matrix_from_quat, quat_from_xyzw
+from nao_kin.rotations import left_jacobian_inverse, log, matrix_from_quat, quat_from_xyzw
 from nao_kin.semantics import Mimic
-
-# Under this angle, the closed form loses digits and two terms of its series are exact [rad].
-_SMALL_ANGLE = 1e-2
 
 
 class FrameMotion:
@@ -157,7 +153,7 @@ class PoseErrors:
         derivatives = np.empty_like(J)
         derivatives[:, :3] = -targets[:, :3, :3].swapaxes(-1, -2) @ J[:, :3]
         # The turn left to make is Rᵀ R_t, which a rotation of the frame changes from the left.
-        derivatives[:, 3:] = -(_inverse_left_jacobian(errors[:, 3:]) @ poses[:, :3, :3].swapaxes(-1, -2)) @ J[:, 3:]
+        derivatives[:, 3:] = -(left_jacobian_inverse(errors[:, 3:]) @ poses[:, :3, :3].swapaxes(-1, -2)) @ J[:, 3:]
         return errors * self.weights, derivatives * self.weights[:, None]
 
     def met(self, errors: Floats, tolerance: float) -> NDArray[np.bool_]:
@@ -178,16 +174,3 @@ def _pose_errors(poses: Floats, targets: Floats) -> Floats:
     errors[:, :3] = np.einsum("nji,nj->ni", R_target, targets[:, :3, 3] - poses[:, :3, 3])
     errors[:, 3:] = log(R.swapaxes(-1, -2) @ R_target)
     return errors
-
-
-def _inverse_left_jacobian(v: Floats) -> Floats:
-    """J_l(v)⁻¹ = 1 − ½ [v×] + c [v×]² with c = (1 − (φ/2) cot(φ/2))/φ² and φ = ‖v‖, shape (n, 3, 3).
-
-    Source: Barfoot, State Estimation for Robotics, 7.1.5. At φ = π, c = 1/π²: nothing happens there.
-    """
-    angle = np.linalg.norm(v, axis=-1)
-    safe = np.where(angle > _SMALL_ANGLE, angle, 1.0)
-    closed = (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / np.square(safe)
-    c = np.where(angle > _SMALL_ANGLE, closed, 1.0 / 12.0 + np.square(angle) / 720.0)
-    V = cross_matrix(v)
-    return np.asarray(np.eye(3) - 0.5 * V + c[:, None, None] * (V @ V))

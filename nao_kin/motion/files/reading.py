@@ -65,6 +65,12 @@ def read_motion(
             unknown format, malformed, a joint unknown or given twice, a value that is no finite number, times that do
             not ascend, several motions and none chosen.
         UnknownName: no such format.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.write_motion(nod, "nod.json")
+        >>> nk.motion.read_motion("nod.json").sample(0.5).tolist()
+        [0.3]
     """
     name = str(path)
     if not name:

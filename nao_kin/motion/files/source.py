@@ -21,7 +21,12 @@ MOST_SHOWN = 40
 
 
 class MotionFileWarning(NaoKinWarning):
-    """Something that a motion file holds and a motion does not, or the other way round, is left out or changed."""
+    """Something that a motion file holds and a motion does not, or the other way round, is left out or changed.
+
+    Examples:
+        >>> issubclass(nk.motion.MotionFileWarning, nk.errors.NaoKinWarning)
+        True
+    """
 
 
 @dataclass(frozen=True)

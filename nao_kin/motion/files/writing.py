@@ -35,6 +35,12 @@ def write_motion(
     Raises:
         BadArgument: no format, a file that exists or cannot be written, a motion that the format cannot hold.
         UnknownName: no such format.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.write_motion(nod, "nod.xar")
+        >>> nk.motion.read_motion("nod.xar").joint_names
+        ('HeadPitch',)
     """
     if not isinstance(motion, Motion):
         raise BadArgument(f"expected a Motion, got {quoted(motion)}")

@@ -23,6 +23,14 @@ class NaoqiError(NaoKinError):
         service: "ALMotion" …
         method: "setAngles" …
         reason: one line.
+
+    Examples:
+        >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
+        ...     try:
+        ...         nao.call("ALMotion", "getAngles", "HeadYa", True)
+        ...     except nk.naoqi.NaoqiError as error:
+        ...         print(error.service, error.method)
+        ALMotion getAngles
     """
 
     def __init__(self, service: str, method: str, reason: str) -> None:

@@ -18,6 +18,13 @@ class Change:
         time: robot time [s].
         kind: "log", "leds", "speech", "posture", "life" …
         value: a text for "log"; else what the service that makes it says in its documentation.
+
+    Examples:
+        >>> seen = []
+        >>> with nk.naoqi.VirtualNao(stepped=True, on_change=seen.append) as nao:
+        ...     _ = nao.call("ALLeds", "fadeRGB", "FaceLeds", "red", 0.1)
+        >>> "leds" in {change.kind for change in seen}
+        True
     """
 
     time: float

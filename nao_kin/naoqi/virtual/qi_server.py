@@ -28,7 +28,12 @@ _SECONDS_TO_SETTLE = 0.3
 
 
 class OpenToOthersWarning(NaoKinWarning):
-    """The server listens to other machines, and qi asks nobody for a password."""
+    """The server listens to other machines, and qi asks nobody for a password.
+
+    Examples:
+        >>> issubclass(nk.naoqi.OpenToOthersWarning, nk.errors.NaoKinWarning)
+        True
+    """
 
 
 class QiServer:

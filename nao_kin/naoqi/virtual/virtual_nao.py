@@ -40,6 +40,12 @@ class State:
         T_world_torso: shape (4, 4).
         leds: colour of each LED, r, g, b from 0 to 1.
         saying: what is being said; "" for nothing.
+
+    Examples:
+        >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
+        ...     state = nao.state()
+        >>> state.q.shape, state.stiffness.shape, state.saying
+        ((25,), (26,), '')
     """
 
     time: float
@@ -53,11 +59,6 @@ class State:
 
 class VirtualNao:
     """A NAO without a body, that answers as NAOqi does.
-
-        with nk.naoqi.VirtualNao(stepped=True) as nao:
-            nao.call("ALMotion", "wakeUp")
-            nao.call("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
-            print(nao.call("ALMotion", "getAngles", "Head", True), nao.clock.now)
 
     It is kinematics: joints go where they are told within limits and maximum speeds, nothing has weight, nothing falls
     and nothing collides. It begins in Crouch without stiffness, as a robot that was switched on.
@@ -78,6 +79,13 @@ class VirtualNao:
     Raises:
         BadArgument: no NAO, or no speed.
         UnknownName: no such posture.
+
+    Examples:
+        >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
+        ...     nao.call("ALMotion", "wakeUp")
+        ...     nao.call("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
+        ...     print(np.round(nao.call("ALMotion", "getAngles", "HeadYaw", True), 3))
+        [0.5]
     """
 
     def __init__(
@@ -120,6 +128,11 @@ class VirtualNao:
         Raises:
             UnknownName: no such service.
             NaoqiError: what NAOqi would answer in its place.
+
+        Examples:
+            >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
+            ...     print(nao.call("ALMotion", "getBodyNames", "Head"))
+            ['HeadYaw', 'HeadPitch']
         """
         call = self.post(service, method, *arguments)
         if self.stepped:
@@ -136,6 +149,13 @@ class VirtualNao:
         Raises:
             UnknownName: no such service.
             NaoqiError: the method refuses at once.
+
+        Examples:
+            >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
+            ...     _ = nao.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
+            ...     nao.step(2.0)
+            ...     print(np.round(nao.call("ALMotion", "getAngles", "HeadYaw", False), 3))
+            [0.5]
         """
         if service not in self.services:
             raise UnknownName("service", service, tuple(self.services))
@@ -153,6 +173,12 @@ class VirtualNao:
 
         Raises:
             BadArgument: time runs by itself, or no such time.
+
+        Examples:
+            >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
+            ...     nao.step(0.5)
+            ...     print(round(nao.state().time, 3))
+            0.5
         """
         if not self.stepped:
             raise BadArgument("only a virtual NAO made with stepped=True is stepped; this one's time runs by itself")
@@ -195,7 +221,13 @@ class VirtualNao:
     # --- state ----------------------------------------------------------------------------------------------------
 
     def state(self) -> State:
-        """Everything at one moment."""
+        """Everything at one moment.
+
+        Examples:
+            >>> with nk.naoqi.VirtualNao(stepped=True, posture="Stand") as nao:
+            ...     print(nao.state().q.shape)
+            (25,)
+        """
         with self.monitor:
             q = self.joints.q()
             leds, voice = self.services.get("ALLeds"), self.services.get("ALTextToSpeech")
@@ -210,7 +242,13 @@ class VirtualNao:
             )
 
     def torso_in_world(self, *, sensor: bool = True) -> Floats:
-        """T_world_torso for the sensors, or for the commands; shape (4, 4)."""
+        """T_world_torso for the sensors, or for the commands; shape (4, 4).
+
+        Examples:
+            >>> with nk.naoqi.VirtualNao(stepped=True, posture="Stand") as nao:
+            ...     print(nao.torso_in_world().shape)
+            (4, 4)
+        """
         with self.monitor:
             return np.array(self.base.torso(self.joints.q(sensor=sensor)))
 
@@ -233,6 +271,14 @@ class VirtualNao:
 
         Raises:
             BadArgument: it is.
+
+        Examples:
+            >>> nao = nk.naoqi.VirtualNao(stepped=True)
+            >>> nao.close()
+            >>> nao.check_open()
+            Traceback (most recent call last):
+                ...
+            nao_kin.errors.BadArgument: the virtual NAO is closed
         """
         if self._closed:
             raise BadArgument("the virtual NAO is closed")
@@ -246,7 +292,14 @@ class VirtualNao:
     # --- the end --------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Stop time; whoever waits for an answer gets an error. Does nothing when closed."""
+        """Stop time; whoever waits for an answer gets an error. Does nothing when closed.
+
+        Examples:
+            >>> nao = nk.naoqi.VirtualNao(stepped=True)
+            >>> nao.close()
+            >>> nao.close() is None
+            True
+        """
         with self.monitor:
             if self._closed:
                 return

@@ -1,0 +1,57 @@
+"""Whether Numba is here: with it kernels are compiled, without it they run as the Python that they are written in."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from nao_kin._common.optional import need_extra
+from nao_kin._common.warn import warn_caller
+from nao_kin._extras import command
+from nao_kin.errors import MissingExtra, NotCompiledWarning
+
+
+@cache
+def numba_problem() -> str:
+    """Why Numba cannot be used; "" where it can. Importing it takes half a second, so ask where it is needed next."""
+    try:
+        need_numba("")
+    except MissingExtra as error:
+        return f"numba does not load ({error.reason})" if error.reason else "numba is not installed"
+    return ""
+
+
+def need_numba(purpose: str) -> None:
+    """Refuse to go on without Numba.
+
+    Args:
+        purpose: what needs it, as the message begins.
+
+    Raises:
+        MissingExtra: it is not installed, or does not load: it refuses a NumPy newer than itself.
+    """
+    need_extra(purpose, "batch")
+
+
+def has_numba() -> bool:
+    """Whether Numba can be used, though it may be told not to compile (NUMBA_DISABLE_JIT)."""
+    return not numba_problem()
+
+
+def compiles() -> bool:
+    """Whether functions are compiled: Numba is here, and NUMBA_DISABLE_JIT is not set."""
+    if not has_numba():
+        return False
+    import numba
+
+    return not numba.config.DISABLE_JIT
+
+
+@cache
+def warn_without_numba() -> None:
+    """Say, once in a process, that much is computed without Numba; nothing where it is installed."""
+    if not has_numba():
+        warn_caller(
+            f"{numba_problem()}: many at once are computed in plain Python, the same numbers more slowly; "
+            f"{command('batch')}",
+            NotCompiledWarning,
+        )

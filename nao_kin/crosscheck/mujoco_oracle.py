@@ -1,0 +1,171 @@
+"""Poses, limits and couplings by MuJoCo, which reads the robot's MJCF once more; and which oracle a robot has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin._text import abbreviated
+from nao_kin.crosscheck.yourdfpy_oracle import ParsedJoint, YourdfpyOracle
+from nao_kin.errors import BadModel, MissingExtra
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import matrix_from_euler, quat_from_matrix
+from nao_kin.urdf import file_format
+
+_BALL, _FREE = 1, 0  # as `mujoco.mjtJoint` numbers them
+_JOINT_EQUALITY = 2  # as `mujoco.mjtEq` does
+
+
+class MujocoOracle:
+    """A robot as MuJoCo itself reads its MJCF, by the names of bodies, sites and joints.
+
+    Attributes:
+        name: what the report calls it.
+        kinds: the limits that it gives.
+        frames: the frames of the robot that it can place, by the names the robot has for them.
+        left_out: those it places otherwise: none.
+        joints: its hinges and slides.
+    """
+
+    name = "MuJoCo"
+    kinds = ("lower", "upper")
+    left_out: tuple[str, ...] = ()
+
+    def __init__(self, robot: RobotModel) -> None:
+        try:
+            import mujoco
+        except ImportError:
+            raise MissingExtra("the cross-check of an MJCF", "mujoco") from None
+        self._mujoco, self._robot = mujoco, robot
+        try:
+            name = f"{robot.urdf_path}.xml"  # the one ending under which every version reads MJCF
+            spec = mujoco.MjSpec.from_file(name, include={name: robot.urdf_path.read_bytes()})
+            self._model: Any = spec.compile()
+        except (ValueError, mujoco.FatalError) as error:
+            raise BadModel(f"{robot.urdf_path}: MuJoCo alone refuses it: {abbreviated(error)}") from None
+        self._data: Any = mujoco.MjData(self._model)
+        bodies = range(int(self._model.nbody))
+        self._bodies = {str(self._model.body(body).name) or f"body_{body}": body for body in bodies}
+        self.joints: Mapping[str, ParsedJoint] = self._parsed_joints()
+        self._places = self._placed()
+        self.frames = tuple(self._places)
+
+    def poses(self, q: Floats) -> Floats:
+        """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        T = np.empty((len(q), 1 + len(self.frames), 4, 4))
+        T[...] = np.eye(4)
+        root = "body", self._body(self._robot.tree.root)
+        for row, configuration in zip(T, q, strict=True):
+            self._data.qpos[:] = self._qpos(configuration)
+            self._mujoco.mj_kinematics(self._model, self._data)
+            for pose, (kind, index) in zip(row, (root, *self._places.values()), strict=True):
+                where = getattr(self._data, kind)(index)
+                pose[:3, :3], pose[:3, 3] = where.xmat.reshape(3, 3), where.xpos
+        return np.asarray(np.linalg.solve(T[:, :1], T[:, 1:]), dtype=np.float64)
+
+    def _qpos(self, q: Floats) -> Floats:
+        """MuJoCo's configuration: what the robot does not move stays at its reference."""
+        values = dict(zip(self._robot.joint_names, q.tolist(), strict=True))
+        values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in self._robot.mimics.items()}
+        qpos = np.array(self._model.qpos0)
+        for row in self._equalities():
+            if self._model.eq_obj2id[row] < 0 or not self._model.eq_data[row, 1]:
+                first = self._model.jnt_qposadr[self._model.eq_obj1id[row]]
+                qpos[first] += self._model.eq_data[row, 0]
+        for joint in range(int(self._model.njnt)):
+            name, first = self._model.joint(joint).name, int(self._model.jnt_qposadr[joint])
+            turns = [values.get(f"{name}_{axis}") for axis in "xyz"]
+            if name in values:
+                qpos[first] = values[name]
+            elif int(self._model.jnt_type[joint]) == _BALL and None not in turns:
+                R = matrix_from_euler([float(turn or 0.0) for turn in turns], "xyz", axes="moving")
+                qpos[first : first + 4] = quat_from_matrix(R)
+        return qpos
+
+    def _placed(self) -> dict[str, tuple[str, int]]:
+        """Frame → whether it is a body or a site, and which; without those behind joints that have no name."""
+        model, found = self._model, dict[str, tuple[str, int]]()
+        nameless = {int(model.jnt_bodyid[j]) for j in range(int(model.njnt)) if not self._is_known(j)}
+        known = [0]
+        for body in range(1, int(model.nbody)):
+            if body not in nameless and int(model.body_parentid[body]) in known:
+                known.append(body)
+        for link in self._robot.link_names:
+            body = self._body(link)
+            if body in known and (body or link == self._robot.tree.root):
+                found[link] = "body", body
+        for site in range(int(model.nsite)):
+            name = model.site(site).name
+            link = f"{name}_site" if f"{name}_site" in self._robot.link_names else name
+            if link in self._robot.link_names and link not in found and int(model.site_bodyid[site]) in known:
+                found[link] = "site", site
+        return found
+
+    def _is_known(self, joint: int) -> bool:
+        return bool(self._model.joint(joint).name) or int(self._model.jnt_type[joint]) == _FREE
+
+    def _body(self, link: str) -> int:
+        """The body of a link; the world's, 0, where there is none."""
+        given = {new: old for old, new in self._robot.tree.shared_names.items()}
+        return self._bodies.get(given.get(link, link), 0)
+
+    def _equalities(self) -> list[int]:
+        model = self._model
+        rows = range(int(model.neq))
+        return [row for row in rows if int(model.eq_type[row]) == _JOINT_EQUALITY and model.eq_active0[row]]
+
+    def _parsed_joints(self) -> dict[str, ParsedJoint]:
+        model = self._model
+        moving = {joint.name for joint in self._robot.tree.moving_joints}
+        follows = {}
+        for row in self._equalities():
+            follower, driver = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
+            constant, slope, *higher = (float(value) for value in model.eq_data[row, :5])
+            if driver >= 0 and slope and not any(higher):
+                y, x = (float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (follower, driver))
+                offset = y + constant - slope * x
+                follows[model.joint(follower).name] = model.joint(driver).name, slope, offset
+        found = {}
+        for joint in range(int(model.njnt)):
+            name, limited = model.joint(joint).name, bool(model.jnt_limited[joint])
+            lower, upper = (float(value) if limited else math.nan for value in model.jnt_range[joint])
+            if name in moving:
+                found[name] = _parsed(lower, upper, follows.get(name))
+            elif int(model.jnt_type[joint]) == _BALL:
+                # The box that holds every turn of at most the largest angle.
+                narrow = upper <= math.pi / 2
+                for axis, most in zip(
+                    "xyz", (upper if narrow else math.nan, min(upper, math.pi / 2)) * 2, strict=False
+                ):
+                    found[f"{name}_{axis}"] = _parsed(-most, most)
+        # What has no name in the file is taken from the robot itself, and so compared with itself.
+        for own in self._robot.tree.moving_joints:
+            if own.name not in found:
+                found[own.name] = _parsed(own.lower, own.upper)
+        return found
+
+
+def _parsed(lower: float, upper: float, follows: tuple[str, float, float] | None = None) -> ParsedJoint:
+    """A joint with the limits given; without any where they are not finite."""
+    if math.isfinite(lower) and math.isfinite(upper):
+        return ParsedJoint(False, lower, upper, None, None, follows)
+    return ParsedJoint(True, None, None, None, None, follows)
+
+
+Oracle = YourdfpyOracle | MujocoOracle
+
+
+def oracle_of(robot: RobotModel) -> Oracle:
+    """What reads the robot's file with other code: yourdfpy a URDF, MuJoCo an MJCF.
+
+    Raises:
+        BadModel: the file can no longer be read.
+        MissingExtra: MuJoCo is not installed.
+    """
+    if not robot.tree.expanded and file_format(robot.urdf_path) == "mjcf":
+        return MujocoOracle(robot)
+    return YourdfpyOracle(robot)

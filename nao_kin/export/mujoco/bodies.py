@@ -1,0 +1,165 @@
+"""A tree of links as MuJoCo's bodies: one for each link that moves, with all that fixed joints hold to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._common.arrays import Floats
+from nao_kin.joints import JointGroups
+from nao_kin.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+
+_BALL = (1e-3, 6.2e-3)  # mass [kg] and radius [m] of a ball of water
+
+
+@dataclass(frozen=True, eq=False)
+class BodyJoint:
+    """A joint of a body.
+
+    Attributes:
+        name: its name; of a ball the names of its parts, joined by "+".
+        kind: "hinge", "slide" or "ball".
+        axes: unit vectors in the body's frame with all joints at zero, shape (n, 3): one, or the three of a ball.
+        rows: the joints of the tree that it is made of, as many.
+    """
+
+    name: str
+    kind: str
+    axes: Floats
+    rows: tuple[UrdfJoint, ...]
+
+
+@dataclass(eq=False)
+class Body:
+    """A body.
+
+    Attributes:
+        name: that of a link in its frame.
+        parent: place of the body that carries it, −1 for the root.
+        T_parent: its pose in that body with all joints at zero.
+        joints: the joints between the two, the outermost last.
+        inertia: of all its links, in its frame.
+        links: link → its pose in the body.
+    """
+
+    name: str
+    parent: int
+    T_parent: pin.SE3
+    joints: tuple[BodyJoint, ...]
+    inertia: pin.Inertia = field(default_factory=pin.Inertia.Zero)
+    links: dict[str, pin.SE3] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """The bodies of a robot.
+
+    Attributes:
+        bodies: parents first; the root is the first.
+        between: links between the axes of a merged joint: held to the body before, as with all joints at zero.
+    """
+
+    bodies: tuple[Body, ...]
+    between: frozenset[str]
+
+    def place(self, link: str) -> tuple[Body, pin.SE3]:
+        """The body that a link belongs to, and its pose there."""
+        return next((body, body.links[link]) for body in self.bodies if link in body.links)
+
+    def joints(self) -> Iterator[BodyJoint]:
+        """All joints, parents first."""
+        for body in self.bodies:
+            yield from body.joints
+
+
+def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
+    """The bodies of a tree.
+
+    Args:
+        tree: the robot.
+        groups: joints to merge: those of a universal joint become two hinges of one body, those of a spherical one a
+            ball, or three hinges of one body where a coupling reaches into it: MuJoCo couples joints of one coordinate
+            only. None merges nothing.
+    """
+    runs = [group.joints for group in groups or () if len(group.axes) > 1]
+    before_last = {name for run in runs for name in run[:-1]}
+    run_of = {run[-1]: run for run in runs}
+    rows = {joint.name: joint for joint in tree.joints}
+    coupled = {name for joint, mimic in tree.mimics.items() for name in (joint, mimic.joint)}
+    bodies = [Body(tree.root, -1, pin.SE3.Identity(), ())]
+    places = {tree.root: (0, pin.SE3.Identity())}
+    axes: dict[str, Floats] = {}  # of the joints of a run, in the frame of the body before it
+    between: set[str] = set()
+    for row in tree.joints:
+        index, T_link = places[row.parent]
+        T_joint = T_link * _se3(row.origin)
+        if row.kind == "fixed" or row.name in before_last:
+            places[row.child] = index, T_joint
+            if row.kind != "fixed":
+                axes[row.name] = T_joint.rotation @ np.array(row.axis)
+            if row.parent in between or row.name in before_last:
+                between.add(row.child)
+            continue
+        run = run_of.get(row.name, (row.name,))
+        axes[row.name] = T_joint.rotation @ np.array(row.axis)
+        parts = [(rows[name], _cleaned(T_joint.rotation.T @ axes[name])) for name in run]
+        if len(run) == 1:
+            parts = [(row, np.array(row.axis))]
+            if row.parent in between:
+                between.add(row.child)
+        bodies.append(Body(row.child, index, T_joint, _joints(parts, coupled)))
+        places[row.child] = len(bodies) - 1, pin.SE3.Identity()
+    for link in tree.links:
+        index, T_body = places[link]
+        bodies[index].links[link] = T_body
+        if link in tree.inertials:
+            bodies[index].inertia += T_body.act(_inertia(tree.inertials[link]))
+    bodies[0].name = _root_name(tree, bodies[0])
+    return Bodies(tuple(bodies), frozenset(between))
+
+
+def give_the_root_mass(bodies: Bodies) -> tuple[str, ...]:
+    """A ball of water of one gram for a root that is to move freely and has no mass; one line if that was done."""
+    root = bodies.bodies[0]
+    if root.inertia.mass > 0.0:
+        return ()
+    root.inertia += pin.Inertia.FromSphere(*_BALL)
+    return (f"{root.name}: mass 0 → {_BALL[0]:g} kg, for it moves freely",)
+
+
+def _joints(parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str]) -> tuple[BodyJoint, ...]:
+    rows = tuple(row for row, _ in parts)
+    if len(rows) == 3 and not coupled.intersection(row.name for row in rows):
+        return (BodyJoint("+".join(row.name for row in rows), "ball", np.stack([axis for _, axis in parts]), rows),)
+    return tuple(
+        BodyJoint(row.name, "slide" if row.kind == "prismatic" else "hinge", axis[None], (row,)) for row, axis in parts
+    )
+
+
+def _root_name(tree: UrdfTree, root: Body) -> str:
+    """The first link with a mass that stands in the root's frame; MuJoCo has a body `world` of its own."""
+    identity = pin.SE3.Identity()
+    heavy = (link for link, T in root.links.items() if link in tree.inertials and identity == T)
+    name = next(heavy, tree.root)
+    return name if name != "world" else "world_link"
+
+
+def _se3(origin: Origin) -> pin.SE3:
+    return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy) if any(origin.rpy) else np.eye(3), np.array(origin.xyz))
+
+
+def _inertia(body: Inertial) -> pin.Inertia:
+    xx, xy, xz, yy, yz, zz = body.inertia
+    R = pin.rpy.rpyToMatrix(*body.origin.rpy)
+    tensor = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+    inertia = pin.Inertia.Zero()
+    inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), tensor
+    return inertia
+
+
+def _cleaned(axis: Floats) -> Floats:
+    """A unit vector without the rounding of a rotation and back."""
+    return np.where(np.abs(axis) < 1e-15, 0.0, axis) + 0.0

@@ -1,0 +1,89 @@
+"""Mesh files for MuJoCo: those it reads as they are, others as STL."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import warnings
+from collections.abc import Collection
+from pathlib import Path
+
+from nao_kin._text import abbreviated
+from nao_kin.errors import BadArgument
+from nao_kin.export.meshes import mesh_files, read_files
+from nao_kin.urdf import MeshFile, UrdfTree
+
+FOLDER = "assets"
+
+_MOST_IN_STL = 200_000
+
+
+class MeshFiles:
+    """The mesh files of an export, each once.
+
+    Attributes:
+        contents: name of the file → its content.
+    """
+
+    def __init__(self, tree: UrdfTree) -> None:
+        """Find the files.
+
+        Raises:
+            BadArgument: one of them is not there.
+        """
+        self.contents: dict[str, bytes] = {}
+        self._paths = mesh_files(tree)
+        self._names: dict[Path, str] = {}
+
+    def add(self, mesh: MeshFile) -> str:
+        """Name of a mesh in the folder of meshes.
+
+        Raises:
+            BadArgument: it cannot be read.
+        """
+        path = self._paths[mesh.filename]
+        if path not in self._names:
+            content, suffix = _readable(path)
+            self._names[path] = name = self._free(path.stem, suffix)
+            self.contents[name] = content
+        return self._names[path]
+
+    def _free(self, stem: str, suffix: str) -> str:
+        stems = {Path(name).stem for name in self.contents}
+        return unlike(stem, stems) + suffix
+
+
+def unlike(name: str, taken: Collection[str]) -> str:
+    """The name, or the name with the first number that makes it new."""
+    names = itertools.chain((name,), (f"{name}_{count}" for count in itertools.count(2)))
+    return next(free for free in names if free not in taken)
+
+
+def _readable(path: Path) -> tuple[bytes, str]:
+    """Content and suffix of what MuJoCo reads: OBJ, and binary STL that is not too long."""
+    content = read_files({path.name: path})[path.name]
+    suffix = path.suffix.lower()
+    if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
+        return content, suffix
+    import trimesh
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mesh = trimesh.load_scene(path).to_mesh()
+            if not len(mesh.faces):
+                raise ValueError("no triangles in it")
+            kind = "stl" if len(mesh.faces) <= _MOST_IN_STL else "obj"
+            file = io.BytesIO()
+            mesh.export(file, file_type=kind)
+    except Exception as error:  # whatever its many readers raise on a bad file
+        reason = abbreviated(error) or type(error).__name__
+        advice = "meshes='none' (--meshes none) leaves meshes out"
+        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}; {advice}") from None
+    return file.getvalue(), f".{kind}"
+
+
+def _is_short_stl(content: bytes) -> bool:
+    """Whether this is binary STL of no more triangles than MuJoCo takes: 80 bytes, their number, 50 bytes for each."""
+    count = int.from_bytes(content[80:84], "little")
+    return len(content) == 84 + 50 * count and 0 < count <= _MOST_IN_STL

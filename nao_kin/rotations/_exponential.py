@@ -1,0 +1,133 @@
+"""Rotations as exponentials of rotation vectors: exp, log, powers, and the angle between two."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import common_batch
+from nao_kin.rotations._checks import as_exponent, as_rotations, evaluate_rotations, evaluate_vectors
+from nao_kin.rotations._elementary import from_rotation_vector
+from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, evaluate
+from nao_kin.rotations._quat_kernels import axis_and_half_angle, quaternion_of
+
+
+def exp(v: ArrayLike) -> Floats:
+    """Rotation matrix of a rotation vector, exp [v×] = 1 + (sin φ/φ) [v×] + ((1 − cos φ)/φ²) [v×]² with φ = ‖v‖.
+
+    Every entry is right to a few 1e-16 · max(1, φ), for the angle within a turn is what is left of φ's digits: above
+    φ = 1e16 none. The antisymmetric part is right to a few 1e-16 · φ, down to φ = 0.
+
+    Args:
+        v: axis times angle, shape (..., 3) [rad]; any length.
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3).
+
+    Raises:
+        BadArgument: not numbers, or so long (1e140 rad) that the angle within a turn means nothing.
+        WrongShape, NotFinite: not of shape (..., 3), NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
+
+    Examples:
+        >>> nk.rotations.exp([0.0, 0.0, np.pi / 2]).round(12) + 0.0
+        array([[ 0., -1.,  0.],
+               [ 1.,  0.,  0.],
+               [ 0.,  0.,  1.]])
+    """
+    return evaluate_vectors(from_rotation_vector, v, (3, 3))[0]
+
+
+def log(R: ArrayLike) -> Floats:
+    """Rotation vector of a rotation, axis times angle, with length in [0, π].
+
+    v = r · 2 atan2(‖r‖, r0)/‖r‖ with the quadratic invariants (r, r0), which lose nothing at φ = 0 or φ = π. For
+    matrices exact to rounding it is accurate to a few 1e-16 in every component, and near φ = 0 also relative to φ.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+
+    Returns:
+        Rotation vectors, shape (..., 3) [rad]; at φ = π, where v and −v give the same rotation, the one whose first
+        component that is not zero is positive.
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+
+    Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
+
+    Examples:
+        >>> nk.rotations.log([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+        array([0.    , 0.    , 1.5708])
+    """
+    return evaluate_rotations(_logarithm, R, (3,))[0]
+
+
+def power(R: ArrayLike, t: ArrayLike) -> Floats:
+    """The power Rᵗ = exp(t log R): the turn about the axis of R by t times its angle, which is at most π.
+
+    Whole powers are products of R; R⁻¹ = Rᵀ. At φ = π the axis is the one of `log`, which decides which of the two
+    square roots is found.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+        t: exponents, shape (...); broadcasts with R.
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3), right to a few 1e-16 · max(1, |t|).
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+        BadArgument, WrongShape, NotFinite: not numbers, t outside ±1e15, wrong or mismatched shapes, NaN or infinity.
+
+    Examples:
+        >>> R = nk.rotations.rot_z(0.6)
+        >>> np.allclose(nk.rotations.power(R, 0.5), nk.rotations.rot_z(0.3))
+        True
+        >>> np.allclose(nk.rotations.power(R, -2), nk.rotations.rot_z(-1.2))
+        True
+    """
+    vectors, exponents = log(R), as_exponent(t, "exponent")
+    common_batch("R and t", vectors.shape[:-1], exponents.shape)
+    return exp(exponents[..., np.newaxis] * vectors)
+
+
+def angle_between(A: ArrayLike, B: ArrayLike) -> Floats:
+    """The angle between two rotations: of Aᵀ B, which is also that of A Bᵀ; accurate at 0 and at π.
+
+    Args:
+        A: rotation matrices, shape (..., 3, 3).
+        B: rotation matrices, shape (..., 3, 3); broadcasts with A.
+
+    Returns:
+        Angles, shape (...), in [0, π] [rad]; of matrices exact to rounding to a few 1e-16.
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.angle_between(nk.rotations.rot_x(0.1), nk.rotations.rot_x(0.5))
+        array(0.4)
+    """
+    first, second = as_rotations(A), as_rotations(B)
+    batch = common_batch("rotations A and B", first.shape[:-2], second.shape[:-2])
+    sides = [np.broadcast_to(side.reshape(*side.shape[:-2], 9), (*batch, 9)) for side in (first, second)]
+    return evaluate(_angle_of_quotient, sides, ())[0]
+
+
+def _logarithm(f: Functions, *m: Number) -> tuple[Number, ...]:
+    r0, r1, r2, r3 = quaternion_of(f, *m)
+    # The floor keeps 0/0 away; atan2(n, r0)/n is 1 to the last digit from n = 1e-8 down.
+    norm = f.larger(f.sqrt(r1 * r1 + r2 * r2 + r3 * r3), SMALLEST_NORMAL)
+    quotient = 2.0 * f.atan2(norm, r0) / norm
+    return r1 * quotient, r2 * quotient, r3 * quotient
+
+
+def _angle_of_quotient(f: Functions, *m: Number) -> tuple[Number, ...]:
+    a, b = m[:9], m[9:]
+    quotient = (a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j] for i in range(3) for j in range(3))
+    return (2.0 * axis_and_half_angle(f, *quaternion_of(f, *quotient))[3],)

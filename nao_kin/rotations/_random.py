@@ -1,0 +1,122 @@
+"""Random rotations: uniform, and near a given one."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable
+from typing import SupportsIndex
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import as_batch, unit
+from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.rotations._checks import as_rotations
+from nao_kin.rotations._exponential import exp
+from nao_kin.rotations._quaternions import matrix_from_quat, quat_canonical
+
+Random = np.random.Generator | int | None
+Shape = SupportsIndex | Iterable[SupportsIndex]
+
+
+def random_rotation(rng: Random = None, shape: Shape = ()) -> Floats:
+    """Rotations drawn uniformly: turned by any fixed rotation, from either side, they are distributed the same.
+
+    The matrices of `random_quat`. Their angle φ has the density (1 − cos φ)/π on [0, π].
+
+    Args:
+        rng: a generator, or a seed for one.
+        shape: batch shape, or how many; () for one.
+
+    Returns:
+        Rotation matrices, shape (*shape, 3, 3).
+
+    Raises:
+        BadArgument: no generator and no seed, or no shape.
+
+    Examples:
+        >>> R = nk.rotations.random_rotation(np.random.default_rng(0), 1000)
+        >>> bool(nk.rotations.is_rotation(R).all()), bool(np.linalg.norm(R.mean(axis=0)) < 0.1)
+        (True, True)
+    """
+    return matrix_from_quat(random_quat(rng, shape))
+
+
+def random_quat(rng: Random = None, shape: Shape = ()) -> Floats:
+    """Unit quaternions of canonical sign, of uniformly drawn rotations: four normal numbers, brought to length 1.
+
+    Args:
+        rng: a generator, or a seed for one.
+        shape: batch shape, or how many; () for one.
+
+    Returns:
+        Quaternions, shape (*shape, 4).
+
+    Raises:
+        BadArgument: no generator and no seed, or no shape.
+
+    Source: Muller, A note on a method for generating points uniformly on n-dimensional spheres, CACM 2(4), 1959.
+
+    Examples:
+        >>> nk.rotations.random_quat(1, (2, 5)).shape
+        (2, 5, 4)
+    """
+    generator, sizes = _generator(rng), _sizes(shape)
+    return quat_canonical(unit(generator.standard_normal((*sizes, 4)), "normal numbers")[0])
+
+
+def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, shape: Shape = ()) -> Floats:
+    """Rotations scattered about given ones, R exp(v) with v normal about zero in the axes of the moving frame.
+
+    The components of v are independent and normal with standard deviation σ: all directions alike for one σ. While σ
+    is small against 1 rad, √3 σ is the root mean square of the angle to R, and R the mean; angles beyond π wrap.
+
+    Args:
+        R: rotation matrices in the middle, shape (..., 3, 3).
+        sigma: standard deviation about every axis, one number, or about x, y and z, shape (3,) [rad].
+        rng: a generator, or a seed for one.
+        shape: how many for each R, a number or a batch shape.
+
+    Returns:
+        Rotation matrices, shape (..., *shape, 3, 3).
+
+    Raises:
+        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+        BadArgument: a negative σ, or one above 1e100; no generator and no seed, or no shape; not numbers.
+        WrongShape, NotFinite: wrong shapes, NaN or infinity.
+
+    Source: Barfoot, State Estimation for Robotics, 7.3.1.
+
+    Examples:
+        >>> R = nk.rotations.rot_z(1.0)
+        >>> near = nk.rotations.random_rotation_near(R, 0.01, np.random.default_rng(0), 1000)
+        >>> round(float(np.sqrt(np.mean(nk.rotations.angle_between(R, near) ** 2))), 4)
+        0.0172
+    """
+    middle, deviations = as_rotations(R), as_batch(sigma, (), "sigma")
+    if deviations.shape not in ((), (3,)):
+        raise WrongShape("sigma", "() or (3,)", deviations.shape)
+    if not ((deviations >= 0.0) & (deviations <= 1e100)).all():
+        raise BadArgument(f"sigma must be from 0 to 1e100 rad, got {deviations.tolist()}")
+    generator, sizes = _generator(rng), _sizes(shape)
+    batch = middle.shape[:-2]
+    turns = exp(deviations * generator.standard_normal((*batch, *sizes, 3)))
+    return np.asarray(middle.reshape(*batch, *(1,) * len(sizes), 3, 3) @ turns)
+
+
+def _generator(rng: Random) -> np.random.Generator:
+    try:
+        return np.random.default_rng(rng)
+    except (TypeError, ValueError) as error:
+        raise BadArgument(f"rng must be a generator or a seed: {error}") from None
+
+
+def _sizes(shape: Shape) -> tuple[int, ...]:
+    try:
+        sizes = tuple(map(operator.index, shape if isinstance(shape, Iterable) else (shape,)))
+    except TypeError:
+        raise BadArgument(f"shape must be a whole number or several, got {shape!r}") from None
+    if any(size < 0 for size in sizes):
+        raise BadArgument(f"shape must not be negative, got {sizes}")
+    return sizes

@@ -1,0 +1,174 @@
+"""Smooth paths through key rotations."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import as_batch, first_index
+from nao_kin.errors import BadArgument, WrongShape, at_index
+from nao_kin.rotations._checks import as_rotations
+from nao_kin.rotations._exponential import exp, log
+from nao_kin.rotations._jacobians import right_jacobian, right_jacobian_inverse
+from nao_kin.rotations._rates import Side, is_moving
+from nao_kin.rotations._spline_velocities import key_velocities, turning_acceleration
+from nao_kin.rotations._three_angles import REQUIRED
+
+Places = NDArray[np.intp]
+
+
+class RotationSpline:
+    """A path through key rotations at given times, with continuous angular velocity and acceleration.
+
+    Between two keys R(t) = Rᵢ exp(v(t)), with v a cubic from 0 to log(RᵢᵀRᵢ₊₁): along the shorter arc, so that keys
+    should be less than half a turn apart (at exactly half a turn `log` chooses the way). The angular velocities at the
+    inner keys are those with which the acceleration does not jump; about one axis it is the cubic spline of the angle.
+    Batches of paths share their times.
+
+    Attributes:
+        times: of the keys, shape (n,) [s].
+        keys: rotations at these times, shape (..., n, 3, 3).
+        velocities: angular velocities at these times in the moving frame, shape (..., n, 3) [rad/s].
+
+    Source: Kang and Park, Cubic spline algorithms for orientation interpolation, Int. J. Numerical Methods in
+    Engineering 46, 1999.
+
+    Examples:
+        >>> keys = nk.rotations.rot_z([0.0, 0.5, 0.2])
+        >>> path = nk.rotations.RotationSpline([0.0, 1.0, 3.0], keys, start=[0, 0, 0], end=[0, 0, 0])
+        >>> np.allclose(path(1.0), keys[1]), path(np.linspace(0, 3, 7)).shape
+        (True, (7, 3, 3))
+        >>> path.angular_velocity([0.0, 0.5], expressed_in="fixed").round(4).tolist()
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 0.6438]]
+    """
+
+    def __init__(
+        self, times: ArrayLike, keys: ArrayLike, *, start: ArrayLike | None = None, end: ArrayLike | None = None
+    ) -> None:
+        """A path through `keys` at `times`.
+
+        Args:
+            times: increasing, shape (n,), n ≥ 2 [s].
+            keys: rotation matrices, shape (..., n, 3, 3).
+            start: angular velocity at the first key in its moving frame, shape (..., 3) [rad/s]; without it the mean
+                one of the first stretch. Zeros start at rest.
+            end: the same at the last key.
+
+        Raises:
+            NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
+            BadArgument: fewer than two keys, times that do not increase, keys so far apart in so little time that no
+                smooth path was found; not numbers.
+            WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        """
+        self.times = np.array(as_batch(times, (), "times"))
+        if self.times.ndim != 1 or len(self.times) < 2:
+            raise BadArgument(f"times must be at least two in a row, got shape {self.times.shape}")
+        steps = np.diff(self.times)
+        if not (steps > 0.0).all():
+            index = first_index(np.asarray(~(steps > 0.0)))[0]
+            raise BadArgument(
+                f"times must increase, got {self.times[index]:g} and then {self.times[index + 1]:g} at {index + 1}"
+            )
+        self.keys = as_rotations(keys)
+        if self.keys.ndim < 3 or self.keys.shape[-3] != len(self.times):
+            raise WrongShape("keys", f"(..., {len(self.times)}, 3, 3), one for each time", self.keys.shape)
+        arcs = log(np.swapaxes(self.keys[..., :-1, :, :], -1, -2) @ self.keys[..., 1:, :, :])
+        means = arcs / steps[:, None]
+        ends = [
+            _end(value, mean, f"angular velocity at the {what}")
+            for value, mean, what in ((start, means[..., 0, :], "start"), (end, means[..., -1, :], "end"))
+        ]
+        self.velocities = key_velocities(steps, arcs, *ends)
+        # v(u) = u (linear + u (square + u cube)) of the time u since the key.
+        first, last = self.velocities[..., :-1, :], right_jacobian_inverse(arcs) @ self.velocities[..., 1:, :, None]
+        self._square = (3.0 * means - 2.0 * first - last[..., 0]) / steps[:, None]
+        self._cube = (first + last[..., 0] - 2.0 * means) / np.square(steps)[:, None]
+        for array in (self.times, self.keys, self.velocities):
+            array.flags.writeable = False
+
+    def __call__(self, t: ArrayLike) -> Floats:
+        """The rotations at times t.
+
+        Args:
+            t: from the first key's time to the last one's, any shape [s].
+
+        Returns:
+            Rotation matrices, shape (..., *t.shape, 3, 3), with the batch axes of the paths in front.
+
+        Raises:
+            BadArgument: a time outside of the keys', with its index; not numbers.
+            NotFinite: NaN or infinity.
+        """
+        place, v, _, _ = self._at(t)
+        return np.asarray(self.keys[..., place, :, :] @ exp(v))
+
+    def angular_velocity(self, t: ArrayLike, *, expressed_in: Side = REQUIRED) -> Floats:
+        """The angular velocities at times t.
+
+        Args:
+            t: from the first key's time to the last one's, any shape [s].
+            expressed_in: "fixed" or "moving", the frame of the angular velocity; required.
+
+        Returns:
+            Vectors, shape (..., *t.shape, 3) [rad/s].
+
+        Raises:
+            UnknownName: no such frame.
+            BadArgument, NotFinite: `expressed_in` missing; as for the rotations.
+        """
+        place, v, rate, _ = self._at(t)
+        return self._expressed(_times(right_jacobian(v), rate), place, v, expressed_in)
+
+    def angular_acceleration(self, t: ArrayLike, *, expressed_in: Side = REQUIRED) -> Floats:
+        """The angular accelerations at times t, the derivatives of the velocities.
+
+        Args:
+            t: from the first key's time to the last one's, any shape [s].
+            expressed_in: "fixed" or "moving", the frame of the angular acceleration; required.
+
+        Returns:
+            Vectors, shape (..., *t.shape, 3) [rad/s²].
+
+        Raises:
+            UnknownName: no such frame.
+            BadArgument, NotFinite: `expressed_in` missing; as for the rotations.
+        """
+        place, v, rate, second = self._at(t)
+        moving = _times(right_jacobian(v), second) + turning_acceleration(v, rate)
+        return self._expressed(moving, place, v, expressed_in)
+
+    def _expressed(self, moving: Floats, place: Places, v: Floats, expressed_in: Side) -> Floats:
+        if is_moving(expressed_in):
+            return moving
+        return _times(self.keys[..., place, :, :], _times(exp(v), moving))
+
+    def _at(self, t: ArrayLike) -> tuple[Places, Floats, Floats, Floats]:
+        """The key before each time, and from there v and its first two derivatives."""
+        instants = as_batch(t, (), "t")
+        outside = (instants < self.times[0]) | (instants > self.times[-1])
+        if outside.any():
+            index = first_index(np.asarray(outside))
+            raise BadArgument(
+                f"t must be from {self.times[0]:g} to {self.times[-1]:g}, got {instants[index]:g}{at_index(index)}"
+            )
+        # The last key belongs to the last stretch.
+        place = np.searchsorted(self.times[1:-1], instants, side="right")
+        u = (instants - self.times[place])[..., None]
+        linear, square, cube = (c[..., place, :] for c in (self.velocities, self._square, self._cube))
+        v = u * (linear + u * (square + u * cube))
+        return place, v, linear + u * (2.0 * square + 3.0 * u * cube), 2.0 * square + 6.0 * u * cube
+
+
+def _end(value: ArrayLike | None, mean: Floats, what: str) -> Floats:
+    if value is None:
+        return mean
+    velocity = as_batch(value, (3,), what)
+    try:
+        return np.broadcast_to(velocity, mean.shape)
+    except ValueError:
+        raise WrongShape(what, f"that broadcasts to {mean.shape}", velocity.shape) from None
+
+
+def _times(M: Floats, v: Floats) -> Floats:
+    return np.asarray(np.einsum("...ij,...j->...i", M, v))

@@ -1,0 +1,184 @@
+"""Unit dual quaternions r + ε d: eight numbers (r; d), scalar first, of which r turns and d = ½ t r shifts.
+
+Like quaternions, q and −q are the same motion. A dual quaternion of any length but zero counts as the unit one that it
+is when divided by the length of r; of a unit one r·d = 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin import rotations
+from nao_kin._common.arrays import Floats
+from nao_kin._common.poses import join_poses
+from nao_kin._common.vectors import as_vectors, common_batch, dot, first_index, norm, unit
+from nao_kin.errors import BadArgument, at_index
+from nao_kin.lines import PluckerLine
+from nao_kin.screws._poses import as_poses
+
+# As for rotation matrices: what rounding to float32 leaves is accepted.
+_TOLERANCE = 1e-6
+
+
+def dual_quat_from_pose(T_ab: ArrayLike) -> Floats:
+    """Unit dual quaternion of a pose, r + ε ½ t r, with the canonical sign of r.
+
+    Args:
+        T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
+
+    Returns:
+        (r; d), shape (..., 8), with d in units of length.
+
+    Raises:
+        NotARotation: the rotation part of some pose is none.
+        BadArgument: the last row of some pose is not (0, 0, 0, 1).
+        WrongShape, NotFinite: in `T_ab`.
+
+    Source: Kavan, Collins, O'Sullivan and Zara, Dual quaternions for rigid transformation blending, TCD-CS-2006-46.
+
+    Examples:
+        >>> nk.screws.dual_quat_from_pose(nk.screws.pose(nk.rotations.rot_x(np.pi), [0, 0, 2]))
+        array([0., 1., 0., 0., 0., 0., 1., 0.])
+    """
+    R, t = as_poses(T_ab, "T_ab")
+    r = rotations.quat_from_matrix(R)
+    return np.concatenate([r, rotations.quat_multiply(_pure(0.5 * t), r) + 0.0], axis=-1)
+
+
+def pose_from_dual_quat(q: ArrayLike) -> Floats:
+    """The pose of a dual quaternion, R of r and t = 2 d r*, both divided by ‖r‖².
+
+    Args:
+        q: (r; d), shape (..., 8), of any length but zero.
+
+    Returns:
+        Poses, shape (..., 4, 4).
+
+    Raises:
+        ZeroNorm: r is zero; carries its index.
+        BadArgument: r·d is not zero to 1e-6, so that q is no rigid motion; or not numbers, outside ±1e150.
+        WrongShape, NotFinite: not of shape (..., 8), NaN or infinity.
+
+    Examples:
+        >>> nk.screws.pose_from_dual_quat([0, 1, 0, 0, 0, 0, 1, 0])[:3, 3]
+        array([0., 0., 2.])
+    """
+    r, d = _unit(q, "dual quaternion")
+    t = 2.0 * rotations.quat_multiply(d, rotations.quat_conjugate(r))[..., 1:]
+    return join_poses(rotations.matrix_from_quat(r), t)
+
+
+def dual_quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
+    """The product p q = (r_p r_q; r_p d_q + d_p r_q): first the motion q, then p.
+
+    Args:
+        p: dual quaternions, shape (..., 8), of any length.
+        q: dual quaternions; batch axes broadcast.
+
+    Returns:
+        Dual quaternions, shape (..., 8).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, wrong or mismatched shapes, NaN.
+
+    Examples:
+        >>> half = nk.screws.dual_quat_from_pose(nk.screws.pose(np.eye(3), [0, 0, 1]))
+        >>> nk.screws.pose_from_dual_quat(nk.screws.dual_quat_multiply(half, half))[:3, 3]
+        array([0., 0., 2.])
+    """
+    P, Q = as_vectors(p, "dual quaternion p", 8), as_vectors(q, "dual quaternion q", 8)
+    common_batch("dual quaternions p and q", P.shape[:-1], Q.shape[:-1])
+    multiply = rotations.quat_multiply
+    real = multiply(P[..., :4], Q[..., :4])
+    return np.concatenate([real, multiply(P[..., :4], Q[..., 4:]) + multiply(P[..., 4:], Q[..., :4])], axis=-1)
+
+
+def dual_quat_conjugate(q: ArrayLike) -> Floats:
+    """The conjugate (r*; d*), of a unit dual quaternion the inverse motion.
+
+    Args:
+        q: dual quaternions, shape (..., 8).
+
+    Returns:
+        Dual quaternions, shape (..., 8).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, not of shape (..., 8), NaN.
+
+    Examples:
+        >>> nk.screws.dual_quat_conjugate([0, 1, 0, 0, 0, 0, 1, 0])
+        array([ 0., -1.,  0.,  0.,  0.,  0., -1.,  0.])
+    """
+    Q = as_vectors(q, "dual quaternion", 8)
+    return np.concatenate([rotations.quat_conjugate(Q[..., :4]), rotations.quat_conjugate(Q[..., 4:])], axis=-1)
+
+
+def dual_quat_transform_point(q: ArrayLike, point: ArrayLike) -> Floats:
+    """A point carried along by the motion q: the vector part of r p r* + 2 d r*, for ‖r‖ = 1.
+
+    Args:
+        q: dual quaternions, shape (..., 8), of any length but zero.
+        point: shape (..., 3) [m]; batch axes broadcast.
+
+    Returns:
+        Points, shape (..., 3) [m].
+
+    Raises:
+        ZeroNorm, BadArgument, WrongShape, NotFinite: as for `pose_from_dual_quat`, or in `point`.
+
+    Examples:
+        >>> nk.screws.dual_quat_transform_point([0, 1, 0, 0, 0, 0, 1, 0], [1, 2, 3]) + 0.0
+        array([ 1., -2., -1.])
+    """
+    (r, d), p = _unit(q, "dual quaternion"), as_vectors(point, "point")
+    common_batch("dual quaternion and point", r.shape[:-1], p.shape[:-1])
+    multiply = rotations.quat_multiply
+    return multiply(multiply(r, _pure(p)) + 2.0 * d, rotations.quat_conjugate(r))[..., 1:]
+
+
+def dual_quat_transform_line(q: ArrayLike, line: PluckerLine) -> PluckerLine:
+    """A line carried along by the motion q: q (e + ε n) q*, with direction e and moment n about the origin.
+
+    Args:
+        q: dual quaternions, shape (..., 8), of any length but zero.
+        line: lines; batch axes broadcast.
+
+    Returns:
+        Lines with their moments about the origin, whatever that of `line` was.
+
+    Raises:
+        ZeroNorm, BadArgument, WrongShape, NotFinite: as for `pose_from_dual_quat`; `line` is no `PluckerLine`.
+
+    Examples:
+        >>> x_axis = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
+        >>> nk.screws.dual_quat_transform_line([0, 1, 0, 0, 0, 0, 1, 0], x_axis).point
+        array([0., 0., 2.])
+    """
+    if not isinstance(line, PluckerLine):
+        raise BadArgument(f"line must be a PluckerLine, got {type(line).__name__}")
+    r, d = _unit(q, "dual quaternion")
+    common_batch("dual quaternion and line", r.shape[:-1], line.batch_shape)
+    seen = line.transfer_to((0.0, 0.0, 0.0))
+    motion = np.concatenate([r, d], axis=-1)
+    dual_vector = np.concatenate([_pure(seen.direction), _pure(seen.moment)], axis=-1)
+    moved = dual_quat_multiply(dual_quat_multiply(motion, dual_vector), dual_quat_conjugate(motion))
+    return PluckerLine(moved[..., 1:4], moved[..., 5:])
+
+
+def _pure(v: Floats) -> Floats:
+    """The quaternions (0, v)."""
+    return np.concatenate([np.zeros((*v.shape[:-1], 1)), v], axis=-1)
+
+
+def _unit(q: ArrayLike, what: str) -> tuple[Floats, Floats]:
+    """Real and dual part, divided by the length of the real part; what is no rigid motion refused."""
+    Q = as_vectors(q, what, 8)
+    r, length = unit(Q[..., :4], what)
+    d = Q[..., 4:] / length[..., None]
+    beside = dot(r, d)
+    wrong = ~(np.abs(beside) <= _TOLERANCE * np.maximum(1.0, norm(d)))
+    if wrong.any():
+        index = first_index(wrong)
+        raise BadArgument(f"of a unit {what} r·d must be zero, got {beside[index]:.3g}{at_index(index)}")
+    return r, d - beside[..., None] * r

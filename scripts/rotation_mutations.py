@@ -1,0 +1,133 @@
+"""Faults of the rotations beyond their conversions: wrong signs, missing branches, wrong weights."""
+
+from __future__ import annotations
+
+from mutation import faults
+
+ROTATIONS = (
+    *faults(
+        "rotations/_checks.py",
+        "test_rotations_checks.py",
+        ("nearly-rotations-projected-by-half", "- 0.5 * xx, d", "- 0.25 * xx, d"),
+        ("nearly-rotations-not-projected", "            entries = _projected(f, entries, defects[1:])\n", ""),
+        ("exact-rotations-projected-with-their-neighbours", "f.where(exact, 0.0, defect)", "defect"),
+    ),
+    *faults(
+        "rotations/_exponential.py",
+        "test_rotations_powers.py",
+        ("angle-between-of-the-product", "a[i] * b[j] + a[3 + i] * b[3 + j]", "a[i] * b[j] + a[3 + j] * b[3 + i]"),
+    ),
+    *faults(
+        "rotations/_quat_powers.py",
+        "test_rotations_powers.py",
+        ("a-whole-turn-about-no-axis", "f.where(theta >= math.pi, f.where(", "f.where(theta > 4.0, f.where("),
+        ("length-forgotten-in-the-logarithm", "0.5 * f.log(square)", "0.0 * f.log(square)"),
+    ),
+    *faults(
+        "rotations/_quaternions.py",
+        "test_rotations_powers.py",
+        ("a-quaternion-turns-backwards", "x + r0 * tx + (r2", "x - r0 * tx + (r2"),
+    ),
+    *faults(
+        "rotations/_slerp.py",
+        "test_rotations_paths.py",
+        ("longer-arc-to-the-wrong-side", "f.where(sine == 0.0, -1.0, -sine)", "f.where(sine == 0.0, 1.0, sine)"),
+        ("longer-arc-as-long-as-the-shorter", "f.atan2(sine, -1.0 - shift)", "f.atan2(sine, 1.0 + shift)"),
+    ),
+    *faults(
+        "rotations/_continuity.py",
+        "test_rotations_paths.py",
+        ("signs-of-a-path-not-handed-on", "np.cumprod(flips, axis=0)", "flips"),
+        ("quaternion-half-a-turn-away-flipped", "inner[..., np.newaxis] < 0.0", "inner[..., np.newaxis] <= 0.0"),
+    ),
+    *faults(
+        "rotations/_spline_velocities.py",
+        "test_rotations_paths.py",
+        (
+            "acceleration-without-what-the-jacobian-changes",
+            "            + turning_acceleration(arcs",
+            "            - 0.0 * turning_acceleration(arcs",
+        ),
+        ("spline-left-after-one-step", "_SHORT_STEP = 1e-9", "_SHORT_STEP = 1e-1"),
+        ("series-of-the-jacobian-with-a-wrong-sign", "_OF_B = (-12,", "_OF_B = (12,"),
+    ),
+    *faults(
+        "rotations/_jacobians.py",
+        "test_rotations_jacobians.py",
+        ("series-of-the-inverse-too-long", "_SMALL_ANGLE = 1e-2", "_SMALL_ANGLE = 3e-1"),
+        ("left-jacobian-for-right", "return _left(f, 0.0 - x, 0.0 - y, 0.0 - z)", "return _left(f, x, y, z)"),
+        ("inverse-at-a-whole-turn-let-through", "np.abs(opening) <= _WHOLE_TURN", "np.abs(opening) < 0.0"),
+    ),
+    *faults(
+        "rotations/_rates.py",
+        "test_rotations_jacobians.py",
+        ("rates-in-the-moving-frame-not-reversed", "i, k, sign = k, i, -sign", "i, k, sign = k, i, sign"),
+        ("rates-of-fixed-axes-in-the-wrong-order", "convention.reversed == body", "not body"),
+        ("lock-of-the-rates-let-through", "np.abs(determinant) <= LOCK", "np.abs(determinant) < 0.0"),
+    ),
+    *faults(
+        "rotations/_mrp.py",
+        "test_rotations_mrp.py",
+        (
+            "shadow-of-the-parameters-of-the-same-sign",
+            "np.asarray(-(direction / square)",
+            "np.asarray((direction / square)",
+        ),
+        ("half-the-angle-in-the-parameters", "divisor = 1.0 + r0", "divisor = r0"),
+    ),
+    *faults(
+        "rotations/_weights.py",
+        "test_rotations_means.py test_rotations_directions.py",
+        ("weights-not-shares-of-one", "scaled / scaled.sum(axis=-1, keepdims=True)", "scaled"),
+    ),
+    *faults(
+        "rotations/_mean.py",
+        "test_rotations_means.py",
+        ("mean-left-at-the-chordal-one", '    if method == "geodesic":', '    if method == "":'),
+        ("mean-stepping-away", "mean = mean @ exp(step)", "mean = mean @ exp(-step)"),
+        ("mean-in-the-fixed-frame", "mean = mean @ exp(step)", "mean = exp(step) @ mean"),
+        (
+            "covariance-without-weights",
+            "np.swapaxes(shares[..., np.newaxis] * arms, -1, -2)",
+            "np.swapaxes(arms, -1, -2)",
+        ),
+    ),
+    *faults(
+        "rotations/_random.py",
+        "test_rotations_means.py",
+        (
+            "random-quaternions-of-a-cube",
+            "generator.standard_normal((*sizes, 4))",
+            "generator.uniform(-1, 1, (*sizes, 4))",
+        ),
+        ("scatter-in-the-fixed-frame", "sizes), 3, 3) @ turns)", "sizes), 3, 3).swapaxes(-1, -2) @ turns)"),
+    ),
+    *faults(
+        "rotations/_directions.py",
+        "test_rotations_directions.py",
+        ("opposite-directions-not-told", "_OPPOSITE = 4.0 * 2.0**-52", "_OPPOSITE = -1.0"),
+        ("opposite-directions-told-too-early", "_OPPOSITE = 4.0 * 2.0**-52", "_OPPOSITE = 1e-7"),
+        ("normal-always-from-the-difference", "np.where(near, difference, total)", "difference"),
+        (
+            "weights-without-their-roots",
+            "roots = np.sqrt(np.broadcast_to(shares, (*batch, count)))",
+            "roots = (np.broadcast_to(shares, (*batch, count)))",
+        ),
+    ),
+    *faults(
+        "rotations/_nearest_angles.py",
+        "test_rotations_few_axes.py",
+        ("lean-of-two-axes-forgotten", "x * n0 + y * n1 + z * n2 - r0 * cosine", "x * n0 + y * n1 + z * n2"),
+        ("angles-of-fixed-axes-not-turned-round", 'if axes == "fixed" else angles', "if False else angles"),
+        ("residual-halved", "4.0 * f.atan2(f.sqrt(apart)", "2.0 * f.atan2(f.sqrt(apart)"),
+    ),
+    *faults(
+        "rotations/_davenport.py",
+        "test_rotations_few_axes.py",
+        (
+            "side-of-each-of-many-axes-forgotten",
+            "second, delta = side[..., np.newaxis] * second, side * delta",
+            "second, delta = 1.0 * second, side * delta",
+        ),
+    ),
+)

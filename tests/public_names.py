@@ -1,0 +1,53 @@
+"""Everything public: what the rooms list, and what people call on the classes among it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any
+
+import nao_kin as nk
+
+# They go on working under these names, and have their documentation under the new ones.
+FORMER_NAMES = ("joint_axes", "topology", "typed")
+ROOMS = [name for name in nk.__all__ if isinstance(getattr(nk, name), ModuleType) and name not in FORMER_NAMES]
+
+
+def offered() -> Iterator[tuple[str, Any]]:
+    """Every name that a room lists, as "room.name", and those of the package itself, with their values."""
+    for room in ROOMS:
+        module = getattr(nk, room)
+        for name in module.__all__:
+            yield f"{room}.{name}", getattr(module, name)
+    for name in nk.__all__:
+        if not isinstance(getattr(nk, name), ModuleType):
+            yield name, getattr(nk, name)
+
+
+def called() -> Iterator[tuple[str, Any]]:
+    """Every function and class once, and every method that is our own; exceptions without theirs."""
+    seen: set[int] = set()
+    for name, value in offered():
+        if inspect.isclass(value) and value.__module__.startswith("nao_kin"):
+            found = [(name, value)]
+            if not issubclass(value, BaseException):
+                found += [(f"{name}.{method}", function) for method, function in _methods(value)]
+        elif inspect.isfunction(inspect.unwrap(value) if callable(value) else None):
+            found = [(name, inspect.unwrap(value))]
+        else:
+            found = []
+        for qualified, item in found:
+            if id(item) not in seen:
+                seen.add(id(item))
+                yield qualified, item
+
+
+def _methods(kind: type) -> Iterator[tuple[str, Any]]:
+    for owner in kind.__mro__:
+        for name, value in vars(owner).items():
+            value = value.__func__ if isinstance(value, classmethod | staticmethod) else value
+            # A function kept as the default of a field is no method of the class.
+            ours = inspect.isfunction(value) and value.__qualname__ == f"{owner.__name__}.{name}"
+            if ours and value.__module__.startswith("nao_kin") and not name.startswith("_"):
+                yield name, value

@@ -1,0 +1,103 @@
+"""Xacro sources, expanded on reading."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, BadModel
+
+pytest.importorskip("xacro", reason="xacro expands its sources")
+
+MACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="arm" params="side length">
+  <link name="${side}_arm"/><joint name="${side}_j" type="revolute"><parent link="base"/><child link="${side}_arm"/>
+  <origin xyz="${length / 2} 0 0"/><axis xyz="0 0 1"/><limit lower="${-pi / 2}" upper="1" velocity="1" effort="1"/>
+  </joint></xacro:macro></robot>"""
+ROBOT = """<robot name="two" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="length" default="2"/>
+  <xacro:include filename="{}"/><link name="base"/>
+  <xacro:arm side="l" length="$(arg length)"/><xacro:arm side="r" length="$(arg length)"/></robot>"""
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    (tmp_path / "arm_description" / "urdf").mkdir(parents=True)
+    (tmp_path / "arm_description" / "urdf" / "arm.xacro").write_text(MACRO)
+    path = tmp_path / "robot.urdf.xacro"
+    path.write_text(ROBOT.format("$(find arm_description)/urdf/arm.xacro"))
+    return path
+
+
+def test_a_source_is_read_as_what_it_becomes(source: Path) -> None:
+    robot = nk.RobotModel.from_urdf(source)
+    assert robot.joint_names == ("l_j", "r_j")
+    assert robot.lower.tolist() == pytest.approx([-1.5707963267948966] * 2)
+    assert robot.position(robot.neutral(), "l_arm").tolist() == [1.0, 0.0, 0.0]
+    assert robot.load_notes == ()
+    assert robot.urdf_path == source
+    assert "l_arm" in robot.tree.expanded
+
+
+def test_arguments_reach_the_source(source: Path) -> None:
+    robot = nk.RobotModel.from_file(source, xacro_arguments={"length": 0.5})
+    assert robot.position(robot.neutral(), "r_arm").tolist() == [0.25, 0.0, 0.0]
+
+
+def test_truth_is_written_as_xacro_has_it(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="hand" default="false"/>'
+        '<link name="a"/><xacro:if value="$(arg hand)"><link name="h"/><joint name="J" type="fixed"><parent link="a"/>'
+        '<child link="h"/></joint></xacro:if></robot>'
+    )
+    assert nk.RobotModel.from_urdf(path, xacro_arguments={"hand": True}).link_names == ("a", "h")
+    assert nk.RobotModel.from_urdf(path).link_names == ("a",)
+
+
+def test_packages_are_found_by_the_search_for_meshes(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / "arm_description").rename(elsewhere / "arm_description")
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    with pytest.raises(BadModel, match=r"xacro refuses it: .*'arm_description' is in none of the folders"):
+        nk.RobotModel.from_urdf(source)
+    assert nk.RobotModel.from_urdf(source, package_dirs=[elsewhere]).nv == 2
+    (tmp_path / "share").symlink_to(elsewhere)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    assert nk.RobotModel.from_urdf(source).nv == 2
+    assert "ament_index_python" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    "inside", ['<link name="${1 / 0}"/>', '<link name="$(arg gone)"/><xacro:x/>', '<xacro:include filename="gone"/>']
+)
+def test_what_xacro_refuses_is_refused_in_one_line(tmp_path: Path, inside: str, capfd: pytest.CaptureFixture) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_text(f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>')
+    with pytest.raises(BadModel, match="xacro refuses it") as caught:
+        nk.RobotModel.from_urdf(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_arguments_for_a_file_without_any_are_refused(nao: nk.NaoModel) -> None:
+    with pytest.raises(BadArgument, match="no xacro source and takes no arguments, got length"):
+        nk.RobotModel.from_urdf(nao.urdf_path, xacro_arguments={"length": 1})
+    with pytest.raises(BadArgument, match="must be a mapping"):
+        nk.RobotModel.from_urdf(nao.urdf_path, xacro_arguments=["length"])  # type: ignore[arg-type]
+
+
+def test_semantics_lie_beside_a_source_under_its_first_name(source: Path) -> None:
+    source.with_name("robot.toml").write_text('end_effectors = ["l_arm"]')
+    assert nk.RobotModel.from_urdf(source).semantics.end_effectors == ("l_arm",)
+
+
+def test_the_cross_check_reads_what_the_source_became(source: Path) -> None:
+    report = nk.crosscheck.run(nk.RobotModel.from_urdf(source), 20)
+    assert report.ok, report.failures
+    assert {"yourdfpy", "pin.buildModelFromUrdf"} <= {row.against for row in report.rows}
