@@ -42,6 +42,7 @@ def python(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_holds_the_urdfs_and_the_type_marker(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
+    assert "nao_kin/_urdf_files/LICENSE" in names  # goes into ROS packages
     assert {f"nao_kin/_urdf_files/nao_{version}.urdf" for version in ("v32", "v33", "v4", "v5", "v6")} <= names
     assert {f"nao_kin/_urdf_files/meshes/{path.name}" for path in (ROOT / "urdf" / "meshes").iterdir()} <= names
     assert "nao_kin/py.typed" in names
