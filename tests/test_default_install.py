@@ -6,11 +6,12 @@ Needs pytest and nothing of the other tests, so that it runs where only the defa
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import json
-import os
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,13 +20,14 @@ import pinocchio as pin
 import pytest
 
 import nao_kin as nk
+from nao_kin._common import compiler
 from nao_kin._extras import EXTRAS
 from nao_kin.cli.app import run
 from nao_kin.errors import MissingExtra, NotCompiledWarning
 
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 MANY = 100  # more than Pinocchio is left to answer where there are kernels
-# Without Numba, many at once are computed with a warning.
+# Without Numba, what takes long is warned of.
 pytestmark = pytest.mark.filterwarnings("ignore::nao_kin.errors.NotCompiledWarning")
 
 
@@ -140,7 +142,15 @@ def test_the_independent_implementations_agree(robot: nk.NaoModel) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", ["info", "joints --typed", "fk --posture Stand --frame LArm", "ik LArm --target 0.15,0.12,0.05", "doctor"]
+    "words",
+    [
+        "info",
+        "joints --typed",
+        "fk --posture Stand --frame LArm",
+        "ik LArm --target 0.15,0.12,0.05",
+        "doctor",
+        "reach LArm --samples 200",
+    ],
 )
 def test_a_command_ends_well(words: str, capsys: pytest.CaptureFixture) -> None:
     assert run(words.split()) == 0
@@ -173,7 +183,7 @@ def _stream(robot: nk.NaoModel, folder: Path) -> object:
 
 
 ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {
-    "batch": lambda robot, folder: nk.batch.warm_up(),
+    "batch": lambda robot, folder: nk.batch.kernel(np.dtype(float), np.dtype(float)),
     "robots": lambda robot, folder: nk.load_robot("romeo"),
     "arrow": _stream,
     "dask": lambda robot, folder: nk.distributed.connect(),
@@ -203,25 +213,39 @@ def test_an_absent_extra_is_one_line_that_says_what_works_without_it(
 
 
 @pytest.mark.skipif(HAS_NUMBA, reason="Numba is installed")
-def test_without_numba_a_large_batch_warns_once_and_the_command_line_in_one_line(tmp_path: Path) -> None:
+def test_without_numba_what_takes_long_is_warned_of_once(robot: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiler, "_FELT", 0.01)
+    slowness = compiler._Slowness()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        slowness.add(0.009)
+        assert caught == []
+        slowness.add(0.009)
+        slowness.add(1.0)
+    (warning,) = caught
+    assert warning.category is NotCompiledWarning
+    assert str(warning.message) == (
+        "numba is not installed: this runs in plain Python, with the same result and slowly; "
+        "pip install 'nao-kin[batch]'"
+    )
+
+
+@pytest.mark.skipif(HAS_NUMBA, reason="Numba is installed")
+def test_without_numba_one_configuration_and_a_thousand_are_not_warned_of(tmp_path: Path) -> None:
     code = (
-        "import warnings, nao_kin as nk; nao = nk.load_nao(); q = nao.random(0, 30_000)\n"
-        "with warnings.catch_warnings(record=True) as caught:\n"
-        "    warnings.simplefilter('always')\n"
-        "    nao.fk(q[:1000], 'LArm'); print(len(caught))\n"
-        "    nao.fk(q, 'LArm'); nao.com(q); print(len(caught), caught[0].category.__name__, caught[0].message)\n"
+        "import nao_kin as nk; nao = nk.load_nao(); q = nao.random(0, 1000); nao.fk(q); nao.com(q)\n"
+        "nk.ik.arm(nao, 'L', nao.position(q[0], 'LArm')); nk.ik.leg(nao, 'L', nao.fk(q, 'LLeg'))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert done.stdout.splitlines() == [
-        "0",
-        f"1 {NotCompiledWarning.__name__} numba is not installed: many at once are computed in plain Python, "
-        "the same numbers more slowly; pip install 'nao-kin[batch]'",
-    ]
-    done = subprocess.run(
-        [sys.executable, "-m", "nao_kin", "warmup"], capture_output=True, text=True, cwd=tmp_path, env=dict(os.environ)
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == (
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, cwd=tmp_path)
+
+
+@pytest.mark.skipif(HAS_NUMBA, reason="Numba is installed")
+def test_nothing_is_compiled_ahead_without_numba(capsys: pytest.CaptureFixture) -> None:
+    assert (nk.batch.warm_up(), nk.ik.warm_up(), nk.reach.warm_up()) == ((), (), ())
+    assert run(["warmup"]) == 2
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == (
+        "",
         "nao-kin: warmup needs numba: pip install 'nao-kin[batch]'; "
-        "the same answers come without it, slower where there are many\n"
+        "the same answers come without it, slower where there are many\n",
     )

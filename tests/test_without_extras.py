@@ -110,7 +110,7 @@ def test_numba_that_does_not_load_is_named_and_done_without(kind: ImportError | 
     (folder / "__init__.py").write_text(text)
     code = (
         "import nao_kin as nk; nao = nk.load_nao(); q = nao.random(0, 70); print(nao.fk(q, 'LArm').shape)\n"
-        "try: nk.batch.warm_up()\n"
+        "try: nk.batch.kernel(q.dtype, q.dtype)\n"
         "except nk.errors.MissingExtra as error: print(error)"
     )
     path = os.pathsep.join((str(tmp_path), str(ROOT)))

@@ -9,6 +9,8 @@ from nao_kin._common.warn import warn_caller
 from nao_kin._extras import command
 from nao_kin.errors import MissingExtra, NotCompiledWarning
 
+_FELT = 2.0  # s
+
 
 @cache
 def numba_problem() -> str:
@@ -46,12 +48,23 @@ def compiles() -> bool:
     return not numba.config.DISABLE_JIT
 
 
-@cache
-def warn_without_numba() -> None:
-    """Say, once in a process, that much is computed without Numba; nothing where it is installed."""
-    if not has_numba():
+class _Slowness:
+    """What was computed where compiled code would have been quicker."""
+
+    def __init__(self) -> None:
+        self._seconds, self._said = 0.0, False
+
+    def add(self, seconds: float) -> None:
+        """Add up, and warn once when it is felt."""
+        self._seconds += seconds
+        if self._said or self._seconds < _FELT or has_numba():
+            return
+        self._said = True
         warn_caller(
-            f"{numba_problem()}: many at once are computed in plain Python, the same numbers more slowly; "
-            f"{command('batch')}",
+            f"{numba_problem()}: this runs in plain Python, with the same result and slowly; {command('batch')}",
             NotCompiledWarning,
         )
+
+
+note_slowness = _Slowness().add
+"""Called with the seconds that something uncompiled took: after two of them in a process, a warning says so, once."""

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.compiler import compiles, need_numba, warn_without_numba
+from nao_kin._common.compiler import compiles, note_slowness
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import NotCachedWarning
@@ -88,11 +88,10 @@ class KeptKernel:
         return (self._compiled or self.ready())(*arguments)
 
     def ready(self) -> Callable[..., Any]:
-        """The function to call: compiled where that can be, else as it stands, with a warning that it is slow."""
+        """The function to call: compiled where that can be, else as it stands."""
         if self._compiled is not None:
             return self._compiled
         if not compiles():
-            warn_without_numba()
             return self._uncompiled
         with _LOCK:
             if self._compiled is None:
@@ -100,16 +99,14 @@ class KeptKernel:
             return self._compiled
 
     def _uncompiled(self, *arguments: Any) -> Any:
+        started = time.thread_time()
         with np.errstate(all="ignore"):  # compiled code does not warn of infinities
-            return self._function(*arguments)
+            result = self._function(*arguments)
+        note_slowness(time.thread_time() - started)
+        return result
 
     def warm_up(self) -> KernelState:
-        """Get it ready now.
-
-        Raises:
-            MissingExtra: Numba is not installed.
-        """
-        need_numba("compiling ahead")
+        """Get it ready now."""
         found, started = self._is_kept(), time.perf_counter()
         self.ready()
         seconds = time.perf_counter() - started

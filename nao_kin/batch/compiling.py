@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.compiler import need_numba
+from nao_kin._common.compiler import has_numba, need_numba
 from nao_kin._common.kernel_cache import KeptKernel, KernelState, cache_folder
 
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
@@ -59,11 +59,13 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
 def warm_up() -> tuple[KernelState, ...]:
     """Get the kernels of all precisions ready, so that no later call has to wait for them.
 
-    Raises:
-        MissingExtra: Numba is not installed.
+    Returns:
+        The state of each; none where Numba is not installed, for nothing is compiled then.
 
     Examples:
         >>> [state.name for state in nk.batch.warm_up()]
         ['batch kernel, double precision', 'batch kernel, double to single precision', 'batch kernel, single precision']
     """
+    if not has_numba():
+        return ()
     return tuple(kernel(*precisions).warm_up() for precisions in _PRECISIONS)

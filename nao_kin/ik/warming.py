@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from nao_kin._common.compiler import has_numba
 from nao_kin._common.kernel_cache import KernelState
 from nao_kin.errors import UnknownName
 from nao_kin.ik.body.body_search import BODY_KERNELS
@@ -30,11 +31,10 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
         names: which of `KERNELS`; None for all.
 
     Returns:
-        The state of each kernel.
+        The state of each kernel; none where Numba is not installed, for nothing is compiled then.
 
     Raises:
         UnknownName: no such kernel.
-        MissingExtra: Numba is not installed.
 
     Examples:
         >>> [state.name for state in nk.ik.warm_up(["heads"])]
@@ -44,4 +44,4 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
     for name in wanted:
         if name not in _KERNELS:
             raise UnknownName("kernel", name, KERNELS)
-    return tuple(_KERNELS[name].warm_up() for name in wanted)
+    return tuple(_KERNELS[name].warm_up() for name in wanted) if has_numba() else ()

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 import numpy as np
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.compiler import has_numba
 from nao_kin._common.kernel_cache import KernelState
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import whole_number
@@ -139,13 +140,15 @@ def _prepared(
 def warm_up() -> tuple[KernelState, ...]:
     """Get the kernels of reach maps ready, so that no later call has to wait for them.
 
-    Raises:
-        MissingExtra: Numba is not installed.
+    Returns:
+        The state of each; none where Numba is not installed, for nothing is compiled then.
 
     Examples:
         >>> all(isinstance(state.name, str) for state in nk.reach.warm_up())
         True
     """
+    if not has_numba():
+        return ()
     from nao_kin.reach import _kernels
 
     return tuple(kernel.warm_up() for kernel in _kernels.KERNELS)

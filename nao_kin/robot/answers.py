@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, SupportsIndex
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._common.arrays import as_floats, as_numbers, refuse_non_finite
-from nao_kin._common.compiler import has_numba, warn_without_numba
+from nao_kin._common.compiler import has_numba, note_slowness
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
@@ -22,8 +23,6 @@ from nao_kin.robot.questions import Question
 
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 _NAMES = ("q", "v", "a")
-# From so many configurations on, the difference between the kernels and Pinocchio is felt: tenths of a second.
-_SLOW = 20_000
 
 
 @dataclass(frozen=True)
@@ -120,9 +119,10 @@ class Answers:
             self._kinematics.check_mass()
         count, out = math.prod(batch), output.out
         if (threads is None and count < CROSSOVER) or not has_numba():
-            if count >= _SLOW:
-                warn_without_numba()
+            started = time.thread_time()
             few = self._by_pinocchio(question, arrays).reshape(shape)
+            if count >= CROSSOVER:
+                note_slowness(time.thread_time() - started)
             with np.errstate(over="ignore"):
                 if out is None:
                     return few.astype(kind, copy=False)

@@ -28,5 +28,4 @@ __all__ = [
     "read_mjcf",
     "read_srdf",
     "read_urdf",
-    "writing",
 ]

@@ -13,69 +13,30 @@ _TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def number(value: float) -> str:
-    """The shortest text that reads back as the same float; no sign on zero.
-
-    Examples:
-        >>> from nao_kin.urdf import writing
-        >>> writing.number(0.1), writing.number(-0.0), writing.number(2.0)
-        ('0.1', '0', '2')
-    """
+    """The shortest text that reads back as the same float; no sign on zero."""
     text = repr(float(value) + 0.0)
     return text[:-2] if text.endswith(".0") else text
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Several numbers with blanks between them.
-
-    Examples:
-        >>> from nao_kin.urdf import writing
-        >>> writing.numbers([1.0, 0.5])
-        '1 0.5'
-    """
+    """Several numbers with blanks between them."""
     return " ".join(map(number, values))
 
 
 def add_origin(element: ET.Element, origin: Origin) -> None:
-    """Write where something stands.
-
-    Examples:
-        >>> from xml.etree import ElementTree as ET
-        >>> from nao_kin.urdf import writing
-        >>> element = ET.Element("visual")
-        >>> writing.add_origin(element, nk.urdf.Origin((0.0, 0.0, 0.1)))
-        >>> ET.tostring(element, encoding="unicode")
-        '<visual><origin xyz="0 0 0.1" rpy="0 0 0" /></visual>'
-    """
+    """Write where something stands."""
     ET.SubElement(element, "origin", xyz=numbers(origin.xyz), rpy=numbers(origin.rpy))
 
 
 def add_ends(joint: ET.Element, parent: str, child: str, origin: Origin) -> None:
-    """Write which links a joint connects, and where.
-
-    Examples:
-        >>> from xml.etree import ElementTree as ET
-        >>> from nao_kin.urdf import writing
-        >>> element = ET.Element("joint", name="j", type="fixed")
-        >>> writing.add_ends(element, "a", "b", nk.urdf.Origin())
-        >>> [part.tag for part in element]
-        ['parent', 'child', 'origin']
-    """
+    """Write which links a joint connects, and where."""
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=child)
     add_origin(joint, origin)
 
 
 def add_inertial(link: ET.Element, body: Inertial) -> None:
-    """Write mass, centre of mass and tensor of a link.
-
-    Examples:
-        >>> from xml.etree import ElementTree as ET
-        >>> from nao_kin.urdf import writing
-        >>> element = ET.Element("link", name="ball")
-        >>> writing.add_inertial(element, nk.urdf.Inertial(1.0, nk.urdf.Origin(), (0.4, 0.0, 0.0, 0.4, 0.0, 0.4)))
-        >>> element.find("inertial/inertia").get("izz")
-        '0.4'
-    """
+    """Write mass, centre of mass and tensor of a link."""
     inertial = ET.SubElement(link, "inertial")
     add_origin(inertial, body.origin)
     ET.SubElement(inertial, "mass", value=number(body.mass))
@@ -83,16 +44,7 @@ def add_inertial(link: ET.Element, body: Inertial) -> None:
 
 
 def add_geometry(element: ET.Element, shape: Geometry) -> None:
-    """Write a shape; of a mesh the name of the file as it is, and its scale where it has one.
-
-    Examples:
-        >>> from xml.etree import ElementTree as ET
-        >>> from nao_kin.urdf import writing
-        >>> element = ET.Element("collision")
-        >>> writing.add_geometry(element, nk.urdf.Sphere(0.5))
-        >>> ET.tostring(element, encoding="unicode")
-        '<collision><geometry><sphere radius="0.5" /></geometry></collision>'
-    """
+    """Write a shape; of a mesh the name of the file as it is, and its scale where it has one."""
     geometry = ET.SubElement(element, "geometry")
     if isinstance(shape, Box):
         ET.SubElement(geometry, "box", size=numbers(shape.size))
@@ -106,43 +58,17 @@ def add_geometry(element: ET.Element, shape: Geometry) -> None:
 
 
 def add_colour(robot: ET.Element, name: str, rgba: Rgba) -> None:
-    """Write a material of the robot.
-
-    Examples:
-        >>> from xml.etree import ElementTree as ET
-        >>> from nao_kin.urdf import writing
-        >>> element = ET.Element("robot", name="r")
-        >>> writing.add_colour(element, "red", (1.0, 0.0, 0.0, 1.0))
-        >>> element.find("material/color").get("rgba")
-        '1 0 0 1'
-    """
+    """Write a material of the robot."""
     ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=numbers(rgba))
 
 
 def add_mimic(joint: ET.Element, mimic: Mimic) -> None:
-    """Write which joint a joint follows, and how.
-
-    Examples:
-        >>> from xml.etree import ElementTree as ET
-        >>> from nao_kin.urdf import writing
-        >>> element = ET.Element("joint", name="j", type="revolute")
-        >>> writing.add_mimic(element, nk.semantics.Mimic("i", -1.0))
-        >>> ET.tostring(element, encoding="unicode")
-        '<joint name="j" type="revolute"><mimic joint="i" multiplier="-1" offset="0" /></joint>'
-    """
+    """Write which joint a joint follows, and how."""
     ratio = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
     ET.SubElement(joint, "mimic", {"joint": mimic.joint, **ratio})
 
 
 def document_text(robot: ET.Element) -> str:
-    """The document, indented, with its declaration and a newline at its end.
-
-    Examples:
-        >>> from xml.etree import ElementTree as ET
-        >>> from nao_kin.urdf import writing
-        >>> print(writing.document_text(ET.Element("robot", name="r")), end="")
-        <?xml version="1.0" encoding="utf-8"?>
-        <robot name="r" />
-    """
+    """The document, indented, with its declaration and a newline at its end."""
     ET.indent(robot)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
