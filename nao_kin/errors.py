@@ -83,7 +83,12 @@ class NotCachedWarning(NaoKinWarning):
 
 
 class NotCompiledWarning(NaoKinWarning):
-    """Much is asked at once where Numba, which would compile it, is not installed: the answer comes, slower."""
+    """Much is asked at once where Numba, which would compile it, is not installed: the answer comes, slower.
+
+    Examples:
+        >>> issubclass(nk.errors.NotCompiledWarning, nk.errors.NaoKinWarning)
+        True
+    """
 
 
 class StartedOverWarning(NaoKinWarning):

@@ -189,12 +189,14 @@ ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {
     "dask": lambda robot, folder: nk.distributed.connect(),
     "naoqi": lambda robot, folder: nk.naoqi.NaoqiSource("localhost"),
     "plot": lambda robot, folder: nk.motion.plot(robot, nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.1]])),
+    "mujoco": lambda robot, folder: nk.export.mjcf(robot, folder / "nao"),
     "pink": lambda robot, folder: nk.ik.numeric(robot, "LArm", np.eye(4), solver="pink"),
 }
 
 
 def test_every_extra_that_can_be_asked_for_is_asked_for() -> None:
-    assert ASKED.keys() | {"notebook"} == EXTRAS.keys()  # without anywidget a cell shows the page as it is
+    # Without anywidget a cell shows the page as it is; a xacro source and an unknown name are refused in other words.
+    assert ASKED.keys() | {"notebook", "xacro", "descriptions"} == EXTRAS.keys()
 
 
 @pytest.mark.parametrize("name", ASKED)

@@ -172,9 +172,9 @@ def test_gazebo_finds_the_model_in_its_folder(tmp_path: Path) -> None:
     assert tmp_path / "nao" / config.findtext("sdf", "") == done.path
 
 
-@pytest.mark.parametrize(("attachment", "held"), [("floating", False), ("fixed", True)])
-def test_the_trunk_floats_or_is_held(tmp_path: Path, attachment: str, held: bool) -> None:
-    model = _model(nk.export.sdf(nk.load_nao("v6"), tmp_path / "nao", meshes="none", attachment=attachment))
+@pytest.mark.parametrize(("base", "held"), [("floating", False), ("fixed", True)])
+def test_the_trunk_floats_or_is_held(tmp_path: Path, base: str, held: bool) -> None:
+    model = _model(nk.export.sdf(nk.load_nao("v6"), tmp_path / "nao", meshes="none", base=base))
     world = [joint for joint in model.findall("joint") if joint.findtext("parent") == "world"]
     assert [(joint.get("type"), joint.findtext("child")) for joint in world] == [("fixed", "torso")] * held
     assert model.get("canonical_link") == "torso"
@@ -185,7 +185,7 @@ def test_the_trunk_floats_or_is_held(tmp_path: Path, attachment: str, held: bool
 
 @pytest.mark.parametrize(
     ("version", "options"),
-    [*((version, {}) for version in VERSIONS), ("v6", {"names": "ros"}), ("v6", {"attachment": "fixed"})],
+    [*((version, {}) for version in VERSIONS), ("v6", {"names": "ros"}), ("v6", {"base": "fixed"})],
 )
 def test_drake_reads_the_same_robot(version: str, options: dict[str, str], tmp_path: Path) -> None:
     pytest.importorskip("pydrake")
@@ -213,7 +213,7 @@ def test_drake_reads_the_same_robot(version: str, options: dict[str, str], tmp_p
             np.testing.assert_allclose(T, robot.fk(q, link), atol=1e-9, err_msg=link)
     assert math.isclose(plant.CalcTotalMass(context), robot.mass, rel_tol=1e-12)
     assert plant.num_constraints() == len(robot.mimics) == 17
-    assert plant.num_positions(model) == 42 + (0 if options.get("attachment") == "fixed" else 7)
+    assert plant.num_positions(model) == 42 + (0 if options.get("base") == "fixed" else 7)
     bodies = [plant.get_body(index) for index in plant.GetBodyIndices(model)]
     assert all(body.default_spatial_inertia().IsPhysicallyValid() for body in bodies)
 
@@ -266,7 +266,7 @@ def test_bad_options_are_refused_and_nothing_is_written(tmp_path: Path) -> None:
     robot = nk.load_nao("v6")
     for options, message in (
         ({"meshes": "absolute"}, "unknown choice of meshes 'absolute'"),
-        ({"attachment": "planar"}, "unknown attachment 'planar'"),
+        ({"base": "planar"}, "unknown base 'planar'"),
         ({"frames": "some"}, "unknown choice of frames"),
         ({"coupling": "loose"}, "unknown coupling 'loose'"),
     ):

@@ -398,15 +398,15 @@ def test_the_virtual_joint_is_that_of_the_robot_or_as_asked_for(base: str) -> No
     joint = ET.fromstring(srdf_document(robot, samples=1).text).find("virtual_joint")
     assert joint is not None
     assert (joint.get("type"), joint.get("parent_frame"), joint.get("child_link")) == (base, "world", "base_link")
-    joint = ET.fromstring(srdf_document(robot, samples=1, attachment="planar").text).find("virtual_joint")
+    joint = ET.fromstring(srdf_document(robot, samples=1, base="planar").text).find("virtual_joint")
     assert joint is not None
     assert joint.get("type") == "planar"
 
 
 def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_path: Path) -> None:
     path = tmp_path / "nao.srdf"
-    with pytest.raises(UnknownName, match="unknown attachment 'loose'"):
-        nk.export.srdf(nao, path, attachment="loose")
+    with pytest.raises(UnknownName, match="unknown base 'loose'"):
+        nk.export.srdf(nao, path, base="loose")
     with pytest.raises(UnknownName, match="unknown choice of names 'nao'"):
         nk.export.srdf(nao, path, names="nao")
     with pytest.raises(UnknownName, match="unknown choice of frames 'some'"):

@@ -48,10 +48,7 @@ def export(
     typed: Annotated[
         bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
     ] = None,
-    base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="floating or fixed: the root.")] = None,
-    attachment: Annotated[
-        str | None, typer.Option("--attachment", metavar="HOW", help="srdf, sdf: the root is fixed or floating.")
-    ] = None,
+    base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="The root: floating or fixed.")] = None,
     samples: Annotated[
         int | None, typer.Option("--samples", metavar="N", help="srdf, ros2: configurations tried for contacts.")
     ] = None,
@@ -97,7 +94,6 @@ def export(
         "inertia": inertia,
         "typed": typed,
         "base": base,
-        "attachment": attachment,
         "samples": samples,
         "seed": seed,
         "package": package,

@@ -14,7 +14,7 @@ import pinocchio as pin
 from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated, quoted
 from nao_kin.robot import RobotModel
-from nao_kin.urdf import Box, Collision, Cylinder, Sphere, UrdfTree, mesh_in
+from nao_kin.urdf import Box, Collision, Cylinder, Packages, Sphere
 
 # Two names, the one that comes first in the alphabet first.
 LinkPair = tuple[str, str]
@@ -34,9 +34,10 @@ class LinkContacts:
         self._shapes: dict[str, list[int]] = defaultdict(list)
         self._geometries: list[Any] = []
         owners, placements = [], []
+        packages = tree.packages
         for collision in tree.collisions:
             try:
-                geometry = _geometry(collision, tree)
+                geometry = _geometry(collision, packages)
             except _Unreadable as reason:
                 self.notes.append(f"a collision shape of {abbreviated(collision.link)} is left out: {reason}")
                 continue
@@ -94,7 +95,7 @@ class _Unreadable(Exception):
     """Why a shape cannot be used."""
 
 
-def _geometry(collision: Collision, tree: UrdfTree) -> Any:
+def _geometry(collision: Collision, packages: Packages) -> Any:
     shape = collision.geometry
     if isinstance(shape, Box):
         return coal.Box(*shape.size)
@@ -102,7 +103,7 @@ def _geometry(collision: Collision, tree: UrdfTree) -> Any:
         return coal.Cylinder(shape.radius, shape.length)
     if isinstance(shape, Sphere):
         return coal.Sphere(shape.radius)
-    path = mesh_in(tree.path.resolve().parent, shape.filename)
+    path = packages.file(shape.filename)
     if path is None:
         raise _Unreadable(f"its mesh {quoted(shape.filename)} is not there")
     try:

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.urdf import MeshFile, UrdfTree, mesh_in
+from nao_kin.urdf import MeshFile, UrdfTree
 
 MESH_FOLDER = "meshes"
 
@@ -24,11 +24,11 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
     Raises:
         BadArgument: one of them is not there.
     """
-    folder = Path(tree.path).resolve().parent
     found: dict[str, Path] = {}
+    packages = tree.packages
     shapes = (*(visual.geometry for visual in tree.visuals), *(shape.geometry for shape in tree.collisions))
     for name in dict.fromkeys(shape.filename for shape in shapes if isinstance(shape, MeshFile)):
-        path = mesh_in(folder, name)
+        path = packages.file(name)
         if path is None:
             raise BadArgument(
                 f"{tree.name}: the mesh {quoted(name)} is not there; meshes='none' (--meshes none) leaves meshes out"

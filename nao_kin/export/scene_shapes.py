@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nao_kin._text import abbreviated, quoted
-from nao_kin.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, UrdfTree, mesh_in
+from nao_kin.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Packages, Rgba, Sphere, UrdfTree
 
 GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
@@ -53,11 +52,12 @@ def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], 
     notes: list[str] = []
     known: dict[tuple[object, ...], list[Any]] = {}
     paints: dict[tuple[str, Rgba], Paint] = {}
+    packages = tree.packages
     for visual in tree.visuals:
         key = (visual.geometry, visual.material, visual.rgba)
         try:
             if key not in known:
-                parts = _parts(visual.geometry, tree.path)
+                parts = _parts(visual.geometry, packages)
                 for part in parts:
                     _paint(part, visual.material, visual.rgba, paints)
                 known[key] = parts
@@ -73,7 +73,7 @@ class _Unreadable(Exception):
     """Why a look cannot be shown."""
 
 
-def _parts(geometry: Geometry, urdf: Path) -> list[Any]:
+def _parts(geometry: Geometry, packages: Packages) -> list[Any]:
     """The meshes that a shape is made of, each of one material."""
     import trimesh
 
@@ -83,13 +83,13 @@ def _parts(geometry: Geometry, urdf: Path) -> list[Any]:
         return [trimesh.creation.cylinder(radius=geometry.radius, height=geometry.length, sections=48)]
     if isinstance(geometry, Sphere):
         return [trimesh.creation.icosphere(subdivisions=3, radius=geometry.radius)]
-    return _read(geometry, urdf)
+    return _read(geometry, packages)
 
 
-def _read(geometry: MeshFile, urdf: Path) -> list[Any]:
+def _read(geometry: MeshFile, packages: Packages) -> list[Any]:
     import trimesh
 
-    path = mesh_in(urdf.resolve().parent, geometry.filename)
+    path = packages.file(geometry.filename)
     if path is None:
         raise _Unreadable(f"its mesh {quoted(geometry.filename)} is not there")
     try:

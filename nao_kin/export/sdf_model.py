@@ -14,7 +14,7 @@ from nao_kin.export.urdf_export import variant
 from nao_kin.robot import RobotModel, check_robot
 
 MESHES = ("relative", "none")
-ATTACHMENTS = ("floating", "fixed")
+BASES = ("floating", "fixed")
 
 
 def sdf(
@@ -26,7 +26,7 @@ def sdf(
     meshes: str = "relative",
     coupling: str = "mimic",
     inertia: str = "physical",
-    attachment: str = "floating",
+    base: str = "floating",
     force: bool = False,
 ) -> Exported:
     """Write the folder of an SDFormat model: model.sdf, model.config and the meshes.
@@ -42,7 +42,7 @@ def sdf(
         meshes: "relative" copies them to the folder, "none" leaves them out.
         coupling: see `urdf`.
         inertia: "physical" or "published", see `urdf`; SDFormat has no links without mass.
-        attachment: "floating", or "fixed" to hold the root link in the world.
+        base: "floating", or "fixed" to hold the root link in the world.
         force: replace the folder, if it holds nothing but such a model.
 
     Returns:
@@ -58,7 +58,7 @@ def sdf(
         ['model.config', 'model.sdf']
     """
     check_robot(robot)
-    for what, given, valid in (("meshes", meshes, MESHES), ("attachment", attachment, ATTACHMENTS)):
+    for what, given, valid in (("meshes", meshes, MESHES), ("base", base, BASES)):
         if given not in valid:
             raise UnknownName(f"choice of {what}" if what == "meshes" else what, given, valid)
     whole, _ = variant(robot, frames=frames, names=names, coupling=coupling)
@@ -69,7 +69,7 @@ def sdf(
         bodies,
         frames_of(whole, bodies),
         addresses if meshes == "relative" else None,
-        held=attachment == "fixed",
+        held=base == "fixed",
     )
     files = {"model.config": _config(bodies.name).encode(), "model.sdf": text.encode()}
     files |= {f"{MESH_FOLDER}/{name}": content for name, content in read_files(copied).items()}

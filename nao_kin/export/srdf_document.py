@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -27,8 +26,7 @@ from nao_kin.robot import RobotModel, check_robot
 from nao_kin.semantics import Posture, Semantics
 from nao_kin.urdf import UrdfTree, writing
 
-Attachment = Literal["fixed", "floating", "planar"]
-ATTACHMENTS: tuple[Attachment, ...] = ("fixed", "floating", "planar")
+BASES = ("fixed", "floating", "planar")
 WORLD = "world"
 
 # MoveIt, "URDF and SRDF": characters that joint names should not contain.
@@ -44,7 +42,7 @@ def srdf(
     names: str = "naoqi",
     frames: str = "all",
     coupling: str = "mimic",
-    attachment: str | None = None,
+    base: str | None = None,
     samples: int = 10_000,
     seed: int = 0,
     force: bool = False,
@@ -64,7 +62,7 @@ def srdf(
             beside it.
         frames: "all", "effectors" or "none": which frames the URDF beside it has.
         coupling: "mimic", "locked" or "independent": as in the URDF beside it.
-        attachment: what holds the root link in the frame "world": "fixed", "floating" or "planar"; None for what the
+        base: what holds the root link in the frame "world": "fixed", "floating" or "planar"; None for what the
             robot was loaded with.
         samples: how many configurations are tried for contacts.
         seed: of the random numbers; the same seed gives the same file.
@@ -74,7 +72,7 @@ def srdf(
         The file, and one line for everything that an SRDF cannot say.
 
     Raises:
-        UnknownName: no such names, frames, coupling or attachment.
+        UnknownName: no such names, frames, coupling or base.
         BadArgument: no robot, no ROS names known, no count of samples, a file is there, or it cannot be written.
 
     Examples:
@@ -86,7 +84,7 @@ def srdf(
     """
     check_replaceable(path, force=force)
     document = srdf_document(
-        robot, names=names, frames=frames, coupling=coupling, attachment=attachment, samples=samples, seed=seed
+        robot, names=names, frames=frames, coupling=coupling, base=base, samples=samples, seed=seed
     )
     return Exported(Path(path), write_document(path, document.text.encode(), force=force), document.changes)
 
@@ -105,15 +103,15 @@ def srdf_document(
     names: str = "naoqi",
     frames: str = "all",
     coupling: str = "mimic",
-    attachment: str | None = None,
+    base: str | None = None,
     samples: int = 10_000,
     seed: int = 0,
 ) -> SrdfDocument:
     """The text of an SRDF; arguments and errors as `srdf`."""
     check_robot(robot)
-    held = attachment or ("floating" if robot.base == "floating" else "fixed")
-    if held not in ATTACHMENTS:
-        raise UnknownName("attachment", attachment, ATTACHMENTS)
+    held = base or ("floating" if robot.base == "floating" else "fixed")
+    if held not in BASES:
+        raise UnknownName("base", base, BASES)
     count = whole_number(samples, "samples", 1)
     body = _as_written(robot, variant(robot, frames=frames, coupling=coupling)[0])
     tree, _ = variant(robot, frames=frames, names=names, coupling=coupling)

@@ -1,6 +1,5 @@
 """Robots' files: a URDF or an MJCF read once into one tree, leniently and with a note for all that had to change."""
 
-from nao_kin.urdf import writing
 from nao_kin.urdf.format import file_format
 from nao_kin.urdf.mjcf import read_mjcf
 from nao_kin.urdf.packages import Packages, mesh_in

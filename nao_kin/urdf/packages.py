@@ -50,6 +50,11 @@ class Packages:
         Args:
             name: a path relative to the robot's file or from the root, `file://…`, `package://package/…` or
                 `model://model/…`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.tree.packages.file(nao.tree.visuals[0].geometry.filename).is_file()
+            True
         """
         try:
             match = _URI.fullmatch(name)
@@ -63,7 +68,12 @@ class Packages:
             return None
 
     def folder(self, package: str) -> Path | None:
-        """The folder of a package, None when it is not there."""
+        """The folder of a package, None when it is not there.
+
+        Examples:
+            >>> nk.load_nao().tree.packages.folder("a_package_that_nobody_has") is None
+            True
+        """
         try:
             return next((place for place in self._searched(package) if place.is_dir()), None)
         except (OSError, ValueError):
@@ -88,7 +98,12 @@ class Packages:
 
 
 def mesh_in(folder: Path, filename: str) -> Path | None:
-    """The file that a URDF in a folder means by `filename`, None when it is not there; see `Packages.file`."""
+    """The file that a URDF in a folder means by `filename`, None when it is not there; see `Packages.file`.
+
+    Examples:
+        >>> nk.urdf.mesh_in(nk.load_nao().urdf_path.parent, "no_such.stl") is None
+        True
+    """
     return Packages(folder / "robot.urdf").file(filename)
 
 

@@ -120,6 +120,11 @@ class Collision:
         origin: pose of the shape in the link's frame.
         geometry: what it is.
         name: its own name, "" without one.
+
+    Examples:
+        >>> shape = nk.load_nao().tree.collisions[0]
+        >>> shape.link, shape.geometry
+        ('torso', Sphere(radius=0.04))
     """
 
     link: str
