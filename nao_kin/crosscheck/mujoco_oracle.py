@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
 from nao_kin.crosscheck.yourdfpy_oracle import ParsedJoint, YourdfpyOracle
-from nao_kin.errors import BadModel, MissingExtra
+from nao_kin.errors import BadModel
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_euler, quat_from_matrix
 from nao_kin.urdf import file_format
@@ -36,10 +37,9 @@ class MujocoOracle:
     left_out: tuple[str, ...] = ()
 
     def __init__(self, robot: RobotModel) -> None:
-        try:
-            import mujoco
-        except ImportError:
-            raise MissingExtra("the cross-check of an MJCF", "mujoco") from None
+        need_extra("the cross-check of an MJCF", "mujoco")
+        import mujoco
+
         self._mujoco, self._robot = mujoco, robot
         try:
             name = f"{robot.urdf_path}.xml"  # the one ending under which every version reads MJCF

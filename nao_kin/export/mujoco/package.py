@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._common.folders import write_folder
+from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument, BadModel, MissingExtra, UnknownName
+from nao_kin.errors import BadArgument, BadModel, UnknownName
 from nao_kin.export.exported import Exported
 from nao_kin.export.mujoco.actuators import add_actuators
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
@@ -98,10 +99,9 @@ def mjcf(
             raise UnknownName(what, value, valid)
     if not isinstance(typed, bool):
         raise BadArgument(f"typed must be True or False, got {abbreviated(typed)}")
-    try:
-        import mujoco
-    except ImportError:
-        raise MissingExtra("the export for MuJoCo", "mujoco") from None
+    need_extra("the export for MuJoCo", "mujoco")
+    import mujoco
+
     tree, coupled = couple(robot.tree, coupling)
     tree, mended = make_physical(tree, inertia)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadModel, MissingExtra
+from nao_kin.errors import BadModel
 from nao_kin.urdf.mjcf.joints import pose
 from nao_kin.urdf.packages import Packages
 
@@ -70,10 +71,9 @@ def import_mujoco() -> ModuleType:
     Raises:
         MissingExtra: it is not installed.
     """
-    try:
-        import mujoco
-    except ImportError:
-        raise MissingExtra("reading MJCF", "mujoco") from None
+    need_extra("reading MJCF", "mujoco")
+    import mujoco
+
     module: ModuleType = mujoco
     return module
 
