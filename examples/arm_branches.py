@@ -1,6 +1,7 @@
 """All ways to hold a hand.
 
-Learn that inverse kinematics has several answers: here every branch of an arm for one pose of the hand.
+Learn that inverse kinematics has several answers: four for a pose of the hand, and a whole family
+for its place alone.
 """
 
 import sys
@@ -12,7 +13,7 @@ import nao_kin as nk
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()
-q = nao.posture("StandInit", LArm=[0.2, 0.35, -1.2, -0.9, 0.3, 0.6])
+q = nao.posture("StandInit", LArm=[0.6, 0.4, -1.2, -1.4, 0.3, 0.6])
 T_torso_hand = nao.fk(q, "LArm")
 
 found = nk.ik.arm(nao, "L", T_torso_hand, reference=q, limits="ignore")
@@ -24,7 +25,18 @@ for number, solution in enumerate(found.solutions, start=1):
 worst = np.abs(nao.fk(found.solutions, "LArm") - T_torso_hand).max()
 print("all have the hand at the same pose, to 1e-12:", bool(worst < 1e-12))
 
+# The place alone leaves two freedoms; the answer is the one nearest to the reference.
+place = T_torso_hand[:3, 3]
+wishes = [
+    nao.posture("StandInit", LShoulderRoll=roll, LElbowYaw=yaw) for roll, yaw in ((1.2, 0.0), (0.6, -2.0), (0, 0.5))
+]
+family = np.array([nk.ik.arm(nao, "L", place, reference=wish).q for wish in wishes])
+for number, solution in enumerate(family, start=5):
+    elbow = 1000 * nao.position(solution, "LElbowYaw")
+    print(f"{number}    the hand there, the elbow at ({elbow[0]:.0f}, {elbow[1]:.0f}, {elbow[2]:.0f}) mm")
+
 viewer = nk.Viewer(nao)
-viewer.display(found.solutions[0])
-viewer.show_ghosts(found.solutions[1:], first=2, opacity=0.45)
+viewer.display(q)
+viewer.show_ghosts(family, first=5, opacity=0.5)
+viewer.show_targets({"hand": place})
 print("see", viewer.save_html(folder / "arm_branches.html"))

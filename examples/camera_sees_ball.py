@@ -13,16 +13,16 @@ import nao_kin as nk
 WIDTH, HEIGHT = 640, 480
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()
-q = nao.posture("Stand", HeadYaw=0.3, HeadPitch=0.3)
+q = nao.posture("Stand", HeadYaw=0.2, HeadPitch=0.1)
 
 # Of the optical frame, z looks ahead, x points to the right and y down.
-T_camera_torso = nao.fk(q, "torso", reference="CameraTop_optical_frame")
+T_camera_torso = nao.fk(q, "torso", reference="CameraBottom_optical_frame")
 T_torso_foot = nao.fk(q, "LLeg")
-ball_in_foot = [0.8, 0.2, 0.05]
+ball_in_foot = [0.32, 0.1, 0.05]
 ball_in_torso = nk.screws.transform_point(T_torso_foot, ball_in_foot)
 x, y, z = nk.screws.transform_point(T_camera_torso, ball_in_torso)
 
-half_width, half_height = np.tan(np.array(nao.semantics.fields_of_view["CameraTop"]) / 2)
+half_width, half_height = np.tan(np.array(nao.semantics.fields_of_view["CameraBottom"]) / 2)
 column = WIDTH / 2 * (1 + x / z / half_width)
 row = HEIGHT / 2 * (1 + y / z / half_height)
 print(f"the ball is {z:.3f} m ahead of the camera")
@@ -31,10 +31,11 @@ print(f"in the picture of {WIDTH} × {HEIGHT} it is at column {column:.0f}, row 
 edge = [[-half_width, -half_height, 1], [half_width, -half_height, 1], [half_width, half_height, 1]]
 edge = z * np.array([*edge, [-half_width, half_height, 1]])  # the corners of the picture, as far away as the ball
 eye = np.zeros(3)
+sides = [eye, edge[0], edge[1], eye, edge[2], edge[3], eye]
 viewer = nk.Viewer(nao)
 viewer.display(q)
 viewer.show_targets({"ball": ball_in_torso})
-viewer.add_line("picture", [*edge, edge[0]], frame="CameraTop_optical_frame", color=(0.1, 0.4, 0.8))
-viewer.add_line("sides", [eye, edge[0], edge[1], eye, edge[2], edge[3], eye], frame="CameraTop_optical_frame", width=0.002)
-viewer.add_line("ray", [eye, [x, y, z]], frame="CameraTop_optical_frame", color=(0.9, 0.3, 0.1))
+viewer.add_line("picture", [*edge, edge[0]], frame="CameraBottom_optical_frame", color=(0.1, 0.4, 0.8))
+viewer.add_line("sides", sides, frame="CameraBottom_optical_frame", width=0.002)
+viewer.add_line("ray", [eye, [x, y, z]], frame="CameraBottom_optical_frame", color=(0.9, 0.3, 0.1))
 print("see", viewer.save_html(folder / "camera_sees_ball.html"))

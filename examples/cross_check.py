@@ -8,6 +8,7 @@ from nao_kin import crosscheck
 
 report = crosscheck.run(nk.load_nao(), samples=10)
 print(f"{len(report.rows)} conventions compared, all within their tolerances: {report.ok}")
-for row in report.rows[:12]:
-    print(f"{'ok ' if row.worst <= row.tolerance else 'BAD'} {row.convention} against {row.against}")
-print("…")
+print(f"{sum(row.pairs for row in report.rows):,} pairs of results, for instance:")
+for row in report.rows:
+    if row.convention in ("pose in the root, by hand", "rot_x", "exp", "log"):
+        print(f"  {row.convention} against {row.against}: {'ok' if row.worst <= row.tolerance else 'not ok'}")

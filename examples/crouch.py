@@ -31,7 +31,7 @@ print("one foot turned:", nk.ik.legs(nao, turned, T_right, reference=stand).mess
 
 viewer = nk.Viewer(nao)
 viewer.display(found.q)
-viewer.show_ghosts(stand)
 viewer.show_com()
 viewer.show_support_polygon()
+viewer.add_robot(nao, name="before").display(stand)
 print("see", viewer.save_html(folder / "crouch.html"))

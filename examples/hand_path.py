@@ -16,9 +16,14 @@ import nao_kin as nk
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()
 stand = nao.posture("StandInit")
-turns = {"LShoulderPitch": [1.4, 0.0], "LShoulderRoll": [0.3, 1.2], "LElbowRoll": [-1.0, -0.1], "LElbowYaw": [-1.4, 1.4]}
+turns = {
+    "LShoulderPitch": [1.4, 0.0],
+    "LShoulderRoll": [0.3, 1.2],
+    "LElbowRoll": [-1.0, -0.1],
+    "LElbowYaw": [-1.4, 1.4],
+}
 
-figure, (side, front) = plt.subplots(1, 2, figsize=(8, 4.6), sharey=True)
+figure, (side, front) = plt.subplots(1, 2, figsize=(8, 5), sharey=True)
 q = stand
 for joint, (start, end) in turns.items():
     # One row for each step: the joints so far stay where they are.
@@ -35,7 +40,7 @@ for axes, column, label in ((side, 0, "x, ahead [m]"), (front, 1, "y, to the lef
     # The shoulder, the elbow and the hand at the end.
     arm = nao.position(q, ["LShoulderPitch", "LElbowYaw", "LArm"])
     axes.plot(arm[:, column], arm[:, 2], "o-", color="0.6", zorder=0)
-    axes.set(xlabel=label, aspect="equal")
+    axes.set(xlabel=label, aspect="equal", xlim=[(-0.02, 0.24), (0.08, 0.34)][column])
     axes.grid(alpha=0.3)
 side.set_ylabel("z, up [m]")
 figure.legend(loc="upper center", ncols=4, frameon=False)

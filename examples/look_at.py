@@ -13,7 +13,7 @@ import nao_kin as nk
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()
 q = nao.posture("Stand")
-points = {"hand": nao.position(q, "LArm") + [0.1, 0.1, 0.0], "ball": [0.6, -0.25, -0.25], "heel": [-0.4, 0.0, -0.3]}
+points = {"hand": [0.2, 0.25, -0.1], "ball": [0.25, -0.15, -0.1], "heel": [-0.4, 0.0, -0.3]}
 
 for name, point in points.items():
     found = nk.ik.look_at(nao, point, "CameraBottom", reference=q)

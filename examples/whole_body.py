@@ -19,7 +19,7 @@ stand = nao.posture("StandInit")
 T_left, T_right = nao.fk(stand, ["LLeg", "RLeg"])
 T_world_torso = nk.screws.inverse(T_left)  # a world with its origin in the left sole, z up
 feet = {"L": np.eye(4), "R": T_world_torso @ T_right}
-ball = np.array([0.14, 0.02, 0.12])  # [m]
+ball = np.array([0.17, 0.06, 0.15])  # [m]
 
 pose = nk.ik.whole_body(
     nao, {"LArm": ball}, feet=feet, com="support", margin=0.015, gaze=(ball, "CameraBottom"), reference=stand
