@@ -29,7 +29,7 @@ print(f"the ball is {z:.3f} m ahead of the camera")
 print(f"in the picture of {WIDTH} × {HEIGHT} it is at column {column:.0f}, row {row:.0f}")
 
 edge = [[-half_width, -half_height, 1], [half_width, -half_height, 1], [half_width, half_height, 1]]
-edge = z * np.array([*edge, [-half_width, half_height, 1]])  # the corners of the picture, as far away as the ball
+edge = 0.3 * np.array([*edge, [-half_width, half_height, 1]])  # the corners of the picture, held 30 cm away
 eye = np.zeros(3)
 sides = [eye, edge[0], edge[1], eye, edge[2], edge[3], eye]
 viewer = nk.Viewer(nao)

@@ -19,14 +19,14 @@ tilt = rot.rot_x(np.radians([0.0, 0.1, 1.0, 5.0]))[:, None]  # how far the path 
 found = rot.euler_from_matrix(tilt @ rot.rot_y(pitch), "zyx", axes="moving")  # yaw, pitch, roll
 angles = np.degrees(found.angles)  # (4, 601, 3)
 
-figure, plots = plt.subplots(1, 2, figsize=(8, 3.6), sharex=True, layout="constrained")
+figure, plots = plt.subplots(1, 2, figsize=(8, 4), sharex=True, layout="constrained")
 for number, name in ((2, "roll"), (1, "pitch")):
     axes = plots[0 if name == "roll" else 1]
     for beside, curve in zip((0, 0.1, 1, 5), angles[..., number]):
         axes.plot(np.degrees(pitch), curve, linewidth=2, label=f"{beside}° beside lock")
     axes.set(xlabel="turn about y [°]", ylabel=f"{name} [°]")
     axes.grid(alpha=0.3)
-plots[0].legend(frameon=False)
+figure.legend(*plots[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
 figure.savefig(folder / "gimbal_lock.png", dpi=100)
 
 print("locked:", [f"{np.degrees(turn):.0f}°" for turn in pitch[found.locked[0]]])

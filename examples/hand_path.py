@@ -23,7 +23,7 @@ turns = {
     "LElbowYaw": [-1.4, 1.4],
 }
 
-figure, (side, front) = plt.subplots(1, 2, figsize=(8, 5), sharey=True)
+figure, (side, front) = plt.subplots(1, 2, figsize=(7, 4.8), sharey=True, layout="constrained")
 q = stand
 for joint, (start, end) in turns.items():
     # One row for each step: the joints so far stay where they are.
@@ -43,6 +43,6 @@ for axes, column, label in ((side, 0, "x, ahead [m]"), (front, 1, "y, to the lef
     axes.set(xlabel=label, aspect="equal", xlim=[(-0.02, 0.24), (0.08, 0.34)][column])
     axes.grid(alpha=0.3)
 side.set_ylabel("z, up [m]")
-figure.legend(loc="upper center", ncols=4, frameon=False)
+figure.legend(loc="outside upper center", ncols=4, frameon=False)
 figure.savefig(folder / "hand_path.png", dpi=100)
 print("see", folder / "hand_path.png")

@@ -33,7 +33,7 @@ for row, (order, (half, whole)) in enumerate(orders.items()):
             axes.plot(*np.array([np.zeros(3), 1.25 * direction]).T, color=colour, linewidth=3)
         axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1), title=["before", order.split(",")[0], order][column])
         axes.view_init(25, 35)
-        axes.set_box_aspect((1, 1, 1), zoom=1.45)
+        axes.set_box_aspect((1, 1, 1), zoom=1.3)
         axes.set_axis_off()
 figure.savefig(folder / "two_turns.png", dpi=100)
 
