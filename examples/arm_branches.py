@@ -13,7 +13,7 @@ import nao_kin as nk
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()
-q = nao.posture("StandInit", LArm=[0.6, 0.4, -1.2, -1.4, 0.3, 0.6])
+q = nao.posture("StandInit", LArm=[0.65, 0.0, -1.6, -1.2, 0.0, 0.6])
 T_torso_hand = nao.fk(q, "LArm")
 
 found = nk.ik.arm(nao, "L", T_torso_hand, reference=q, limits="ignore")
@@ -27,9 +27,7 @@ print("all have the hand at the same pose, to 1e-12:", bool(worst < 1e-12))
 
 # The place alone leaves two freedoms; the answer is the one nearest to the reference.
 place = T_torso_hand[:3, 3]
-wishes = [
-    nao.posture("StandInit", LShoulderRoll=roll, LElbowYaw=yaw) for roll, yaw in ((1.2, 0.0), (0.6, -2.0), (0, 0.5))
-]
+wishes = [nao.posture("StandInit", LShoulderPitch=pitch, LElbowYaw=yaw) for pitch, yaw in ((0.1, -0.4), (-0.6, 1.5))]
 family = np.array([nk.ik.arm(nao, "L", place, reference=wish).q for wish in wishes])
 for number, solution in enumerate(family, start=5):
     elbow = 1000 * nao.position(solution, "LElbowYaw")

@@ -1,6 +1,7 @@
 """Do not believe, check.
 
-Learn how every convention of this library is compared with Pinocchio, eigenpy and yourdfpy on your own machine.
+Learn how every convention of this library is compared with Pinocchio, eigenpy and yourdfpy, on your own machine and on
+your own robot.
 """
 
 import nao_kin as nk

@@ -23,7 +23,7 @@ turns = {
     "LElbowYaw": [-1.4, 1.4],
 }
 
-figure, (side, front) = plt.subplots(1, 2, figsize=(7, 4.8), sharey=True, layout="constrained")
+figure, (side, front) = plt.subplots(1, 2, figsize=(7, 4.0), sharey=True, layout="constrained")
 q = stand
 for joint, (start, end) in turns.items():
     # One row for each step: the joints so far stay where they are.

@@ -69,7 +69,7 @@ SIZE = (1000, 900)  # of the viewer's picture [pixels]
 WIDTH, HEIGHT = 640, 520  # at most, in the gallery
 MARGIN = 12
 # The middle of the robot is seen best from here.
-CAMERAS = {"arm_branches": "front", "camera_sees_ball": "side", "whole_body": "side"}
+CAMERAS = {"arm_branches": "side", "camera_sees_ball": "side", "whole_body": "side"}
 
 
 @dataclass(frozen=True)
