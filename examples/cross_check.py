@@ -8,8 +8,8 @@ import nao_kin as nk
 from nao_kin import crosscheck
 
 report = crosscheck.run(nk.load_nao(), samples=10)
-print(f"{len(report.rows)} conventions compared, all within their tolerances: {report.ok}")
-print(f"{sum(row.pairs for row in report.rows):,} pairs of results, for instance:")
+print("all conventions agree to their tolerances:", report.ok)
+print("for instance")
 for row in report.rows:
     if row.convention in ("pose in the root, by hand", "rot_x", "exp", "log"):
         print(f"  {row.convention} against {row.against}: {'ok' if row.worst <= row.tolerance else 'not ok'}")

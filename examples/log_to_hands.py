@@ -2,7 +2,7 @@
 
 Learn how a file of joint angles of any length becomes a file of poses, and what happens to a bad row.
 
-Needs nao-kin[batch].
+Needs nao-kin[arrow].
 """
 
 import csv

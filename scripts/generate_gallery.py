@@ -6,7 +6,9 @@ a page of the viewer, of which headless Chromium takes the picture.
 Example:
     python scripts/generate_gallery.py                 # runs all examples, writes docs/gallery.md and its pictures
     python scripts/generate_gallery.py first_pose wave # these alone anew
-    python scripts/generate_gallery.py --check         # exit 1 when page or pictures are not in step with the examples
+    python scripts/generate_gallery.py --check         # exit 1 when a docstring, an example or a picture is not in it
+
+--check runs no example: that they print what the page shows is tested in tests/test_examples.py.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import nao_kin as nk
 from nao_kin._extras import EXTRAS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -31,10 +32,10 @@ def _by_name(path: Path) -> str:
 def _require(path: Path) -> None:
     extra = generate_gallery.read_example(path).extra
     if extra == "robots":
-        import nao_kin as nk
-
-        if not nk.robot_names():
-            pytest.skip("needs nao-kin[robots]")
+        try:
+            nk.load_robot("romeo")
+        except nk.errors.MissingExtra as error:
+            pytest.skip(str(error))
     elif extra:
         for module in EXTRAS[extra].modules:
             pytest.importorskip(module, reason=f"needs nao-kin[{extra}]")
