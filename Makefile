@@ -8,7 +8,7 @@
 #   make coverage     all tests with branch coverage, 95 % at least
 #   make mutate       faults planted one by one, each of which a test must notice
 #   make linkcheck    whether the addresses in the docs answer (needs the network)
-#   make generate     meshes, URDFs, drawings and the page's bundle anew (needs npm)
+#   make generate     meshes, URDFs, drawings, the gallery and the page's bundle anew (needs npm and Chromium)
 #   make bench        ratios to plain Pinocchio and others
 PYTHON ?= python3
 VENV ?= .venv
@@ -112,12 +112,14 @@ generate: $(STAMP)
 	$(BIN)/python scripts/generate_urdf.py
 	$(BIN)/python scripts/generate_joint_diagram.py
 	$(BIN)/python scripts/generate_room_map.py
+	$(BIN)/python scripts/generate_gallery.py
 
 check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_meshes.py --check
 	$(BIN)/python scripts/generate_urdf.py --check
 	$(BIN)/python scripts/generate_joint_diagram.py --check
 	$(BIN)/python scripts/generate_room_map.py --check
+	$(BIN)/python scripts/generate_gallery.py --check
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py

@@ -1,0 +1,33 @@
+"""From a log to the ways of the hands.
+
+Learn how a file of joint angles of any length becomes a file of poses, and what happens to a bad row.
+
+Needs nao-kin[arrow].
+"""
+
+import csv
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import nao_kin as nk
+
+nao = nk.load_nao()
+rows = np.linspace(nao.posture("StandInit"), nao.posture("Stand"), 1000)
+
+with tempfile.TemporaryDirectory() as temporary:
+    log, hands = Path(temporary) / "log.csv", Path(temporary) / "hands.csv"
+    np.savetxt(log, rows, delimiter=",", header=",".join(nao.joint_names), comments="")
+    with log.open("a") as end:
+        end.write("0.1,0.2\n")  # a robot that was switched off
+
+    done = nk.stream.fk(nao, log, ["LArm", "RArm"], hands, as_="position6d", on_error="skip")
+    print(f"{done.rows_read} rows read, {done.rows_written} written, {done.bad_rows} bad")
+    for bad in done.first_bad_rows:
+        print(f"line {bad.line}: {bad.reason}")
+
+    with hands.open() as file:
+        found = list(csv.DictReader(file))
+    for record in (*found[:2], *found[-2:]):
+        print(record["row"], record["frame"], *(f"{name} = {float(record[name]):.4f}" for name in ("x", "y", "z")))

@@ -1,0 +1,29 @@
+"""A virtual NAO says hello.
+
+Learn how calls of NAOqi run without a robot: it stands up, turns its head, lights its eyes and speaks.
+"""
+
+import sys
+from pathlib import Path
+
+import nao_kin as nk
+
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+
+with nk.naoqi.VirtualNao(stepped=True) as robot:  # its time moves only while it works
+    robot.call("ALMotion", "wakeUp")
+    robot.call("ALRobotPosture", "goToPosture", "Stand", 0.8)
+    print(f"it stands after {robot.clock.now:.1f} s of its time")
+    robot.call("ALMotion", "angleInterpolation", ["HeadYaw", "RShoulderPitch"], [0.3, -0.8], [0.8, 1.0], True)
+    yaw, arm = robot.call("ALMotion", "getAngles", ["HeadYaw", "RShoulderPitch"], True)
+    print(f"HeadYaw is at {yaw:.2f} rad, RShoulderPitch at {arm:.2f} rad")
+    robot.call("ALLeds", "fadeRGB", "FaceLeds", "cyan", 0.0)
+    robot.post("ALTextToSpeech", "say", "\\rspd=90\\Hello!")  # post does not wait until it is said
+    state = robot.state()
+    print("it says:", nk.naoqi.spoken_words(state.saying))
+
+    viewer = nk.Viewer(robot.robot)
+    viewer.display(state.q)
+    viewer.show_lights(nk.naoqi.light_colours(state.leds))
+    viewer.say(nk.naoqi.spoken_words(state.saying))
+    print("see", viewer.save_html(folder / "virtual_nao.html"))

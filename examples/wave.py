@@ -1,0 +1,41 @@
+"""A motion: wave.
+
+Learn how a motion is made of keys, checked against the robot, slowed down, and saved for Choregraphe.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import nao_kin as nk
+from nao_kin.motion import check, read_motion, slow_down, time_warp, write_motion
+
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+nao = nk.load_nao()
+raise_arm, wave = [0.0, 0.4], [0.4, 0.6, 0.8, 1.0, 1.2]
+hasty = nk.Motion(
+    times=[raise_arm, raise_arm, raise_arm, [0.0, *wave], raise_arm],
+    joint_names=["RShoulderPitch", "RShoulderRoll", "RElbowYaw", "RElbowRoll", "RHand"],
+    keys=[[1.4, -1.1], [-0.3, -0.4], [1.4, 1.0], [1.0, 0.4, 1.4, 0.4, 1.4, 0.9], [0.0, 1.0]],
+    interpolation="smooth",
+)
+for line in check(nao, hasty).describe(degrees=True).splitlines()[1:]:
+    print(line.split(",")[0])
+
+least = slow_down(nao, hasty).motion  # as fast as the joints can
+slow = time_warp(hasty, 1.5)  # what looks friendly
+print(f"instead of {hasty.duration:.1f} s it takes {least.duration:.2f} s at least")
+print(f"in {slow.duration:.1f} s:", "sound" if check(nao, slow).ok else "not sound")
+
+write_motion(slow, folder / "wave.xar", overwrite=True)
+read = read_motion(folder / "wave.xar")
+print("wave.xar:", ", ".join(read.joint_names))
+
+hand = nao.position(slow.configurations(nao, rate=100).q, "RArm")
+print(f"the hand goes along {np.linalg.norm(np.diff(hand, axis=0), axis=1).sum():.2f} m")
+viewer = nk.Viewer(nao)
+viewer.animate(slow)
+viewer.display(slow.configurations(nao, times=[slow.end]).q[0])
+viewer.add_line("way of the hand", hand, color=(0.9, 0.3, 0.1), frame="torso")
+print("see", viewer.save_html(folder / "wave.html"))

@@ -1,0 +1,242 @@
+"""Write the gallery of docs from the examples, or check it.
+
+Title and sentence of an example are its docstring, its result is what it prints, its picture what it draws: a PNG, or
+a page of the viewer, of which headless Chromium takes the picture.
+
+Example:
+    python scripts/generate_gallery.py                 # runs all examples, writes docs/gallery.md and its pictures
+    python scripts/generate_gallery.py first_pose wave # these alone anew
+    python scripts/generate_gallery.py --check         # exit 1 when a docstring, an example or a picture is not in it
+
+--check runs no example: that they print what the page shows is tested in tests/test_examples.py.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import contextlib
+import io
+import os
+import re
+import runpy
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+from unittest import mock
+
+if TYPE_CHECKING:
+    from nao_kin import Viewer
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "examples"
+PAGE = ROOT / "docs" / "gallery.md"
+PICTURES = ROOT / "docs" / "images" / "examples"
+
+# Every example stands in one section, in the order in which they are best read.
+SECTIONS = {
+    "Poses": """
+        first_pose posture_and_joints hand_path camera_sees_ball workspace million_configurations hand_velocity
+        coupled_limits versions
+    """.split(),
+    "Rotations, screws and joints": """
+        two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip
+    """.split(),
+    "Inverse kinematics": ["arm_branches", "look_at", "crouch", "whole_body"],
+    "Motions and NAOqi": ["wave", "position6d", "virtual_nao", "log_to_hands"],
+    "Robots and other tools": """
+        two_naos romeo own_urdf mujoco_stand urdf_for_simulators ros_package cross_check
+    """.split(),
+}
+INTRODUCTION = """\
+# Gallery
+
+Thirty short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
+Each runs alone; those that draw take a folder to draw into:
+
+```text
+python examples/first_pose.py
+python examples/hand_path.py pictures
+```
+
+A page such as `first_pose.html` opens in any browser, without a network, and can be turned around there. Scripts for
+NAOqi, as people wrote them for the robot, are in `examples/naoqi` ({doc}`old_scripts`).
+"""
+
+MOST_BYTES = 60_000
+SIZE = (1000, 900)  # of the viewer's picture [pixels]
+WIDTH, HEIGHT = 640, 520  # at most, in the gallery
+MARGIN = 12
+# The middle of the robot is seen best from here.
+CAMERAS = {"arm_branches": "side", "camera_sees_ball": "side", "whole_body": "side"}
+
+
+@dataclass(frozen=True)
+class Example:
+    """What the docstring of an example says.
+
+    Attributes:
+        name: of the file, without its ending.
+        title: the first line.
+        text: what one learns.
+        extra: the extra it needs, "" for none.
+    """
+
+    name: str
+    title: str
+    text: str
+    extra: str
+
+
+def read_example(path: Path) -> Example:
+    """The docstring of an example, taken apart.
+
+    Raises:
+        ValueError: it has no title, or no sentence under it.
+    """
+    paragraphs = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")
+    title, *rest = (" ".join(paragraph.split()) for paragraph in paragraphs)
+    needs = re.fullmatch(r"Needs nao-kin\[(\w+)\]\.", rest[-1]) if rest else None
+    text = rest[:-1] if needs else rest
+    if not title or len(text) != 1:
+        raise ValueError(f"{path}: expected a title, one paragraph, and perhaps 'Needs nao-kin[extra].'")
+    return Example(path.stem, title.removesuffix("."), text[0], needs[1] if needs else "")
+
+
+def run_example(name: str, folder: Path) -> str:
+    """What an example prints when it runs in a folder."""
+    said, before, arguments = io.StringIO(), Path.cwd(), sys.argv
+    os.chdir(folder)
+    sys.argv = [f"{name}.py"]
+    try:
+        with contextlib.redirect_stdout(said):
+            runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+    finally:
+        os.chdir(before)
+        sys.argv = arguments
+    return said.getvalue()
+
+
+@contextlib.contextmanager
+def pictured_pages() -> Iterator[None]:
+    """Beside every page that an example saves there is a picture of it."""
+    from nao_kin import Viewer
+
+    save_html = Viewer.save_html
+
+    def save(viewer: Viewer, path: Path | str) -> Path:
+        page = save_html(viewer, path)
+        viewer.save_png(page.with_suffix(".png"), camera=CAMERAS.get(page.stem, "three-quarter"), size=SIZE)
+        return page
+
+    with mock.patch.object(Viewer, "save_html", save):
+        yield
+
+
+def write_small(source: Path, target: Path) -> None:
+    """A picture without its empty margins, in few colours, of at most `MOST_BYTES`."""
+    from PIL import Image, ImageChops
+
+    picture = Image.open(source).convert("RGB")
+    ground = Image.new("RGB", picture.size, picture.getpixel((0, 0)))
+    left, top, right, bottom = ImageChops.difference(picture, ground).getbbox() or (0, 0, *picture.size)
+    box = (left - MARGIN, top - MARGIN, right + MARGIN, bottom + MARGIN)
+    inside = (max(box[0], 0), max(box[1], 0), min(box[2], picture.width), min(box[3], picture.height))
+    picture = picture.crop(inside)
+    picture.thumbnail((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    # An octree keeps rare colours, such as those of thin lines, which median cut gives up.
+    picture.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(target, optimize=True)
+    if target.stat().st_size > MOST_BYTES:
+        raise ValueError(f"{target} has {target.stat().st_size} bytes, at most {MOST_BYTES} are allowed")
+
+
+def draw(names: Iterable[str]) -> dict[str, str]:
+    """Run examples, keep their pictures, and return what they print."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    printed = {}
+    with tempfile.TemporaryDirectory() as temporary, pictured_pages():
+        for name in names:
+            printed[name] = run_example(name, Path(temporary))
+            picture = Path(temporary) / f"{name}.png"
+            if picture.exists():
+                write_small(picture, PICTURES / picture.name)
+            print(name)
+    return printed
+
+
+def printed_in(page: str) -> dict[str, str]:
+    """What each example prints, by the gallery."""
+    return dict(re.findall(r"^\(example_(\w+)\)=\n.*?^```text\n(.*?)^```$", page, re.MULTILINE | re.DOTALL))
+
+
+def entry(example: Example, printed: str) -> str:
+    """An example in the gallery."""
+    lines = [f"(example_{example.name})=", f"### {example.title}", "", example.text]
+    if example.extra:
+        lines += ["", f"*Needs the extra `{example.extra}`: `pip install 'nao-kin[{example.extra}]'`.*"]
+    if f"see {example.name}." in printed:
+        lines += ["", f"![{example.title}](images/examples/{example.name}.png)"]
+    lines += ["", "```text", printed.rstrip("\n"), "```", "", "<details>", f"<summary>{example.name}.py</summary>", ""]
+    lines += [f"```{{literalinclude}} ../examples/{example.name}.py", ":language: python", "```", "", "</details>", ""]
+    return "\n".join(lines)
+
+
+def page_text(printed: Mapping[str, str]) -> str:
+    """The whole page."""
+    parts = [INTRODUCTION]
+    for section, names in SECTIONS.items():
+        parts.append(f"## {section}\n")
+        parts += [entry(read_example(EXAMPLES / f"{name}.py"), printed[name]) for name in names]
+    return "\n".join(parts)
+
+
+def faults() -> list[str]:
+    """What is not in step, one line each; no example is run."""
+    page = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
+    printed = printed_in(page)
+    names = {name for section in SECTIONS.values() for name in section}
+    there = {path.stem for path in EXAMPLES.glob("*.py")}
+    found = [f"{name} is in no section of scripts/generate_gallery.py" for name in sorted(there - names)]
+    found += [f"examples/{name}.py does not exist" for name in sorted(names - there)]
+    found += [f"{name} is not in docs/gallery.md" for name in sorted(names - printed.keys())]
+    if found:
+        return found
+    if page != page_text(printed):
+        found.append("docs/gallery.md is not in step with the docstrings of the examples")
+    drawn = {name for name in names if f"see {name}." in printed[name]}
+    pictures = {path.stem: path for path in PICTURES.glob("*.png")}
+    found += [f"{name} has no picture" for name in sorted(drawn - pictures.keys())]
+    found += [f"{pictures[name]} belongs to no example" for name in sorted(pictures.keys() - drawn)]
+    found += [f"{path} is too large" for path in pictures.values() if path.stat().st_size > MOST_BYTES]
+    return found
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write or check; 0 when all is well, 1 when --check finds a difference."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", help="examples to run anew (default: all)")
+    parser.add_argument(
+        "--check", action="store_true", help="run and write nothing; fail when something is not in step"
+    )
+    options = parser.parse_args(arguments)
+    if options.check:
+        found = faults()
+        for fault in found:
+            print(f"{fault} (run scripts/generate_gallery.py)", file=sys.stderr)
+        return 1 if found else 0
+    every = [name for section in SECTIONS.values() for name in section]
+    before = printed_in(PAGE.read_text(encoding="utf-8")) if PAGE.is_file() else {}
+    printed = before | draw(options.names or every)
+    PAGE.write_text(page_text(printed), encoding="utf-8")
+    print(PAGE)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
