@@ -2,8 +2,6 @@
 
 Learn how a pose of the whole body is found: both feet stand, a hand is at a point, the head looks at it, and the centre
 of mass stays above the feet.
-
-Needs nao-kin[batch].
 """
 
 import sys
