@@ -22,6 +22,7 @@ ball_in_foot = [0.32, 0.1, 0.05]
 ball_in_torso = nk.screws.transform_point(T_torso_foot, ball_in_foot)
 x, y, z = nk.screws.transform_point(T_camera_torso, ball_in_torso)
 
+# A camera without a lens: from the middle to the edge it is the tangent of half the field of view.
 half_width, half_height = np.tan(np.array(nao.semantics.fields_of_view["CameraBottom"]) / 2)
 column = WIDTH / 2 * (1 + x / z / half_width)
 row = HEIGHT / 2 * (1 + y / z / half_height)

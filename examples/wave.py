@@ -20,8 +20,10 @@ hasty = nk.Motion(
     keys=[[1.4, -1.1], [-0.3, -0.4], [1.4, 1.0], [1.0, 0.4, 1.4, 0.4, 1.4, 0.9], [0.0, 1.0]],
     interpolation="smooth",
 )
-for line in check(nao, hasty).describe(degrees=True).splitlines()[1:]:
-    print(line.split(",")[0])
+for found in check(nao, hasty).violations:
+    print(
+        f"{found.kind}: {found.joint} at {abs(found.value):.2f} rad/s, at most {found.upper:.2f}, at {found.time:.1f} s"
+    )
 
 least = slow_down(nao, hasty).motion  # as fast as the joints can
 slow = time_warp(hasty, 1.5)  # what looks friendly

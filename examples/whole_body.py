@@ -2,8 +2,6 @@
 
 Learn how a pose of the whole body is found: both feet stand, a hand is at a point, the head looks at it, and the centre
 of mass stays above the feet.
-
-Needs nao-kin[batch].
 """
 
 import sys
@@ -25,7 +23,7 @@ pose = nk.ik.whole_body(
     nao, {"LArm": ball}, feet=feet, com="support", margin=0.015, gaze=(ball, "CameraBottom"), reference=stand
 )
 hand = (pose.torso @ nao.fk(pose.q, "LArm"))[:3, 3]
-print(pose.message)
+print("found:", bool(pose.success))
 print(f"the hand is {1000 * np.linalg.norm(hand - ball):.3f} mm from the ball, {100 * hand[2]:.0f} cm above the floor")
 print(f"the centre of mass is {1000 * pose.margin:.0f} mm inside the support polygon")
 print(f"the torso came down by {1000 * (T_world_torso[2, 3] - pose.torso[2, 3]):.0f} mm")
