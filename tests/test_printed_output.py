@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import re
 import shlex
 import subprocess
@@ -29,7 +30,7 @@ def test_blocks_print_what_stands_under_them(page: str, tmp_path: Path, monkeypa
     monkeypatch.chdir(tmp_path)
     blocks = [*_blocks(page), ("", "")]
     names: dict[str, object] = {"__name__": "example"}
-    for (kind, code), (shown_kind, shown) in zip(blocks, blocks[1:], strict=False):
+    for (kind, code), (shown_kind, shown) in itertools.pairwise(blocks):
         if kind != "python":
             continue
         out = io.StringIO()
