@@ -1,0 +1,126 @@
+"""Print docs/cheat_sheet.md on one page of A4: docs/_static/cheat_sheet.pdf.
+
+Headings, Python and shell blocks and paragraphs of the page are set in two columns by HTML and CSS and printed by
+Chromium. A comment behind the end of the PDF has the hash of what it was made from.
+
+Examples:
+    python scripts/make_cheat_sheet.py
+    python scripts/make_cheat_sheet.py --check   # exit code 1 where the page has changed since
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import re
+import subprocess
+import sys
+import tempfile
+from html import escape
+from pathlib import Path
+
+from nao_kin._common.atomic import write_bytes
+from nao_kin.viewer.browser import find_browser
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+SOURCE, TARGET = DOCS / "cheat_sheet.md", DOCS / "_static" / "cheat_sheet.pdf"
+MARK = b"% made from sha256 "
+WORDS = re.compile(
+    r"(?P<string>\"[^\"]*\")|(?P<keyword>\b(?:import|from|as)\b|\b(?:True|False|None)\b)|(?P<number>\b\d[\d.e-]*\b)"
+)
+STYLE = """
+@page { size: A4; margin: 9mm 9mm 8mm; }
+* { box-sizing: border-box; margin: 0; }
+body { font: 7.2pt/1.36 "Liberation Sans", Arial, sans-serif; color: #1b2430; }
+header { display: flex; align-items: baseline; gap: 4mm; border-bottom: 1.2pt solid #1f5fa8; padding-bottom: 1.2mm; }
+h1 { font-size: 15pt; letter-spacing: -0.2pt; white-space: nowrap; color: #1f5fa8; }
+header p { font-size: 7pt; color: #4a5666; }
+main { columns: 2; column-gap: 5mm; column-fill: balance; margin-top: 2.2mm; }
+section { break-inside: avoid; margin-bottom: 2.3mm; border: 0.5pt solid #cfd8e3; border-radius: 1.2mm; overflow: hidden; }
+h2 { font-size: 8.2pt; padding: 0.6mm 1.8mm; background: #e8f0f9; color: #1f5fa8; }
+section > p, .code { padding: 0.9mm 1.8mm; }
+.line { display: flex; justify-content: space-between; align-items: baseline; gap: 2mm; min-height: 1.2mm; }
+code { font: 6.1pt/1.42 "DejaVu Sans Mono", "Liberation Mono", monospace; }
+.line code { white-space: pre-wrap; overflow-wrap: anywhere; padding-left: 2em; text-indent: -2em; }
+.line i { font-size: 6.5pt; color: #5d6b7c; text-align: right; flex: 0 1 auto; min-width: 17%; }
+.string { color: #8a4b08; } .keyword { color: #7a2a8c; } .number { color: #0b6b5b; }
+"""
+
+
+def main() -> int:
+    """The PDF, or whether it is in step."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="write nothing; say whether the PDF is that of the page")
+    made_from = MARK + _digest().encode()
+    if parser.parse_args().check:
+        if not TARGET.is_file() or not TARGET.read_bytes().rstrip().endswith(made_from):
+            print(f"{TARGET.name} is not that of {SOURCE.name}: python scripts/make_cheat_sheet.py", file=sys.stderr)
+            return 1
+        return 0
+    pdf = _printed(_html(SOURCE.read_text(encoding="utf-8")))
+    pages = len(re.findall(rb"/Type\s*/Page\b", pdf))
+    if pages != 1:
+        print(f"{SOURCE.name} takes {pages} pages; it must fit on one", file=sys.stderr)
+        return 1
+    write_bytes(TARGET, pdf.rstrip() + b"\n" + made_from + b"\n")
+    print(f"{TARGET} ({TARGET.stat().st_size / 1000:.0f} kB)")
+    return 0
+
+
+def _digest() -> str:
+    return hashlib.sha256((SOURCE.read_text(encoding="utf-8") + STYLE).encode()).hexdigest()
+
+
+def _html(page: str) -> str:
+    first, *sections = re.split(r"^## ", page, flags=re.MULTILINE)
+    body = "".join(_section(text) for text in sections)
+    # On paper the link to the paper says nothing.
+    conventions = first.partition("\n\n")[2].partition(". ")[2]
+    return (
+        f"<!DOCTYPE html><html lang=en><meta charset=utf-8><title>nao_kin on one page</title><style>{STYLE}</style>"
+        f"<header><h1>nao_kin</h1><p>{_prose(conventions)}</p></header><main>{body}</main></html>"
+    )
+
+
+def _section(text: str) -> str:
+    title, _, rest = text.partition("\n")
+    parts = [f"<h2>{escape(title)}</h2>"]
+    for block, prose in re.findall(r"^```\w+\n(.*?)^```|^(\w[^\n]*(?:\n[^\n]+)*)", rest, re.MULTILINE | re.DOTALL):
+        lines = "".join(_line(line) for line in block.splitlines())
+        parts.append(f"<div class=code>{lines}</div>" if block else f"<p>{_prose(prose)}</p>")
+    return f"<section>{''.join(parts)}</section>"
+
+
+def _line(line: str) -> str:
+    code, _, comment = line.partition("  # ")
+    return f"<div class=line><code>{_coloured(code)}</code><i>{escape(comment)}</i></div>"
+
+
+def _coloured(code: str) -> str:
+    parts, end = [], 0
+    for word in WORDS.finditer(code):
+        parts += [escape(code[end : word.start()]), f"<span class={word.lastgroup}>{escape(word[0])}</span>"]
+        end = word.end()
+    return "".join([*parts, escape(code[end:])])
+
+
+def _prose(text: str) -> str:
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(" ".join(text.split())))
+
+
+def _printed(html: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        page, pdf = Path(folder) / "page.html", Path(folder) / "page.pdf"
+        page.write_text(html, encoding="utf-8")
+        options = ["--headless", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer", f"--print-to-pdf={pdf}"]
+        subprocess.run(
+            [find_browser(), *options, f"--user-data-dir={folder}/profile", page.as_uri()],
+            check=True,
+            capture_output=True,
+            timeout=120,
+        )
+        return pdf.read_bytes()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
