@@ -26,13 +26,16 @@ def standing() -> tuple[nk.NaoModel, Floats, Floats]:
 def rays(nao: nk.NaoModel, camera: str, u: Floats, v: Floats) -> Floats:
     """Directions in the torso of places in the picture, each from −1 to 1, to the right and down."""
     across, down = (np.tan(angle / 2) for angle in nao.semantics.fields_of_view[camera])
-    return np.stack([np.ones(np.shape(u)), -u * across, -v * down], axis=-1) @ nao.rotation(nao.neutral(), camera).T
+    directions = np.stack([np.ones(np.shape(u)), -u * across, -v * down], axis=-1)
+    return np.asarray(directions @ nao.rotation(nao.neutral(), camera).T)
 
 
 def fields_of_view() -> Drawing:
     """From the left, with the ground, and the part of the ground that is seen from above."""
     nao, q, T = standing()
-    drawing = Drawing(760, 925, "The fields of view of both cameras of a standing NAO, from the left, and on the ground")
+    drawing = Drawing(
+        760, 905, "The fields of view of both cameras of a standing NAO, from the left, and on the ground"
+    )
     up = T[2, 3]
     scale, left, ground = 240.0, 78.0, 350.0
     view = View((left, ground - scale * up), scale, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -43,25 +46,27 @@ def fields_of_view() -> Drawing:
         eye = nao.position(q, camera)
         upper, lower = rays(nao, camera, zero, np.array([-1.0, 1.0]))
         degrees = np.degrees(np.arctan2([upper[2], lower[2]], [upper[0], lower[0]]))
-        sweep = np.radians(np.linspace(*degrees, 40))
+        sweep = np.radians(np.linspace(degrees[0], degrees[1], 200))
         reach = np.minimum(SIGHT, np.where(sweep < 0, (eye[2] + up) / np.maximum(np.sin(-sweep), 1e-9), np.inf))
         far = eye + reach[:, None] * np.column_stack([np.cos(sweep), 0 * sweep, np.sin(sweep)])
         drawing.path(view.flat([eye, *far]), fill=colour, opacity=0.14, stroke=colour, width=1.2, closed=True)
         middle = nao.rotation(q, camera)[:, 0]
-        way = 1.75 if camera == "CameraTop" else 0.5
+        way = 1.75 if camera == "CameraTop" else 0.34
         drawing.line(view.flat(eye), view.flat(eye + way * middle), colour, 1.2, "6 4")
         edges[camera] = [float(eye[0] + (eye[2] + up) / np.tan(np.radians(-angle))) for angle in degrees]
     draw_robot(drawing, view, q, fill="#f3f4f6")
     drawing.line((14, ground), (746, ground), LINE, 1.6)
     h, v = (np.degrees(angle) for angle in nao.semantics.fields_of_view["CameraTop"])
     eye = nao.position(q, "CameraTop")
-    drawing.text(view.flat(eye + [0.75, 0.0, 0.08]), "CameraTop: looks 1.2° down", 14, TOP, weight="600", halo=True)
+    drawing.text(view.flat(eye + np.array([0.75, 0.0, 0.08])), "CameraTop", 14, TOP, weight="600", halo=True)
+    drawing.text(view.flat(eye + np.array([1.12, 0.0, 0.08])), "1.2° down", 14, TOP, halo=True)
     eye = nao.position(q, "CameraBottom")
-    drawing.text(view.flat(eye + [0.34, 0.0, -0.41]), "CameraBottom: looks 39.7° down", 14, BOTTOM, weight="600", halo=True)
+    drawing.text(view.flat(eye + np.array([0.31, 0.0, -0.31])), "CameraBottom", 14, BOTTOM, weight="600", halo=True)
+    drawing.text(view.flat(eye + np.array([0.31, 0.0, -0.385])), "39.7° down", 14, BOTTOM, halo=True)
     marks = [(edges["CameraBottom"][1], BOTTOM), (edges["CameraTop"][1], TOP), (edges["CameraBottom"][0], BOTTOM)]
     for x, colour in marks:
         foot = view.flat([x, 0.0, -up])
-        drawing.line(foot, foot + [0.0, 7.0], colour, 2.0)
+        drawing.line(foot, foot + np.array([0.0, 7.0]), colour, 2.0)
         drawing.text(foot + np.array([0.0, 21.0]), f"{x:.2f} m", 13, colour, anchor="middle")
 
     above = View((left, 655.0), scale, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
@@ -80,7 +85,7 @@ def fields_of_view() -> Drawing:
     draw_robot(drawing, above, q, fill="#f3f4f6")
     drawing.text(above.flat([0.55, 0.0, 0.0]), "CameraBottom", 14, BOTTOM, weight="600", halo=True)
     drawing.text(above.flat([1.85, 0.0, 0.0]), "CameraTop, and on", 14, TOP, weight="600", halo=True)
-    drawing.text((24, 905), f"V6: {h:.1f}° across, {v:.1f}° high, both cameras alike; joints at zero.", 13.5, PALE)
+    drawing.text((24, 885), f"V6: {h:.1f}° across, {v:.1f}° high, both cameras alike; joints at zero.", 13.5, PALE)
     return drawing
 
 
@@ -90,7 +95,10 @@ def camera_frames() -> Drawing:
     nao, _ = nao_shapes()
     optical = nao.rotation(nao.neutral(), "CameraTop").T @ nao.rotation(nao.neutral(), "CameraTop_optical_frame")
     across, down = (np.tan(angle / 2) for angle in nao.semantics.fields_of_view["CameraTop"])
-    panels = (("CameraTop", np.eye(3), "x forward, y left, z up"), ("CameraTop_optical_frame", optical, "z forward, x right, y down"))
+    panels = (
+        ("CameraTop", np.eye(3), "x forward, y left, z up"),
+        ("CameraTop_optical_frame", optical, "z forward, x right, y down"),
+    )
     for k, (name, R, words) in enumerate(panels):
         view = View.around((75.0 + 262.0 * k, 205.0), 92.0, -128.0, 24.0)
         corners = np.array([[1.6, -1.6 * across * a, -1.6 * down * b] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
