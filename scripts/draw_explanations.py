@@ -1,0 +1,55 @@
+"""Draw the figures of the explanations in docs/ with the library's own numbers, or check the drawings.
+
+Example:
+    python scripts/draw_explanations.py                  # writes them into docs/images
+    python scripts/draw_explanations.py --only cameras   # those whose names begin so
+    python scripts/draw_explanations.py --check          # exit 1 when a file differs
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from explanations.drawing import Drawing
+
+from nao_kin._common.atomic import write_text
+
+IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
+MODULES = ("frames", "turns", "poses", "cameras", "pairs", "couplings", "limits")
+
+
+def figures() -> dict[str, Callable[[], Drawing]]:
+    """What draws each file."""
+    return {
+        name: draw
+        for module in MODULES
+        for name, draw in importlib.import_module(f"explanations.{module}").FIGURES.items()
+    }
+
+
+def main() -> None:
+    """Write or check."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when a file differs")
+    parser.add_argument("--only", default="", metavar="START", help="the figures whose names begin so")
+    options = parser.parse_args()
+    differing = []
+    for name, draw in figures().items():
+        if not name.startswith(options.only):
+            continue
+        path, text = IMAGES / f"{name}.svg", str(draw())
+        if options.check and (not path.is_file() or path.read_text(encoding="utf-8") != text):
+            differing.append(path.name)
+        elif not options.check:
+            write_text(path, text)
+            print(path)
+    if differing:
+        sys.exit(f"differ from what is drawn now: {', '.join(differing)}")
+
+
+if __name__ == "__main__":
+    main()
