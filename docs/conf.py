@@ -15,6 +15,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 from docstring_markup import as_written, without_references  # noqa: E402 - found beside this file
+from lecture_pages import write_lecture  # noqa: E402
 from live_robot import write_robot  # noqa: E402
 from parameter_tables import write_tables  # noqa: E402
 
@@ -73,8 +74,9 @@ TypeAliasForwardRef.__getitem__ = _parametrised
 
 
 def setup(app: Sphinx) -> None:
-    """Write the tables of parameters and the page with the robot before the pages are read."""
+    """Write the tables of parameters, the page with the robot and the lecture before the pages are read."""
     app.connect("autodoc-process-docstring", as_written, priority=400)
     app.connect("autodoc-process-docstring", without_references)
     write_tables(HERE / "_generated" / "parameters.md")
     write_robot(HERE / "_generated" / "static" / "robot.html")
+    write_lecture(HERE.parent / "examples" / "notebooks", HERE / "lecture")

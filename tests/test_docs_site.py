@@ -18,6 +18,7 @@ KATEX = ROOT / "docs" / "_static" / "katex"
 SOURCES = sorted((ROOT / "docs").glob("*.md"))
 FORMULA = re.compile(r"\$[^$\n]+\$|^\$\$|\\begin\{", re.MULTILINE)
 WITH_FORMULAS = [path.stem for path in SOURCES if FORMULA.search(path.read_text(encoding="utf-8"))]
+WITH_FORMULAS += [f"lecture/{path.stem}" for path in sorted((ROOT / "examples" / "notebooks").glob("*.ipynb"))]
 
 
 @pytest.fixture(scope="module")

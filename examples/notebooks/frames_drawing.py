@@ -1,0 +1,236 @@
+"""Small pictures of frames, turns and lines, drawn in parallel projection with matplotlib.
+
+Axes are red, green and blue for x, y and z, as everywhere in robotics; their letters stand at the tips and their
+brightness differs, so that a print in black and white can be read too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib.patheffects as effects
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.patches import FancyArrowPatch, Polygon
+
+from nao_kin import RobotModel
+from nao_kin.lines import PluckerLine
+
+X, Y, Z = np.eye(3)
+ORIGIN, AT_REST = np.zeros(3), np.eye(3)
+COLOURS = ("#d62728", "#35b04a", "#1640b0")
+GREY, DARK, ACCENT = "#9a9a9a", "#333333", "#8a3fa0"
+
+# A paper dart: nose along x, left wing towards y, fin along z.
+NOSE, TAIL, FIN = (0.8, 0.0, 0.0), (-0.45, 0.0, 0.0), (-0.45, 0.0, 0.4)
+LEFT, RIGHT = (-0.45, 0.5, 0.0), (-0.45, -0.5, 0.0)
+DART = np.array([[NOSE, LEFT, TAIL], [NOSE, TAIL, RIGHT], [NOSE, TAIL, FIN]])
+
+
+def use_style() -> None:
+    """Small pictures that stay legible: the same letters, sizes and line widths in every notebook."""
+    plt.rcParams.update(
+        {
+            "figure.dpi": 100,
+            "font.size": 10,
+            "axes.titlesize": 10,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "axes.grid": True,
+            "grid.alpha": 0.3,
+            "lines.linewidth": 1.8,
+            "legend.frameon": False,
+            "figure.constrained_layout.use": True,
+        }
+    )
+
+
+def scenes(
+    titles: list[str], *, size: float = 1.2, width: float = 1.25, scale: float = 1.1, **view: Any
+) -> list[Scene]:
+    """A row of empty scenes, one for each title.
+
+    Args:
+        titles: stand above the scenes.
+        size, width: half of what is seen, upwards and sideways.
+        scale: inches per unit.
+        view: the other attributes of `Scene`.
+    """
+    figsize = (2 * scale * width * len(titles), 2 * scale * size + 0.3)
+    row = plt.subplots(1, len(titles), figsize=figsize, squeeze=False)[1][0]
+    return [Scene(axes, title, size=size, width=width, **view) for axes, title in zip(row, titles)]
+
+
+@dataclass
+class Scene:
+    """What is drawn here stands in the coordinates of the room: x to the front left, y to the right, z up.
+
+    Attributes:
+        axes: where matplotlib draws.
+        title: stands above it.
+        size: half the height of what is seen.
+        centre: the point of the room in the middle.
+        azimuth, elevation: where the viewer stands, seen from the origin [°].
+        width: half the width of what is seen; the height's if none is given.
+    """
+
+    axes: plt.Axes
+    title: str = ""
+    size: float = 1.35
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    azimuth: float = 33.0
+    elevation: float = 24.0
+    width: float | None = None
+
+    def __post_init__(self) -> None:
+        a, e = np.radians([self.azimuth, self.elevation])
+        towards_viewer = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        right = np.array([-np.sin(a), np.cos(a), 0.0])
+        self._to_picture = np.array([right, np.cross(towards_viewer, right), towards_viewer])
+        width = self.size if self.width is None else self.width
+        self.axes.set(xlim=(-width, width), ylim=(-self.size, self.size), aspect="equal", title=self.title)
+        self.axes.axis("off")
+
+    def seen(self, points: np.ndarray) -> tuple[np.ndarray, float]:
+        """Where points are in the picture, and how near they are to the viewer on average."""
+        picture = (np.asarray(points, dtype=float) - self.centre) @ self._to_picture.T
+        return picture[..., :2], float(np.mean(picture[..., 2])) / self.size
+
+    def label(self, at: np.ndarray, text: str, colour: str = DARK, away: np.ndarray | None = None) -> None:
+        """Write beside a point; `away` is the direction, in the room, in which to step aside from it."""
+        place, _ = self.seen(at)
+        step = np.zeros(2)
+        if away is not None:
+            step = self.seen(np.asarray(at) + away)[0] - place
+            step *= 11 / max(np.linalg.norm(step), 1e-9)
+        how = {"color": colour, "ha": "center", "va": "center", "zorder": 40, "annotation_clip": False}
+        halo = [effects.withStroke(linewidth=2.5, foreground="white")]
+        self.axes.annotate(text, place, step, textcoords="offset points", path_effects=halo, **how)
+
+    def path(
+        self,
+        points: np.ndarray,
+        colour: str = DARK,
+        *,
+        width: float = 1.8,
+        style: str = "-",
+        order: float | None = None,
+    ) -> None:
+        """A line through points; a higher order is drawn later."""
+        places, depth = self.seen(points)
+        order = 20 + depth if order is None else order
+        self.axes.plot(*places.T, style, color=colour, linewidth=width, zorder=order, solid_capstyle="round")
+
+    def dot(self, at: np.ndarray, text: str = "", colour: str = DARK, away: np.ndarray = X) -> None:
+        """A point, with a name beside it."""
+        self.axes.plot(*self.seen(at)[0], "o", color=colour, markersize=5, zorder=30)
+        if text:
+            self.label(at, text, colour, away)
+
+    def arrow(
+        self,
+        vector: np.ndarray,
+        colour: str,
+        text: str = "",
+        *,
+        at: np.ndarray = ORIGIN,
+        width: float = 2.0,
+        style: str = "-",
+    ) -> None:
+        """A vector from a point, with its name at the tip; nothing where it points at the viewer."""
+        start, tip = np.asarray(at, dtype=float), np.asarray(at, dtype=float) + vector
+        places, depth = self.seen(np.array([start, tip]))
+        if np.linalg.norm(places[1] - places[0]) > 0.02 * self.size:
+            self._arrow(places, colour, width, style, 20 + depth)
+            self.label(tip, text, colour, vector)
+
+    def frame(
+        self,
+        R: np.ndarray = AT_REST,
+        *,
+        at: np.ndarray = ORIGIN,
+        names: str | tuple[str, ...] = "xyz",
+        length: float = 1.0,
+        of_the_room: bool = False,
+    ) -> None:
+        """The three axes of a frame: the columns of R. Those of the room are thin and dashed."""
+        for axis, colour, name in zip(np.transpose(R), COLOURS, names or ("", "", "")):
+            if of_the_room:
+                self.path(np.array([at, at + length * axis]), colour, width=1.0, style="--", order=5)
+                self.label(at + length * axis, name, colour, axis)
+            else:
+                self.arrow(length * axis, colour, name, at=at, width=2.2)
+
+    def dart(self, R: np.ndarray = AT_REST, *, at: np.ndarray = ORIGIN, scale: float = 1.0) -> None:
+        """A body to turn: a paper dart with its nose along x, its left wing along y and its fin along z."""
+        for face, shade in zip(scale * DART @ np.transpose(R) + at, ("#dddddd", "#c4c4c4", "#a8a8a8")):
+            places, depth = self.seen(face)
+            self.axes.add_patch(Polygon(places, facecolor=shade, edgecolor=DARK, linewidth=0.9, zorder=10 + depth))
+
+    def turn(
+        self,
+        axis: np.ndarray,
+        angle: float,
+        *,
+        start: np.ndarray,
+        at: np.ndarray = ORIGIN,
+        colour: str = ACCENT,
+        text: str = "",
+    ) -> None:
+        """The way of the point `start` as it turns about an axis through `at`, with an arrow at its end."""
+        e = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+        t = np.linspace(0.0, angle, 60)[:, None]
+        r = np.asarray(start, dtype=float)
+        points = np.cos(t) * r + np.sin(t) * np.cross(e, r) + (1 - np.cos(t)) * (e @ r) * e + at
+        self.path(points[:-4], colour, width=1.6)
+        places, depth = self.seen(points)
+        self._arrow(places[[-6, -1]], colour, 1.6, "-", 21 + depth)
+        if text:
+            middle = points[len(points) // 2]
+            self.label(middle, text, colour, middle - at)
+
+    def robot(self, robot: RobotModel, q: np.ndarray, *, colour: str = GREY, width: float = 4.0) -> None:
+        """The links of a robot as strokes from joint to joint, and its torso as a sheet between them."""
+        roots = []
+        for effector, joints in robot.chains.items():
+            points = robot.position(q, [*(name for name in joints if not name.endswith("Hand")), effector])
+            self.path(points, colour, width=width, order=8)
+            places = self.seen(points[:-1])[0].T
+            self.axes.plot(*places, "o", color="white", markeredgecolor=colour, markersize=4, zorder=9)
+            roots.append(points[0])
+        head, left_arm, left_leg, right_leg, right_arm = roots
+        sheet = self.seen(np.array([head, left_arm, left_leg, right_leg, right_arm]))[0]
+        self.axes.add_patch(Polygon(sheet, facecolor="#ececec", edgecolor=colour, linewidth=1.0, zorder=4))
+
+    def line(
+        self,
+        line: PluckerLine,
+        near: np.ndarray,
+        *,
+        half: float,
+        colour: str = ACCENT,
+        text: str = "",
+        style: str = "-.",
+        width: float = 1.4,
+    ) -> None:
+        """The piece of a line about its point closest to `near`, named at its end, or at its start if half < 0."""
+        middle = line.closest_point(near)
+        ends = middle + np.outer([-half, half], line.direction)
+        self.path(ends, colour, width=width, style=style, order=25)
+        if text:
+            self.label(ends[1], text, colour, ends[1] - ends[0])
+
+    def _arrow(self, places: np.ndarray, colour: str, width: float, style: str, order: float) -> None:
+        arrow = FancyArrowPatch(
+            *places,
+            arrowstyle="-|>",
+            mutation_scale=6 + 3 * width,
+            color=colour,
+            linewidth=width,
+            linestyle=style,
+            shrinkA=0,
+            shrinkB=0,
+            zorder=order,
+        )
+        self.axes.add_patch(arrow)
