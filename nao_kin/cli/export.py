@@ -48,6 +48,9 @@ def export(
     typed: Annotated[
         bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
     ] = None,
+    axes: Annotated[
+        str | None, typer.Option("--axes", metavar="HOW", help="published, or aligned: no joint axis is oblique.")
+    ] = None,
     base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="floating or fixed: the root.")] = None,
     attachment: Annotated[
         str | None, typer.Option("--attachment", metavar="HOW", help="srdf, sdf: the root is fixed or floating.")
@@ -96,6 +99,7 @@ def export(
         "coupling": coupling,
         "inertia": inertia,
         "typed": typed,
+        "axes": axes,
         "base": base,
         "attachment": attachment,
         "samples": samples,
