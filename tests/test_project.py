@@ -33,9 +33,18 @@ def test_the_lowest_versions_are_the_bounds_of_the_metadata() -> None:
     project = {
         "name": "house",
         "dependencies": ["a>=1.2,<2", "a>=1.4; python_version >= '3.10'", "b>=7; python_version < '3'", "c==3.5.4"],
-        "optional-dependencies": {"more": ["d>=6,<7", "house[other]"]},
+        "optional-dependencies": {
+            "more": ["d>=6,<7", "house[other]"],
+            "other": ["e>=3", "house[more]"],
+            "no": ["f>=1"],
+        },
     }
-    assert lowest_requirements.constraints(project, ["more"]) == ["a==1.4", "c==3.5.4", "d==6"]
+    assert lowest_requirements.constraints(project, ["more"]) == ["a==1.4", "c==3.5.4", "d==6", "e==3"]
+
+
+def test_the_lowest_versions_of_all_that_the_tests_use_are_tried() -> None:
+    constrained = {line.split("==")[0] for line in lowest_requirements.constraints(PROJECT)}
+    assert {"mujoco", "numba", "xacro", "pyarrow", "dask", "matplotlib", "scipy", "pin"} <= constrained
 
 
 def test_a_dependency_without_a_lower_bound_is_refused() -> None:
