@@ -77,6 +77,7 @@ def test_make_and_the_hooks_call_what_is_there() -> None:
         *(ROOT / "docs").glob("*.md"),
         *(ROOT / ".github").rglob("*.*"),
         ROOT / ".ci" / "run",
+        ROOT / ".ci" / "slow",
     ):
         for words in re.findall(r"(?:^|`|run: )make ((?:[a-z-]+ ?)+)", page.read_text(encoding="utf-8"), re.MULTILINE):
             assert set(words.split()) <= targets, f"{page.name}: make {words}"
@@ -128,7 +129,7 @@ def test_the_map_leaves_out_arrows_that_follow() -> None:
     assert generate_room_map.levels(arrows) == {"low": 0, "middle": 1, "top": 2}
 
 
-@pytest.mark.parametrize("script", ["lowest_requirements.py", "generate_room_map.py", "mutate.py"])
+@pytest.mark.parametrize("script", ["lowest_requirements.py", "generate_room_map.py", "measure_tools.py", "mutate.py"])
 def test_a_script_says_what_it_does(script: str) -> None:
     done = subprocess.run([sys.executable, str(SCRIPTS / script), "--help"], capture_output=True, text=True, check=True)
     assert "Example:" in done.stdout

@@ -29,8 +29,8 @@ def measure(tool: Tool, cache: Path, versions: Iterable[str] = VERSIONS) -> dict
             folder = Path(place)
             reference = write_export(tool, version, folder)
             rows[version] = _row(tool, python, folder) | {"expected_mass": reference["mass"]}
-            snippet = _said([python, "-c", tool.snippet], folder)[0] or "yes"
-    return {"version": installed_version(tool, python), "snippet": snippet, "rows": rows}
+            snippet = snippet or _said([python, "-c", tool.snippet], folder)[0]
+    return {"version": installed_version(tool, python), "snippet": snippet or "yes", "rows": rows}
 
 
 def faults(tool: Tool, measured: dict[str, Any]) -> list[str]:
@@ -41,7 +41,7 @@ def faults(tool: Tool, measured: dict[str, Any]) -> list[str]:
         if row["loads"] != "yes":
             found.append(f"{tool.name}, {version}: {row['loads']}")
             continue
-        if not row["fk_error"] < SAME_POSE:
+        if not row["fk_error"] <= SAME_POSE:
             wrong.append(f"poses are off by {row['fk_error']:.2g}")
         if row["mass"] is not None and abs(row["mass"] - row["expected_mass"]) > 1e-6:
             wrong.append(f"weighs {row['mass']:.6g} kg instead of {row['expected_mass']:.6g} kg")
