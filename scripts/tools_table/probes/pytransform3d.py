@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from pytransform3d.urdf import UrdfTransformManager
+from pytransform3d.urdf import Mesh, UrdfTransformManager
 
 from tools_table.probes.loaded import Loaded, Poses
 
@@ -22,4 +22,6 @@ def load(path: Path) -> Loaded:
             frames.set_joint(name, value)
         return {link: frames.get_transform(link, "torso") for link in links}
 
-    return Loaded(poses, meshes=len(frames.visuals))
+    # It reads a mesh when it draws it, by the name that it has found for it.
+    found = [shape for shape in frames.visuals if isinstance(shape, Mesh) and Path(shape.filename).is_file()]
+    return Loaded(poses, meshes=len(found))

@@ -6,19 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import rerun
-from rerun.urdf import UrdfTree
+from rerun.urdf import UrdfJoint, UrdfTree
 
 from tools_table.probes.loaded import Loaded, Poses, from_wxyz
 
 
 def load(path: Path) -> Loaded:
-    """Load a URDF, and log it into memory."""
+    """Load a URDF, and look at what of it would be logged."""
     tree = UrdfTree.from_file_path(str(path))
-    rerun.init("nao", spawn=False)
-    rerun.memory_recording()
-    tree.log_urdf_to_recording()
     joints = tree.joints()
+    columns = [chunk.to_record_batch().schema.names for chunk in tree.stream().to_chunks()]
 
     def poses(values: Mapping[str, float]) -> Poses:
         found = {tree.root_link().name: np.eye(4)}
@@ -30,15 +27,14 @@ def load(path: Path) -> Loaded:
             waiting = [joint for joint in waiting if joint not in ready]
         return found
 
-    links = {joint.child_link for joint in joints} | {tree.root_link().name}
     return Loaded(
         poses,
-        meshes=sum(len(tree.get_visual_geometry_paths(link)) for link in links),
+        meshes=sum("Asset3D:blob" in names for names in columns),
         told=[joint.name for joint in joints if joint.mimic is not None],
     )
 
 
-def _transform(joint: rerun.urdf.UrdfJoint, value: float) -> np.ndarray:
+def _transform(joint: UrdfJoint, value: float) -> np.ndarray:
     found = joint.compute_transform(value)
     x, y, z, w = found.quaternion.as_arrow_array().to_pylist()[0]
     return from_wxyz((w, x, y, z), found.translation.as_arrow_array().to_pylist()[0])
