@@ -9,6 +9,7 @@
 #   make mutate       faults planted one by one, each of which a test must notice
 #   make linkcheck    whether the addresses in the docs answer (needs the network)
 #   make generate     meshes, URDFs, drawings, the gallery and the page's bundle anew (needs npm and Chromium)
+#   make tools-table  every export in the tool it is meant for, docs/tools.md anew (installs the tools, 6 GB)
 #   make bench        ratios to plain Pinocchio and others
 PYTHON ?= python3
 VENV ?= .venv
@@ -21,7 +22,7 @@ LIGHT ?= .venv-light
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
 QUICK := -m "not slow" --hypothesis-profile=quick
 
-.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated bench clean
+.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -120,6 +121,12 @@ check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_joint_diagram.py --check
 	$(BIN)/python scripts/generate_room_map.py --check
 	$(BIN)/python scripts/generate_gallery.py --check
+
+tools-table: $(STAMP)
+	$(BIN)/python scripts/measure_tools.py
+
+check-tools-table: $(STAMP)
+	$(BIN)/python scripts/measure_tools.py --check
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py

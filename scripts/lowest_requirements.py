@@ -2,7 +2,7 @@
 
 Example:
     python scripts/lowest_requirements.py > constraints.txt
-    pip install --constraint constraints.txt --editable ".[batch,robots,test]"
+    pip install --constraint constraints.txt --editable ".[robots,test]"
 """
 
 from __future__ import annotations
@@ -22,13 +22,20 @@ else:
     import tomli as tomllib
 
 PYPROJECT = Path(__file__).resolve().parent.parent / "pyproject.toml"
-EXTRAS = ("batch", "robots", "test")
+EXTRAS = ("robots", "test")
 
 
 def requirements(project: dict[str, Any], extras: Iterable[str]) -> Iterator[Requirement]:
-    """The direct dependencies that apply to this Python."""
-    lists = [project["dependencies"], *(project["optional-dependencies"][extra] for extra in extras)]
-    for requirement in (Requirement(line) for lines in lists for line in lines):
+    """The direct dependencies that apply to this Python, those of extras that an extra asks for included."""
+    waiting, seen = list(extras), set[str]()
+    found = [Requirement(line) for line in project["dependencies"]]
+    while waiting:
+        extra = waiting.pop()
+        if extra not in seen:
+            seen.add(extra)
+            found += map(Requirement, project["optional-dependencies"][extra])
+            waiting += [name for other in found if other.name == project["name"] for name in other.extras]
+    for requirement in found:
         if requirement.name != project["name"] and (requirement.marker is None or requirement.marker.evaluate()):
             yield requirement
 

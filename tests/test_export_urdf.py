@@ -201,6 +201,18 @@ def test_a_point_mass_becomes_a_ball_of_water(tmp_path: Path) -> None:
     assert tree.inertials["a"].inertia[0] == pytest.approx(0.4 * 4.18879 * 0.1**2, rel=1e-5)
 
 
+@pytest.mark.parametrize("size", [0.0, 1e-22, 4e-18, 1.9e-12, 2.1e-12, 1e-9])
+def test_a_tensor_of_rounding_errors_is_none(size: float, tmp_path: Path) -> None:
+    """A rod along z of two kilograms; 2e-12 kg m² is that of one that reaches a micrometre far."""
+    path = tmp_path / "rod.urdf"
+    inertia = f'<inertia ixx="{size}" iyy="{size}" izz="0" ixy="0" ixz="0" iyz="0"/>'
+    path.write_text(f'<robot name="r"><link name="a"><inertial><mass value="2"/>{inertia}</inertial></link></robot>')
+    tree, changes = make_physical(nk.urdf.read_urdf(path))
+    assert realizable(tree.inertials["a"])
+    assert ("no inertia → a ball of water" in changes[0]) == (size < 2e-12)
+    assert np.diag(nk.RobotModel(tree).model.inertias[0].inertia).max() >= min(size, 1e-12)
+
+
 # Names.
 
 

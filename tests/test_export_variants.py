@@ -11,7 +11,8 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.export.variants.axes import align_axes
 from nao_kin.export.variants.frames import keep_frames
 from nao_kin.export.variants.inertia import make_physical
 from nao_kin.export.variants.names import name_frames
@@ -150,3 +151,34 @@ def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
     (ball,) = (joint for joint in tree.joints if joint.kind == "spherical")
     assert (ball.parent, ball.child, len(changes)) == ("base", "c_l", 1)
     np.testing.assert_allclose(transform(ball.origin), robot.fk(robot.configuration({}), "c_l"), atol=1e-15)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_aligned_axes_leave_every_link_where_it_was(version: str) -> None:
+    nao = nk.load_nao(version)
+    tree, changes = nk.export.variant(nao, axes="aligned")
+    robot, q = nk.RobotModel(tree), nao.random(np.random.default_rng(3), 20)
+    assert [line.split(":")[0] for line in changes] == ["LHipYawPitch", "RHipYawPitch"]
+    assert all(sorted(map(abs, joint.axis)) == [0.0, 0.0, 1.0] for joint in tree.moving_joints)
+    assert robot.joint_names == nao.joint_names
+    assert (robot.lower.tolist(), robot.upper.tolist()) == (nao.lower.tolist(), nao.upper.tolist())
+    np.testing.assert_allclose(robot.fk(q, nao.link_names), nao.fk(q, nao.link_names), atol=1e-14)
+    np.testing.assert_allclose(robot.com(q), nao.com(q), atol=1e-14)
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, -1.0), (1e-9, 0.0, -1.0), (1e-9, 1e-9, 1.0), (0.6, 0.0, -0.8)])
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_an_axis_almost_aligned_is_turned_as_exactly(
+    axis: tuple[float, float, float], kind: str, tmp_path: Path
+) -> None:
+    robot = made_up(tmp_path, J("a", axis=axis, rpy=(0.3, 0.2, 0.1), kind=kind), J("a_axis", xyz=(0.1, 0.2, 0.3)))
+    tree, changes = align_axes(robot.tree, "aligned")
+    other, q = nk.RobotModel(tree), np.array([[0.7, -0.4], [-2.0, 1.0]])
+    assert len(changes) == (0 if axis == (0.0, 0.0, -1.0) else 1)
+    assert len({*tree.links, *(joint.name for joint in tree.joints)}) == len(tree.links) + len(tree.joints)
+    np.testing.assert_allclose(other.fk(q, ["a_l", "a_axis_l"]), robot.fk(q, ["a_l", "a_axis_l"]), atol=1e-14)
+
+
+def test_another_choice_of_axes_is_refused() -> None:
+    with pytest.raises(UnknownName, match="axes"):
+        nk.export.variant(nk.load_nao(), axes="straight")

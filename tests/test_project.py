@@ -33,9 +33,18 @@ def test_the_lowest_versions_are_the_bounds_of_the_metadata() -> None:
     project = {
         "name": "house",
         "dependencies": ["a>=1.2,<2", "a>=1.4; python_version >= '3.10'", "b>=7; python_version < '3'", "c==3.5.4"],
-        "optional-dependencies": {"more": ["d>=6,<7", "house[other]"]},
+        "optional-dependencies": {
+            "more": ["d>=6,<7", "house[other]"],
+            "other": ["e>=3", "house[more]"],
+            "no": ["f>=1"],
+        },
     }
-    assert lowest_requirements.constraints(project, ["more"]) == ["a==1.4", "c==3.5.4", "d==6"]
+    assert lowest_requirements.constraints(project, ["more"]) == ["a==1.4", "c==3.5.4", "d==6", "e==3"]
+
+
+def test_the_lowest_versions_of_all_that_the_tests_use_are_tried() -> None:
+    constrained = {line.split("==")[0] for line in lowest_requirements.constraints(PROJECT)}
+    assert {"mujoco", "numba", "xacro", "pyarrow", "dask", "matplotlib", "scipy", "pin"} <= constrained
 
 
 def test_a_dependency_without_a_lower_bound_is_refused() -> None:
@@ -68,6 +77,7 @@ def test_make_and_the_hooks_call_what_is_there() -> None:
         *(ROOT / "docs").glob("*.md"),
         *(ROOT / ".github").rglob("*.*"),
         ROOT / ".ci" / "run",
+        ROOT / ".ci" / "slow",
     ):
         for words in re.findall(r"(?:^|`|run: )make ((?:[a-z-]+ ?)+)", page.read_text(encoding="utf-8"), re.MULTILINE):
             assert set(words.split()) <= targets, f"{page.name}: make {words}"
@@ -119,7 +129,7 @@ def test_the_map_leaves_out_arrows_that_follow() -> None:
     assert generate_room_map.levels(arrows) == {"low": 0, "middle": 1, "top": 2}
 
 
-@pytest.mark.parametrize("script", ["lowest_requirements.py", "generate_room_map.py", "mutate.py"])
+@pytest.mark.parametrize("script", ["lowest_requirements.py", "generate_room_map.py", "measure_tools.py", "mutate.py"])
 def test_a_script_says_what_it_does(script: str) -> None:
     done = subprocess.run([sys.executable, str(SCRIPTS / script), "--help"], capture_output=True, text=True, check=True)
     assert "Example:" in done.stdout

@@ -48,6 +48,9 @@ def export(
     typed: Annotated[
         bool | None, typer.Option("--typed", help="Three joints with one centre as one spherical joint.")
     ] = None,
+    axes: Annotated[
+        str | None, typer.Option("--axes", metavar="HOW", help="published, or aligned: no joint axis is oblique.")
+    ] = None,
     base: Annotated[str | None, typer.Option("--base", metavar="HOW", help="The root: floating or fixed.")] = None,
     samples: Annotated[
         int | None, typer.Option("--samples", metavar="N", help="srdf, ros2: configurations tried for contacts.")
@@ -93,6 +96,7 @@ def export(
         "coupling": coupling,
         "inertia": inertia,
         "typed": typed,
+        "axes": axes,
         "base": base,
         "samples": samples,
         "seed": seed,

@@ -11,6 +11,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.exported import Exported
 from nao_kin.export.meshes import MESH_FOLDER, mesh_names, read_files
 from nao_kin.export.urdf_document import urdf_document
+from nao_kin.export.variants.axes import align_axes
 from nao_kin.export.variants.coupling import couple
 from nao_kin.export.variants.frames import keep_frames
 from nao_kin.export.variants.inertia import make_physical
@@ -32,6 +33,7 @@ def urdf(
     coupling: str = "mimic",
     inertia: str = "published",
     typed: bool = False,
+    axes: str = "published",
     force: bool = False,
 ) -> Exported:
     """Write a robot as a URDF.
@@ -54,6 +56,8 @@ def urdf(
             PyBullet takes silence for 1 kg.
         typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
             do not.
+        axes: "published", as in the robot's file; "aligned" turns the frame of a joint whose axis is oblique until the
+            axis is its z axis, for tools that take no other axes than those of the frame. Links stay as they are.
         force: replace files that are there.
 
     Returns:
@@ -71,7 +75,9 @@ def urdf(
         'torso'
     """
     check_replaceable(path, force=force)
-    tree, changes = variant(robot, frames=frames, names=names, coupling=coupling, inertia=inertia, typed=typed)
+    tree, changes = variant(
+        robot, frames=frames, names=names, coupling=coupling, inertia=inertia, typed=typed, axes=axes
+    )
     if inertia == "physical":
         tree, massless = _said_massless(tree)
         changes = (*changes, *massless)
@@ -89,6 +95,7 @@ def variant(
     coupling: str = "mimic",
     inertia: str = "published",
     typed: bool = False,
+    axes: str = "published",
 ) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree of a robot in a variant, and one line for each change.
 
@@ -99,6 +106,7 @@ def variant(
         coupling: as in `urdf`.
         inertia: as in `urdf`.
         typed: as in `urdf`.
+        axes: as in `urdf`.
 
     Raises:
         UnknownName: no such choice of an option.
@@ -116,7 +124,8 @@ def variant(
     tree, gone = keep_frames(tree, frames, robot.semantics)
     tree, mended = make_physical(tree, inertia)
     tree, renamed = name_frames(tree, names, robot.semantics)
-    return tree, (*locked, *balls, *gone, *mended, *renamed)
+    tree, turned = align_axes(tree, axes)
+    return tree, (*locked, *balls, *gone, *mended, *renamed, *turned)
 
 
 def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:

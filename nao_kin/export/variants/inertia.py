@@ -27,6 +27,8 @@ INERTIAS: tuple[InertiaChoice, ...] = ("published", "physical")
 
 # The least second moment of a body beside its largest: what is flatter is, to a simulator, flat.
 _THINNEST = 1e-6
+# What is within a micrometre of its centre of mass is nothing but rounding [m²].
+_SMALLEST = 1e-12
 # Of a link's mass, the massless links that it carries get this much together.
 _GIVEN = 0.01
 # What a massless link weighs where nothing that carries it has mass [kg].
@@ -42,7 +44,8 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
 
     1. Σ with an eigenvalue below 10⁻⁶ of the largest: such eigenvalues are raised to that. Mass and centre of mass
        stay, and of all admissible tensors this one has the Σ nearest in the Frobenius norm (Higham 1988).
-    2. Mass without any inertia: it becomes a ball of water, I = ⅖ m r².
+    2. Mass without any inertia, or with less than it has within a micrometre of its centre, 10⁻¹² m²: it becomes a
+       ball of water, I = ⅖ m r².
     3. A link that moves and has no mass: it gets a ball on the axis of its joint, taken out of the link that carries
        it. A ball looks the same however it turns, so mass, centre of mass and inertia of the two together stay what
        they were in every configuration. Of massless links in a row each weighs as much as all it carries, and is
@@ -85,7 +88,8 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
 def realizable(body: Inertial) -> bool:
     """Whether a body of nowhere negative density has this mass and this tensor, thin ones counted out."""
     values = np.linalg.eigvalsh(second_moments(central_tensor(body)))
-    return bool(body.mass > 0.0 and values[0] >= (1.0 - 1e-9) * _THINNEST * values[2] and values[2] > 0.0)
+    thick = values[0] >= (1.0 - 1e-9) * _THINNEST * values[2]
+    return bool(body.mass > 0.0 and thick and values[2] > _SMALLEST * body.mass)
 
 
 def _realize(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> None:
@@ -95,14 +99,11 @@ def _realize(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) ->
         if body is None or body.mass == 0.0 or realizable(body):
             continue
         before = central_tensor(body)
-        if not before.any():
-            bodies[link] = ball = _ball(body.mass, body.origin)
-            changes.append(f"{link}: no inertia → a ball of water, {ball.inertia[0]:.3g} kg m²")
-            continue
         moments, axes = np.linalg.eigh(second_moments(before))
-        if moments[2] <= 0.0:  # nothing of it can be kept
+        if moments[2] <= _SMALLEST * body.mass:  # nothing of it can be kept
+            what = "no" if moments[0] >= -_SMALLEST * body.mass else "a negative"
             bodies[link] = ball = _ball(body.mass, body.origin)
-            changes.append(f"{link}: a negative inertia → a ball of water, {ball.inertia[0]:.3g} kg m²")
+            changes.append(f"{link}: {what} inertia → a ball of water, {ball.inertia[0]:.3g} kg m²")
             continue
         # A hair above the bound, so that numbers rounded in a text stay above it.
         raised = np.maximum(moments, (1.0 + 1e-6) * _THINNEST * moments[2])

@@ -1,0 +1,272 @@
+"""Which export is meant for which tool: the table that the documentation recommends and the measurement tries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A tool, and the export that is meant for it.
+
+    Attributes:
+        name: as people call it.
+        package: as pip calls it; of its version the page speaks.
+        probe: module in `probes`.
+        format: one of `nao_kin.export.FORMATS`.
+        snippet: a few lines that load the export, run as they stand.
+        remarks: what to know.
+        options: of the format.
+        output: the file or folder that is written.
+        more: what pip shall install besides.
+    """
+
+    name: str
+    package: str
+    probe: str
+    format: str
+    snippet: str
+    remarks: str
+    options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    output: str = "nao.urdf"
+    more: tuple[str, ...] = ()
+
+    @property
+    def requirements(self) -> tuple[str, ...]:
+        """What pip installs."""
+        return (self.package, *self.more)
+
+    @property
+    def command(self) -> str:
+        """What writes the export of V6."""
+        options = "".join(f" --{name.replace('_', '-')} {value}" for name, value in self.options.items())
+        return f"nao-kin export {self.output} --format {self.format}{options}"
+
+
+TOOLS = (
+    Tool(
+        "MuJoCo",
+        "mujoco",
+        "mujoco",
+        "mjcf",
+        """\
+import mujoco
+
+model = mujoco.MjModel.from_xml_path("nao_mujoco/scene.xml")
+data = mujoco.MjData(model)
+mujoco.mj_resetDataKeyframe(model, data, model.key("StandInit").id)
+mujoco.mj_step(model, data)
+""",
+        "Stands on its soles in simulation. Where joints are set without simulating, set the followers too: "
+        "{doc}`mujoco`.",
+        output="nao_mujoco",
+    ),
+    Tool(
+        "mink",
+        "mink",
+        "mink",
+        "mjcf",
+        """\
+import mink
+import mujoco
+
+configuration = mink.Configuration(mujoco.MjModel.from_xml_path("nao_mujoco/scene.xml"))
+configuration.update_from_keyframe("StandInit")
+couplings = mink.EqualityConstraintTask(configuration.model, cost=1.0)
+""",
+        "Give `couplings` to `solve_ik` with the other tasks: mink does not add it by itself.",
+        {"base": "fixed"},
+        "nao_mujoco",
+        ("daqp",),
+    ),
+    Tool(
+        "Drake",
+        "drake",
+        "drake",
+        "urdf",
+        """\
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+
+plant = MultibodyPlant(time_step=1e-3)
+Parser(plant).AddModels("nao.urdf")
+plant.Finalize()
+""",
+        "The couplings are constraints of a plant with a time step: they hold in simulation. `set_angle` does not "
+        "apply them; set the followers too.",
+        {"inertia": "physical"},
+    ),
+    Tool(
+        "PyBullet",
+        "pybullet",
+        "pybullet",
+        "urdf",
+        """\
+import pybullet
+
+pybullet.connect(pybullet.DIRECT)
+robot = pybullet.loadURDF("nao.urdf")
+""",
+        "Computes states of links in single precision. Knows no couplings, and the file makes none: set both hips, and "
+        "the fingers. Beyond 128 links it answers for none; `effectors` leaves fewer.",
+        {"frames": "effectors", "coupling": "independent", "inertia": "physical"},
+        more=("numpy",),
+    ),
+    Tool(
+        "Pinocchio",
+        "pin",
+        "pinocchio",
+        "urdf",
+        """\
+import pinocchio
+
+floating = pinocchio.JointModelFreeFlyer()
+robot = pinocchio.RobotWrapper.BuildFromURDF("nao.urdf", ["."], floating, mimic=True)
+""",
+        "Without `mimic=True` the joints are uncoupled. `nao.model` is such a model, without any file.",
+    ),
+    Tool(
+        "pink",
+        "pin-pink",
+        "pink",
+        "urdf",
+        """\
+import pink
+import pinocchio
+
+floating = pinocchio.JointModelFreeFlyer()
+robot = pinocchio.RobotWrapper.BuildFromURDF("nao.urdf", ["."], floating, mimic=True)
+configuration = pink.Configuration(robot.model, robot.data, robot.q0)
+""",
+        "As Pinocchio.",
+        more=("daqp",),
+    ),
+    Tool(
+        "placo",
+        "placo",
+        "placo",
+        "urdf",
+        """\
+import placo
+
+robot = placo.RobotWrapper("./nao.urdf", placo.Flags.ignore_collisions)
+solver = placo.KinematicsSolver(robot)
+solver.add_gear_task().set_gear("RHipYawPitch", "LHipYawPitch", 1.0)
+""",
+        "Knows no couplings of a file, and this one makes none: the solver gets a gear for the hips. To set joints, "
+        "set both. The meshes are not found without the `./`. It asks for another Pinocchio than this library does: "
+        "give it an environment of its own.",
+        {"coupling": "independent"},
+    ),
+    Tool(
+        "yourdfpy",
+        "yourdfpy",
+        "yourdfpy",
+        "urdf",
+        """\
+import yourdfpy
+
+robot = yourdfpy.URDF.load("nao.urdf")
+robot.update_cfg({"HeadYaw": 0.5})
+""",
+        "",
+    ),
+    Tool(
+        "urchin",
+        "urchin",
+        "urchin",
+        "urdf",
+        """\
+import urchin
+
+robot = urchin.URDF.load("nao.urdf")
+poses = robot.link_fk({"HeadYaw": 0.5})
+""",
+        "The successor of urdfpy. Takes silence about a link's mass for 1 kg, without `physical` 104 kg in all.",
+        {"frames": "effectors", "inertia": "physical"},
+    ),
+    Tool(
+        "viser",
+        "viser",
+        "viser",
+        "urdf",
+        """\
+from pathlib import Path
+
+import viser
+from viser.extras import ViserUrdf
+
+robot = ViserUrdf(viser.ViserServer(), Path("nao.urdf"))
+""",
+        "Reads with yourdfpy.",
+        more=("yourdfpy",),
+    ),
+    Tool(
+        "rerun",
+        "rerun-sdk",
+        "rerun",
+        "urdf",
+        """\
+import rerun
+from rerun.urdf import UrdfTree
+
+rerun.init("nao", spawn=False)
+tree = UrdfTree.from_file_path("nao.urdf")
+tree.log_urdf_to_recording()
+""",
+        "Shows what it is sent, in single precision. `joint.mimic` says what a joint follows; whoever logs transforms "
+        "applies it.",
+    ),
+    Tool(
+        "ikpy",
+        "ikpy",
+        "ikpy",
+        "urdf",
+        """\
+from ikpy.chain import Chain
+
+joints = ["LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw"]
+links = ["LShoulder", "LBicep", "LElbow", "LForeArm", "l_wrist"]
+path = ["torso", *(name for pair in zip(joints, links) for name in pair)]
+arm = Chain.from_urdf_file("nao.urdf", base_elements=[*path, "LArm_fixed", "LArm"])
+""",
+        "One chain at a time. Knows no couplings, and the file makes none: give both legs the same `HipYawPitch`.",
+        {"coupling": "independent", "meshes": "none"},
+    ),
+    Tool(
+        "Robotics Toolbox",
+        "roboticstoolbox-python",
+        "roboticstoolbox",
+        "urdf",
+        """\
+from pathlib import Path
+
+from roboticstoolbox.models.URDF.URDFRobot import URDFRobot
+
+robot = URDFRobot(Path("nao.urdf").resolve())
+""",
+        "Turns the frame of a joint with an oblique axis by a wrong angle, and the legs with it; with `--axes aligned` "
+        "there is no such joint. Knows no couplings, and the file makes none: set both values.",
+        {"coupling": "independent", "axes": "aligned"},
+    ),
+    Tool(
+        "pytransform3d",
+        "pytransform3d",
+        "pytransform3d",
+        "urdf",
+        """\
+from pathlib import Path
+
+from pytransform3d.urdf import UrdfTransformManager
+
+frames = UrdfTransformManager()
+frames.load_urdf(Path("nao.urdf").read_text(), mesh_path=".")
+T_torso_hand = frames.get_transform("LArm", "torso")
+""",
+        "Knows no couplings, and the file makes none: set both values.",
+        {"coupling": "independent"},
+        more=("lxml", "trimesh"),
+    ),
+)
