@@ -112,12 +112,14 @@ generate: $(STAMP)
 	$(BIN)/python scripts/generate_urdf.py
 	$(BIN)/python scripts/generate_joint_diagram.py
 	$(BIN)/python scripts/generate_room_map.py
+	$(BIN)/python scripts/draw_explanations.py
 
 check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_meshes.py --check
 	$(BIN)/python scripts/generate_urdf.py --check
 	$(BIN)/python scripts/generate_joint_diagram.py --check
 	$(BIN)/python scripts/generate_room_map.py --check
+	$(BIN)/python scripts/draw_explanations.py --check
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_fk.py

@@ -5,6 +5,7 @@ from __future__ import annotations
 # Everything in these modules: browsers, cross-checks, wheels, documents, generated files.
 MODULES = """
     test_against_yourdfpy test_crosscheck test_crosscheck_faults test_docs_reference test_docs_site test_documents
+    test_explanations
     test_export_mjcf_simulation test_ik_arm test_ik_cli test_ik_compiling test_ik_follow test_ik_head test_ik_kept
     test_ik_leg test_ik_legs test_ik_reference_cases test_ik_whole_body test_installation test_joints_documents
     test_live test_meshes test_motion_cli test_motion_files_written test_notebooks test_reach_cli test_reach_page
