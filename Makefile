@@ -114,6 +114,7 @@ generate: $(STAMP)
 	$(BIN)/python scripts/generate_joint_diagram.py
 	$(BIN)/python scripts/generate_room_map.py
 	$(BIN)/python scripts/generate_gallery.py
+	$(BIN)/python scripts/draw_explanations.py
 
 check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_meshes.py --check
@@ -121,6 +122,7 @@ check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_joint_diagram.py --check
 	$(BIN)/python scripts/generate_room_map.py --check
 	$(BIN)/python scripts/generate_gallery.py --check
+	$(BIN)/python scripts/draw_explanations.py --check
 
 tools-table: $(STAMP)
 	$(BIN)/python scripts/measure_tools.py

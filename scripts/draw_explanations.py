@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from explanations.drawing import Drawing
@@ -31,25 +31,27 @@ def figures() -> dict[str, Callable[[], Drawing]]:
     }
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Write or check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when a file differs")
+    parser.add_argument("--folder", type=Path, default=IMAGES, help="where the figures are (default: docs/images)")
     parser.add_argument("--only", default="", metavar="START", help="the figures whose names begin so")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     differing = []
     for name, draw in figures().items():
         if not name.startswith(options.only):
             continue
-        path, text = IMAGES / f"{name}.svg", str(draw())
+        path, text = options.folder / f"{name}.svg", str(draw())
         if options.check and (not path.is_file() or path.read_text(encoding="utf-8") != text):
             differing.append(path.name)
         elif not options.check:
             write_text(path, text)
             print(path)
     if differing:
-        sys.exit(f"differ from what is drawn now: {', '.join(differing)}")
+        print(f"differ from what is drawn now: {', '.join(differing)}", file=sys.stderr)
+    return 1 if differing else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -5,11 +5,11 @@ from __future__ import annotations
 # Everything in these modules: browsers, cross-checks, wheels, documents, generated files.
 MODULES = """
     test_against_yourdfpy test_crosscheck test_crosscheck_faults test_default_install test_docs_reference
-    test_docs_site test_documents test_examples test_export_mjcf_simulation test_ik_arm test_ik_cli
-    test_ik_compiling test_ik_follow test_ik_head test_ik_kept test_ik_leg test_ik_legs test_ik_reference_cases
-    test_ik_whole_body test_installation test_joints_documents test_live test_meshes test_motion_cli
-    test_motion_files_written test_notebooks test_reach_cli test_reach_page test_reproduce_paper test_scripts
-    test_signals test_stream_resumed test_supervisor test_typed_model test_typed_random_robots
+    test_docs_site test_documents test_examples test_explanations test_export_mjcf_simulation test_ik_arm
+    test_ik_cli test_ik_compiling test_ik_follow test_ik_head test_ik_kept test_ik_leg test_ik_legs
+    test_ik_reference_cases test_ik_whole_body test_installation test_joints_documents test_live test_meshes
+    test_motion_cli test_motion_files_written test_notebooks test_reach_cli test_reach_page test_reproduce_paper
+    test_scripts test_signals test_stream_resumed test_supervisor test_typed_model test_typed_random_robots
     test_typed_whole_turns test_typed_without_intermediate_links test_viewer_access test_viewer_browser
     test_viewer_cli test_viewer_closed_forms test_viewer_connection test_viewer_drag test_viewer_from_python
     test_viewer_lights test_viewer_notebook test_viewer_panel test_viewer_pointer test_viewer_seeing
