@@ -111,3 +111,12 @@ def test_the_page_quotes_what_is_said_where_kernels_cannot_be_kept(
     page = (DOCS / "troubleshooting.md").read_text(encoding="utf-8")
     for part in re.split(r"\(.*?\)", str(caught[0].message), maxsplit=1):
         assert part in page
+
+
+def test_the_cheat_sheet_to_print_is_that_of_the_page() -> None:
+    script = DOCS.parent / "scripts" / "make_cheat_sheet.py"
+    done = subprocess.run([sys.executable, str(script), "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    pdf = (DOCS / "_static" / "cheat_sheet.pdf").read_bytes()
+    assert len(pdf) < 150_000
+    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 1
