@@ -12,81 +12,85 @@ from explanations.solids import box, draw_solid
 TOP, BOTTOM = "#0f766e", ORANGE
 COLOURS = {"CameraTop": TOP, "CameraBottom": BOTTOM}
 SIGHT, GROUND = 2.1, 1.75  # how far a field of view is drawn, in the air and on the ground [m]
+SCALE, LEFT, SOLE = 240.0, 78.0, 350.0  # pixels per metre, where the torso stands, and the height of the ground
 
 
-def standing() -> tuple[nk.NaoModel, Floats, Floats]:
-    """The robot, its configuration with the head upright, and its torso above the ground under it."""
+def eye_of(camera: str) -> tuple[Floats, float, float]:
+    """Where a camera is in the torso with all joints at zero, how high above the ground, and how far it looks down."""
     nao, _ = nao_shapes()
     q = nao.neutral()
-    T_ground_torso = np.eye(4)
-    T_ground_torso[2, 3] = -nao.position(q, "LLeg")[2]
-    return nao, q, T_ground_torso
+    eye = nao.position(q, camera)
+    pitch = nk.rotations.rpy_from_matrix(nao.rotation(q, camera))[1]
+    return eye, float(eye[2] - nao.position(q, "LLeg")[2]), float(pitch)
 
 
-def rays(nao: nk.NaoModel, camera: str, u: Floats, v: Floats) -> Floats:
+def rays(camera: str, u: Floats, v: Floats) -> Floats:
     """Directions in the torso of places in the picture, each from −1 to 1, to the right and down."""
+    nao, _ = nao_shapes()
     across, down = (np.tan(angle / 2) for angle in nao.semantics.fields_of_view[camera])
     directions = np.stack([np.ones(np.shape(u)), -u * across, -v * down], axis=-1)
     return np.asarray(directions @ nao.rotation(nao.neutral(), camera).T)
 
 
 def fields_of_view() -> Drawing:
-    """From the left, with the ground, and the part of the ground that is seen from above."""
-    nao, q, T = standing()
+    """From the right, down to the ground, and the part of the ground that is seen from above."""
+    nao, _ = nao_shapes()
     drawing = Drawing(
-        760, 905, "The fields of view of both cameras of a standing NAO, from the left, and on the ground"
+        760, 905, "The fields of view of both cameras of a standing NAO, from the right, and on the ground"
     )
-    up = T[2, 3]
-    scale, left, ground = 240.0, 78.0, 350.0
-    view = View((left, ground - scale * up), scale, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    side_view(drawing)
+    ground_view(drawing)
+    across, high = np.degrees(nao.semantics.fields_of_view["CameraTop"])
+    words = f"V6: {across:.1f}° across, {high:.1f}° high, both cameras alike; joints at zero."
+    drawing.text((24, 885), words, 13.5, PALE)
+    return drawing
+
+
+def side_view(drawing: Drawing) -> None:
+    """Both fields of view from the side, with the places where their edges meet the ground."""
+    nao, _ = nao_shapes()
+    sole = nao.position(nao.neutral(), "LLeg")[2]
+    view = View((LEFT, SOLE + SCALE * sole), SCALE, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     drawing.text((24, 32), "from the right", 16, weight="600")
-    edges: dict[str, list[float]] = {}
-    zero = np.array([0.0, 0.0])
+    marks = []
     for camera, colour in COLOURS.items():
-        eye = nao.position(q, camera)
-        upper, lower = rays(nao, camera, zero, np.array([-1.0, 1.0]))
-        degrees = np.degrees(np.arctan2([upper[2], lower[2]], [upper[0], lower[0]]))
-        sweep = np.radians(np.linspace(degrees[0], degrees[1], 200))
-        reach = np.minimum(SIGHT, np.where(sweep < 0, (eye[2] + up) / np.maximum(np.sin(-sweep), 1e-9), np.inf))
-        far = eye + reach[:, None] * np.column_stack([np.cos(sweep), 0 * sweep, np.sin(sweep)])
+        eye, height, pitch = eye_of(camera)
+        half = nao.semantics.fields_of_view[camera][1] / 2
+        down = np.linspace(pitch - half, pitch + half, 200)
+        reach = np.minimum(SIGHT, np.where(down > 0, height / np.maximum(np.sin(down), 1e-9), np.inf))
+        far = eye + reach[:, None] * np.column_stack([np.cos(down), 0 * down, -np.sin(down)])
         drawing.path(view.flat([eye, *far]), fill=colour, opacity=0.14, stroke=colour, width=1.2, closed=True)
-        middle = nao.rotation(q, camera)[:, 0]
-        way = 1.75 if camera == "CameraTop" else 0.34
-        drawing.line(view.flat(eye), view.flat(eye + way * middle), colour, 1.2, "6 4")
-        edges[camera] = [float(eye[0] + (eye[2] + up) / np.tan(np.radians(-angle))) for angle in degrees]
-    draw_robot(drawing, view, q, fill="#f3f4f6")
-    drawing.line((14, ground), (746, ground), LINE, 1.6)
-    h, v = (np.degrees(angle) for angle in nao.semantics.fields_of_view["CameraTop"])
-    eye = nao.position(q, "CameraTop")
-    drawing.text(view.flat(eye + np.array([0.75, 0.0, 0.08])), "CameraTop", 14, TOP, weight="600", halo=True)
-    drawing.text(view.flat(eye + np.array([1.12, 0.0, 0.08])), "1.2° down", 14, TOP, halo=True)
-    eye = nao.position(q, "CameraBottom")
-    drawing.text(view.flat(eye + np.array([0.31, 0.0, -0.31])), "CameraBottom", 14, BOTTOM, weight="600", halo=True)
-    drawing.text(view.flat(eye + np.array([0.31, 0.0, -0.385])), "39.7° down", 14, BOTTOM, halo=True)
-    marks = [(edges["CameraBottom"][1], BOTTOM), (edges["CameraTop"][1], TOP), (edges["CameraBottom"][0], BOTTOM)]
-    for x, colour in marks:
-        foot = view.flat([x, 0.0, -up])
+        length, words_at = (1.75, (0.75, 0.13)) if camera == "CameraTop" else (0.34, (0.31, -0.31))
+        axis = np.array([np.cos(pitch), 0.0, -np.sin(pitch)])
+        drawing.line(view.flat(eye), view.flat(eye + length * axis), colour, 1.2, "6 4")
+        at = view.flat(eye + np.array([words_at[0], 0.0, words_at[1]]))
+        drawing.text(at, camera, 14, colour, weight="600", halo=True)
+        drawing.text(at + np.array([0.0, 18.0]), f"{np.degrees(pitch):.1f}° down", 14, colour, halo=True)
+        marks += [(eye[0] + height / np.tan(angle), colour) for angle in (pitch + half, pitch - half) if angle > 0]
+    draw_robot(drawing, view, nao.neutral(), fill="#f3f4f6")
+    drawing.line((14, SOLE), (746, SOLE), LINE, 1.6)
+    for x, colour in sorted(marks):
+        foot = view.flat([x, 0.0, sole])
         drawing.line(foot, foot + np.array([0.0, 7.0]), colour, 2.0)
         drawing.text(foot + np.array([0.0, 21.0]), f"{x:.2f} m", 13, colour, anchor="middle")
 
-    above = View((left, 655.0), scale, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+def ground_view(drawing: Drawing) -> None:
+    """What both cameras see of the ground, cut off where it goes on too far."""
+    nao, _ = nao_shapes()
+    view = View((LEFT, 655.0), SCALE, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     drawing.text((24, 420), "the ground from above", 16, weight="600")
-    side = np.linspace(-1.0, 1.0, 25)
     for camera, colour in COLOURS.items():
-        eye = nao.position(q, camera)
-        steep = np.linspace(1.0, -1.0, 400)
-        rows = rays(nao, camera, np.zeros(400), steep)
-        last = float(steep[[eye[0] + (eye[2] + up) * r[0] / max(-r[2], 1e-9) < GROUND for r in rows]][-1])
-        border = [(s, 1.0) for s in side] + [(1.0, t) for t in np.linspace(1.0, last, 12)]
-        border += [(s, last) for s in side[::-1]] + [(-1.0, t) for t in np.linspace(last, 1.0, 12)]
-        directions = rays(nao, camera, *np.array(border).T)
-        points = eye + directions * ((eye[2] + up) / -directions[:, 2])[:, None]
-        drawing.path(above.flat(points), fill=colour, opacity=0.14, stroke=colour, width=1.2, closed=True)
-    draw_robot(drawing, above, q, fill="#f3f4f6")
-    drawing.text(above.flat([0.55, 0.0, 0.0]), "CameraBottom", 14, BOTTOM, weight="600", halo=True)
-    drawing.text(above.flat([1.85, 0.0, 0.0]), "CameraTop, and on", 14, TOP, weight="600", halo=True)
-    drawing.text((24, 885), f"V6: {h:.1f}° across, {v:.1f}° high, both cameras alike; joints at zero.", 13.5, PALE)
-    return drawing
+        eye, height, pitch = eye_of(camera)
+        # The row of the picture in which the ground is GROUND ahead, if it is none above the first.
+        half = nao.semantics.fields_of_view[camera][1] / 2
+        last = max(-1.0, np.tan(np.arctan2(height, GROUND - eye[0]) - pitch) / np.tan(half))
+        directions = rays(camera, np.array([-1.0, 1.0, 1.0, -1.0]), np.array([1.0, 1.0, last, last]))
+        corners = eye - directions * (height / directions[:, 2])[:, None]
+        drawing.path(view.flat(corners), fill=colour, opacity=0.14, stroke=colour, width=1.2, closed=True)
+    draw_robot(drawing, view, nao.neutral(), fill="#f3f4f6")
+    drawing.text(view.flat([0.55, 0.0, 0.0]), "CameraBottom", 14, BOTTOM, weight="600", halo=True)
+    drawing.text(view.flat([1.85, 0.0, 0.0]), "CameraTop, and on", 14, TOP, weight="600", halo=True)
 
 
 def camera_frames() -> Drawing:

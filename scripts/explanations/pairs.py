@@ -108,7 +108,7 @@ PAIRS: dict[str, tuple[Callable[[Drawing, View], None], str]] = {
 
 
 def lower_pairs() -> Drawing:
-    """Three in a row."""
+    """All six, three in a row."""
     drawing = Drawing(760, 560, "The six lower pairs: revolute, prismatic, helical, cylindrical, spherical and planar")
     for k, (name, (draw, words)) in enumerate(PAIRS.items()):
         x, y = 130.0 + 250.0 * (k % 3), 125.0 + 275.0 * (k // 3)

@@ -43,9 +43,9 @@ def pose_composition() -> Drawing:
             way[17] + np.array(at), name, 16.0, VIOLET if name == "T_{ac}" else INK, anchor="middle", halo=True
         )
     for k, words in enumerate(("T_{ac} = T_{ab} T_{bc}", "p_{a} = T_{ac} p_{c}", "T_{ba} = T_{ab}⁻¹")):
-        drawing.text((480.0, 130.0 + 46.0 * k), words, 20.0, VIOLET if k == 0 else INK)
+        drawing.text((450.0, 120.0 + 46.0 * k), words, 20.0, VIOLET if k == 0 else INK)
     for k, words in enumerate(("Neighbouring letters are the same frame,", "and cancel: ab · bc = ac.")):
-        drawing.text((480.0, 282.0 + 20.0 * k), words, 13.5, PALE)
+        drawing.text((450.0, 272.0 + 20.0 * k), words, 13.5, PALE)
     return drawing
 
 
