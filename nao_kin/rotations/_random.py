@@ -30,7 +30,7 @@ def random_rotation(rng: Random = None, shape: Shape = ()) -> Floats:
         shape: batch shape, or how many; () for one.
 
     Returns:
-        Rotation matrices, shape (*shape, 3, 3).
+        Rotation matrices, shape `(*shape, 3, 3)`.
 
     Raises:
         BadArgument: no generator and no seed, or no shape.
@@ -51,7 +51,7 @@ def random_quat(rng: Random = None, shape: Shape = ()) -> Floats:
         shape: batch shape, or how many; () for one.
 
     Returns:
-        Quaternions, shape (*shape, 4).
+        Quaternions, shape `(*shape, 4)`.
 
     Raises:
         BadArgument: no generator and no seed, or no shape.
@@ -79,7 +79,7 @@ def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, sha
         shape: how many for each R, a number or a batch shape.
 
     Returns:
-        Rotation matrices, shape (..., *shape, 3, 3).
+        Rotation matrices, shape `(..., *shape, 3, 3)`.
 
     Raises:
         NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.

@@ -94,7 +94,7 @@ class RotationSpline:
             t: from the first key's time to the last one's, any shape [s].
 
         Returns:
-            Rotation matrices, shape (..., *t.shape, 3, 3), with the batch axes of the paths in front.
+            Rotation matrices, shape `(..., *t.shape, 3, 3)`, with the batch axes of the paths in front.
 
         Raises:
             BadArgument: a time outside of the keys', with its index; not numbers.
@@ -111,7 +111,7 @@ class RotationSpline:
             expressed_in: "fixed" or "moving", the frame of the angular velocity; required.
 
         Returns:
-            Vectors, shape (..., *t.shape, 3) [rad/s].
+            Vectors, shape `(..., *t.shape, 3)` [rad/s].
 
         Raises:
             UnknownName: no such frame.
@@ -128,7 +128,7 @@ class RotationSpline:
             expressed_in: "fixed" or "moving", the frame of the angular acceleration; required.
 
         Returns:
-            Vectors, shape (..., *t.shape, 3) [rad/s²].
+            Vectors, shape `(..., *t.shape, 3)` [rad/s²].
 
         Raises:
             UnknownName: no such frame.
