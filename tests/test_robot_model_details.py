@@ -21,7 +21,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin._common.atomic import write_bytes, write_text
-from nao_kin.cli import doctor
+from nao_kin.cli import doctor, probes
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated
 from nao_kin.parameters import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
@@ -311,7 +311,7 @@ def _problems_with_pinocchio_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -
 
     with monkeypatch.context() as patch:
         patch.setattr(doctor.importlib.util, "find_spec", find_spec)
-        patch.setattr(doctor, "_PROBE", "print('25 ')")
+        patch.setattr(probes, "_PROBE", "print('25 ')")
         problems = doctor.inspect_installation({"PATH": os.environ.get("PATH", "")}).problems
     return [problem for problem in problems if "outside of this Python" in problem]
 
