@@ -8,13 +8,13 @@ MODULES = """
     test_docs_site test_documents test_examples test_explanations test_export_mjcf_simulation test_ik_arm
     test_ik_cli test_ik_compiling test_ik_follow test_ik_head test_ik_kept test_ik_leg test_ik_legs
     test_ik_reference_cases test_ik_whole_body test_installation test_joints_documents test_live test_meshes
-    test_motion_cli test_motion_files_written test_notebooks test_reach_cli test_reach_page test_reproduce_paper
-    test_scripts test_signals test_stream_resumed test_supervisor test_typed_model test_typed_random_robots
-    test_typed_whole_turns test_typed_without_intermediate_links test_viewer_access test_viewer_browser
-    test_viewer_cli test_viewer_closed_forms test_viewer_connection test_viewer_drag test_viewer_from_python
-    test_viewer_lights test_viewer_notebook test_viewer_panel test_viewer_pointer test_viewer_seeing
-    test_viewer_server test_viewer_standing test_viewer_timeline test_virtual_cartesian test_virtual_server
-    test_virtual_walk test_virtual_whole_body test_wheel
+    test_motion_cli test_motion_files_written test_notebooks test_printed_output test_reach_cli test_reach_page
+    test_reproduce_paper test_scripts test_signals test_stream_resumed test_supervisor test_typed_model
+    test_typed_random_robots test_typed_whole_turns test_typed_without_intermediate_links test_viewer_access
+    test_viewer_browser test_viewer_cli test_viewer_closed_forms test_viewer_connection test_viewer_drag
+    test_viewer_from_python test_viewer_lights test_viewer_notebook test_viewer_panel test_viewer_pointer
+    test_viewer_seeing test_viewer_server test_viewer_standing test_viewer_timeline test_virtual_cartesian
+    test_virtual_server test_virtual_walk test_virtual_whole_body test_wheel
 """.split()
 
 # Single tests of the other modules.

@@ -24,8 +24,16 @@ MODULES = sorted(
     for path in PACKAGE.rglob("*.py")
     if _runs(path.read_text(encoding="utf-8"))
 )
-# Where kernels are compiled, all is compared or meshes are read: seconds, without kernels on the disk minutes.
-LONG = ("nao_kin.crosscheck", "nao_kin.ik", "nao_kin.reach", "nao_kin.viewer")
+# Where kernels are compiled, all is compared, meshes are read, processes started or curves drawn: seconds, without
+# kernels on the disk minutes.
+LONG = (
+    "nao_kin.crosscheck",
+    "nao_kin.distributed",
+    "nao_kin.ik",
+    "nao_kin.motion.plotting",
+    "nao_kin.reach",
+    "nao_kin.viewer",
+)
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ each_convention = pytest.mark.parametrize(
 @given(v=rotation_vectors, w=rotation_vectors)
 def test_the_skew_matrix_crosses_and_comes_back(v, w):
     assert worst(skew(v) @ w, np.cross(v, w)) < 4e-15
-    assert (vee(skew(v)) == v).all()
+    assert ((vee(skew(v)) == v) | (abs(v) < np.finfo(float).tiny)).all()
     assert worst(skew(v), pin.skew(v)) == 0.0
 
 

@@ -56,7 +56,9 @@ def test_a_power_turns_by_that_many_times_the_angle(e, angle, t):
 def test_powers_agree_with_scipy():
     R = random_rotations(200)
     for t in (-2.5, -1.0, 0.0, 0.3, 1.0, 2.0, 7.0):
-        assert worst(power(R, t), (Rotation.from_matrix(R) ** t).as_matrix()) < 2e-14
+        # `Rotation ** t` itself was off by 3e-8 before scipy 1.16.
+        expected = Rotation.from_rotvec(t * Rotation.from_matrix(R).as_rotvec()).as_matrix()
+        assert worst(power(R, t), expected) < 2e-14
 
 
 def test_whole_powers_are_products_and_the_inverse_is_the_transpose():
