@@ -17,6 +17,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
+from free_ports import free_port
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -266,9 +267,7 @@ def test_names_and_tokens_that_are_none_are_refused(nao: nk.NaoModel, options: A
 
 
 def test_every_name_without_a_token_is_refused_and_the_port_is_free_again(nao: nk.NaoModel) -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     with pytest.raises(BadArgument, match="needs a token"):
         _ = Viewer(nao, port=port, allow_hosts=["*"], token=False).url
     with Viewer(nao, port=port) as viewer:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import socket
 import time
 from contextlib import ExitStack
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -13,17 +12,12 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+from free_ports import free_port
 from viewer_pages import Page, opened, until, visitor
 
 import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.document import PageHandler
-
-
-def _free_port() -> int:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
 
 
 def _live(page: Page, state: str) -> None:
@@ -51,7 +45,7 @@ def _grip(page: Page, joint: str) -> tuple[float, float, float]:
 
 
 def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(browser: Any, nao: nk.NaoModel) -> None:
-    port = _free_port()
+    port = free_port()
     first = Viewer(nao, port=port)
     first.display(nao.posture("Sit"))
     first.show_ghosts(nao.posture("Stand"))
@@ -109,7 +103,7 @@ def _until_here(viewer: Viewer, nao: nk.NaoModel, joint: str, value: float) -> b
 
 
 def test_however_often_it_is_told_to_try_a_page_opens_one_socket(browser: Any, nao: nk.NaoModel) -> None:
-    port = _free_port()
+    port = free_port()
     sockets: list[str] = []
     with Viewer(nao, port=port) as first, opened(browser, first.url) as page:
         first.close()
@@ -161,7 +155,7 @@ def test_a_page_that_loses_its_program_before_it_knows_what_that_has_is_loaded_a
 
 
 def test_a_page_whose_token_is_the_old_one_says_so_and_asks_no_more(browser: Any, nao: nk.NaoModel) -> None:
-    port = _free_port()
+    port = free_port()
     with Viewer(nao, port=port, token=True) as first:
         page = Page(browser, first.url)
     try:

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import pytest
 import umsgpack
+from free_ports import free_port
 from made_up_robots import J, made_up
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
@@ -122,7 +123,7 @@ def test_other_paths_are_not_found_and_nothing_is_logged(viewer: Viewer, caplog:
 
 
 def test_leaving_the_block_ends_the_server(nao: nk.NaoModel) -> None:
-    with Viewer(nao) as viewer:
+    with Viewer(nao, port=free_port()) as viewer:
         url = viewer.url
         assert _answers(url)
         assert len(_viewer_threads()) == 1
@@ -145,7 +146,7 @@ def test_an_error_inside_the_block_ends_the_server(nao: nk.NaoModel) -> None:
 
 
 def test_a_viewer_that_nobody_holds_ends_its_server(nao: nk.NaoModel) -> None:
-    viewer = Viewer(nao)
+    viewer = Viewer(nao, port=free_port())
     url, alive = viewer.url, weakref.ref(viewer)
     del viewer
     gc.collect()
@@ -594,7 +595,7 @@ def test_no_process_is_left_behind(tmp_path: Path, ending: str) -> None:
     program.write_text(
         "import threading, nao_kin as nk\n"
         "from nao_kin.viewer import Viewer\n"
-        "with Viewer(nk.load_nao()) as viewer:\n"
+        f"with Viewer(nk.load_nao(), port={free_port()}) as viewer:\n"
         "    print(viewer.url, flush=True)\n"
         + ("    raise RuntimeError('oh')\n" if ending == "error" else "    threading.Event().wait()\n"),
         encoding="utf-8",

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from free_ports import free_port
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -165,6 +166,8 @@ def test_calls_that_wait_hold_no_thread_and_may_be_cancelled(shared: Served) -> 
         qi.futureBarrier(calls).value()
         found["took"] = time.monotonic() - begin
         endless = motion.angleInterpolation("HeadYaw", 0.0, 1000.0, True, _async=True)
+        while not motion.getTaskList() and endless.isRunning():
+            time.sleep(0.01)
         found["listed"] = motion.getTaskList()
         endless.cancel()
         endless.wait(5000)
@@ -393,8 +396,7 @@ def test_a_page_is_served_where_it_is_asked_for(serve: Callable[..., Served]) ->
 
 
 def test_the_page_has_an_address_names_and_a_token_of_its_own(serve: Callable[..., Served]) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     served = serve("--view", "--page-host", "0.0.0.0", "--page-port", str(port), "--allow-host", "nao.example")
     assert served.url.startswith(f"http://127.0.0.1:{port}/?token=")
     for path, host, status in (
@@ -412,8 +414,7 @@ def test_the_page_has_an_address_names_and_a_token_of_its_own(serve: Callable[..
 
 
 def test_a_script_is_shown_where_it_is_asked_for(tmp_path: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     script = tmp_path / "looks.py"
     script.write_text(
         "import sys, urllib.request\n"
