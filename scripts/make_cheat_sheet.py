@@ -31,16 +31,16 @@ WORDS = re.compile(
 STYLE = """
 @page { size: A4; margin: 9mm 9mm 8mm; }
 * { box-sizing: border-box; margin: 0; }
-body { font: 7.4pt/1.45 "Liberation Sans", Arial, sans-serif; color: #1b2430; }
+body { font: 7.4pt/1.5 "Liberation Sans", Arial, sans-serif; color: #1b2430; }
 header { display: flex; align-items: baseline; gap: 4mm; border-bottom: 1.2pt solid #1f5fa8; padding-bottom: 1.2mm; }
 h1 { font-size: 15pt; letter-spacing: -0.2pt; white-space: nowrap; color: #1f5fa8; }
 header p { font-size: 7pt; color: #4a5666; }
 main { columns: 2; column-gap: 5mm; column-fill: balance; margin-top: 2.2mm; }
-section { break-inside: avoid; margin-bottom: 2.6mm; border: 0.5pt solid #cfd8e3; border-radius: 1.2mm; }
+section { break-inside: avoid; margin-bottom: 3.2mm; border: 0.5pt solid #cfd8e3; border-radius: 1.2mm; }
 h2 { font-size: 8.6pt; padding: 0.7mm 1.8mm; background: #e8f0f9; color: #1f5fa8; }
 section > p, .code { padding: 1.1mm 1.8mm; }
 .line { display: flex; justify-content: space-between; align-items: baseline; gap: 2mm; min-height: 1.4mm; }
-code { font: 6.4pt/1.5 "DejaVu Sans Mono", "Liberation Mono", monospace; }
+code { font: 6.4pt/1.66 "DejaVu Sans Mono", "Liberation Mono", monospace; }
 .line code { white-space: pre-wrap; overflow-wrap: anywhere; padding-left: 2em; text-indent: -2em; }
 .line i { font-size: 6.7pt; color: #5d6b7c; text-align: right; }
 .string { color: #8a4b08; } .keyword { color: #7a2a8c; } .number { color: #0b6b5b; }
