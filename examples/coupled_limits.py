@@ -8,10 +8,14 @@ Needs nao-kin[plot].
 import sys
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import nao_kin as nk
+
+try:
+    import matplotlib.pyplot as plt
+except ImportError:
+    sys.exit("matplotlib draws this: pip install 'nao-kin[plot]'")
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()

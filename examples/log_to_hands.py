@@ -6,6 +6,7 @@ Needs nao-kin[arrow].
 """
 
 import csv
+import sys
 import tempfile
 from pathlib import Path
 
@@ -22,7 +23,10 @@ with tempfile.TemporaryDirectory() as temporary:
     with log.open("a") as end:
         end.write("0.1,0.2\n")  # a robot that was switched off
 
-    done = nk.stream.fk(nao, log, ["LArm", "RArm"], hands, as_="position6d", on_error="skip")
+    try:
+        done = nk.stream.fk(nao, log, ["LArm", "RArm"], hands, as_="position6d", on_error="skip")
+    except nk.errors.MissingExtra as error:
+        sys.exit(str(error))
     print(f"{done.rows_read} rows read, {done.rows_written} written, {done.bad_rows} bad")
     for bad in done.first_bad_rows:
         print(f"line {bad.line}: {bad.reason}")

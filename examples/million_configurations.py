@@ -2,7 +2,7 @@
 
 Learn how arrays of configurations are answered at once: how often do the two hands of a NAO meet by chance?
 
-Needs nao-kin[batch].
+Quicker with nao-kin[batch].
 """
 
 import numpy as np

@@ -5,12 +5,16 @@ Learn how the robot is exported for a simulator, and that it stands there on its
 Needs nao-kin[mujoco].
 """
 
+import sys
 import tempfile
 from pathlib import Path
 
-import mujoco
-
 import nao_kin as nk
+
+try:
+    import mujoco
+except ImportError:
+    sys.exit("the simulation needs MuJoCo: pip install 'nao-kin[mujoco]'")
 
 nao = nk.load_nao()
 with tempfile.TemporaryDirectory() as temporary:

@@ -13,7 +13,10 @@ import numpy as np
 import nao_kin as nk
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
-romeo = nk.load_robot("romeo")
+try:
+    romeo = nk.load_robot("romeo")
+except nk.errors.MissingExtra as error:
+    sys.exit(str(error))
 print(f"{romeo.name}: {romeo.nq} joints, {romeo.mass:.1f} kg")
 
 q = romeo.neutral()

@@ -8,10 +8,14 @@ Needs nao-kin[plot].
 import sys
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from nao_kin import rotations as rot
+
+try:
+    import matplotlib.pyplot as plt
+except ImportError:
+    sys.exit("matplotlib draws this: pip install 'nao-kin[plot]'")
 
 COLOURS = ("#c4572e", "#3a8f4d", "#1f6fb2")  # x, y, z
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")

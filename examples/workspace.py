@@ -2,7 +2,7 @@
 
 Learn how a map of the places that a hand reaches is made and asked.
 
-Needs nao-kin[batch].
+Quicker with nao-kin[batch].
 """
 
 import sys

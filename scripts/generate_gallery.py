@@ -82,13 +82,15 @@ class Example:
         name: of the file, without its ending.
         title: the first line.
         text: what one learns.
-        extra: the extra it needs, "" for none.
+        extra: the extra it needs or is quicker with, "" for none.
+        required: whether it runs only with that.
     """
 
     name: str
     title: str
     text: str
     extra: str
+    required: bool
 
 
 def read_example(path: Path) -> Example:
@@ -99,11 +101,12 @@ def read_example(path: Path) -> Example:
     """
     paragraphs = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")
     title, *rest = (" ".join(paragraph.split()) for paragraph in paragraphs)
-    needs = re.fullmatch(r"Needs nao-kin\[(\w+)\]\.", rest[-1]) if rest else None
-    text = rest[:-1] if needs else rest
+    extra = re.fullmatch(r"(Needs|Quicker with) nao-kin\[(\w+)\]\.", rest[-1]) if rest else None
+    text = rest[:-1] if extra else rest
     if not title or len(text) != 1:
         raise ValueError(f"{path}: expected a title, one paragraph, and perhaps 'Needs nao-kin[extra].'")
-    return Example(path.stem, title.removesuffix("."), text[0], needs[1] if needs else "")
+    word, name = extra.groups() if extra else ("", "")
+    return Example(path.stem, title.removesuffix("."), text[0], name, word == "Needs")
 
 
 def run_example(name: str, folder: Path) -> str:
@@ -179,7 +182,8 @@ def entry(example: Example, printed: str) -> str:
     """An example in the gallery."""
     lines = [f"(example_{example.name})=", f"### {example.title}", "", example.text]
     if example.extra:
-        lines += ["", f"*Needs the extra `{example.extra}`: `pip install 'nao-kin[{example.extra}]'`.*"]
+        word = "Needs" if example.required else "Quicker with"
+        lines += ["", f"*{word} the extra `{example.extra}`: `pip install 'nao-kin[{example.extra}]'`.*"]
     if f"see {example.name}." in printed:
         lines += ["", f"![{example.title}](images/examples/{example.name}.png)"]
     lines += ["", "```text", printed.rstrip("\n"), "```", "", "<details>", f"<summary>{example.name}.py</summary>", ""]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -11,60 +12,58 @@ import sys
 from pathlib import Path
 
 import pytest
+from doc_pages import PAGES, PRINTED, ROOT, blocks_of
 
 import nao_kin as nk
+from nao_kin.cli.app import run
 
-ROOT = Path(__file__).resolve().parent.parent
-# Those of the folder lecture are written from the notebooks, which run by themselves.
-PAGES = [
-    ROOT / "README.md",
-    *sorted((ROOT / "docs").glob("[!_]*.md")),
-    *(page for page in sorted((ROOT / "docs").glob("[!_]*/*.md")) if page.parent.name != "lecture"),
-]
+# What these print is compared with the page, in tests/test_printed_output.py.
+WITH_PYTHON = [page for page in PAGES if page not in PRINTED and blocks_of(page, "python")]
 
 
-def _blocks(page: Path, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-
-
-@pytest.mark.parametrize("page", [page for page in PAGES if _blocks(page, "python")], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
 def test_python_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(nk.load_nao().urdf_path, tmp_path / "robot.urdf")
     monkeypatch.chdir(tmp_path)
-    exec(compile("\n".join(_blocks(page, "python")), str(page), "exec"), {"__name__": "example"})
+    exec(compile("\n".join(blocks_of(page, "python")), str(page), "exec"), {"__name__": "example"})
 
 
-def _commands() -> list[tuple[str, str]]:
-    found = []
+def _commands() -> dict[str, str]:
+    """Each command of the program, and the first page that has it; the tutorial's need its files, and run there."""
+    found = dict[str, str]()
     for page in PAGES:
-        lines = [
-            line.removeprefix("$ ")
-            for kind in ("sh", "console")
-            for block in _blocks(page, kind)
-            for line in block.split("\n")
-        ]
-        found += [
-            (page.name, line.split("  #")[0].strip()) for line in lines if "nao-kin " in line and "pip" not in line
-        ]
-    # A live page waits for a person and a browser; that it does is tested with the viewer.
-    return [
-        (page, command)
-        for page, command in found
-        if " view " not in command or "--html" in command or "--png" in command
-    ]
+        for block in blocks_of(page, "sh", "console") if page.name != "getting_started.md" else ():
+            for line in block.splitlines():
+                command = line.removeprefix("$ ").split("  #")[0].strip()
+                # A live page waits for a person and a browser; that it does is tested with the viewer.
+                ends = " view " not in command or "--html" in command or "--png" in command
+                if "nao-kin " in command and "pip" not in command and ends:
+                    found.setdefault(command, page.name)
+    return found
 
 
-@pytest.mark.parametrize(("page", "command"), _commands(), ids=lambda value: value)
-def test_commands_run(page: str, command: str, tmp_path: Path, nao: nk.NaoModel) -> None:
-    import json
+COMMANDS = _commands()
 
-    shutil.copy(nao.urdf_path, tmp_path / "nao.urdf")
+
+def _write_inputs(folder: Path, nao: nk.NaoModel) -> None:
+    shutil.copy(nao.urdf_path, folder / "nao.urdf")
     names = ",".join(nao.joint_names)
     rows = "\n".join(",".join(map(str, row)) for row in nao.random(0, 3))
-    (tmp_path / "walk.csv").write_text(f"{names}\n{rows}\n")
-    (tmp_path / "walk.json").write_text(json.dumps([nao.angles(row) for row in nao.random(0, 3)]))
+    (folder / "walk.csv").write_text(f"{names}\n{rows}\n")
+    (folder / "walk.json").write_text(json.dumps([nao.angles(row) for row in nao.random(0, 3)]))
     wave = nk.Motion([[0.0, 1.0, 2.0], [0.5, 1.5]], ["LShoulderRoll", "LHand"], [[0.2, 1.0, 0.2], [0.0, 1.0]], "smooth")
-    nk.motion.write_motion(wave, tmp_path / "wave.xar")
+    nk.motion.write_motion(wave, folder / "wave.xar")
+
+
+def _needs_a_shell(command: str) -> bool:
+    return any(sign in shlex.split(command) for sign in ("|", ">", "<", "&&"))
+
+
+@pytest.mark.parametrize(
+    "command", [command for command, page in COMMANDS.items() if page == "README.md" or _needs_a_shell(command)]
+)
+def test_commands_run_in_a_shell(command: str, tmp_path: Path, nao: nk.NaoModel) -> None:
+    _write_inputs(tmp_path, nao)
     program = f"{shlex.quote(sys.executable)} -m nao_kin"
     done = subprocess.run(
         ["bash", "-c", re.sub(r"\bnao-kin\b", program, command)],
@@ -76,10 +75,31 @@ def test_commands_run(page: str, command: str, tmp_path: Path, nao: nk.NaoModel)
     assert done.returncode == 0, done.stderr
 
 
+# In this process, where the library is loaded already.
+@pytest.mark.parametrize(
+    ("page", "command"),
+    [(page, command) for command, page in COMMANDS.items() if page != "README.md" and not _needs_a_shell(command)],
+    ids=lambda value: value,
+)
+def test_commands_run(
+    page: str,
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    nao: nk.NaoModel,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    _write_inputs(tmp_path, nao)
+    monkeypatch.chdir(tmp_path)
+    program, *words = shlex.split(command)
+    assert program == "nao-kin"
+    assert run(words) == 0, capfd.readouterr().err
+
+
 def test_the_readme_is_short_and_has_its_five_examples() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(text.splitlines()) < 120
-    assert len(_blocks(ROOT / "README.md", "python")) == 5
+    assert len(blocks_of(ROOT / "README.md", "python")) == 5
 
 
 def test_the_readme_shows_the_same_on_the_package_index() -> None:

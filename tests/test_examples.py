@@ -76,6 +76,30 @@ def test_an_example_runs_alone_and_draws_into_the_folder_given(path: Path, tmp_p
     assert [file.stem for file in (tmp_path / "pictures").iterdir()] == [path.stem]
 
 
+NEEDING = [path for path in EXAMPLES if generate_gallery.read_example(path).required]
+
+
+@pytest.mark.parametrize("path", NEEDING, ids=_by_name)
+def test_an_example_whose_extra_is_missing_says_so_in_one_line(path: Path, tmp_path: Path) -> None:
+    extra = EXTRAS[generate_gallery.read_example(path).extra]
+    done = subprocess.run(
+        [sys.executable, str(path)],
+        cwd=tmp_path,
+        env=os.environ
+        | {
+            "PYTHONPATH": os.pathsep.join((str(ROOT / "tests" / "hidden"), str(ROOT))),
+            "NAO_KIN_HIDDEN": " ".join((*extra.packages, *extra.modules)),
+        },
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, len(done.stderr.splitlines())) == (1, 1), done.stderr
+    assert f"pip install 'nao-kin[{extra.name}]'" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_there_are_thirty_examples_and_the_gallery_is_in_step_with_them() -> None:
     assert len(EXAMPLES) == 30
     assert generate_gallery.faults() == []

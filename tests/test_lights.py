@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import pytest
 import trimesh
 import umsgpack
 from made_up_robots import J, made_up
-from viewer_pages import messages_of
+from viewer_pages import messages_of, until
 
 import nao_kin as nk
 from nao_kin.cli.serve import follow
@@ -216,13 +215,6 @@ def test_tags_are_not_said(text: str, said: str) -> None:
     assert spoken_words(text) == said
 
 
-def _until(condition: Callable[[], bool]) -> bool:
-    end = time.monotonic() + 20.0
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.01)
-    return condition()
-
-
 def test_the_live_page_follows_lights_and_words_when_they_change(nao: nk.NaoModel) -> None:
     viewer, ended = Viewer(nk.load_nao(base="floating")), threading.Event()
     sent: list[str] = []
@@ -237,14 +229,14 @@ def test_the_live_page_follows_lights_and_words_when_they_change(nao: nk.NaoMode
     with VirtualNao(nao, stepped=True) as robot:
         thread = threading.Thread(target=follow, args=(robot, viewer, ended))
         thread.start()
-        assert _until(lambda: rgb("LeftEye0") == [1.0, 1.0, 1.0] and newest("speech")["text"] == "")
+        assert until(lambda: rgb("LeftEye0") == [1.0, 1.0, 1.0] and newest("speech")["text"] == "")
         robot.call("ALLeds", "fadeRGB", "FaceLeds", "blue", 0.0)
-        assert _until(lambda: rgb("LeftEye0") == rgb("RightEye7") == [0.0, 0.0, 1.0])
+        assert until(lambda: rgb("LeftEye0") == rgb("RightEye7") == [0.0, 0.0, 1.0])
         assert rgb("Chest") == [1.0, 1.0, 1.0]
         robot.post("ALTextToSpeech", "say", r"\vct=80\Good morning")
-        assert _until(lambda: newest("speech")["text"] == "Good morning")
+        assert until(lambda: newest("speech")["text"] == "Good morning")
         robot.step(5.0)
-        assert _until(lambda: newest("speech")["text"] == "")
+        assert until(lambda: newest("speech")["text"] == "")
         before = len(sent)
         time.sleep(0.3)
         assert len(sent) == before  # nothing new, nothing sent

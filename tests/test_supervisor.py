@@ -9,11 +9,10 @@ import stat
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from viewer_pages import processes
+from viewer_pages import processes, until
 
 import nao_kin as nk
 from nao_kin._common import supervisor
@@ -24,15 +23,6 @@ from nao_kin.viewer.browser import find_browser
 pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
-
-
-def _until(condition: Callable[[], bool], seconds: float = 30.0) -> bool:
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 def _processes_of_chromium(folder: Path) -> list[int]:
@@ -90,20 +80,20 @@ subprocess.Popen = Forking
 def test_sigkill_leaves_neither_browser_nor_folder(short_folder: Path, before: str) -> None:
     process = _picture(short_folder, before=before)
     try:
-        assert _until(lambda: len(_processes_of_chromium(short_folder)) >= 3)
+        assert until(lambda: len(_processes_of_chromium(short_folder)) >= 3, 30.0)
     finally:
         process.kill()
         process.wait()
         process.stderr.close()
-    assert _until(lambda: processes(str(short_folder)) == [], 6.0)
-    assert _until(lambda: list(short_folder.iterdir()) == [], 6.0)
+    assert until(lambda: processes(str(short_folder)) == [], 6.0)
+    assert until(lambda: list(short_folder.iterdir()) == [], 6.0)
 
 
 @pytest.mark.usefixtures("needs_browser")
 def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Path) -> None:
     process = _picture(short_folder)
     try:
-        assert _until(lambda: len(_processes_of_chromium(short_folder)) >= 3)
+        assert until(lambda: len(_processes_of_chromium(short_folder)) >= 3, 30.0)
         os.kill(min(_processes_of_chromium(short_folder)), signal.SIGKILL)
         start = time.monotonic()
         _, err = process.communicate(timeout=20.0)
@@ -114,7 +104,7 @@ def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Pa
     finally:
         process.kill()
         process.wait()
-    assert _until(lambda: processes(str(short_folder)) == [], 6.0)
+    assert until(lambda: processes(str(short_folder)) == [], 6.0)
     assert list(short_folder.iterdir()) == []
 
 

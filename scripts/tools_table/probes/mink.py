@@ -9,19 +9,12 @@ import mujoco
 import numpy as np
 
 from tools_table.probes.loaded import Loaded
-from tools_table.probes.mujoco import equal_joints, poses, shown_meshes
+from tools_table.probes.mujoco import read
 
 
 def load(path: Path) -> Loaded:
     """Load a scene."""
-    model = mujoco.MjModel.from_xml_path(str(path))
-    return Loaded(
-        lambda values: poses(model, values),
-        mass=float(model.body_subtreemass[model.body("torso").id]),
-        meshes=shown_meshes(model),
-        held=equal_joints(model),
-        simulate=lambda: _move(model),
-    )
+    return read(path, _move)
 
 
 def _move(model: mujoco.MjModel) -> dict[str, float]:

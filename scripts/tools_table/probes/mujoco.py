@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import mujoco
@@ -15,13 +15,18 @@ _SECONDS = 2.0
 
 def load(path: Path) -> Loaded:
     """Load a scene."""
+    return read(path, _simulate)
+
+
+def read(path: Path, simulate: Callable[[mujoco.MjModel], Mapping[str, float]]) -> Loaded:
+    """Load a scene that moves in a way of its own."""
     model = mujoco.MjModel.from_xml_path(str(path))
     return Loaded(
         lambda values: poses(model, values),
         mass=float(model.body_subtreemass[model.body("torso").id]),
         meshes=shown_meshes(model),
         held=equal_joints(model),
-        simulate=lambda: _simulate(model),
+        simulate=lambda: simulate(model),
     )
 
 
