@@ -14,7 +14,7 @@ import nao_kin
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from docstring_markup import as_written, without_references  # noqa: E402 - found beside this file
+from docstring_markup import ARRAYS, as_written, types_in_public_words  # noqa: E402 - found beside this file
 from lecture_pages import write_lecture  # noqa: E402
 from live_robot import write_robot  # noqa: E402
 from parameter_tables import write_tables  # noqa: E402
@@ -43,11 +43,10 @@ suppress_warnings = ["ref.python"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_format = "short"
+# The fields of a dataclass stand once, as attributes, with what they mean.
+autodoc_typehints_description_target = "documented_params"
 # As they are written in the code; what they stand for takes lines.
-_ARRAYS = {"Codes": "int8", "Floats": "float64", "Integers": "int64"}
-autodoc_type_aliases = {name: name for name in ("ArrayLike", "DTypeLike", "NDArray")} | {
-    name: f"NDArray[{kind}]" for name, kind in _ARRAYS.items()
-}
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "DTypeLike", "NDArray")} | ARRAYS
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 strip_signature_backslash = True  # and napoleon escapes the name `as_`, which is no reference
@@ -76,7 +75,7 @@ TypeAliasForwardRef.__getitem__ = _parametrised
 def setup(app: Sphinx) -> None:
     """Write the tables of parameters, the page with the robot and the lecture before the pages are read."""
     app.connect("autodoc-process-docstring", as_written, priority=400)
-    app.connect("autodoc-process-docstring", without_references)
+    app.connect("autodoc-process-docstring", types_in_public_words)
     write_tables(HERE / "_generated" / "parameters.md")
     write_robot(HERE / "_generated" / "static" / "robot.html")
     write_lecture(HERE.parent / "examples" / "notebooks", HERE / "lecture")

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
+# What nao_kin._common.arrays calls arrays, and readers know by another name.
+ARRAYS = {name: f"NDArray[{kind}]" for name, kind in (("Codes", "int8"), ("Floats", "float64"), ("Integers", "int64"))}
+
 
 def as_written(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Mark indented blocks as literal, and keep |x| from becoming a substitution.
@@ -24,6 +29,9 @@ def as_written(app: object, what: str, name: str, obj: object, options: object, 
     lines[:] = marked
 
 
-def without_references(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    """Keep the type of an attribute, which napoleon writes as it finds it, from being a reference: bool_."""
-    lines[:] = [line.replace("np.bool_", "bool") for line in lines]
+def types_in_public_words(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Types of attributes, which napoleon writes as it finds them: bool for bool_, arrays for our own aliases."""
+    for number, line in enumerate(lines):
+        if line.lstrip().startswith(":type:"):
+            words = re.sub(r"\b\w+\b", lambda word: ARRAYS.get(word[0], word[0]), line)
+            lines[number] = words.replace("np.bool_", "bool")

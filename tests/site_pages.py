@@ -69,8 +69,12 @@ class Reader:
         self.tab.emulate_media(color_scheme="dark" if dark else "light")
 
     def overflow(self) -> int:
-        """By how much the page is wider than the screen [pixels]."""
-        return self.tab.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+        """By how much the page, or what stands in it, is wider than the screen [pixels]."""
+        # On narrow screens furo lets the content scroll in itself, and the document never does.
+        return self.tab.evaluate(
+            "Math.max(...[document.documentElement, ...document.querySelectorAll('.content')]"
+            ".map((node) => node.scrollWidth - node.clientWidth))"
+        )
 
 
 @contextmanager
