@@ -59,9 +59,7 @@ def _needs_a_shell(command: str) -> bool:
     return any(sign in shlex.split(command) for sign in ("|", ">", "<", "&&"))
 
 
-@pytest.mark.parametrize(
-    "command", [command for command, page in COMMANDS.items() if page == "README.md" or _needs_a_shell(command)]
-)
+@pytest.mark.parametrize("command", [*filter(_needs_a_shell, COMMANDS)])
 def test_commands_run_in_a_shell(command: str, tmp_path: Path, nao: nk.NaoModel) -> None:
     _write_inputs(tmp_path, nao)
     program = f"{shlex.quote(sys.executable)} -m nao_kin"
@@ -75,10 +73,10 @@ def test_commands_run_in_a_shell(command: str, tmp_path: Path, nao: nk.NaoModel)
     assert done.returncode == 0, done.stderr
 
 
-# In this process, where the library is loaded already.
+# In this process, where the library is loaded already; as a process the program runs above, and in the tutorial.
 @pytest.mark.parametrize(
     ("page", "command"),
-    [(page, command) for command, page in COMMANDS.items() if page != "README.md" and not _needs_a_shell(command)],
+    [(page, command) for command, page in COMMANDS.items() if not _needs_a_shell(command)],
     ids=lambda value: value,
 )
 def test_commands_run(
