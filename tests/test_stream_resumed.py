@@ -139,9 +139,10 @@ def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize(
     ("source", "sink", "steps"),
     [
-        *(("walk.csv", "csv", steps) for steps in (0, 1, 2, 5, 14)),
-        *(("walk.npy", sink, steps) for sink in SINKS for steps in (4, 15)),
-        *((source, "csv", steps) for source in ("walk.parquet", "walk.arrow") for steps in (5, 11)),
+        *(("walk.csv", "csv", steps) for steps in (0, 2, 5, 14)),
+        *(("walk.npy", sink, steps) for sink in SINKS[1:] for steps in (4, 15)),
+        ("walk.parquet", "csv", 5),
+        ("walk.arrow", "csv", 11),
     ],
 )
 def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(

@@ -89,7 +89,7 @@ def inverse_dynamics_mass_matrix(model: pin.Model, q: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("version", VERSIONS)
 def test_all_frames_velocities_and_the_centre_of_mass_are_the_naos(version, rule) -> None:
     typed = typed_nao(version, rule)
-    pose, velocity, com = worst_differences(typed.robot, typed, wide(typed.robot, 1000))
+    pose, velocity, com = worst_differences(typed.robot, typed, wide(typed.robot, 250))
     assert pose < 1e-13
     assert velocity < 1e-13
     assert com < 1e-13
