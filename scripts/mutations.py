@@ -572,14 +572,6 @@ _MATHEMATICS = (
         ("line-parallel-to-a-plane-too-easily", "parallel_below: float = 1e-13", "parallel_below: float = 1e-6"),
     ),
     *_faults(
-        "screws/_coefficients.py",
-        "test_screws_exponential.py test_screws_jacobians.py",
-        ("series-of-the-exponential-too-short", "_TERMS = 11", "_TERMS = 8"),
-        ("closed-forms-for-small-turns", "_NEAR = math.pi**2", "_NEAR = 1e-8"),
-        ("series-for-turns-past-a-half", "_NEAR = math.pi**2", "_NEAR = 100.0"),
-        ("second-derivative-of-the-inverse-jacobian", "8.0 * c6 - 5.0 * c5 + c4", "8.0 * c6 - 5.0 * c5 - c4"),
-    ),
-    *_faults(
         "screws/_exponential.py",
         "test_screws_exponential.py test_screws_inputs.py",
         ("exponential-without-its-second-product", "+ C[..., None] * cross(omega, across)", ""),
@@ -603,8 +595,6 @@ _MATHEMATICS = (
             "D * WV + along * dD * W2",
             "D * WV",
         ),
-        ("whole-turns-from-far-away", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-20"),
-        ("whole-turns-inverted", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-56"),
     ),
     *_faults(
         "screws/_interpolation.py",

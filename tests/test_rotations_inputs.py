@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from rotation_samples import CONVENTIONS, DISTANCES, PROPERTY, integer_rotations, random_rotations, worst
 
 import nao_kin.rotations as rotations
+from nao_kin._common import kernels
 from nao_kin.errors import BadArgument, NaoKinError, NotARotation, NotFinite, WrongShape
-from nao_kin.rotations import _kernels
 
 X, Y, Z = np.eye(3)
 HIP = (np.array([0.0, 1.0, -1.0]), X, Y)
@@ -222,7 +222,7 @@ def test_batches_longer_than_a_chunk_give_what_short_ones_give(monkeypatch):
     R = random_rotations(101)
     calls = {name: OF_MATRICES[name][0] for name in ("log", "rpy_from_matrix", "natural_invariants", "check_rotation")}
     whole = {name: _parts(call(R)) for name, call in calls.items()}
-    monkeypatch.setattr(_kernels, "CHUNK", 10)
+    monkeypatch.setattr(kernels, "CHUNK", 10)
     for name, call in calls.items():
         for part, expected in zip(_parts(call(R)), whole[name], strict=True):
             assert worst(part, expected) < 1e-15

@@ -77,6 +77,16 @@ def test_the_jacobians_are_exact_near_zero_and_between(angle):
     assert worst(left_jacobian(v) - left_jacobian(v).T, J - J.T) < 5e-16 * angle
 
 
+@pytest.mark.parametrize("angle", [*DISTANCES[2:], 0.0099, 0.0101, 0.3, 1.0, 2.0, 3.1, 3.2, 5.0])
+def test_small_entries_of_the_jacobians_have_all_their_digits(angle):
+    # About an axis in the plane of x and y each entry is a single term, however small.
+    v = angle * np.array([0.6, 0.8, 0.0])
+    for found, exact in zip((left_jacobian(v), left_jacobian_inverse(v)), exact_left(v), strict=True):
+        single = (exact != 0.0) & ~np.eye(3, dtype=bool)
+        assert single.sum() == 6
+        assert (np.abs(found - exact)[single] < 2e-15 * np.abs(exact)[single]).all()
+
+
 @pytest.mark.parametrize("distance", [-d for d in DISTANCES] + DISTANCES)
 def test_nothing_happens_to_the_jacobians_at_half_a_turn(distance):
     v = (math.pi + distance) * AXIS

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin._common.vectors import as_batch, common_batch, first_index
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import as_exponent
-from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin.rotations._quat_kernels import axis_and_half_angle
 
 # e to this is about 1e304.
