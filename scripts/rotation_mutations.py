@@ -107,8 +107,8 @@ ROTATIONS = (
         "test_rotations_means.py",
         (
             "random-quaternions-of-a-cube",
-            "generator.standard_normal((*sizes, 4))",
-            "generator.uniform(-1, 1, (*sizes, 4))",
+            "standard_normal((*_sizes(shape), count))",
+            "uniform(-1, 1, (*_sizes(shape), count))",
         ),
         ("scatter-in-the-fixed-frame", "sizes), 3, 3) @ turns)", "sizes), 3, 3).swapaxes(-1, -2) @ turns)"),
     ),
