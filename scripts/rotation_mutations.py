@@ -49,6 +49,8 @@ ROTATIONS = (
             "            - 0.0 * turning_acceleration(arcs",
         ),
         ("spline-left-after-one-step", "_SHORT_STEP = 1e-9", "_SHORT_STEP = 1e-1"),
+        ("newton-without-the-bend", "straight + bent", "straight"),
+        ("odd-keys-without-their-right-neighbour", " - by[..., 3:6] @ following", ""),
     ),
     *faults(
         "_common/turn_coefficients.py",
@@ -74,6 +76,12 @@ ROTATIONS = (
         ("rates-in-the-moving-frame-not-reversed", "i, k, sign = k, i, -sign", "i, k, sign = k, i, sign"),
         ("rates-of-fixed-axes-in-the-wrong-order", "convention.reversed == body", "not body"),
         ("lock-of-the-rates-let-through", "np.abs(determinant) <= LOCK", "np.abs(determinant) < 0.0"),
+        ("rates-along-the-last-axis-with-the-wrong-sign", "(cb, 0.0 - s * sb) if", "(cb, s * sb) if"),
+        (
+            "lock-of-the-other-kind-named",
+            'if convention.symmetric else "cos β = 0"',
+            'if not convention.symmetric else "cos β = 0"',
+        ),
     ),
     *faults(
         "rotations/_mrp.py",
@@ -84,6 +92,9 @@ ROTATIONS = (
             "np.asarray((direction / square)",
         ),
         ("half-the-angle-in-the-parameters", "divisor = 1.0 + r0", "divisor = r0"),
+        ("matrix-of-the-parameters-transposed", "4.0 * quotient * (1.0 - square)", "-4.0 * quotient * (1.0 - square)"),
+        ("shadow-that-overflows-let-through", "if not finite.all():", "if False:"),
+        ("long-parameters-taken-for-short", "largest(parameters) > 1.0", "largest(parameters) < 0.0"),
     ),
     *faults(
         "rotations/_weights.py",
@@ -101,6 +112,7 @@ ROTATIONS = (
             "np.swapaxes(shares[..., np.newaxis] * arms, -1, -2)",
             "np.swapaxes(arms, -1, -2)",
         ),
+        ("mean-left-early", "_LAST_STEP, _SHORT_STEP = 1e-15, 1e-12", "_LAST_STEP, _SHORT_STEP = 1e-6, 1e-6"),
     ),
     *faults(
         "rotations/_random.py",
@@ -111,6 +123,11 @@ ROTATIONS = (
             "uniform(-1, 1, (*_sizes(shape), count))",
         ),
         ("scatter-in-the-fixed-frame", "sizes), 3, 3) @ turns)", "sizes), 3, 3).swapaxes(-1, -2) @ turns)"),
+        (
+            "one-scatter-for-all",
+            "standard_normal((*batch, *sizes, 3))",
+            "standard_normal((*(1 for _ in batch), *sizes, 3))",
+        ),
     ),
     *faults(
         "rotations/_directions.py",
@@ -123,6 +140,9 @@ ROTATIONS = (
             "roots = np.sqrt(np.broadcast_to(shares, (*batch, count)))",
             "roots = (np.broadcast_to(shares, (*batch, count)))",
         ),
+        ("half-turn-about-the-nearest-axis", "np.abs(first).argmin(axis=-1)", "np.abs(first).argmax(axis=-1)"),
+        ("residual-without-weights", "residual = norm(roots[..., 0] * apart)", "residual = norm(apart)"),
+        ("angles-left-by-the-chord", "2.0 * np.arctan2(apart, norm(B + turned))", "apart"),
     ),
     *faults(
         "rotations/_nearest_angles.py",
@@ -130,6 +150,8 @@ ROTATIONS = (
         ("lean-of-two-axes-forgotten", "x * n0 + y * n1 + z * n2 - r0 * cosine", "x * n0 + y * n1 + z * n2"),
         ("angles-of-fixed-axes-not-turned-round", 'if axes == "fixed" else angles', "if False else angles"),
         ("residual-halved", "4.0 * f.atan2(f.sqrt(apart)", "2.0 * f.atan2(f.sqrt(apart)"),
+        ("parallel-axes-let-through", "norm(cross(*units)) <= _PARALLEL", "norm(cross(*units)) < 0.0"),
+        ("angles-not-wrapped", "f.where(angle > math.pi, 2.0", "f.where(angle > 3.0 * math.pi, 2.0"),
     ),
     *faults(
         "rotations/_davenport.py",
@@ -139,5 +161,34 @@ ROTATIONS = (
             "second, delta = side[..., np.newaxis] * second, side * delta",
             "second, delta = 1.0 * second, side * delta",
         ),
+    ),
+    *faults(
+        "rotations/_spline.py",
+        "test_rotations_paths.py",
+        ("spline-that-ends-before-its-last-key", "instants > self.times[-1]", "instants >= self.times[-1]"),
+        (
+            "velocity-at-the-end-with-the-other-jacobian",
+            "right_jacobian_inverse(arcs) @",
+            "right_jacobian_inverse(-arcs) @",
+        ),
+        (
+            "acceleration-without-what-turns",
+            "_times(right_jacobian(v), second) + turning_acceleration(v, rate)",
+            "_times(right_jacobian(v), second)",
+        ),
+        ("velocity-in-the-frame-of-the-key", "place, :, :], _times(exp(v), moving))", "place, :, :], moving)"),
+    ),
+    *faults(
+        "rotations/_skew.py",
+        "test_rotations_jacobians.py",
+        ("vector-of-one-triangle", "half[..., 2, 1] - half[..., 1, 2], half", "2.0 * half[..., 2, 1], half"),
+        ("skew-symmetric-to-an-absolute-bound", "if (symmetric > TOLERANCE * largest)", "if (symmetric > TOLERANCE)"),
+    ),
+    *faults(
+        "_common/vectors.py",
+        "test_common_vectors.py",
+        ("largest-of-two-components", "in range(1, v.shape[-1])", "in range(1, min(2, v.shape[-1]))"),
+        ("unit-of-the-smallest-floats-infinite", "np.minimum(-exponent, 1023)", "-exponent"),
+        ("length-scaled-back-the-wrong-way", "np.ldexp(length, -shift)", "np.ldexp(length, shift)"),
     ),
 )
