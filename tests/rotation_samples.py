@@ -79,6 +79,16 @@ def many_rotation_vectors(count: int, seed: int = 0) -> np.ndarray:
     return many_axes(count, seed) * np.minimum(np.abs(many_angles((count, 1), seed + 1)), math.pi)
 
 
+def many_rotations(count: int, seed: int = 0) -> np.ndarray:
+    return scipy_matrix(many_rotation_vectors(count, seed))
+
+
+def many_quaternions(count: int, seed: int = 0) -> np.ndarray:
+    """Unit quaternions of either sign, shape (count, 4)."""
+    half = 0.5 * many_angles((count, 1), seed + 1)
+    return np.concatenate([np.cos(half), np.sin(half) * many_axes(count, seed)], axis=-1)
+
+
 def integer_rotations() -> np.ndarray:
     """The 24 rotations of the cube, exact in floating point."""
     found = []
