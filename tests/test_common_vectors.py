@@ -23,6 +23,12 @@ def test_a_unit_vector_and_its_length_are_right_down_to_the_smallest_floats(scal
     np.testing.assert_array_equal(lengths, [scale, 5.0])
 
 
+def test_longer_than_any_float_a_vector_still_has_its_direction() -> None:
+    e, length = unit(np.full(3, -1.7e308), "vector")
+    np.testing.assert_allclose(e, -np.sqrt(np.full(3, 1 / 3)), rtol=2.3e-16)
+    assert length == np.inf
+
+
 def test_zero_has_no_direction() -> None:
     with pytest.raises(ZeroNorm, match=r"at index \[1\]"):
         unit(np.array([[1.0, 0.0], [0.0, 0.0]]), "vector")

@@ -67,7 +67,7 @@ def largest(v: Floats) -> Floats:
 
 
 def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
-    """v/‖v‖ and ‖v‖, right down to the smallest floats.
+    """v/‖v‖ and ‖v‖, right down to the smallest floats; lengths beyond the largest are infinite.
 
     Raises:
         ZeroNorm: some vector is exactly zero; carries its index.
@@ -80,7 +80,8 @@ def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
     length = norm(scaled)
     if not length.all():
         raise ZeroNorm(what, first_index(length == 0.0))
-    return scaled / length[..., None], np.ldexp(length, -shift)
+    with np.errstate(over="ignore"):
+        return scaled / length[..., None], np.ldexp(length, -shift)
 
 
 def cross(a: Floats, b: Floats) -> Floats:
