@@ -32,7 +32,6 @@ TESTS = """
     test_romeo_shows_too
     test_romeo_is_exported_with_its_meshes
     test_other_shapes_are_refused
-    test_both_triples_about_any_perpendicular_axes_give_the_matrix_back
     test_the_identities_of_the_paper_hold_symbolically
     test_a_link_without_a_shape_colours_what_it_is_fixed_to
     test_check_urdf_accepts_it
