@@ -230,3 +230,9 @@ def test_a_scatter_that_is_none_is_refused(sigma):
 def test_rotations_near_any_rotation_are_rotations():
     R = many_rotations(300)
     assert worst(mean_rotation(random_rotation_near(R, 1e-12, 0, 5)).rotation, R) < 5e-12
+
+
+def test_each_rotation_has_a_scatter_of_its_own():
+    R = many_rotations(4)
+    steps = log(np.swapaxes(R, -1, -2)[:, None] @ random_rotation_near(R, 0.1, 0, 3)).reshape(12, 3)
+    assert np.linalg.norm(steps[:, None] - steps, axis=-1)[~np.eye(12, dtype=bool)].min() > 1e-3
