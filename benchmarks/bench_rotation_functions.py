@@ -11,11 +11,12 @@ import argparse
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
-from bench_rotations import race
 from numpy.typing import NDArray
+from racing import race
 from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 
 from nao_kin import rotations
@@ -124,7 +125,8 @@ def main(arguments: list[str] | None = None) -> None:
         for function in FUNCTIONS:
             if count > function.most:
                 continue
-            ours, theirs = race(function.ours, function.scipy, inputs, max(1, 200 // count), options.repeats)
+            calls = partial(function.ours, inputs), partial(function.scipy, inputs)
+            ours, theirs = race(*calls, max(1, 200 // count), options.repeats)
             apart = np.abs(np.asarray(function.ours(inputs)) - np.asarray(function.scipy(inputs))).max()
             rows.append(
                 {

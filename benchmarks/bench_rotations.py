@@ -11,15 +11,16 @@ from __future__ import annotations
 import argparse
 import json
 import platform
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
+from racing import race
 from scipy.spatial.transform import Rotation
 
 from nao_kin import rotations
@@ -112,7 +113,8 @@ def main(arguments: list[str] | None = None) -> None:
         for conversion in CONVERSIONS:
             values = inputs[conversion.source]
             loops = max(1, 2_000 // max(1, values.size // 9))
-            ours, theirs = race(conversion.ours, conversion.scipy, values, loops, options.repeats)
+            calls = partial(conversion.ours, values), partial(conversion.scipy, values)
+            ours, theirs = race(*calls, loops, options.repeats)
             target = {1: conversion.at_one, 1_000_000: conversion.at_million}.get(count)
             ratio = theirs / ours
             rows.append(
@@ -143,20 +145,6 @@ def _inputs(count: int) -> dict[str, Array]:
         "vector": random.as_rotvec(),
     }
     return {name: values[0] if count == 1 else values for name, values in forms.items()}
-
-
-def race(
-    ours: Callable[[Any], Any], theirs: Callable[[Any], Any], values: object, loops: int, repeats: int
-) -> tuple[float, float]:
-    """Seconds per call of each library, the best of its turns."""
-    best = [float("inf"), float("inf")]
-    for _ in range(repeats):
-        for i, convert in enumerate((ours, theirs)):
-            start = time.perf_counter()
-            for _ in range(loops):
-                convert(values)
-            best[i] = min(best[i], (time.perf_counter() - start) / loops)
-    return best[0], best[1]
 
 
 def _errors(conversion: Conversion) -> tuple[float, float]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import platform
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from racing import race
 
 from nao_kin import screws
 
@@ -86,18 +86,12 @@ def _race(function: Function, ours: Array, theirs: list[Any], repeats: int) -> t
     """Seconds per call of each library for all motions, the best of its turns."""
     loops = max(1, 50 // len(theirs))
     single = ours[0] if len(theirs) == 1 else ours
-    calls: tuple[Callable[[], Any], ...] = (
+    return race(
         lambda: function.ours(single),
         lambda: np.array([function.pinocchio(each) for each in theirs]),
+        loops,
+        repeats,
     )
-    best = [float("inf"), float("inf")]
-    for _ in range(repeats):
-        for i, call in enumerate(calls):
-            start = time.perf_counter()
-            for _ in range(loops):
-                call()
-            best[i] = min(best[i], (time.perf_counter() - start) / loops)
-    return best[0], best[1]
 
 
 def _random_twists(count: int, angles: Array | None = None) -> Array:

@@ -1,8 +1,8 @@
 """Small faults of the kind that review overlooks: where each is planted, and the tests that must notice it.
 
 Those of the viewer and its page are in `page_mutations.py`, those of rotations beyond conversions in
-`rotation_mutations.py`. Some faults that once went unnoticed have no place here, for they change nothing:
-`CHANGES_NOTHING` names them.
+`rotation_mutations.py`, those of rigid motions in `screw_mutations.py`. Some faults that once went unnoticed have no
+place here, for they change nothing: `CHANGES_NOTHING` names them.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from mutation import Mutation
 from mutation import faults as _faults
 from page_mutations import VIEWER
 from rotation_mutations import ROTATIONS
+from screw_mutations import SCREWS
 
 CHANGES_NOTHING = {
     "the carrier of a universal joint placed by the group's first joint": "it has one carrier, that of its first joint",
@@ -572,73 +573,6 @@ _MATHEMATICS = (
         ("line-parallel-to-a-plane-too-easily", "parallel_below: float = 1e-13", "parallel_below: float = 1e-6"),
     ),
     *_faults(
-        "screws/_coefficients.py",
-        "test_screws_exponential.py test_screws_jacobians.py",
-        ("series-of-the-exponential-too-short", "_TERMS = 11", "_TERMS = 8"),
-        ("closed-forms-for-small-turns", "_NEAR = math.pi**2", "_NEAR = 1e-8"),
-        ("series-for-turns-past-a-half", "_NEAR = math.pi**2", "_NEAR = 100.0"),
-        ("second-derivative-of-the-inverse-jacobian", "8.0 * c6 - 5.0 * c5 + c4", "8.0 * c6 - 5.0 * c5 - c4"),
-    ),
-    *_faults(
-        "screws/_exponential.py",
-        "test_screws_exponential.py test_screws_inputs.py",
-        ("exponential-without-its-second-product", "+ C[..., None] * cross(omega, across)", ""),
-        ("logarithm-with-the-jacobian-of-the-other-side", "t - 0.5 * across", "t + 0.5 * across"),
-        ("turns-without-digits-accepted", "LARGEST_ANGLE = 1e15", "LARGEST_ANGLE = 1e16"),
-        ("twists-typed-to-six-digits-accepted", "_FORM = 1e-9", "_FORM = 1e-6"),
-    ),
-    *_faults(
-        "screws/_transforms.py",
-        "test_screws_poses.py",
-        ("moment-carried-over-the-other-way", "turned(R, tau) + cross(t, force)", "turned(R, tau) - cross(t, force)"),
-        ("bracket-of-one-half", "cross(omega_a, v_b) + cross(v_a, omega_b)", "cross(omega_a, v_b)"),
-        ("dual-bracket-without-the-force", "cross(omega, tau) + cross(v, f)", "cross(omega, tau)"),
-    ),
-    *_faults(
-        "screws/_jacobians.py",
-        "test_screws_jacobians.py",
-        ("jacobian-without-the-derivative-of-c", "along * (dB * W + dC * W2)", "along * (dB * W)"),
-        (
-            "inverse-jacobian-without-the-derivative-of-d",
-            "D * WV + along * dD * W2",
-            "D * WV",
-        ),
-        ("whole-turns-from-far-away", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-20"),
-        ("whole-turns-inverted", "_WHOLE_TURN = 2.0**-52", "_WHOLE_TURN = 2.0**-56"),
-    ),
-    *_faults(
-        "screws/_interpolation.py",
-        "test_screws_poses.py",
-        ("longer-way-a-turn-further", "1.0 - 2.0 * np.pi / angle", "1.0 + 2.0 * np.pi / angle"),
-        ("longer-way-slides-back", "v - across + ratio * across", "ratio * v"),
-        ("way-from-the-difference-of-far-points", "turned(back, p_1 - p_0)", "turned(back, p_1) - turned(back, p_0)"),
-    ),
-    *_faults(
-        "screws/_screw.py",
-        "test_screws_axes.py",
-        ("slide-as-long-as-the-velocity", "speed, 0.0), dot(e, v))", "speed, 0.0), np.linalg.norm(v, axis=-1))"),
-        ("pitch-of-a-translation-without-its-sign", "np.copysign(np.inf, self.slide)", "np.inf"),
-        ("axes-without-end", "> FARTHEST_AXIS * angle", "> 1e155 * angle"),
-        (
-            "axis-of-the-moment-with-a-part-along-it",
-            "across = cross(cross(e, v), e)",
-            "across = v - dot(e, v)[..., None] * e",
-        ),
-    ),
-    *_faults(
-        "screws/_dual_quaternions.py",
-        "test_screws_axes.py",
-        ("dual-quaternion-shifts-twice", "_pure(0.5 * t)", "_pure(t)"),
-        ("dual-quaternion-with-a-pitch", "return r, d - beside[..., None] * r", "return r, d"),
-        ("dual-quaternions-to-a-hundredth", "_TOLERANCE = 1e-6", "_TOLERANCE = 1e-1"),
-    ),
-    *_faults(
-        "screws/_poses.py",
-        "test_screws_poses.py",
-        ("product-of-poses-in-the-other-frame", "p = p + turned(R, q)", "p = p + turned(S, q)"),
-        ("transposed-poses-repaired", "_LAST_ROW = 1e-3", "_LAST_ROW = 1.0"),
-    ),
-    *_faults(
         "rank_one.py",
         "test_rank_one.py",
         (
@@ -1079,6 +1013,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_MEANING,
     *_MATHEMATICS,
     *ROTATIONS,
+    *SCREWS,
     *_MULTIDOF,
     *_BATCH,
     *_WHOLE_BODY,

@@ -53,6 +53,42 @@ matrices = rotation_vectors.map(scipy_matrix)
 quaternions = st.builds(lambda e, a: np.array([math.cos(a / 2), *(e * math.sin(a / 2))]), axes, angles)
 
 
+def many_axes(count: int, seed: int = 0) -> np.ndarray:
+    """Unit vectors, shape (count, 3): half anywhere, the others along, in or beside the planes of the coordinates."""
+    rng = np.random.default_rng(seed)
+    v = rng.normal(size=(count, 3))
+    eighth = count // 8
+    v[:eighth] = np.eye(3)[rng.integers(0, 3, eighth)] * rng.choice([-1.0, 1.0], (eighth, 1))
+    v[eighth : 2 * eighth, rng.integers(0, 3)] = 0.0
+    v[2 * eighth : 3 * eighth] *= 10.0 ** rng.uniform(-18.0, 0.0, (eighth, 3))
+    v[3 * eighth : 4 * eighth] = rng.choice([-1.0, 1.0], (eighth, 3))
+    rng.shuffle(v)
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def many_angles(shape: tuple[int, ...], seed: int = 0) -> np.ndarray:
+    """Angles in [−π, π] and beside: a third anywhere, a third right angles, a third at every distance from these."""
+    rng = np.random.default_rng(seed)
+    right = rng.integers(-2, 3, shape) * (math.pi / 2)
+    distance = rng.choice(DISTANCES, shape) * rng.choice([-1.0, 1.0], shape)
+    return np.choose(rng.integers(0, 3, shape), [rng.uniform(-math.pi, math.pi, shape), right, right + distance])
+
+
+def many_rotation_vectors(count: int, seed: int = 0) -> np.ndarray:
+    """Rotation vectors, shape (count, 3), up to half a turn long."""
+    return many_axes(count, seed) * np.minimum(np.abs(many_angles((count, 1), seed + 1)), math.pi)
+
+
+def many_rotations(count: int, seed: int = 0) -> np.ndarray:
+    return scipy_matrix(many_rotation_vectors(count, seed))
+
+
+def many_quaternions(count: int, seed: int = 0) -> np.ndarray:
+    """Unit quaternions of either sign, shape (count, 4)."""
+    half = 0.5 * many_angles((count, 1), seed + 1)
+    return np.concatenate([np.cos(half), np.sin(half) * many_axes(count, seed)], axis=-1)
+
+
 def integer_rotations() -> np.ndarray:
     """The 24 rotations of the cube, exact in floating point."""
     found = []

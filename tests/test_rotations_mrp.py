@@ -5,8 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from rotation_samples import DISTANCES, PROPERTY, integer_rotations, matrices, random_rotations, worst
+from rotation_samples import DISTANCES, integer_rotations, many_rotations, random_rotations, worst
 from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import BadArgument, ZeroNorm
@@ -15,15 +14,15 @@ from nao_kin.rotations import matrix_from_mrp, matrix_from_natural, mrp_from_mat
 AXIS = np.array([0.48, -0.6, 0.64])
 
 
-@PROPERTY
-@given(R=matrices)
-def test_the_short_triple_of_a_rotation_and_its_shadow_both_give_it_back(R):
+def test_the_short_triple_of_a_rotation_and_its_shadow_both_give_it_back():
+    R = many_rotations(600)
     p = mrp_from_matrix(R)
-    assert np.linalg.norm(p) <= 1.0 + 1e-15
+    assert np.linalg.norm(p, axis=-1).max() <= 1.0 + 1e-15
     assert worst(matrix_from_mrp(p), R) < 3e-15
-    if np.abs(p).max() > 1e-300:
-        assert worst(matrix_from_mrp(mrp_shadow(p)), R) < 3e-15
-        assert mrp_shadow(mrp_shadow(p)) == pytest.approx(p, rel=2e-15, abs=1e-300)
+    turning = np.abs(p).max(axis=-1) > 1e-300
+    R, p = R[turning], p[turning]
+    assert worst(matrix_from_mrp(mrp_shadow(p)), R) < 3e-15
+    assert mrp_shadow(mrp_shadow(p)) == pytest.approx(p, rel=2e-15, abs=1e-300)
 
 
 def test_parameters_agree_with_scipy():

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RotationSpline as ScipySpline
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.rotations import (
     RotationSpline,
+    _spline_velocities,
     exp,
     log,
     matrix_from_quat,
@@ -165,6 +166,13 @@ def test_the_spline_meets_its_keys_and_nothing_jumps_at_them(n, sigma):
         for side in ("fixed", "moving"):
             jump = derivative(after, expressed_in=side) - derivative(before, expressed_in=side)
             assert np.abs(jump).max() < 1e-6
+
+
+def test_a_few_steps_of_newton_are_enough_for_many_keys(monkeypatch):
+    monkeypatch.setattr(_spline_velocities, "_MOST_STEPS", 5)
+    for n in (50, 101):
+        times, path = keys(n, 0.8, seed=n)
+        assert RotationSpline(times, path).velocities.shape == (n, 3)
 
 
 def test_velocities_and_accelerations_are_derivatives():

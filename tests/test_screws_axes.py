@@ -204,6 +204,10 @@ def test_eight_numbers_that_are_no_rigid_motion_are_refused() -> None:
     rounded = [2, 0, 0, 0, 1e-7, 0, 3, 0]
     np.testing.assert_array_equal(screws.pose_from_dual_quat(rounded)[:3, 3], [0, 3, 0])
     assert_near(screws.dual_quat_transform_line(rounded, UPRIGHT).point, [1, 3, 0], atol=4 * EPS)
+    # How far from zero is too far grows with the shift, not with its square.
+    screws.pose_from_dual_quat([1, 0, 0, 0, 5e-4, 1e3, 0, 0])
+    with pytest.raises(BadArgument, match=r"r·d must be zero, got 0.01"):
+        screws.pose_from_dual_quat([1, 0, 0, 0, 0.01, 1e3, 0, 0])
 
 
 def test_a_screw_needs_a_line_and_numbers_that_fit_it() -> None:

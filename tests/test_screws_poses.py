@@ -13,7 +13,7 @@ from screw_samples import EPS, EXACT, as_array, exact_ad, exact_pose, power_seri
 
 import nao_kin as nk
 from nao_kin import lines, rotations, screws
-from nao_kin.errors import BadArgument
+from nao_kin.errors import BadArgument, NotARotation
 
 assert_near = partial(np.testing.assert_allclose, rtol=0)
 MANY = screws.exp(random_twists(60, 1))
@@ -31,6 +31,11 @@ def test_a_pose_holds_its_rotation_and_its_point_and_shares_nothing_with_them() 
     R[:], p[:] = 0.0, 0.0
     assert T[0, 0] == 1.0
     assert T[0, 3] == 1.0
+
+
+def test_a_pose_of_what_is_no_rotation_is_refused_with_its_index() -> None:
+    with pytest.raises(NotARotation, match=r"at index \[1\]"):
+        screws.pose([np.eye(3), 1.01 * np.eye(3)], [0, 0, 0])
 
 
 def test_products_inverses_and_points_are_those_of_pinocchio() -> None:

@@ -54,19 +54,34 @@ def norm(v: Floats) -> Floats:
     return np.asarray(np.sqrt(dot(v, v)), dtype=np.float64)
 
 
+def largest(v: Floats) -> Floats:
+    """The largest magnitude of the components, shape (...).
+
+    Component by component: along so short an axis a reduction costs ten times as much.
+    """
+    sizes = np.abs(v)
+    found = sizes[..., 0]
+    for i in range(1, v.shape[-1]):
+        found = np.maximum(found, sizes[..., i])
+    return np.asarray(found)
+
+
 def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
-    """v/‖v‖ and ‖v‖, right down to the smallest floats.
+    """v/‖v‖ and ‖v‖, right down to the smallest floats; lengths beyond the largest are infinite.
 
     Raises:
         ZeroNorm: some vector is exactly zero; carries its index.
     """
-    _, exponent = np.frexp(np.abs(v).max(axis=-1))
-    # A power of two takes the vector near length 1 without rounding it, so that no square underflows.
-    scaled = np.ldexp(v, -exponent[..., None])
+    _, exponent = np.frexp(largest(v))
+    # A power of two takes the vector near length 1 without rounding it, so that no square underflows. One below
+    # 2^1024, that of the smallest floats, ends as near to 1 as need be.
+    shift = np.minimum(-exponent, 1023)
+    scaled = v * np.ldexp(1.0, shift)[..., None]
     length = norm(scaled)
     if not length.all():
         raise ZeroNorm(what, first_index(length == 0.0))
-    return scaled / length[..., None], np.ldexp(length, exponent)
+    with np.errstate(over="ignore"):
+        return scaled / length[..., None], np.ldexp(length, -shift)
 
 
 def cross(a: Floats, b: Floats) -> Floats:

@@ -146,8 +146,8 @@ def angle(a: PluckerLine, b: PluckerLine) -> Floats:
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> nk.lines.angle(a, nk.lines.PluckerLine.through([0, 0, 2], [0, 1e-9, 2])).tolist()
-        1.5707963267948966
+        >>> nk.lines.angle(a, nk.lines.PluckerLine.through([0, 0, 2], [1, 1e-9, 2])).tolist()
+        1e-09
     """
     pair = _compare(a, b, _PARALLEL)
     return np.asarray(np.arctan2(pair.sine, pair.cosine))

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._common.kernels import Functions, Kernel, Number, OutOfScale, evaluate
 from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import as_batch, first_index
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
-from nao_kin.rotations._kernels import Functions, Kernel, Number, OutOfScale, evaluate
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
 ROUNDING = 2.0**-46  # the defects of what a few dozen products of float64 make of a rotation stay below

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import rescaled
 from nao_kin._common.vectors import as_batch, common_batch, dot
 from nao_kin.errors import BadArgument
-from nao_kin.rotations._kernels import rescaled
 
 
 def quat_nearest(q: ArrayLike, reference: ArrayLike) -> Floats:

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import evaluate, rescaled
 from nao_kin._common.vectors import as_batch, common_batch, cross, dot, first_index, norm, unit
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._euler import EulerAngles
 from nao_kin.rotations._invariants import matrix_from_natural
-from nao_kin.rotations._kernels import evaluate, rescaled
 from nao_kin.rotations._three_angles import AtLock, check_at_lock, extraction, find_convention
 
 # |cos| up to which two axes count as perpendicular; the matrix of the angles is then wrong by as much.

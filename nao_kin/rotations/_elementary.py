@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch
-from nao_kin.rotations._kernels import (
+from nao_kin._common.kernels import (
     LARGEST_SQUARE,
     SMALLEST_NORMAL,
     Functions,
@@ -16,6 +15,7 @@ from nao_kin.rotations._kernels import (
     OutOfScale,
     evaluate,
 )
+from nao_kin._common.vectors import as_batch
 
 
 def rot_x(angle: ArrayLike) -> Floats:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import evaluate
 from nao_kin._common.vectors import as_batch
 from nao_kin.rotations._checks import evaluate_rotations
-from nao_kin.rotations._kernels import evaluate
 from nao_kin.rotations._three_angles import (
     REQUIRED,
     AtLock,

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import SMALLEST_NORMAL, Functions, Number, evaluate
 from nao_kin._common.vectors import common_batch
 from nao_kin.rotations._checks import as_exponent, as_rotations, evaluate_rotations, evaluate_vectors
 from nao_kin.rotations._elementary import from_rotation_vector
-from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, evaluate
 from nao_kin.rotations._quat_kernels import axis_and_half_angle, quaternion_of
 
 

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin._common.vectors import as_batch, common_batch, first_index
 from nao_kin.errors import BadArgument, ZeroNorm, at_index
 from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural
-from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin.rotations._quat_kernels import axis_and_half_angle, quaternion_of
 from nao_kin.rotations._quaternions import matrix_from_quat
 

@@ -9,16 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import Functions, Kernel, Number
+from nao_kin._common.turn_coefficients import WHOLE_TURN, inverse_coefficients, jacobian_coefficients
 from nao_kin._common.vectors import first_index
 from nao_kin.errors import SingularMatrix
 from nao_kin.rotations._checks import evaluate_vectors
 from nao_kin.rotations._elementary import rodrigues, squared_angle
-from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Kernel, Number
-
-# Below this angle two terms of a series are exact: what they leave out, times φ², is under 1e-16.
-_SMALL_ANGLE = 1e-2
-# |sin(φ/2)|/(φ/2) up to which nothing tells φ from a multiple of 2π but rounding.
-_WHOLE_TURN = 4.0 * 2.0**-52
 
 
 def left_jacobian(v: ArrayLike) -> Floats:
@@ -129,22 +125,15 @@ def right_jacobian_inverse(v: ArrayLike) -> Floats:
 
 def _inverse(kernel: Kernel, v: ArrayLike, what: str) -> Floats:
     found, opening = evaluate_vectors(kernel, v, (3, 3), ())
-    singular = np.asarray(np.abs(opening) <= _WHOLE_TURN)
+    singular = np.asarray(np.abs(opening) <= WHOLE_TURN)
     if singular.any():
         raise SingularMatrix(what, "the rotation vector is a whole number of turns", first_index(singular))
     return found
 
 
 def _left(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
-    square = squared_angle(f, x, y, z)
-    # The floor keeps 0/0 away; where it shows, both quotients are constant to the last digit.
-    angle = f.larger(f.sqrt(square), SMALLEST_NORMAL)
-    half = 0.5 * angle
-    quotient = f.sin(half) / half
-    small = angle < _SMALL_ANGLE
-    safe = f.where(small, 1.0, angle)
-    B = f.where(small, 1.0 / 6.0 - square / 120.0, (1.0 - f.sin(safe) / safe) / (safe * safe))
-    return rodrigues(x, y, z, 0.5 * quotient * quotient, B)
+    B, C = jacobian_coefficients(f, squared_angle(f, x, y, z))
+    return rodrigues(x, y, z, B, C)
 
 
 def _right(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
@@ -152,15 +141,8 @@ def _right(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
 
 
 def _left_inverse(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
-    square = squared_angle(f, x, y, z)
-    angle = f.sqrt(square)
-    small = angle < _SMALL_ANGLE
-    safe = f.where(small, 1.0, angle)
-    half = 0.5 * safe
-    opening = f.sin(half) / half
-    # At a whole turn, which the caller refuses, anything but 0 will do.
-    closed = (1.0 - f.cos(half) / f.where(opening == 0.0, 1.0, opening)) / (safe * safe)
-    return *rodrigues(x, y, z, -0.5, f.where(small, 1.0 / 12.0 + square / 720.0, closed)), opening
+    D, _, opening = inverse_coefficients(f, squared_angle(f, x, y, z))
+    return *rodrigues(x, y, z, -0.5, D), opening
 
 
 def _right_inverse(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:

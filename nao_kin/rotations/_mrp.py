@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, first_index
+from nao_kin._common.kernels import LARGEST_SQUARE, Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin._common.vectors import as_batch, first_index, largest
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._elementary import rodrigues
-from nao_kin.rotations._kernels import LARGEST_SQUARE, Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin.rotations._quat_kernels import quaternion_of
 
 
@@ -63,7 +63,7 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
         return evaluate(_matrix, [parameters], (3, 3))[0]
     except OutOfScale:
         # The other triple of a long one is short.
-        long = (np.abs(parameters).max(axis=-1) > 1.0)[..., np.newaxis]
+        long = (largest(parameters) > 1.0)[..., np.newaxis]
         short = np.where(long, _shadow(np.where(long, parameters, 1.0)), parameters)
         return evaluate(_matrix, [short], (3, 3))[0]
 
@@ -104,7 +104,7 @@ def mrp_shadow(p: ArrayLike) -> Floats:
 def _shadow(p: Floats) -> Floats:
     direction = rescaled(p, "modified Rodrigues parameters")
     square = np.square(direction).sum(axis=-1, keepdims=True)
-    return np.asarray(-(direction / square) / np.abs(p).max(axis=-1, keepdims=True) + 0.0)
+    return np.asarray(-(direction / square) / largest(p)[..., np.newaxis] + 0.0)
 
 
 def _parameters(f: Functions, *m: Number) -> tuple[Number, ...]:

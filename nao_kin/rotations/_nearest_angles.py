@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import Functions, Number, evaluate
 from nao_kin._common.vectors import common_batch, cross, first_index, norm, unit
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import as_rotations, evaluate_rotations
 from nao_kin.rotations._davenport import scaled_axis
-from nao_kin.rotations._kernels import Functions, Number, evaluate
 from nao_kin.rotations._quat_kernels import quaternion_of
 from nao_kin.rotations._three_angles import REQUIRED, Axes, find_short_sequence
 

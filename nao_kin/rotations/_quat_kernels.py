@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nao_kin.rotations._kernels import Functions, Number
+from nao_kin._common.kernels import Functions, Number
 
 
 def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, common_batch, first_index
+from nao_kin._common.kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin._common.vectors import as_batch, common_batch, first_index, largest
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations._checks import as_exponent
-from nao_kin.rotations._kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin.rotations._quat_kernels import axis_and_half_angle
 
 # e to this is about 1e304.
@@ -39,7 +39,7 @@ def quat_exp(q: ArrayLike) -> Floats:
         array([0.7071, 0.    , 0.    , 0.7071])
     """
     quats = as_batch(q, (4,), "quaternion")
-    fine = (quats[..., 0] <= _LARGEST_SCALAR) & (np.abs(quats[..., 1:]).max(axis=-1) <= _LARGEST_VECTOR)
+    fine = (quats[..., 0] <= _LARGEST_SCALAR) & (largest(quats[..., 1:]) <= _LARGEST_VECTOR)
     if not fine.all():
         index = first_index(np.asarray(~fine))
         raise BadArgument(
@@ -78,7 +78,7 @@ def quat_log(q: ArrayLike) -> Floats:
         return evaluate(_logarithm, [quats], (4,))[0]
     except OutOfScale:
         found = evaluate(_logarithm, [rescaled(quats, "quaternion")], (4,))[0]
-        found[..., 0] += np.log(np.abs(quats).max(axis=-1))
+        found[..., 0] += np.log(largest(quats))
         return found
 
 

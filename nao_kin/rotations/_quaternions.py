@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin._common.vectors import as_batch, as_vectors, common_batch, first_index
 from nao_kin.errors import ZeroNorm
 from nao_kin.rotations._checks import evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion
-from nao_kin.rotations._kernels import Functions, Number, OutOfScale, evaluate, rescaled
 from nao_kin.rotations._quat_kernels import quaternion_of
 
 

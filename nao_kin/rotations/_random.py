@@ -40,7 +40,7 @@ def random_rotation(rng: Random = None, shape: Shape = ()) -> Floats:
         >>> bool(nk.rotations.is_rotation(R).all()), bool(np.linalg.norm(R.mean(axis=0)) < 0.1)
         (True, True)
     """
-    return matrix_from_quat(random_quat(rng, shape))
+    return matrix_from_quat(_normals(rng, shape, 4))
 
 
 def random_quat(rng: Random = None, shape: Shape = ()) -> Floats:
@@ -62,8 +62,7 @@ def random_quat(rng: Random = None, shape: Shape = ()) -> Floats:
         >>> nk.rotations.random_quat(1, (2, 5)).shape
         (2, 5, 4)
     """
-    generator, sizes = _generator(rng), _sizes(shape)
-    return quat_canonical(unit(generator.standard_normal((*sizes, 4)), "normal numbers")[0])
+    return quat_canonical(unit(_normals(rng, shape, 4), "normal numbers")[0])
 
 
 def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, shape: Shape = ()) -> Floats:
@@ -103,6 +102,10 @@ def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, sha
     batch = middle.shape[:-2]
     turns = exp(deviations * generator.standard_normal((*batch, *sizes, 3)))
     return np.asarray(middle.reshape(*batch, *(1,) * len(sizes), 3, 3) @ turns)
+
+
+def _normals(rng: Random, shape: Shape, count: int) -> Floats:
+    return np.asarray(_generator(rng).standard_normal((*_sizes(shape), count)))
 
 
 def _generator(rng: Random) -> np.random.Generator:

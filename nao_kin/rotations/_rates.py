@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import Functions, Kernel, Number, evaluate
 from nao_kin._common.vectors import as_batch, first_index
 from nao_kin.errors import BadArgument, SingularMatrix, UnknownName
-from nao_kin.rotations._kernels import Functions, Kernel, Number, evaluate
 from nao_kin.rotations._three_angles import LOCK, REQUIRED, Axes, Convention, find_convention
 
 Side = Literal["fixed", "moving"]

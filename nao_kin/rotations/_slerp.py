@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import Functions, Number, evaluate, rescaled
 from nao_kin._common.vectors import as_batch, common_batch, first_index, unit
 from nao_kin.errors import BadArgument, UnknownName, at_index
 from nao_kin.rotations._checks import as_exponent
-from nao_kin.rotations._kernels import Functions, Number, evaluate, rescaled
 
 Arc = Literal["shorter", "longer"]
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import evaluate
+from nao_kin._common.turn_coefficients import jacobian_derivatives
 from nao_kin._common.vectors import cross, dot
 from nao_kin.errors import BadArgument
 from nao_kin.rotations._jacobians import right_jacobian, right_jacobian_inverse
@@ -12,11 +14,6 @@ from nao_kin.rotations._jacobians import right_jacobian, right_jacobian_inverse
 _MOST_STEPS = 60
 # Relative length of a step after which Newton's next one changes nothing.
 _SHORT_STEP = 1e-9
-# Below this angle the derivatives of the coefficients are taken from their series.
-_SMALL_ANGLE = 0.3
-# 2k (−1)ᵏ/(2k + 2)! and 2k (−1)ᵏ/(2k + 3)!, the reciprocals.
-_OF_B = (-12, 180, -6720, 453600, -47900160)
-_OF_C = (-60, 1260, -60480, 4989600, -622702080)
 
 
 def key_velocities(steps: Floats, arcs: Floats, first: Floats, last: Floats) -> Floats:
@@ -70,27 +67,12 @@ def turning_acceleration(v: Floats, rate: Floats) -> Floats:
     J_r(v) = 1 − b [v×] + c [v×]² with b = (1 − cos φ)/φ², c = (φ − sin φ)/φ³, and so
     J̇_r v̇ = −ḃ v × v̇ + ċ v × (v × v̇) + c v̇ × (v × v̇).
     """
-    square = dot(v, v)
-    small = square < _SMALL_ANGLE**2
-    safe = np.sqrt(np.where(small, 1.0, square))
-    sine, cosine = np.sin(safe), np.cos(safe)
-    second, fourth = safe**2, safe**4
-    c = np.where(small, _series(square, 6, -120, 5040, -362880, 39916800), (1.0 - sine / safe) / second)
-    # ḃ and ċ are these times v·v̇.
-    db = np.where(small, _series(square, *_OF_B), (safe * sine - 2.0 * (1.0 - cosine)) / fourth)
-    dc = np.where(small, _series(square, *_OF_C), (3.0 * sine / safe - 2.0 - cosine) / fourth)
+    # ḃ and ċ are db and dc times v·v̇.
+    _, c, db, dc = evaluate(jacobian_derivatives, [dot(v, v)[..., None]], (), (), (), ())
     normal = cross(v, rate)
     along = dot(v, rate)
     bend = (dc * along)[..., None] * v + c[..., None] * rate
     return np.asarray(cross(bend, normal) - (db * along)[..., None] * normal)
-
-
-def _series(square: Floats, *divisors: float) -> Floats:
-    """The sum of sᵏ/dₖ."""
-    total = np.zeros_like(square)
-    for divisor in reversed(divisors):
-        total = total * square + 1.0 / divisor
-    return total
 
 
 def _turning_derivative(v: Floats, rate: Floats) -> Floats:

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from nao_kin._common.kernels import Functions, Kernel, Number
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.rotations._kernels import Functions, Kernel, Number
 
 Axes = Literal["moving", "fixed"]
 AtLock = Literal["first", "third"]

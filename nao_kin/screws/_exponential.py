@@ -7,10 +7,11 @@ from numpy.typing import ArrayLike
 
 from nao_kin import rotations
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import evaluate
 from nao_kin._common.poses import join_poses, split_poses
+from nao_kin._common.turn_coefficients import inverse_coefficients, jacobian_coefficients
 from nao_kin._common.vectors import as_batch, cross, cross_matrix, dot, first_index
 from nao_kin.errors import BadArgument, at_index
-from nao_kin.screws._coefficients import exponential_coefficients, inverse_coefficients
 from nao_kin.screws._poses import as_twists
 
 # [rad]; of a longer rotation vector the angle within a turn has no correct digit.
@@ -146,7 +147,7 @@ def turns_checked(twist: ArrayLike, what: str = "twist") -> tuple[Floats, Floats
 
 def motion_of(v: Floats, omega: Floats) -> Floats:
     """The pose exp [(v; ω)]."""
-    B, C = exponential_coefficients(dot(omega, omega))
+    B, C = evaluate(jacobian_coefficients, [dot(omega, omega)[..., None]], (), ())
     across = cross(omega, v)
     t = v + B[..., None] * across + C[..., None] * cross(omega, across)
     return join_poses(rotations.exp(omega), t)
@@ -155,6 +156,6 @@ def motion_of(v: Floats, omega: Floats) -> Floats:
 def log_parts(R: Floats, t: Floats) -> tuple[Floats, Floats]:
     """The linear and the angular part of the logarithm of a motion, which is checked on the way."""
     omega = rotations.log(R)
-    D, _ = inverse_coefficients(dot(omega, omega))
+    D, _, _ = evaluate(inverse_coefficients, [dot(omega, omega)[..., None]], (), (), ())
     across = cross(omega, t)
     return t - 0.5 * across + D[..., None] * cross(omega, across), omega

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.poses import join_poses
-from nao_kin._common.vectors import as_batch, common_batch, cross, first_index, norm, unit
+from nao_kin._common.vectors import as_batch, common_batch, cross, first_index, largest, norm, unit
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.screws._exponential import log_parts, motion_of
 from nao_kin.screws._poses import as_poses, turned
@@ -70,7 +70,7 @@ def _the_other_way(v: Floats, omega: Floats) -> tuple[Floats, Floats]:
     turning = angle > 0.0
     e, _ = unit(np.where(turning[..., None], omega, 1.0), "axis")
     across = cross(cross(e, v), e)
-    translation = ~turning | (np.abs(across).max(axis=-1) > FARTHEST_AXIS * angle)
+    translation = ~turning | (largest(across) > FARTHEST_AXIS * angle)
     if translation.any():
         index = first_index(translation)
         raise BadArgument(

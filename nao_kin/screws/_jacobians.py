@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.kernels import evaluate
+from nao_kin._common.turn_coefficients import WHOLE_TURN, inverse_coefficients, jacobian_derivatives
 from nao_kin._common.vectors import cross_matrix, dot, first_index
 from nao_kin.errors import SingularMatrix
-from nao_kin.screws._coefficients import inverse_coefficients, jacobian_coefficients
 from nao_kin.screws._exponential import turns_checked
-
-# |sin(θ/2)|/θ that the rounding of θ leaves at whole turns.
-_WHOLE_TURN = 2.0**-52
 
 
 def left_jacobian(twist: ArrayLike) -> Floats:
@@ -44,7 +42,8 @@ def left_jacobian(twist: ArrayLike) -> Floats:
         array([0.1, 0.2, 0.3, 0. , 0. , 1. ])
     """
     v, omega = turns_checked(twist)
-    B, C, dB, dC = (c[..., None, None] for c in jacobian_coefficients(dot(omega, omega)))
+    square = dot(omega, omega)[..., None]
+    B, C, dB, dC = (c[..., None, None] for c in evaluate(jacobian_derivatives, [square], (), (), (), ()))
     W, V, W2, WV, along = _products(v, omega)
     return _blocks(np.eye(3) + B * W + C * W2, B * V + C * WV + along * (dB * W + dC * W2))
 
@@ -99,12 +98,11 @@ def left_jacobian_inverse(twist: ArrayLike) -> Floats:
         True
     """
     v, omega = turns_checked(twist)
-    square = dot(omega, omega)
-    angle = np.sqrt(square)
-    whole = (angle > 1.0) & (np.abs(np.sin(0.5 * angle)) <= _WHOLE_TURN * angle)
+    D, dD, opening = evaluate(inverse_coefficients, [dot(omega, omega)[..., None]], (), (), ())
+    whole = np.asarray(np.abs(opening) <= WHOLE_TURN)
     if whole.any():
-        raise SingularMatrix("the Jacobian of the exponential", "‖ω‖ is a multiple of 2π", first_index(whole))
-    D, dD = (c[..., None, None] for c in inverse_coefficients(square))
+        raise SingularMatrix("Jacobian of the exponential", "‖ω‖ is a multiple of 2π", first_index(whole))
+    D, dD = D[..., None, None], dD[..., None, None]
     W, V, W2, WV, along = _products(v, omega)
     return _blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * WV + along * dD * W2)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import LARGEST, as_batch, common_batch, cross, dot, unit
+from nao_kin._common.vectors import LARGEST, as_batch, common_batch, cross, dot, largest, unit
 from nao_kin.errors import BadArgument
 from nao_kin.lines import PluckerLine
 from nao_kin.screws._exponential import log, motion_of, turns_checked
@@ -86,7 +86,7 @@ class Screw:
         e, angle = unit(np.where(np.asarray(without_turn)[..., None], 1.0, omega), "axis")
         along, speed = unit(np.where(moving[..., None], v, [0.0, 0.0, 1.0]), "direction")
         across = cross(cross(e, v), e)
-        straight = np.asarray(without_turn | (np.abs(across).max(axis=-1) > FARTHEST_AXIS * angle))
+        straight = np.asarray(without_turn | (largest(across) > FARTHEST_AXIS * angle))
         moment = np.where(straight[..., None], 0.0, across / np.where(straight, 1.0, angle)[..., None])
         return cls(
             PluckerLine(np.where(straight[..., None], along, e), moment),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import first_index
+from nao_kin._common.vectors import first_index, largest
 from nao_kin.errors import ZeroNorm
 
 Number = Any  # a float or an array of floats: kernels are written once for both
@@ -108,10 +108,10 @@ def rescaled(vectors: Floats, what: str) -> Floats:
     Raises:
         ZeroNorm: some vector is exactly zero; carries its index.
     """
-    largest = np.abs(vectors).max(axis=-1)
-    if not largest.all():
-        raise ZeroNorm(what, first_index(largest == 0.0))
-    return np.asarray(vectors / largest[..., np.newaxis])
+    size = largest(vectors)
+    if not size.all():
+        raise ZeroNorm(what, first_index(size == 0.0))
+    return np.asarray(vectors / size[..., np.newaxis])
 
 
 def keep_the_heap() -> None:
