@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nao_kin._common.folders import write_folder
+from nao_kin._common.folders import check_folder, write_folder
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadModel, UnknownName
 from nao_kin.export import ros_texts
@@ -85,6 +85,7 @@ def ros2(
         ['config', 'launch', 'meshes', 'nao_description', 'rviz', 'urdf']
     """
     check_robot(robot)
+    check_folder(path, force=force)
     person = _checked_person(maintainer)
     if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
         raise BadArgument(f"package_version must be three numbers, as 1.0.0, got {quoted(package_version)}")

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from nao_kin._common.folders import write_folder
+from nao_kin._common.folders import check_folder, write_folder
 from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument, BadModel, UnknownName
@@ -90,6 +90,7 @@ def mjcf(
         (25, 'StandInit', 5.36)
     """
     check_robot(robot)
+    check_folder(folder, force=force)
     for what, value, valid in (
         ("base", base, _BASES),
         ("choice of meshes", meshes, _MESHES),
