@@ -296,6 +296,17 @@ def test_a_robot_without_looks_is_a_scene_of_nodes(tmp_path: Path) -> None:
     assert "meshes" not in scene.tree
 
 
+@pytest.mark.parametrize("name", ["base", "a_l"])
+def test_a_link_may_be_called_world(name: str, tmp_path: Path) -> None:
+    robot = _with_look(made_up(tmp_path, J("a", xyz=(0.1, 0.2, 0.3))), '<geometry><box size="0.2 0.4 0.6"/></geometry>')
+    text = robot.urdf_path.read_text(encoding="utf-8").replace(f'"{name}"', '"world"')
+    robot.urdf_path.write_text(text, encoding="utf-8")
+    robot = nk.RobotModel.from_urdf(robot.urdf_path)
+    poses = _Scene(nk.export.gltf(robot, tmp_path / "m.glb").path).poses()
+    for link in robot.link_names:
+        np.testing.assert_allclose(poses[link], Y_UP @ robot.fk(robot.neutral(), link), atol=1e-6)
+
+
 def test_no_folder_of_this_machine_is_in_the_file(written: nk.export.Exported) -> None:
     tree = _Scene(written.path).tree
     assert not any(row.get("extras") for row in (*tree["meshes"], *tree["scenes"]))
@@ -329,11 +340,15 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
         nk.export.gltf(nao, str(tmp_path / "nao.gltf"))
     with pytest.raises(UnknownName, match="unknown posture 'Standing'"):
         nk.export.gltf(nao, path, posture="Standing")
+    with pytest.raises(UnknownName, match="unknown posture ''"):
+        nk.export.gltf(nao, path, posture="")
     with pytest.raises(BadArgument, match="give a posture or a motion"):
         nk.export.gltf(nao, path, posture="Stand", motion=motion)
     for fps in (0, -1, float("nan"), "fast", True, 1e9):
         with pytest.raises(BadArgument, match="fps must be a number above 0 and at most 1000"):
             nk.export.gltf(nao, path, motion=motion, fps=fps)
+        with pytest.raises(BadArgument, match="fps must be a number above 0 and at most 1000"):
+            nk.export.gltf(nao, path, fps=fps)
     with pytest.raises(UnknownName, match="unknown joint 'Tail'"):
         nk.export.gltf(nao, path, motion=nk.Motion([0.0, 1.0], ["Tail"], [[0.0], [0.3]]))
     with pytest.raises(nk.NaoKinError):

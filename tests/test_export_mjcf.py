@@ -329,6 +329,26 @@ def test_an_effort_that_nobody_has_published_bounds_nothing(tmp_path: Path) -> N
     assert "no effort is published for a, b: force without bounds, gain 100" in done.changes
 
 
+def test_a_joint_that_its_limits_hold_is_held(tmp_path: Path) -> None:
+    # To MuJoCo a range of no width is no range.
+    held = {"a": 0.0, "b": 0.5}
+    robot = made_up(tmp_path, *(J(name, limits=(value, value)) for name, value in held.items()))
+    model = exported(robot, tmp_path / "m")
+    for name, value in held.items():
+        assert model.jnt_limited[model.joint(name).id]
+        assert model.actuator_ctrllimited[model.actuator(name).id]
+        for ends in (model.joint(name).range, model.actuator(name).ctrlrange):
+            np.testing.assert_allclose(ends, value, atol=2e-9)
+            assert ends[0] < ends[1]
+
+
+def test_the_key_frame_of_a_robot_without_postures_is_within_its_limits(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b"), J("c", limits=(-1.0, -0.25)))
+    model = exported(robot, tmp_path / "m", base="fixed")
+    np.testing.assert_array_equal(model.key("zero").qpos, [0.5, 0.0, -0.25])
+    np.testing.assert_array_equal(model.key("zero").ctrl, [0.5, 0.0, -0.25])
+
+
 def test_feet_end_in_the_planes_of_their_soles(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("hip", (0.0, 1.0, 0.0), (0.0, 0.0, -0.3)))
     turned = Origin((0.02, 0.0, -0.10), (0.0, np.pi / 2.0, 0.0))

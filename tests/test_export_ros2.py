@@ -337,7 +337,12 @@ def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, t
         ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must be as"),
         ({"maintainer": None}, BadArgument, "maintainer must be as"),
         ({"meshes": "relative"}, UnknownName, "unknown choice of meshes 'relative'"),
+        ({"maintainer": "M\x01 <me@here.org>"}, BadArgument, "maintainer must be as"),
+        ({"license": ""}, BadArgument, "license must be one line, as SPDX calls it, got ''"),
+        ({"license": "BSD\nMIT"}, BadArgument, "license must be one line"),
+        ({"license": 3}, BadArgument, "license must be one line"),
         ({"names": "nao"}, UnknownName, "unknown choice of names 'nao'"),
+        ({"names": ""}, UnknownName, "unknown choice of names ''"),
         ({"samples": 0}, BadArgument, "samples must be at least 1"),
     ],
 )

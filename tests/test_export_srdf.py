@@ -411,8 +411,12 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
         nk.export.srdf(nao, path, names="nao")
     with pytest.raises(UnknownName, match="unknown choice of frames 'some'"):
         nk.export.srdf(nao, path, frames="some")
+    with pytest.raises(UnknownName, match="unknown base ''"):
+        nk.export.srdf(nao, path, base="")
     with pytest.raises(BadArgument, match="samples must be at least 1, got 0"):
         nk.export.srdf(nao, path, samples=0)
+    with pytest.raises(BadArgument, match="samples must be at most 1000000, got 99999999999"):
+        nk.export.srdf(nao, path, samples=99999999999)
     with pytest.raises(BadArgument, match="robot must be a RobotModel, got str"):
         nk.export.srdf("nao", path)
     with pytest.raises(BadArgument, match="no ROS names are known of this robot"):

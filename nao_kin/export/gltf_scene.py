@@ -88,15 +88,15 @@ def gltf(
 
 
 def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:
+    if isinstance(fps, bool) or not isinstance(fps, (int, float)) or not 0.0 < fps <= 1000.0:
+        raise BadArgument(f"fps must be a number above 0 and at most 1000, got {quoted(fps)}")
     if motion is None:
-        start = posture or robot.semantics.start
-        q = robot.posture(start) if start else robot.clamp(robot.neutral())
+        start = robot.semantics.start if posture is None else posture
+        q = robot.posture(start) if start or posture is not None else robot.clamp(robot.neutral())
         return Trajectory(np.zeros(1), q[None])
     if posture is not None:
         raise BadArgument("give a posture or a motion: the scene stands as the motion begins")
     known = motion if isinstance(motion, Motion) else read_motion(motion, robot=robot)
-    if isinstance(fps, bool) or not isinstance(fps, (int, float)) or not 0.0 < fps <= 1000.0:
-        raise BadArgument(f"fps must be a number above 0 and at most 1000, got {quoted(fps)}")
     return known.configurations(robot, rate=float(fps))
 
 
@@ -115,7 +115,10 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -
     import trimesh
     import trimesh.exchange.gltf
 
-    scene: Any = trimesh.Scene()
+    base = "world"
+    while any(node.name == base for node in nodes):
+        base += "_"
+    scene: Any = trimesh.Scene(base_frame=base)
     for node in nodes:
         scene.graph.update(frame_to=node.name, frame_from=node.parent or scene.graph.base_frame, matrix=np.eye(4))
     taken, geometries = {node.name for node in nodes}, dict[tuple[object, ...], str]()

@@ -32,7 +32,8 @@ from nao_kin.urdf import Sphere as Ball
 VERSION = "1.11"
 DRAKE = "http://drake.mit.edu"
 # Names that mean something of their own, and what separates the names of nested models.
-_RESERVED = ("world", "__root__", "__model__")
+WORLD = "world"
+_RESERVED = (WORLD, "__root__", "__model__")
 _SEPARATOR = "::"
 # What a root without mass weighs, for SDFormat takes a link without one to weigh 1 kg.
 _NEXT_TO_NOTHING = Inertial(1e-3, HERE, (1e-7, 0.0, 0.0, 1e-7, 0.0, 1e-7))
@@ -91,7 +92,7 @@ def sdf_document(
     above = {joint.child: joint for joint in bodies.joints}
     if held:
         fixed = ET.SubElement(model, "joint", name=_free("world_joint", new), type="fixed")
-        ET.SubElement(fixed, "parent").text = "world"
+        ET.SubElement(fixed, "parent").text = WORLD
         ET.SubElement(fixed, "child").text = new[bodies.root]
     for link in (bodies.root, *(joint.child for joint in bodies.joints)):
         element = ET.SubElement(model, "link", name=new[link])
@@ -101,24 +102,28 @@ def sdf_document(
         if link in above:
             _add_joint(model, above[link], new)
     for frame in frames:
-        element = ET.SubElement(model, "frame", name=frame.name, attached_to=new[frame.link])
+        element = ET.SubElement(model, "frame", name=new[frame.name], attached_to=new[frame.link])
         ET.SubElement(element, "pose").text = _pose(frame.origin)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n", tuple(changes)
 
 
 def _fresh_names(bodies: UrdfTree, frames: tuple[Frame, ...], changes: list[str]) -> dict[str, str]:
-    """Link → a name that no joint has: links, joints and frames share one set of names."""
+    """Link or frame → a name that no joint has: links, joints and frames share one set of names."""
     joints = {joint.name for joint in bodies.joints}
-    for name in (bodies.name, *bodies.links, *joints, *(frame.name for frame in frames)):
+    places = (*bodies.links, *(frame.name for frame in frames))
+    for name in (bodies.name, *joints, *(place for place in places if place != WORLD)):
         if _SEPARATOR in name or name in _RESERVED or (name.startswith("__") and name.endswith("__")):
             raise BadArgument(f"SDFormat keeps the name {quoted(name)} for itself")
     named = [*joints, *(frame.name for frame in frames)]
     double = sorted({name for name in named if named.count(name) > 1})
     if double:
         raise BadArgument(f"SDFormat gives a name once, and {quoted(double[0])} is a joint and a frame")
-    taken = {*named, *bodies.links}
-    new = {link: link for link in bodies.links}
+    taken = {*joints, *places}
+    new = {place: place for place in places}
+    if WORLD in new:
+        new[WORLD] = _free(f"{WORLD}_link", taken)
+        changes.append(f"link {WORLD} is called {new[WORLD]}: SDFormat keeps that name for itself")
     for link in bodies.links:
         if link in named:
             new[link] = _free(f"{link}_link", taken)

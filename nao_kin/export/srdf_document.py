@@ -31,6 +31,7 @@ WORLD = "world"
 
 # MoveIt, "URDF and SRDF": characters that joint names should not contain.
 _TROUBLESOME = re.compile(r"[-\[\](),]")
+_MOST_SAMPLES = 1_000_000
 # Names of groups become names of parameters.
 _PARAMETER = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
@@ -109,10 +110,10 @@ def srdf_document(
 ) -> SrdfDocument:
     """The text of an SRDF; arguments and errors as `srdf`."""
     check_robot(robot)
-    held = base or ("floating" if robot.base == "floating" else "fixed")
+    held = ("floating" if robot.base == "floating" else "fixed") if base is None else base
     if held not in BASES:
         raise UnknownName("base", base, BASES)
-    count = whole_number(samples, "samples", 1)
+    count = whole_number(samples, "samples", 1, _MOST_SAMPLES)
     body = _as_written(robot, variant(robot, frames=frames, coupling=coupling)[0])
     tree, _ = variant(robot, frames=frames, names=names, coupling=coupling)
     semantics = named_semantics(robot.semantics) if names == "ros" else robot.semantics

@@ -14,7 +14,7 @@ from nao_kin.export.mujoco.lowest import lowest_point
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
 
-# Name of the key frame with all joints at zero, of a robot without postures.
+# Name of the key frame with all joints at zero, or at the limit nearest to it, of a robot without postures.
 ZERO = "zero"
 
 
@@ -34,7 +34,7 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
     start = robot.semantics.start
     names = sorted(robot.posture_names, key=lambda name: name != start)
     for name in names or [ZERO]:
-        q = robot.posture(name) if names else robot.neutral()
+        q = robot.posture(name) if names else robot.clamp(robot.neutral())
         values = joint_values(robot, q)
         data.qpos[:], data.ctrl[:] = model.qpos0, 0.0
         for joint in bodies.joints():

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin.export.mujoco.actuators import servo, weakest
+from nao_kin.export.mujoco.actuators import proper_range, servo, weakest
 from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint
 from nao_kin.export.mujoco.frames import pos_quat
 
@@ -90,7 +90,7 @@ def _add_joint(one: Any, joint: BodyJoint) -> None:
     else:
         _set_passive(added, motor.damping, motor.armature, row.friction)
         if math.isfinite(row.lower) and math.isfinite(row.upper):
-            added.range = (row.lower, row.upper)
+            added.range = proper_range(row.lower, row.upper)
 
 
 def _set_passive(added: Any, damping: float, armature: float, friction: float) -> None:
