@@ -10,12 +10,11 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.variants.frames import merged
 from nao_kin.export.variants.placement import HERE
 from nao_kin.semantics import Semantics
+from nao_kin.semantics.meaning import FRAME_FIELDS
 from nao_kin.urdf import UrdfTree
 
 Names = Literal["naoqi", "ros"]
 NAMES: tuple[Names, ...] = ("naoqi", "ros")
-
-_FRAMES = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
 
 
 def name_frames(tree: UrdfTree, names: str, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
@@ -79,7 +78,7 @@ def named_semantics(semantics: Semantics) -> Semantics:
     """
     new = semantics.ros_names
     frames: dict[str, Any] = {
-        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in _FRAMES
+        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in FRAME_FIELDS
     }
     views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
     return replace(semantics, **frames, fields_of_view=views)
