@@ -28,6 +28,7 @@ from nao_kin.urdf import (
     writing,
 )
 from nao_kin.urdf import Sphere as Ball
+from nao_kin.urdf.tree import TENSOR_LABELS
 
 VERSION = "1.11"
 DRAKE = "http://drake.mit.edu"
@@ -150,7 +151,7 @@ def _add_body(
     ET.SubElement(inertial, "pose").text = _pose(body.origin)
     ET.SubElement(inertial, "mass").text = writing.number(body.mass)
     tensor = ET.SubElement(inertial, "inertia")
-    for label, value in zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), body.inertia, strict=True):
+    for label, value in zip(TENSOR_LABELS, body.inertia, strict=True):
         ET.SubElement(tensor, label).text = writing.number(value)
     shapes: tuple[tuple[str, tuple[Visual | Collision, ...]], ...] = (
         ("visual", tree.visuals),
