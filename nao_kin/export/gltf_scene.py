@@ -20,6 +20,7 @@ from nao_kin.export.variants.placement import transform
 from nao_kin.motion import Motion, Trajectory, read_motion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.urdf import UrdfTree
+from nao_kin.urdf.names import fresh_name, with_underscores
 
 FRAMES_PER_SECOND = 30.0
 _STILL = (0.0, 0.0, 0.0, 1.0)
@@ -115,19 +116,13 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -
     import trimesh
     import trimesh.exchange.gltf
 
-    base = "world"
-    while any(node.name == base for node in nodes):
-        base += "_"
-    scene: Any = trimesh.Scene(base_frame=base)
+    taken = {node.name for node in nodes}
+    scene: Any = trimesh.Scene(base_frame=with_underscores("world", taken))
     for node in nodes:
         scene.graph.update(frame_to=node.name, frame_from=node.parent or scene.graph.base_frame, matrix=np.eye(4))
-    taken, geometries = {node.name for node in nodes}, dict[tuple[object, ...], str]()
+    geometries = dict[tuple[object, ...], str]()
     for shape in shapes:
-        label = name = shape.name or f"{shape.link}_visual"
-        count = 1
-        while name in taken:
-            count += 1
-            name = f"{label}_{count}"
+        name = fresh_name(shape.name or f"{shape.link}_visual", taken)
         taken.add(name)
         place = transform(shape.origin)
         if shape.key in geometries:

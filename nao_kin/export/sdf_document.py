@@ -28,6 +28,7 @@ from nao_kin.urdf import (
     writing,
 )
 from nao_kin.urdf import Sphere as Ball
+from nao_kin.urdf.names import with_underscores
 from nao_kin.urdf.tree import TENSOR_LABELS
 
 VERSION = "1.11"
@@ -92,7 +93,8 @@ def sdf_document(
     model = ET.SubElement(root, "model", name=bodies.name, canonical_link=new[bodies.root])
     above = {joint.child: joint for joint in bodies.joints}
     if held:
-        fixed = ET.SubElement(model, "joint", name=_free("world_joint", new), type="fixed")
+        taken = {*new.values(), *(joint.name for joint in bodies.joints)}
+        fixed = ET.SubElement(model, "joint", name=with_underscores("world_joint", taken), type="fixed")
         ET.SubElement(fixed, "parent").text = WORLD
         ET.SubElement(fixed, "child").text = new[bodies.root]
     for link in (bodies.root, *(joint.child for joint in bodies.joints)):
@@ -123,19 +125,13 @@ def _fresh_names(bodies: UrdfTree, frames: tuple[Frame, ...], changes: list[str]
     taken = {*joints, *places}
     new = {place: place for place in places}
     if WORLD in new:
-        new[WORLD] = _free(f"{WORLD}_link", taken)
+        new[WORLD] = with_underscores(f"{WORLD}_link", taken)
         changes.append(f"link {WORLD} is called {new[WORLD]}: SDFormat keeps that name for itself")
     for link in bodies.links:
         if link in named:
-            new[link] = _free(f"{link}_link", taken)
+            new[link] = with_underscores(f"{link}_link", taken)
             changes.append(f"link {link} is called {new[link]}: SDFormat gives a name once, and a joint has it")
     return new
-
-
-def _free(name: str, taken: object) -> str:
-    while name in taken:  # type: ignore[operator]
-        name += "_"
-    return name
 
 
 def _add_body(
@@ -161,7 +157,7 @@ def _add_body(
         taken: set[str] = set()
         for shape in several:
             if shape.link == link and not (meshes is None and isinstance(shape.geometry, MeshFile)):
-                name = _free(shape.name or f"{link}_{tag}", taken)
+                name = with_underscores(shape.name or f"{link}_{tag}", taken)
                 taken.add(name)
                 _add_shape(ET.SubElement(element, tag, name=name), shape, meshes or {})
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections import Counter
 from collections.abc import Mapping
@@ -25,6 +24,7 @@ from nao_kin.export.variants.names import named_semantics
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.semantics import Posture, Semantics
 from nao_kin.urdf import UrdfTree, writing
+from nao_kin.urdf.names import fresh_name
 
 BASES = ("fixed", "floating", "planar")
 WORLD = "world"
@@ -169,7 +169,8 @@ def _robot(
         element.set("group", effector.group)
         if effector.parent_group:
             element.set("parent_group", effector.parent_group)
-    ET.SubElement(root, "virtual_joint", name=_fresh_joint(tree), type=held, parent_frame=WORLD, child_link=tree.root)
+    virtual = fresh_name("virtual_joint", {joint.name for joint in tree.joints})
+    ET.SubElement(root, "virtual_joint", name=virtual, type=held, parent_frame=WORLD, child_link=tree.root)
     for follower in tree.mimics:
         ET.SubElement(root, "passive_joint", name=follower)
     for (first, second), reason in unchecked.items():
@@ -191,12 +192,6 @@ def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, f
         state = ET.SubElement(root, "group_state", name=name, group=group.name)
         for joint in group.own:
             ET.SubElement(state, "joint", name=joint, value=repr(values[joint]))
-
-
-def _fresh_joint(tree: UrdfTree) -> str:
-    taken = {joint.name for joint in tree.joints}
-    names = itertools.chain(("virtual_joint",), (f"virtual_joint_{n}" for n in itertools.count(2)))
-    return next(name for name in names if name not in taken)
 
 
 def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int) -> str:

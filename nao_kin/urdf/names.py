@@ -27,8 +27,18 @@ def names_apart(links: Iterable[str], joints: Iterable[str], notes: list[str]) -
 
 
 def fresh_name(name: str, taken: Container[str], *endings: str) -> str:
-    """The name with the first ending that makes one not taken yet; the last ending is tried with numbers, too."""
-    return next(name + ending for ending in _endless(endings) if name + ending not in taken)
+    """The name with the first ending that makes one not taken yet; the last ending is tried with numbers, too.
+
+    Without endings: the name itself, or with the first number from 2 on.
+    """
+    return next(name + ending for ending in _endless(endings or ("",)) if name + ending not in taken)
+
+
+def with_underscores(name: str, taken: Container[str]) -> str:
+    """The name, with as many underscores behind it as set it apart from the names taken."""
+    while name in taken:
+        name += "_"
+    return name
 
 
 def _endless(endings: tuple[str, ...]) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from nao_kin.export.mujoco.actuators import proper_range, servo, weakest
 from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint
 from nao_kin.export.mujoco.frames import pos_quat
+from nao_kin.urdf.names import fresh_name
 
 # Couplings as stiff as MuJoCo takes them: a time constant of two steps of the simulation, critically damped, and
 # constraint forces that give way to a ten-thousandth.
@@ -60,9 +60,7 @@ def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
 
 def free_name(bodies: Bodies) -> str:
     """Name of the root's free joint: "root_joint", or the first of its kind that no joint has."""
-    taken = {joint.name for joint in bodies.joints()}
-    names = itertools.chain(("root_joint",), (f"root_joint_{n}" for n in itertools.count(2)))
-    return next(name for name in names if name not in taken)
+    return fresh_name("root_joint", {joint.name for joint in bodies.joints()})
 
 
 def _set_inertia(one: Any, body: Body) -> None:

@@ -10,6 +10,7 @@ from nao_kin.errors import UnknownName
 from nao_kin.export.variants.placement import composed
 from nao_kin.rotations import rotation_between, rpy_from_matrix
 from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
+from nao_kin.urdf.names import with_underscores
 
 Axes = Literal["published", "aligned"]
 AXES: tuple[Axes, ...] = ("published", "aligned")
@@ -51,11 +52,12 @@ def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
         if joint.kind not in _ALONG_AN_AXIS or sorted(map(abs, joint.axis)) == [0.0, 0.0, 1.0]:
             joints.append(joint)
             continue
-        between = _free(f"{joint.name}_axis", taken)
+        between = with_underscores(f"{joint.name}_axis", taken)
         R = rotation_between(_Z, joint.axis)
         turned = composed(joint.origin, Origin(rpy=_rpy(R)))
         joints.append(replace(joint, origin=turned, axis=_Z, child=between))
-        back = _free(f"{joint.name}_axis_fixedjoint", taken)
+        back = with_underscores(f"{joint.name}_axis_fixedjoint", taken)
+        taken |= {between, back}
         joints.append(UrdfJoint(back, "fixed", between, joint.child, Origin(rpy=_rpy(R.T))))
         links.insert(links.index(joint.child), between)
         changes.append(
@@ -68,11 +70,3 @@ def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
 def _rpy(R: Floats) -> Vector:
     roll, pitch, yaw = (rpy_from_matrix(R) + 0.0).tolist()  # no −0
     return roll, pitch, yaw
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """The name, with as many underscores behind it as set it apart from the names in use; it is in use from now on."""
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name
