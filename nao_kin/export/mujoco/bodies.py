@@ -9,8 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
+from nao_kin.export.mujoco.frames import pose
 from nao_kin.joints import JointGroups
-from nao_kin.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+from nao_kin.urdf import Inertial, UrdfJoint, UrdfTree
 
 _BALL = (1e-3, 6.2e-3)  # mass [kg] and radius [m] of a ball of water
 
@@ -95,7 +96,7 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
     between: set[str] = set()
     for row in tree.joints:
         index, T_link = places[row.parent]
-        T_joint = T_link * _se3(row.origin)
+        T_joint = T_link * pose(row.origin)
         if row.kind == "fixed" or row.name in before_last:
             places[row.child] = index, T_joint
             if row.kind != "fixed":
@@ -145,10 +146,6 @@ def _root_name(tree: UrdfTree, root: Body) -> str:
     heavy = (link for link, T in root.links.items() if link in tree.inertials and identity == T)
     name = next(heavy, tree.root)
     return name if name != "world" else "world_link"
-
-
-def _se3(origin: Origin) -> pin.SE3:
-    return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy) if any(origin.rpy) else np.eye(3), np.array(origin.xyz))
 
 
 def _inertia(body: Inertial) -> pin.Inertia:

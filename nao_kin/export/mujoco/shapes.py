@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-import pinocchio as pin
-
 from nao_kin.export.mujoco.bodies import Bodies
-from nao_kin.export.mujoco.frames import pos_quat
+from nao_kin.export.mujoco.frames import pos_quat, pose
 from nao_kin.export.mujoco.mesh_files import MeshFiles
 from nao_kin.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, UrdfTree, Visual
 from nao_kin.urdf.names import fresh_name
@@ -67,7 +64,7 @@ class Shapes:
 
     def _add(self, shape: Visual | Collision, default: Any, name: str) -> Any:
         one, T_link = self._bodies[shape.link]
-        T_shape = T_link * pin.SE3(pin.rpy.rpyToMatrix(*shape.origin.rpy), np.array(shape.origin.xyz))
+        T_shape = T_link * pose(shape.origin)
         geom = one.add_geom(default, name=self._free(shape.name or name), **pos_quat(T_shape))
         self._set_geometry(geom, shape.geometry)
         return geom
