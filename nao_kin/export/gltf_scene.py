@@ -13,6 +13,7 @@ from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.export.exported import Exported
 from nao_kin.export.glb import Glb
+from nao_kin.export.joint_values import joint_values
 from nao_kin.export.scene_nodes import Node, motion_of, scene_nodes
 from nao_kin.export.scene_shapes import Shape, linear, scene_shapes
 from nao_kin.export.urdf_export import variant
@@ -70,9 +71,8 @@ def gltf(
         raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
     check_replaceable(path, force=force)
     tree, _ = variant(robot, frames=frames, names=names)
-    new = robot.semantics.ros_names if names == "ros" else {}
     moving = _trajectory(robot, motion, fps, posture)
-    values = {new.get(name, name): value for name, value in _joint_values(robot, moving.q).items()}
+    values = joint_values(robot, moving.q, names)
     nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q)[0])
     shapes, paints, notes = scene_shapes(tree)
     glb = Glb(_scene(tree, nodes, shapes))
@@ -99,11 +99,6 @@ def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: floa
         raise BadArgument("give a posture or a motion: the scene stands as the motion begins")
     known = motion if isinstance(motion, Motion) else read_motion(motion, robot=robot)
     return known.configurations(robot, rate=float(fps))
-
-
-def _joint_values(robot: RobotModel, q: Floats) -> dict[str, Floats]:
-    own = {name: np.asarray(value) for name, value in robot.angles(q).items()}
-    return own | {name: mimic.value(own[mimic.joint]) for name, mimic in robot.mimics.items()}
 
 
 def _base(robot: RobotModel, q: Floats) -> Floats:

@@ -13,8 +13,9 @@ from nao_kin.errors import BadArgument, BadModel, UnknownName
 from nao_kin.export import ros_texts
 from nao_kin.export.coloured_meshes import coloured
 from nao_kin.export.exported import Exported
+from nao_kin.export.joint_values import joint_values
 from nao_kin.export.meshes import MESH_FOLDER, mesh_names, read_files
-from nao_kin.export.srdf_document import joint_values, srdf_document
+from nao_kin.export.srdf_document import srdf_document
 from nao_kin.export.urdf_document import urdf_document
 from nao_kin.export.urdf_export import variant
 from nao_kin.robot import RobotModel, check_robot
@@ -174,8 +175,8 @@ def _start(robot: RobotModel, tree: UrdfTree, names: str) -> dict[str, float]:
     """The posture that the robot starts in, as far as the exported joints have values of their own."""
     if not robot.semantics.start:
         return {}
-    values = joint_values(robot, robot.semantics.start, names)
-    return {joint.name: values[joint.name] for joint in tree.moving_joints if joint.mimic is None}
+    values = joint_values(robot, robot.posture(robot.semantics.start), names)
+    return {joint.name: float(values[joint.name]) for joint in tree.moving_joints if joint.mimic is None}
 
 
 def _view(robot: RobotModel) -> tuple[tuple[float, float, float], float]:

@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
 from nao_kin.export.mujoco.frames import pose
+from nao_kin.export.variants.mass import central_tensor
 from nao_kin.joints import JointGroups
 from nao_kin.urdf import Inertial, UrdfJoint, UrdfTree
 
@@ -149,11 +150,8 @@ def _root_name(tree: UrdfTree, root: Body) -> str:
 
 
 def _inertia(body: Inertial) -> pin.Inertia:
-    xx, xy, xz, yy, yz, zz = body.inertia
-    R = pin.rpy.rpyToMatrix(*body.origin.rpy)
-    tensor = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
     inertia = pin.Inertia.Zero()
-    inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), tensor
+    inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), central_tensor(body)
     return inertia
 
 
