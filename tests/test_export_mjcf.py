@@ -329,6 +329,34 @@ def test_an_effort_that_nobody_has_published_bounds_nothing(tmp_path: Path) -> N
     assert "no effort is published for a, b: force without bounds, gain 100" in done.changes
 
 
+def test_a_motor_is_as_strong_and_fast_as_published(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("turn"), J("rail", kind="prismatic"))
+    model = exported(robot, tmp_path / "m")
+    for name, error in (("turn", 0.05), ("rail", 0.005)):
+        actuator, joint = model.actuator(name), model.joint(name)
+        kp, kv = float(actuator.gainprm[0]), -float(actuator.biasprm[2])
+        assert kp * error == pytest.approx(5.0)  # the full effort at that error
+        assert actuator.biasprm[1] == -kp
+        damping = float(model.dof_damping[joint.dofadr[0]].flat[0])
+        armature = float(model.dof_armature[joint.dofadr[0]])
+        assert damping * 2.0 == pytest.approx(5.0)  # nothing is left at the largest speed
+        assert armature == pytest.approx(0.015 * damping)
+        assert kv + damping == pytest.approx(2.0 * (kp * armature) ** 0.5)  # critically damped
+
+
+def test_a_ball_is_turned_by_the_weakest_of_its_motors(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", (0.0, 0.0, 1.0)), J("b", (0.0, 1.0, 0.0)), J("c", (1.0, 0.0, 0.0)))
+    efforts = {"a": 7.0, "b": 3.0, "c": 5.0}
+    joints = tuple(
+        replace(joint, effort=efforts[joint.name], friction=efforts[joint.name]) for joint in robot.tree.joints
+    )
+    model = exported(nk.RobotModel(replace(robot.tree, joints=joints)), tmp_path / "m", typed=True)
+    assert model.nu == 3
+    for letter in "xyz":
+        np.testing.assert_array_equal(model.actuator(f"a+b+c_{letter}").forcerange, (-3.0, 3.0))
+    np.testing.assert_array_equal(model.dof_frictionloss[model.joint("a+b+c").dofadr[0]], 7.0)
+
+
 def test_a_joint_that_its_limits_hold_is_held(tmp_path: Path) -> None:
     # To MuJoCo a range of no width is no range.
     held = {"a": 0.0, "b": 0.5}
