@@ -296,6 +296,22 @@ def test_a_robot_without_looks_is_a_scene_of_nodes(tmp_path: Path) -> None:
     assert "meshes" not in scene.tree
 
 
+def test_a_robot_without_a_start_stands_within_its_limits(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b", xyz=(0.1, 0.0, 0.0)))
+    poses = _Scene(nk.export.gltf(robot, tmp_path / "m.glb").path).poses()
+    np.testing.assert_allclose(poses["b_l"], Y_UP @ robot.fk([0.5, 0.0], "b_l"), atol=1e-6)
+
+
+def test_a_shape_that_is_there_twice_stands_in_both_places(tmp_path: Path) -> None:
+    import trimesh
+
+    box = '<geometry><box size="0.2 0.2 0.2"/></geometry>'
+    origins = [f'<origin xyz="{x} 0 0"/>' for x in (1, 3)]
+    robot = _with_look(made_up(tmp_path, J("a")), *(origin + box for origin in origins))
+    scene = trimesh.load_scene(nk.export.gltf(robot, tmp_path / "m.glb").path)
+    assert sorted(part.bounds[0][0] for part in scene.dump()) == pytest.approx([0.9, 2.9])
+
+
 @pytest.mark.parametrize("name", ["base", "a_l"])
 def test_a_link_may_be_called_world(name: str, tmp_path: Path) -> None:
     robot = _with_look(made_up(tmp_path, J("a", xyz=(0.1, 0.2, 0.3))), '<geometry><box size="0.2 0.4 0.6"/></geometry>')
