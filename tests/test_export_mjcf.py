@@ -376,7 +376,8 @@ def test_neighbours_across_a_link_without_shapes_do_not_touch(tmp_path: Path) ->
     robot = made_up(tmp_path, J("a", xyz=(0.5, 0.0, 0.0)), J("b", xyz=(0.5, 0.0, 0.0)))
     shapes = tuple(Collision(link, Origin(), Sphere(0.1)) for link in ("base", "b_l"))
     model = exported(nk.RobotModel(replace(robot.tree, collisions=shapes)), tmp_path / "m")
-    assert model.nexclude == 1
+    pairs = [{int(signature) >> 16, int(signature) & 0xFFFF} for signature in model.exclude_signature]
+    assert pairs == [{model.body("base").id, model.body("b_l").id}]
 
 
 def test_sizes_of_shapes_are_exact(tmp_path: Path) -> None:

@@ -361,6 +361,17 @@ def test_shapes_of_every_kind_and_meshes_are_read(tmp_path: Path) -> None:
     assert contacts.notes == []
 
 
+def test_a_mesh_is_as_large_as_its_scale_makes_it(tmp_path: Path) -> None:
+    (tmp_path / "cube.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", encoding="utf-8"
+    )
+    robot = made_up(tmp_path, J("a", xyz=(1.5, 0.0, 0.0)))
+    for scale, touching in (("1 1 1", 0), ("2 1 1", 1)):
+        mesh = f'<geometry><mesh filename="cube.obj" scale="{scale}"/></geometry>'
+        contacts = LinkContacts(_shaped(robot, tmp_path, base=mesh, a_l=_ball(0.05)))
+        assert contacts.count(np.zeros((1, 1)), {("a_l", "base")}) == {("a_l", "base"): touching}
+
+
 def test_a_mesh_that_is_missing_or_broken_is_noted_and_left_out(tmp_path: Path) -> None:
     (tmp_path / "broken.stl").write_bytes(b"no mesh")
     robot = made_up(tmp_path, J("a"))
