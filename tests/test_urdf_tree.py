@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from nao_kin._common.free_names import fresh_name, with_underscores
 from nao_kin.errors import BadModel
 from nao_kin.semantics import Mimic
 from nao_kin.urdf import Box, Collision, Origin, UrdfJoint, UrdfTree, read_urdf
-from nao_kin.urdf.names import fresh_name, with_underscores
 
 
 def _joint(name: str, parent: str, child: str, inside: str = "", kind: str = "revolute") -> str:

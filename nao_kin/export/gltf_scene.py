@@ -9,6 +9,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.documents import check_replaceable, write_document
+from nao_kin._common.free_names import fresh_name, with_underscores
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.export.exported import Exported
@@ -21,7 +22,6 @@ from nao_kin.export.variants.placement import transform
 from nao_kin.motion import Motion, Trajectory, read_motion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.urdf import UrdfTree
-from nao_kin.urdf.names import fresh_name, with_underscores
 
 FRAMES_PER_SECOND = 30.0
 _STILL = (0.0, 0.0, 0.0, 1.0)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin.semantics import Semantics
 from nao_kin.urdf import UrdfJoint, UrdfTree
-from nao_kin.urdf.names import fresh_name
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin._text import abbreviated, quoted
 from nao_kin.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Packages, Rgba, Sphere, UrdfTree
-from nao_kin.urdf.names import fresh_name
 
 GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
+from nao_kin._common.free_names import with_underscores
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.export.variants.placement import HERE, composed
@@ -28,8 +29,6 @@ from nao_kin.urdf import (
     writing,
 )
 from nao_kin.urdf import Sphere as Ball
-from nao_kin.urdf.names import with_underscores
-from nao_kin.urdf.tree import TENSOR_LABELS
 
 VERSION = "1.11"
 DRAKE = "http://drake.mit.edu"
@@ -147,7 +146,7 @@ def _add_body(
     ET.SubElement(inertial, "pose").text = _pose(body.origin)
     ET.SubElement(inertial, "mass").text = writing.number(body.mass)
     tensor = ET.SubElement(inertial, "inertia")
-    for label, value in zip(TENSOR_LABELS, body.inertia, strict=True):
+    for label, value in zip(writing.TENSOR_LABELS, body.inertia, strict=True):
         ET.SubElement(tensor, label).text = writing.number(value)
     shapes: tuple[tuple[str, tuple[Visual | Collision, ...]], ...] = (
         ("visual", tree.visuals),

@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.documents import check_replaceable, write_document
+from nao_kin._common.free_names import fresh_name
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import UnknownName
@@ -24,7 +25,6 @@ from nao_kin.export.variants.names import name_frames, named_semantics, new_name
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.semantics import Posture, Semantics
 from nao_kin.urdf import UrdfTree, writing
-from nao_kin.urdf.names import fresh_name
 
 BASES = ("fixed", "floating", "planar")
 WORLD = "world"

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin.urdf import Collision, MeshFile, Rgba, UrdfJoint, UrdfTree, Visual, writing
-from nao_kin.urdf.names import fresh_name
 
 # URDF has no word for "without bound": this stands for it [m, m/s, rad/s, N, N m].
 UNBOUNDED = 1e9

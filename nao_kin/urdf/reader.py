@@ -22,8 +22,9 @@ from nao_kin.urdf.couplings import CouplingRefused, drive_order, resolve_chains,
 from nao_kin.urdf.document import read_document
 from nao_kin.urdf.names import names_apart
 from nao_kin.urdf.packages import Packages, checked_folders
-from nao_kin.urdf.tree import TENSOR_LABELS, Inertial, UrdfJoint, UrdfTree
+from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
 from nao_kin.urdf.visuals import Origin, read_collisions, read_visuals
+from nao_kin.urdf.writing import TENSOR_LABELS
 from nao_kin.urdf.xacro_source import expand_xacro, xacro_values
 
 # What an attribute belongs to: "joint" or "link", and its name.

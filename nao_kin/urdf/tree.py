@@ -13,9 +13,6 @@ from nao_kin.semantics import Mimic
 from nao_kin.urdf.packages import Packages
 from nao_kin.urdf.visuals import Collision, Origin, Visual
 
-# The entries of a tensor, in the order of `Inertial.inertia`.
-TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
 
 @dataclass(frozen=True)
 class Inertial:

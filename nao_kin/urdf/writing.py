@@ -6,8 +6,11 @@ from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
 from nao_kin.semantics import Mimic
-from nao_kin.urdf.tree import TENSOR_LABELS, Inertial
+from nao_kin.urdf.tree import Inertial
 from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere
+
+# The entries of a tensor, in the order of `Inertial.inertia`.
+TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def number(value: float) -> str:

@@ -6,11 +6,11 @@ import io
 import warnings
 from pathlib import Path
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.export.meshes import mesh_files, read_files
 from nao_kin.urdf import MeshFile, UrdfTree
-from nao_kin.urdf.names import fresh_name
 
 FOLDER = "assets"
 

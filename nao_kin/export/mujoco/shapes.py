@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin.export.mujoco.bodies import Bodies
 from nao_kin.export.mujoco.frames import pos_quat, pose
 from nao_kin.export.mujoco.mesh_files import MeshFiles
 from nao_kin.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, UrdfTree, Visual
-from nao_kin.urdf.names import fresh_name
 
 VISUAL, COLLISION = "visual", "collision"
 _VISUAL_GROUP, _COLLISION_GROUP = 2, 3

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin.export.mujoco.actuators import proper_range, servo, weakest
 from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint
 from nao_kin.export.mujoco.frames import pos_quat
-from nao_kin.urdf.names import fresh_name
 
 # Couplings as stiff as MuJoCo takes them: a time constant of two steps of the simulation, critically damped, and
 # constraint forces that give way to a ten-thousandth.

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import Literal
 
 from nao_kin._common.arrays import Vector
+from nao_kin._common.free_names import with_underscores
 from nao_kin.errors import UnknownName
 from nao_kin.export.variants.placement import composed, rpy_of
 from nao_kin.rotations import rotation_between
 from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
-from nao_kin.urdf.names import with_underscores
 
 Axes = Literal["published", "aligned"]
 AXES: tuple[Axes, ...] = ("published", "aligned")

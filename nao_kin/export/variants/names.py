@@ -9,8 +9,7 @@ from typing import Any, Literal
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.variants.frames import merged
 from nao_kin.export.variants.placement import HERE
-from nao_kin.semantics import Semantics
-from nao_kin.semantics.meaning import FRAME_FIELDS
+from nao_kin.semantics import Semantics, meaning
 from nao_kin.urdf import UrdfTree
 
 Names = Literal["naoqi", "ros"]
@@ -89,7 +88,7 @@ def named_semantics(semantics: Semantics, names: str) -> Semantics:
     """
     new = new_names(semantics, names)
     frames: dict[str, Any] = {
-        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in FRAME_FIELDS
+        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in meaning.FRAME_FIELDS
     }
     views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
     return replace(semantics, **frames, fields_of_view=views)
