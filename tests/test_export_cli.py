@@ -111,4 +111,8 @@ def test_places_that_take_no_file_are_named(capsys: pytest.CaptureFixture) -> No
     assert "No such file or directory" in refused(capsys, "gone/nao.urdf", "--format", "urdf")
     assert "both write to standard output" in refused(capsys, "-", "--format", "urdf", "--json")
     assert "takes one file, and 64 are to stand beside it" in refused(capsys, "-", "--format", "urdf")
+    for name in ("mjcf", "ros2", "sdf"):
+        assert "it is a file, and a folder is to be written" in refused(capsys, "-", "--format", name)
+        assert "No such file or directory" in refused(capsys, "gone/nao", "--format", name)
+        assert "no folder name" in refused(capsys, "", "--format", name)
     assert os.listdir() == ["there"]

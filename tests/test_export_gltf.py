@@ -296,6 +296,33 @@ def test_a_robot_without_looks_is_a_scene_of_nodes(tmp_path: Path) -> None:
     assert "meshes" not in scene.tree
 
 
+def test_a_robot_without_a_start_stands_within_its_limits(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b", xyz=(0.1, 0.0, 0.0)))
+    poses = _Scene(nk.export.gltf(robot, tmp_path / "m.glb").path).poses()
+    np.testing.assert_allclose(poses["b_l"], Y_UP @ robot.fk([0.5, 0.0], "b_l"), atol=1e-6)
+
+
+def test_a_shape_that_is_there_twice_stands_in_both_places(tmp_path: Path) -> None:
+    import trimesh
+
+    box = '<geometry><box size="0.2 0.2 0.2"/></geometry>'
+    origins = [f'<origin xyz="{x} 0 0"/>' for x in (1, 3)]
+    robot = _with_look(made_up(tmp_path, J("a")), *(origin + box for origin in origins))
+    scene = trimesh.load_scene(nk.export.gltf(robot, tmp_path / "m.glb").path)
+    assert sorted(part.bounds[0][0] for part in scene.dump()) == pytest.approx([0.9, 2.9])
+
+
+@pytest.mark.parametrize("name", ["base", "a_l"])
+def test_a_link_may_be_called_world(name: str, tmp_path: Path) -> None:
+    robot = _with_look(made_up(tmp_path, J("a", xyz=(0.1, 0.2, 0.3))), '<geometry><box size="0.2 0.4 0.6"/></geometry>')
+    text = robot.urdf_path.read_text(encoding="utf-8").replace(f'"{name}"', '"world"')
+    robot.urdf_path.write_text(text, encoding="utf-8")
+    robot = nk.RobotModel.from_urdf(robot.urdf_path)
+    poses = _Scene(nk.export.gltf(robot, tmp_path / "m.glb").path).poses()
+    for link in robot.link_names:
+        np.testing.assert_allclose(poses[link], Y_UP @ robot.fk(robot.neutral(), link), atol=1e-6)
+
+
 def test_no_folder_of_this_machine_is_in_the_file(written: nk.export.Exported) -> None:
     tree = _Scene(written.path).tree
     assert not any(row.get("extras") for row in (*tree["meshes"], *tree["scenes"]))
@@ -329,11 +356,15 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
         nk.export.gltf(nao, str(tmp_path / "nao.gltf"))
     with pytest.raises(UnknownName, match="unknown posture 'Standing'"):
         nk.export.gltf(nao, path, posture="Standing")
+    with pytest.raises(UnknownName, match="unknown posture ''"):
+        nk.export.gltf(nao, path, posture="")
     with pytest.raises(BadArgument, match="give a posture or a motion"):
         nk.export.gltf(nao, path, posture="Stand", motion=motion)
     for fps in (0, -1, float("nan"), "fast", True, 1e9):
         with pytest.raises(BadArgument, match="fps must be a number above 0 and at most 1000"):
             nk.export.gltf(nao, path, motion=motion, fps=fps)
+        with pytest.raises(BadArgument, match="fps must be a number above 0 and at most 1000"):
+            nk.export.gltf(nao, path, fps=fps)
     with pytest.raises(UnknownName, match="unknown joint 'Tail'"):
         nk.export.gltf(nao, path, motion=nk.Motion([0.0, 1.0], ["Tail"], [[0.0], [0.3]]))
     with pytest.raises(nk.NaoKinError):

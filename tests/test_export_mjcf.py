@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from made_up_robots import J, made_up
 
@@ -327,6 +328,111 @@ def test_an_effort_that_nobody_has_published_bounds_nothing(tmp_path: Path) -> N
     model = mujoco.MjModel.from_xml_path(str(done.path))
     assert not model.actuator_forcelimited.any()
     assert "no effort is published for a, b: force without bounds, gain 100" in done.changes
+
+
+def test_masses_are_spread_as_pinocchio_has_them(tmp_path: Path) -> None:
+    # Two links on a fixed joint, askew: what the body has is the sum, in its own frame.
+    robot = made_up(
+        tmp_path,
+        J("a", (0.0, 0.6, 0.8), (0.1, 0.0, 0.2), (0.3, -0.4, 0.5)),
+        J("held", kind="fixed", xyz=(0.2, -0.1, 0.3), rpy=(0.7, 0.2, -1.1)),
+        J("b", (1.0, 0.0, 0.0), (0.0, 0.1, 0.0), kind="prismatic"),
+        J("c", (0.0, 1.0, 0.0), (0.1, 0.1, 0.0)),
+    )
+    model = exported(robot, tmp_path / "m", base="fixed", inertia="published")
+    model.dof_armature[:] = 0.0
+    data, ours = mujoco.MjData(model), np.empty((3, 3))
+    theirs = pin.buildModelFromUrdf(str(robot.urdf_path))
+    for q in robot.random(0, 4):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        for axis in range(3):  # a column of the mass matrix for each unit vector
+            mujoco.mj_mulM(model, data, ours[axis], np.eye(3)[axis])
+        M = pin.crba(theirs, theirs.createData(), q)
+        np.testing.assert_allclose(ours, np.triu(M) + np.triu(M, 1).T, atol=1e-12)
+
+
+def test_the_root_has_the_name_of_a_link_in_its_own_frame(tmp_path: Path) -> None:
+    for at, name in (((0.0, 0.0, 0.0), "trunk_l"), ((0.0, 0.0, 0.1), "base")):
+        robot = made_up(tmp_path, J("trunk", kind="fixed", xyz=at), J("a", xyz=(0.1, 0.0, 0.0)))
+        inertials = {link: body for link, body in robot.tree.inertials.items() if link != "base"}
+        bare = nk.RobotModel(replace(robot.tree, inertials=inertials))
+        assert exported(bare, tmp_path / "m", force=True).body(1).name == name
+
+
+def test_links_between_merged_axes_are_named_with_what_is_fixed_to_them(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("a", (0.0, 0.0, 1.0)),
+        J("b", (0.0, 1.0, 0.0)),
+        J("plate", kind="fixed", parent="a"),
+        J("screw", kind="fixed", parent="plate"),
+    )
+    done = nk.export.mjcf(robot, tmp_path / "m", typed=True)
+    assert "a_l, plate_l, screw_l stand between merged axes: held to the bodies before them" in done.changes
+
+
+def test_neighbours_across_a_link_without_shapes_do_not_touch(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", xyz=(0.5, 0.0, 0.0)), J("b", xyz=(0.5, 0.0, 0.0)))
+    shapes = tuple(Collision(link, Origin(), Sphere(0.1)) for link in ("base", "b_l"))
+    model = exported(nk.RobotModel(replace(robot.tree, collisions=shapes)), tmp_path / "m")
+    pairs = [{int(signature) >> 16, int(signature) & 0xFFFF} for signature in model.exclude_signature]
+    assert pairs == [{model.body("base").id, model.body("b_l").id}]
+
+
+def test_sizes_of_shapes_are_exact(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"))
+    box = Collision("a_l", Origin(), Box((0.123456789012, 0.2, 0.3)))
+    model = exported(nk.RobotModel(replace(robot.tree, collisions=(box,))), tmp_path / "m")
+    assert model.geom("a_l_collision").size[0] == 0.5 * 0.123456789012
+
+
+def test_a_motor_is_as_strong_and_fast_as_published(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("turn"), J("rail", kind="prismatic"))
+    model = exported(robot, tmp_path / "m")
+    for name, error in (("turn", 0.05), ("rail", 0.005)):
+        actuator, joint = model.actuator(name), model.joint(name)
+        kp, kv = float(actuator.gainprm[0]), -float(actuator.biasprm[2])
+        assert kp * error == pytest.approx(5.0)  # the full effort at that error
+        assert actuator.biasprm[1] == -kp
+        damping = float(model.dof_damping[joint.dofadr[0]].flat[0])
+        armature = float(model.dof_armature[joint.dofadr[0]])
+        assert damping * 2.0 == pytest.approx(5.0)  # nothing is left at the largest speed
+        assert armature == pytest.approx(0.015 * damping)
+        assert kv + damping == pytest.approx(2.0 * (kp * armature) ** 0.5)  # critically damped
+
+
+def test_a_ball_is_turned_by_the_weakest_of_its_motors(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", (0.0, 0.0, 1.0)), J("b", (0.0, 1.0, 0.0)), J("c", (1.0, 0.0, 0.0)))
+    efforts = {"a": 7.0, "b": 3.0, "c": 5.0}
+    joints = tuple(
+        replace(joint, effort=efforts[joint.name], friction=efforts[joint.name]) for joint in robot.tree.joints
+    )
+    model = exported(nk.RobotModel(replace(robot.tree, joints=joints)), tmp_path / "m", typed=True)
+    assert model.nu == 3
+    for letter in "xyz":
+        np.testing.assert_array_equal(model.actuator(f"a+b+c_{letter}").forcerange, (-3.0, 3.0))
+    np.testing.assert_array_equal(model.dof_frictionloss[model.joint("a+b+c").dofadr[0]], 7.0)
+
+
+def test_a_joint_that_its_limits_hold_is_held(tmp_path: Path) -> None:
+    # To MuJoCo a range of no width is no range.
+    held = {"a": 0.0, "b": 0.5}
+    robot = made_up(tmp_path, *(J(name, limits=(value, value)) for name, value in held.items()))
+    model = exported(robot, tmp_path / "m")
+    for name, value in held.items():
+        assert model.jnt_limited[model.joint(name).id]
+        assert model.actuator_ctrllimited[model.actuator(name).id]
+        for ends in (model.joint(name).range, model.actuator(name).ctrlrange):
+            np.testing.assert_allclose(ends, value, atol=2e-9)
+            assert ends[0] < ends[1]
+
+
+def test_the_key_frame_of_a_robot_without_postures_is_within_its_limits(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b"), J("c", limits=(-1.0, -0.25)))
+    model = exported(robot, tmp_path / "m", base="fixed")
+    np.testing.assert_array_equal(model.key("zero").qpos, [0.5, 0.0, -0.25])
+    np.testing.assert_array_equal(model.key("zero").ctrl, [0.5, 0.0, -0.25])
 
 
 def test_feet_end_in_the_planes_of_their_soles(tmp_path: Path) -> None:

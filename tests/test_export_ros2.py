@@ -22,7 +22,7 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.coloured_meshes import coloured
 from nao_kin.semantics import Posture, Semantics
-from nao_kin.urdf import MeshFile, UrdfTree, mesh_in, read_urdf
+from nao_kin.urdf import MeshFile, Origin, UrdfTree, Visual, mesh_in, read_urdf
 
 ROOT = Path(__file__).resolve().parent.parent
 FEW = 60
@@ -278,6 +278,27 @@ def test_a_mesh_with_a_material_or_several_colours_stays_as_it_is(nao: nk.NaoMod
     assert made["head_led.obj"] == b"mtllib a.mtl\nusemtl led\nv 0 0 0\n"
 
 
+def test_a_colour_is_written_with_its_opacity_and_a_name_of_its_own(nao: nk.NaoModel) -> None:
+    looks = [("red", (1.0, 0.0, 0.0, 0.25)), ("red", (0.5, 0.0, 0.0, 1.0))]
+    visuals = tuple(
+        Visual("torso", Origin(), MeshFile(f"{index}.obj"), rgba=rgba, material=word)
+        for index, (word, rgba) in enumerate(looks)
+    )
+    tree = replace(nao.tree, visuals=visuals, collisions=())
+    made, _ = coloured(tree, {f"{i}.obj": f"{i}.obj" for i in range(2)}, {f"{i}.obj": b"" for i in range(2)}, "a.mtl")
+    assert made["0.obj"] == b"mtllib a.mtl\nusemtl red\n"
+    name = made["1.obj"].split()[-1].decode()
+    assert name != "red"
+    rows = {row.split("\n")[0]: row.split("\n")[1:4] for row in made["a.mtl"].decode().split("newmtl ")[1:]}
+    assert rows == {"red": ["Ka 1 0 0", "Kd 1 0 0", "d 0.25"], name: ["Ka 0.5 0 0", "Kd 0.5 0 0", "d 1"]}
+
+
+def test_only_an_obj_gets_a_colour_of_its_own(nao: nk.NaoModel) -> None:
+    visual = Visual("torso", Origin(), MeshFile("a.stl"), rgba=(1.0, 0.0, 0.0, 1.0), material="red")
+    tree = replace(nao.tree, visuals=(visual,), collisions=())
+    assert coloured(tree, {"a.stl": "a.stl"}, {"a.stl": b"solid"}, "a.mtl") == ({"a.stl": b"solid"}, ())
+
+
 # --- other robots and bad input ---------------------------------------------------------------------------------------
 
 
@@ -337,7 +358,12 @@ def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, t
         ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must be as"),
         ({"maintainer": None}, BadArgument, "maintainer must be as"),
         ({"meshes": "relative"}, UnknownName, "unknown choice of meshes 'relative'"),
+        ({"maintainer": "M\x01 <me@here.org>"}, BadArgument, "maintainer must be as"),
+        ({"license": ""}, BadArgument, "license must be one line, as SPDX calls it, got ''"),
+        ({"license": "BSD\nMIT"}, BadArgument, "license must be one line"),
+        ({"license": 3}, BadArgument, "license must be one line"),
         ({"names": "nao"}, UnknownName, "unknown choice of names 'nao'"),
+        ({"names": ""}, UnknownName, "unknown choice of names ''"),
         ({"samples": 0}, BadArgument, "samples must be at least 1"),
     ],
 )

@@ -237,6 +237,25 @@ def test_names_that_sdformat_keeps_for_itself_are_refused(tmp_path: Path, name: 
     assert not (tmp_path / "m").exists()
 
 
+def test_the_joint_that_holds_the_trunk_has_a_name_of_its_own(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("world_joint"), J("a"))
+    model = _model(nk.export.sdf(robot, tmp_path / "m", base="fixed"))
+    assert [joint.get("name") for joint in model.findall("joint")] == ["world_joint_", "world_joint", "a"]
+
+
+@pytest.mark.parametrize("name", ["base", "a_l", "b_l"])
+def test_a_link_or_frame_called_world_gets_another_name(tmp_path: Path, name: str) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", kind="fixed", xyz=(0.1, 0.2, 0.3)))
+    text = robot.urdf_path.read_text(encoding="utf-8").replace(f'"{name}"', '"world"')
+    robot.urdf_path.write_text(text, encoding="utf-8")
+    robot = nk.RobotModel.from_urdf(robot.urdf_path)
+    done = nk.export.sdf(robot, tmp_path / "m")
+    poses = _poses(_model(done), {"a": 0.3})
+    assert set(poses) == set(robot.link_names) - {"world"} | {"world_link"}
+    np.testing.assert_allclose(poses["world_link"], robot.fk([0.3], "world"), atol=1e-12)
+    assert "link world is called world_link: SDFormat keeps that name for itself" in done.changes
+
+
 def test_a_frame_and_a_joint_of_one_name_are_refused(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a"), J("b", kind="fixed"))
     text = robot.urdf_path.read_text(encoding="utf-8").replace('"b_l"', '"twin"').replace('name="a"', 'name="twin"')

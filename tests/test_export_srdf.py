@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -280,6 +281,49 @@ def test_a_pair_that_is_apart_in_the_first_posture_and_touches_elsewhere_is_alwa
         assert _reasons(shaped, samples=1000).get(("b_l", "base")) == reason
 
 
+def _before_a_wall(tmp_path: Path, touching_from: float) -> nk.RobotModel:
+    """A ball that slides by up to 1 m, and touches a wall on the base from a value on."""
+    slide = J("b", kind="prismatic", axis=(1.0, 0.0, 0.0), limits=(0.0, 1.0))
+    robot = made_up(tmp_path, J("a", xyz=(0.1, 0.0, 0.0), kind="fixed"), slide)
+    wall = f'<origin xyz="{1.15 + touching_from} 0 0"/><geometry><box size="2 2 2"/></geometry>'
+    return _shaped(robot, tmp_path, base=wall, a_l=_ball(0.01), b_l=_ball(0.05))
+
+
+def test_a_pair_that_touches_in_one_of_the_last_samples_is_checked(tmp_path: Path) -> None:
+    values = _before_a_wall(tmp_path, 0.5).random(0, 3000)[:, 0]
+    first, last = values[:1000].max(), values.max()
+    assert first < last
+    robot = _before_a_wall(tmp_path, (first + last) / 2.0)
+    assert _reasons(robot, samples=1000)[("b_l", "base")] == "Never"
+    assert ("b_l", "base") not in _reasons(robot, samples=3000)
+
+
+def test_a_pair_that_touches_in_a_posture_is_checked(tmp_path: Path) -> None:
+    robot = _before_a_wall(tmp_path, 0.9999)
+    assert _reasons(robot)[("b_l", "base")] == "Never"
+    postures = {"in": nk.semantics.Posture({}), "out": nk.semantics.Posture({"b": 1.0})}
+    assert ("b_l", "base") not in _reasons(nk.RobotModel(robot.tree, Semantics(postures=postures, start="in")))
+    # What touches in the posture that the robot starts in touches by default.
+    out = nk.RobotModel(robot.tree, Semantics(postures=postures, start="out"))
+    assert _reasons(out)[("b_l", "base")] == "Default"
+
+
+def test_where_zero_is_outside_the_middle_of_the_range_is_the_default(tmp_path: Path) -> None:
+    robot = _before_a_wall(tmp_path, 0.7)
+    for limits, reason in (((0.5, 1.0), "Default"), ((0.5, 0.8), None)):
+        joints = tuple(
+            replace(joint, lower=limits[0], upper=limits[1]) if joint.name == "b" else joint
+            for joint in robot.tree.joints
+        )
+        moved = nk.RobotModel(replace(robot.tree, joints=joints), Semantics())
+        assert _reasons(moved).get(("b_l", "base")) == reason
+
+
+def test_a_link_that_slides_stays_at_no_point(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", kind="prismatic"))
+    assert ("b_l", "base") not in adjacent_links(robot.tree, ("base", "b_l"))
+
+
 def test_links_without_shapes_join_their_neighbours_at_one_point_and_not_along_a_limb(tmp_path: Path) -> None:
     far, near = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
     for at, joined in ((near, True), (far, False)):
@@ -315,6 +359,17 @@ def test_shapes_of_every_kind_and_meshes_are_read(tmp_path: Path) -> None:
     contacts = LinkContacts(robot)
     assert contacts.links == ("base", "a_l", "b_l", "c_l")
     assert contacts.notes == []
+
+
+def test_a_mesh_is_as_large_as_its_scale_makes_it(tmp_path: Path) -> None:
+    (tmp_path / "cube.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", encoding="utf-8"
+    )
+    robot = made_up(tmp_path, J("a", xyz=(1.5, 0.0, 0.0)))
+    for scale, touching in (("1 1 1", 0), ("2 1 1", 1)):
+        mesh = f'<geometry><mesh filename="cube.obj" scale="{scale}"/></geometry>'
+        contacts = LinkContacts(_shaped(robot, tmp_path, base=mesh, a_l=_ball(0.05)))
+        assert contacts.count(np.zeros((1, 1)), {("a_l", "base")}) == {("a_l", "base"): touching}
 
 
 def test_a_mesh_that_is_missing_or_broken_is_noted_and_left_out(tmp_path: Path) -> None:
@@ -411,8 +466,12 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
         nk.export.srdf(nao, path, names="nao")
     with pytest.raises(UnknownName, match="unknown choice of frames 'some'"):
         nk.export.srdf(nao, path, frames="some")
+    with pytest.raises(UnknownName, match="unknown base ''"):
+        nk.export.srdf(nao, path, base="")
     with pytest.raises(BadArgument, match="samples must be at least 1, got 0"):
         nk.export.srdf(nao, path, samples=0)
+    with pytest.raises(BadArgument, match="samples must be at most 1000000, got 99999999999"):
+        nk.export.srdf(nao, path, samples=99999999999)
     with pytest.raises(BadArgument, match="robot must be a RobotModel, got str"):
         nk.export.srdf("nao", path)
     with pytest.raises(BadArgument, match="no ROS names are known of this robot"):

@@ -242,7 +242,7 @@ def test_every_name_of_nao_moveit_config_resolves() -> None:
 def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
     tree, _ = nk.export.variant(nao, names="ros", frames=frames)
-    named = {frame for frame, _ in named_semantics(nao.semantics).frames()}
+    named = {frame for frame, _ in named_semantics(nao.semantics, "ros").frames()}
     assert (named <= set(tree.links)) == (frames != "none")
 
 
@@ -465,6 +465,8 @@ def test_what_is_no_robot_and_no_choice_is_refused(tmp_path: Path) -> None:
     for option in CHOICES:
         with pytest.raises(UnknownName, match="unknown c"):
             nk.export.urdf(nao, tmp_path / "x", **{option: "nonsense"})
+    with pytest.raises(BadArgument, match="typed must be True or False, got yes"):
+        nk.export.urdf(nao, tmp_path / "x", typed="yes")  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match=r"unknown format 'urfd' \(nearest: urdf"):
         nk.export.write(nao, tmp_path / "x", "urfd")
     with pytest.raises(BadArgument, match=r"the format urdf has no option frame \(--frame\); nearest: frames"):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_kin._common.folders import write_folder
+from nao_kin._common.folders import check_folder, write_folder
 from nao_kin.errors import BadArgument
 
 FILES = {"package.xml": b"<package/>", "urdf/nao.urdf": b"<robot/>"}
@@ -70,6 +70,65 @@ def test_a_link_inside_is_not_followed(tmp_path: Path) -> None:
     assert (tmp_path / "elsewhere/kept").exists()
 
 
+def test_a_folder_that_somebody_works_in_stays_under_their_feet(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "nao/src").mkdir(parents=True)
+    monkeypatch.chdir("nao")
+    for force in (False, True):
+        assert write_folder(".", FILES, force=force) == (Path("package.xml"), Path("urdf/nao.urdf"))
+        assert sorted(os.listdir()) == ["package.xml", "src", "urdf"]
+        assert _content(Path.cwd()) == FILES
+
+
+def test_before_the_work_the_place_is_looked_at(tmp_path: Path) -> None:
+    write_folder(tmp_path / "nao", FILES)
+    with pytest.raises(BadArgument, match="nao is there already"):
+        check_folder(tmp_path / "nao", force=False)
+    check_folder(tmp_path / "nao", force=True)
+    check_folder(tmp_path / "new", force=False)
+    assert os.listdir(tmp_path) == ["nao"]
+
+
+def test_a_rename_that_fails_puts_the_old_files_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_folder(tmp_path / "nao", FILES)
+    rename = Path.rename
+
+    def failing(self: Path, target: Path) -> Path:
+        if self.parent.name == "new" and self.name == "urdf":
+            raise OSError("the disk is gone")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", failing)
+    with pytest.raises(BadArgument, match="nao: the disk is gone"):
+        write_folder(tmp_path / "nao", dict.fromkeys(FILES, b"new"), force=True)
+    assert _content(tmp_path / "nao") == FILES
+    assert os.listdir(tmp_path) == ["nao"]
+    assert sorted(os.listdir(tmp_path / "nao")) == ["package.xml", "urdf"]
+
+
+def test_a_signal_between_the_renames_waits_for_the_new_folder(tmp_path: Path) -> None:
+    write_folder(tmp_path / "nao", FILES)
+    program = (
+        "import os, signal, sys\n"
+        "from pathlib import Path\n"
+        "from nao_kin._common import ending, folders\n"
+        "ending.end_on_signals()\n"
+        "rename = Path.rename\n"
+        "def slow(self, target):\n"
+        "    os.kill(os.getpid(), signal.SIGTERM)\n"
+        "    return rename(self, target)\n"
+        "Path.rename = slow\n"
+        "folders.write_folder(sys.argv[1], {'package.xml': b'new', 'urdf/nao.urdf': b'new'}, force=True)\n"
+        "print('went on')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program, str(tmp_path / "nao")], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (128 + signal.SIGTERM, "")
+    assert _content(tmp_path / "nao") == dict.fromkeys(FILES, b"new")
+    assert os.listdir(tmp_path) == ["nao"]
+
+
 def test_where_no_folder_can_be_it_is_said_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     for path, reason in (
@@ -77,11 +136,15 @@ def test_where_no_folder_can_be_it_is_said_in_one_line(tmp_path: Path) -> None:
         (tmp_path / "none/nao", "No such file or directory"),
         (tmp_path / "file/nao", "Not a directory"),
         ("a\0b", "null"),
+        ("", "no folder name"),
         (None, "expected str"),
     ):
         with pytest.raises(BadArgument, match=reason) as caught:
             write_folder(path, FILES)  # type: ignore[arg-type]
         assert "\n" not in str(caught.value)
+        with pytest.raises(BadArgument) as before:
+            check_folder(path, force=False)  # type: ignore[arg-type]
+        assert str(before.value) == str(caught.value)
     assert os.listdir(tmp_path) == ["file"]
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from nao_kin._common.free_names import fresh_name, with_underscores
 from nao_kin.errors import BadModel
 from nao_kin.semantics import Mimic
 from nao_kin.urdf import Box, Collision, Origin, UrdfJoint, UrdfTree, read_urdf
@@ -37,6 +38,13 @@ def test_a_mimic_without_numbers_follows_one_to_one(tmp_path: Path) -> None:
     follower = _joint("B", "base", "b", '<mimic joint="A"/>')
     tree = _read(tmp_path, _joint("A", "base", "a"), follower, links="base a b")
     assert tree.mimics == {"B": Mimic("A", 1.0, 0.0)}
+
+
+def test_without_endings_a_name_gets_the_first_number_that_makes_it_new() -> None:
+    assert fresh_name("a", {"b"}) == "a"
+    assert fresh_name("a", {"a", "a_3"}) == "a_2"
+    assert fresh_name("a", {"a", "a_2", "a_3"}) == "a_4"
+    assert with_underscores("a", {"a", "a_"}) == "a__"
 
 
 @pytest.mark.parametrize(("others", "fresh"), [("", "J_link"), ("J_link", "J_frame"), ("J_link J_frame", "J_frame_2")])

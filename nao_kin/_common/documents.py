@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import secrets
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
 from nao_kin._common import atomic
-from nao_kin._common.ending import before_ending, uninterrupted
+from nao_kin._common.ending import uninterrupted
+from nao_kin._common.folders import filled_folder, is_there
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument
 
@@ -23,7 +22,7 @@ def check_replaceable(path: Path | str, *, force: bool) -> None:
     atomic.check_writable(path)
     target = atomic.replaced_file(path)
     if target is not None and target.exists() and not force:
-        raise BadArgument(f"{abbreviated(path)} is there already; force=True (--force) replaces it")
+        raise is_there(path)
 
 
 def write_document(
@@ -76,37 +75,27 @@ def _is_there(file: Path, data: bytes, force: bool) -> bool:
     if file.is_file() and file.stat().st_size == len(data) and file.read_bytes() == data:
         return True
     if not force or not file.is_file():
-        raise BadArgument(f"{abbreviated(file)} is there with another content; force=True (--force) replaces it")
+        raise is_there(file, "with another content")
     return False
 
 
 def _put(folder: Path, beside: Mapping[str, bytes], path: Path | str, content: bytes) -> None:
-    fresh = folder / f".nao_kin-{secrets.token_hex(8)}"
+    if not beside:
+        atomic.write_bytes(path, content)
+        return
     made: list[Path] = []
-
-    def undo() -> None:
-        shutil.rmtree(fresh, ignore_errors=True)
-        for there in reversed(made):
-            there.rmdir() if there.is_dir() else there.unlink(missing_ok=True)
-        made.clear()
-
-    take_back = before_ending(undo)
-    try:
-        for name, data in beside.items():
-            file = fresh / name
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_bytes(data)
-        with uninterrupted():
+    with filled_folder(folder, beside) as fresh, uninterrupted():
+        try:
             for name in beside:
                 _make_folders((folder / name).parent, made)
                 if not (folder / name).exists():
                     made.append(folder / name)
                 os.replace(fresh / name, folder / name)
             atomic.write_bytes(path, content)
-            made.clear()
-    finally:
-        undo()
-        take_back()
+        except BaseException:
+            for there in reversed(made):
+                there.rmdir() if there.is_dir() else there.unlink(missing_ok=True)
+            raise
 
 
 def _make_folders(folder: Path, made: list[Path]) -> None:

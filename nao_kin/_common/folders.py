@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from nao_kin._common.ending import before_ending, uninterrupted
@@ -13,16 +14,27 @@ from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument
 
 
-def write_folder(path: Path | str, files: Mapping[str, bytes], *, force: bool = False) -> tuple[Path, ...]:
-    """Make `path` a folder with these files and nothing else.
+def check_folder(path: Path | str, *, force: bool) -> None:
+    """Raise what `write_folder` would raise whatever the files are, before the work whose result they are.
 
-    The files are written beside it first and get there by one rename. A folder that is there already is replaced only
-    where that is asked for, and only where it holds nothing but files of the same names.
+    Raises:
+        BadArgument: no path, a file is there, the folder is there and may not be replaced, or none can be there.
+    """
+    with _errors_naming(path):
+        _target_of(path, force)
+
+
+def write_folder(path: Path | str, files: Mapping[str, bytes], *, force: bool = False) -> tuple[Path, ...]:
+    """Make `path` a folder with these files and no others.
+
+    The files are written to a temporary folder first. A new folder is that one, by one rename; one that is there
+    already stays, with its mode, for somebody may be working in it, and files get into it by renames. Files there are
+    replaced only where that is asked for, and only where there are none of other names.
 
     Args:
         path: the folder; the one it lies in must be there.
         files: name relative to the folder, with "/" between folders → content.
-        force: replace a folder that is there and not empty.
+        force: replace the files of a folder that is there.
 
     Returns:
         The files, in the given order.
@@ -30,25 +42,60 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, force: bool = 
     Raises:
         BadArgument: no path, a file is there, the folder is there and may not be replaced, or it cannot be written.
     """
-    try:
-        target = Path(os.path.realpath(path))
-        _check_free(target, files, force)
-        _put(target, files)
-    except OSError as error:
-        raise BadArgument(f"cannot write {abbreviated(path)}: {error.strerror or error}") from None
-    except (ValueError, TypeError) as error:
-        raise BadArgument(f"cannot write {quoted(path)}: {error}") from None
+    with _errors_naming(path):
+        target = _target_of(path, force)
+        if target.is_dir():
+            _check_names(target, files)
+            _swap(target, files)
+        else:
+            with filled_folder(target.parent, files) as fresh:
+                fresh.rename(target)
     return tuple(Path(path) / name for name in files)
 
 
-def _check_free(target: Path, files: Mapping[str, bytes], force: bool) -> None:
-    if not target.exists():
-        return
-    if not target.is_dir():
-        raise BadArgument(f"cannot write {abbreviated(target)}: it is a file, and a folder is to be written")
-    there = sorted(file.relative_to(target).as_posix() for file in target.rglob("*") if not _is_folder(file))
-    if there and not force:
-        raise BadArgument(f"{abbreviated(target)} is there already; force=True (--force) replaces it")
+@contextmanager
+def filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
+    """A new folder in `parent` that holds the files; whatever happens, nothing of that name is left afterwards."""
+    fresh = parent / f".nao_kin-{secrets.token_hex(8)}"
+
+    def remove() -> None:
+        shutil.rmtree(fresh, ignore_errors=True)
+
+    take_back = before_ending(remove)
+    try:
+        fresh.mkdir()
+        for name, content in files.items():
+            file = fresh / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
+        yield fresh
+    finally:
+        remove()
+        take_back()
+
+
+def is_there(path: Path | str, how: str = "already") -> BadArgument:
+    """What to raise for a path that is there and may not be replaced."""
+    return BadArgument(f"{abbreviated(path)} is there {how}; force=True (--force) replaces it")
+
+
+def _target_of(path: Path | str, force: bool) -> Path:
+    """The folder that a path leads to, as far as it may be filled whatever the files are."""
+    if not os.fspath(path):
+        raise ValueError("no folder name")
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        if not force and next(_files_in(target), None) is not None:
+            raise is_there(target)
+    elif os.path.exists(path):
+        raise BadArgument(f"cannot write {abbreviated(path)}: it is a file, and a folder is to be written")
+    else:
+        os.stat(f"{target.parent}{os.sep}")  # with a separator at its end, a file is an error
+    return target
+
+
+def _check_names(target: Path, files: Mapping[str, bytes]) -> None:
+    there = sorted(file.relative_to(target).as_posix() for file in _files_in(target))
     strange = [name for name in there if name not in files]
     if strange:
         raise BadArgument(
@@ -56,26 +103,33 @@ def _check_free(target: Path, files: Mapping[str, bytes], force: bool) -> None:
         )
 
 
-def _is_folder(path: Path) -> bool:
-    return path.is_dir() and not path.is_symlink()
+def _files_in(folder: Path) -> Iterator[Path]:
+    """All that is no folder, links to folders too."""
+    return (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
 
 
-def _put(target: Path, files: Mapping[str, bytes]) -> None:
-    fresh, former = (target.with_name(f".nao_kin-{secrets.token_hex(8)}") for _ in range(2))
-    take_back = before_ending(lambda: shutil.rmtree(fresh, ignore_errors=True))
+def _swap(target: Path, files: Mapping[str, bytes]) -> None:
+    """Put what is at the top of the new folder in the place of what is there; all of it, or nothing."""
+    tops = dict.fromkeys(name.split("/")[0] for name in files)
+    with filled_folder(target, {f"new/{name}": content for name, content in files.items()}) as fresh, uninterrupted():
+        (fresh / "old").mkdir()
+        done: list[tuple[Path, Path]] = []
+        try:
+            for top in tops:
+                if os.path.lexists(target / top):
+                    done.append((target / top, (target / top).rename(fresh / "old" / top)))
+                done.append((fresh / "new" / top, (fresh / "new" / top).rename(target / top)))
+        except BaseException:
+            for before, after in reversed(done):
+                after.rename(before)
+            raise
+
+
+@contextmanager
+def _errors_naming(path: object) -> Iterator[None]:
     try:
-        fresh.mkdir()
-        if target.exists():
-            shutil.copystat(target, fresh)
-        for name, content in files.items():
-            file = fresh / name
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_bytes(content)
-        with uninterrupted():
-            if target.exists():
-                target.rename(former)
-            fresh.rename(target)
-    finally:
-        shutil.rmtree(fresh, ignore_errors=True)
-        take_back()
-    shutil.rmtree(former, ignore_errors=True)
+        yield
+    except OSError as error:
+        raise BadArgument(f"cannot write {abbreviated(path)}: {error.strerror or error}") from None
+    except (ValueError, TypeError) as error:
+        raise BadArgument(f"cannot write {quoted(path)}: {error}") from None

@@ -9,10 +9,12 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.documents import check_replaceable, write_document
+from nao_kin._common.free_names import fresh_name, with_underscores
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.export.exported import Exported
 from nao_kin.export.glb import Glb
+from nao_kin.export.joint_values import joint_values
 from nao_kin.export.scene_nodes import Node, motion_of, scene_nodes
 from nao_kin.export.scene_shapes import Shape, linear, scene_shapes
 from nao_kin.export.urdf_export import variant
@@ -69,9 +71,8 @@ def gltf(
         raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
     check_replaceable(path, force=force)
     tree, _ = variant(robot, frames=frames, names=names)
-    new = robot.semantics.ros_names if names == "ros" else {}
     moving = _trajectory(robot, motion, fps, posture)
-    values = {new.get(name, name): value for name, value in _joint_values(robot, moving.q).items()}
+    values = joint_values(robot, moving.q, names)
     nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q)[0])
     shapes, paints, notes = scene_shapes(tree)
     glb = Glb(_scene(tree, nodes, shapes))
@@ -88,21 +89,16 @@ def gltf(
 
 
 def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:
+    if isinstance(fps, bool) or not isinstance(fps, (int, float)) or not 0.0 < fps <= 1000.0:
+        raise BadArgument(f"fps must be a number above 0 and at most 1000, got {quoted(fps)}")
     if motion is None:
-        start = posture or robot.semantics.start
-        q = robot.posture(start) if start else robot.clamp(robot.neutral())
+        start = robot.semantics.start if posture is None else posture
+        q = robot.posture(start) if start or posture is not None else robot.clamp(robot.neutral())
         return Trajectory(np.zeros(1), q[None])
     if posture is not None:
         raise BadArgument("give a posture or a motion: the scene stands as the motion begins")
     known = motion if isinstance(motion, Motion) else read_motion(motion, robot=robot)
-    if isinstance(fps, bool) or not isinstance(fps, (int, float)) or not 0.0 < fps <= 1000.0:
-        raise BadArgument(f"fps must be a number above 0 and at most 1000, got {quoted(fps)}")
     return known.configurations(robot, rate=float(fps))
-
-
-def _joint_values(robot: RobotModel, q: Floats) -> dict[str, Floats]:
-    own = {name: np.asarray(value) for name, value in robot.angles(q).items()}
-    return own | {name: mimic.value(own[mimic.joint]) for name, mimic in robot.mimics.items()}
 
 
 def _base(robot: RobotModel, q: Floats) -> Floats:
@@ -115,16 +111,13 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -
     import trimesh
     import trimesh.exchange.gltf
 
-    scene: Any = trimesh.Scene()
+    taken = {node.name for node in nodes}
+    scene: Any = trimesh.Scene(base_frame=with_underscores("world", taken))
     for node in nodes:
         scene.graph.update(frame_to=node.name, frame_from=node.parent or scene.graph.base_frame, matrix=np.eye(4))
-    taken, geometries = {node.name for node in nodes}, dict[tuple[object, ...], str]()
+    geometries = dict[tuple[object, ...], str]()
     for shape in shapes:
-        label = name = shape.name or f"{shape.link}_visual"
-        count = 1
-        while name in taken:
-            count += 1
-            name = f"{label}_{count}"
+        name = fresh_name(shape.name or f"{shape.link}_visual", taken)
         taken.add(name)
         place = transform(shape.origin)
         if shape.key in geometries:

@@ -9,10 +9,10 @@ from typing import Any
 
 import coal
 import numpy as np
-import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated, quoted
+from nao_kin.export.variants.placement import transform
 from nao_kin.robot import RobotModel
 from nao_kin.urdf import Box, Collision, Cylinder, Packages, Sphere
 
@@ -45,8 +45,7 @@ class LinkContacts:
             self._shapes[collision.link].append(len(self._geometries))
             self._geometries.append(geometry)
             owners.append(collision.link)
-            pose = pin.SE3(pin.rpy.rpyToMatrix(*collision.origin.rpy), np.array(collision.origin.xyz))
-            placements.append(pose.homogeneous)
+            placements.append(transform(collision.origin))
         self.links = tuple(link for link in tree.links if link in self._shapes)
         self._columns = [self.links.index(link) for link in owners]
         self._T_link_shape = np.array(placements).reshape(-1, 4, 4)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin.semantics import Semantics
 from nao_kin.urdf import UrdfJoint, UrdfTree
 
@@ -141,8 +141,7 @@ class _Planner:
         return Group(self._fresh("whole_body"), joints=rest, groups=chains, own=own)
 
     def _fresh(self, name: str) -> str:
-        taken = {*self.groups, *self.semantics.chains}
-        return next(n for n in itertools.chain((name,), (f"{name}_{i}" for i in itertools.count(2))) if n not in taken)
+        return fresh_name(name, {*self.groups, *self.semantics.chains})
 
     def _effector(self, link: str, path: tuple[str, ...]) -> None:
         parent, name = link, self._fresh(f"{link}_effector".replace("/", "_"))

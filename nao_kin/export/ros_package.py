@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from nao_kin._common.folders import write_folder
+from nao_kin._common.folders import check_folder, write_folder
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadModel, UnknownName
 from nao_kin.export import ros_texts
 from nao_kin.export.coloured_meshes import coloured
 from nao_kin.export.exported import Exported
+from nao_kin.export.joint_values import joint_values
 from nao_kin.export.meshes import MESH_FOLDER, mesh_names, read_files
-from nao_kin.export.srdf_document import joint_values, srdf_document
+from nao_kin.export.srdf_document import srdf_document
 from nao_kin.export.urdf_document import urdf_document
 from nao_kin.export.urdf_export import variant
 from nao_kin.robot import RobotModel, check_robot
@@ -77,7 +78,8 @@ def ros2(
 
     Raises:
         UnknownName: no such choice of an option.
-        BadArgument: a name, version or maintainer that ROS does not take; a mesh is missing; the folder is there.
+        BadArgument: a name, version, maintainer or license that ROS does not take; a mesh is missing; the folder
+            is there.
 
     Examples:
         >>> done = nk.export.ros2(nk.load_nao("v6"), "nao_description", package="nao_description", samples=100)
@@ -85,12 +87,15 @@ def ros2(
         ['config', 'launch', 'meshes', 'nao_description', 'rviz', 'urdf']
     """
     check_robot(robot)
+    check_folder(path, force=force)
     person = _checked_person(maintainer)
     if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
         raise BadArgument(f"package_version must be three numbers, as 1.0.0, got {quoted(package_version)}")
+    if license is not None and not (isinstance(license, str) and license.strip() and license.isprintable()):
+        raise BadArgument(f"license must be one line, as SPDX calls it, got {quoted(license)}")
     if meshes not in MESHES:
         raise UnknownName("choice of meshes", meshes, MESHES)
-    chosen = names or ("ros" if robot.semantics.ros_names else "naoqi")
+    chosen = ("ros" if robot.semantics.ros_names else "naoqi") if names is None else names
     tree, changes = variant(robot, frames=frames, names=chosen, coupling=coupling, inertia=inertia)
     name = _checked_name(package, tree)
     stem = _plain(tree.name)
@@ -116,7 +121,7 @@ def ros2(
     }
     folders = [folder for folder in ros_texts.FOLDERS if folder != MESH_FOLDER or looks]
     own = robot.parameters is not None and license is None
-    said = license or ("BSD-3-Clause" if own else _NO_LICENCE)
+    said = ("BSD-3-Clause" if own else _NO_LICENCE) if license is None else license
     texts |= {"LICENSE": _license(robot)} if own else {}
     about = f"Description of the robot {tree.name}: URDF, meshes, SRDF and a view for RViz."
     texts["package.xml"] = ros_texts.package_xml(name, package_version, about, person, said, "LICENSE" if own else "")
@@ -147,7 +152,7 @@ def _plain(name: object) -> str:
 
 
 def _checked_person(maintainer: str) -> tuple[str, str]:
-    match = _PERSON.fullmatch(maintainer) if isinstance(maintainer, str) else None
+    match = _PERSON.fullmatch(maintainer) if isinstance(maintainer, str) and maintainer.isprintable() else None
     if match is None:
         raise BadArgument(f"maintainer must be as 'Name <name@example.org>', got {quoted(maintainer)}")
     return match[1], match[2]
@@ -170,8 +175,8 @@ def _start(robot: RobotModel, tree: UrdfTree, names: str) -> dict[str, float]:
     """The posture that the robot starts in, as far as the exported joints have values of their own."""
     if not robot.semantics.start:
         return {}
-    values = joint_values(robot, robot.semantics.start, names)
-    return {joint.name: values[joint.name] for joint in tree.moving_joints if joint.mimic is None}
+    values = joint_values(robot, robot.posture(robot.semantics.start), names)
+    return {joint.name: float(values[joint.name]) for joint in tree.moving_joints if joint.mimic is None}
 
 
 def _view(robot: RobotModel) -> tuple[tuple[float, float, float], float]:

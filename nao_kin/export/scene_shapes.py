@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin._text import abbreviated, quoted
 from nao_kin.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Packages, Rgba, Sphere, UrdfTree
 
@@ -119,8 +120,7 @@ def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, 
         return
     key = (material, rgba or GREY)
     if key not in paints:
-        name, taken = material or "grey", {paint.name for paint in paints.values()}
-        paints[key] = Paint(name if name not in taken else f"{name}_{len(taken)}", key[1])
+        paints[key] = Paint(fresh_name(material or "grey", {paint.name for paint in paints.values()}), key[1])
     visual: Any = trimesh.visual  # not typed
     opacity = key[1][3]
     paint = visual.material.PBRMaterial(

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
+from nao_kin._common.free_names import with_underscores
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.export.variants.placement import HERE, composed
@@ -32,7 +33,8 @@ from nao_kin.urdf import Sphere as Ball
 VERSION = "1.11"
 DRAKE = "http://drake.mit.edu"
 # Names that mean something of their own, and what separates the names of nested models.
-_RESERVED = ("world", "__root__", "__model__")
+WORLD = "world"
+_RESERVED = (WORLD, "__root__", "__model__")
 _SEPARATOR = "::"
 # What a root without mass weighs, for SDFormat takes a link without one to weigh 1 kg.
 _NEXT_TO_NOTHING = Inertial(1e-3, HERE, (1e-7, 0.0, 0.0, 1e-7, 0.0, 1e-7))
@@ -90,8 +92,9 @@ def sdf_document(
     model = ET.SubElement(root, "model", name=bodies.name, canonical_link=new[bodies.root])
     above = {joint.child: joint for joint in bodies.joints}
     if held:
-        fixed = ET.SubElement(model, "joint", name=_free("world_joint", new), type="fixed")
-        ET.SubElement(fixed, "parent").text = "world"
+        taken = {*new.values(), *(joint.name for joint in bodies.joints)}
+        fixed = ET.SubElement(model, "joint", name=with_underscores("world_joint", taken), type="fixed")
+        ET.SubElement(fixed, "parent").text = WORLD
         ET.SubElement(fixed, "child").text = new[bodies.root]
     for link in (bodies.root, *(joint.child for joint in bodies.joints)):
         element = ET.SubElement(model, "link", name=new[link])
@@ -101,35 +104,33 @@ def sdf_document(
         if link in above:
             _add_joint(model, above[link], new)
     for frame in frames:
-        element = ET.SubElement(model, "frame", name=frame.name, attached_to=new[frame.link])
+        element = ET.SubElement(model, "frame", name=new[frame.name], attached_to=new[frame.link])
         ET.SubElement(element, "pose").text = _pose(frame.origin)
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n", tuple(changes)
 
 
 def _fresh_names(bodies: UrdfTree, frames: tuple[Frame, ...], changes: list[str]) -> dict[str, str]:
-    """Link → a name that no joint has: links, joints and frames share one set of names."""
+    """Link or frame → a name that no joint has: links, joints and frames share one set of names."""
     joints = {joint.name for joint in bodies.joints}
-    for name in (bodies.name, *bodies.links, *joints, *(frame.name for frame in frames)):
+    places = (*bodies.links, *(frame.name for frame in frames))
+    for name in (bodies.name, *joints, *(place for place in places if place != WORLD)):
         if _SEPARATOR in name or name in _RESERVED or (name.startswith("__") and name.endswith("__")):
             raise BadArgument(f"SDFormat keeps the name {quoted(name)} for itself")
     named = [*joints, *(frame.name for frame in frames)]
     double = sorted({name for name in named if named.count(name) > 1})
     if double:
         raise BadArgument(f"SDFormat gives a name once, and {quoted(double[0])} is a joint and a frame")
-    taken = {*named, *bodies.links}
-    new = {link: link for link in bodies.links}
+    taken = {*joints, *places}
+    new = {place: place for place in places}
+    if WORLD in new:
+        new[WORLD] = with_underscores(f"{WORLD}_link", taken)
+        changes.append(f"link {WORLD} is called {new[WORLD]}: SDFormat keeps that name for itself")
     for link in bodies.links:
         if link in named:
-            new[link] = _free(f"{link}_link", taken)
+            new[link] = with_underscores(f"{link}_link", taken)
             changes.append(f"link {link} is called {new[link]}: SDFormat gives a name once, and a joint has it")
     return new
-
-
-def _free(name: str, taken: object) -> str:
-    while name in taken:  # type: ignore[operator]
-        name += "_"
-    return name
 
 
 def _add_body(
@@ -145,7 +146,7 @@ def _add_body(
     ET.SubElement(inertial, "pose").text = _pose(body.origin)
     ET.SubElement(inertial, "mass").text = writing.number(body.mass)
     tensor = ET.SubElement(inertial, "inertia")
-    for label, value in zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), body.inertia, strict=True):
+    for label, value in zip(writing.TENSOR_LABELS, body.inertia, strict=True):
         ET.SubElement(tensor, label).text = writing.number(value)
     shapes: tuple[tuple[str, tuple[Visual | Collision, ...]], ...] = (
         ("visual", tree.visuals),
@@ -155,7 +156,7 @@ def _add_body(
         taken: set[str] = set()
         for shape in several:
             if shape.link == link and not (meshes is None and isinstance(shape.geometry, MeshFile)):
-                name = _free(shape.name or f"{link}_{tag}", taken)
+                name = with_underscores(shape.name or f"{link}_{tag}", taken)
                 taken.add(name)
                 _add_shape(ET.SubElement(element, tag, name=name), shape, meshes or {})
 

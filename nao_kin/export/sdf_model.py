@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from nao_kin._common.folders import write_folder
+from nao_kin._common.folders import check_folder, write_folder
 from nao_kin.errors import UnknownName
 from nao_kin.export.exported import Exported
 from nao_kin.export.meshes import MESH_FOLDER, mesh_names, read_files
@@ -58,6 +58,7 @@ def sdf(
         ['model.config', 'model.sdf']
     """
     check_robot(robot)
+    check_folder(path, force=force)
     for what, given, valid in (("meshes", meshes, MESHES), ("base", base, BASES)):
         if given not in valid:
             raise UnknownName(f"choice of {what}" if what == "meshes" else what, given, valid)

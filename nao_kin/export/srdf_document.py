@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections import Counter
 from collections.abc import Mapping
@@ -10,18 +9,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-import numpy as np
-
+from nao_kin._common.arrays import Floats
 from nao_kin._common.documents import check_replaceable, write_document
+from nao_kin._common.free_names import fresh_name
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import UnknownName
 from nao_kin.export.disabled_collisions import disabled_collisions
 from nao_kin.export.exported import Exported
+from nao_kin.export.joint_values import joint_values
 from nao_kin.export.link_contacts import LinkContacts, LinkPair
 from nao_kin.export.planning_groups import Group, Planning, planning
 from nao_kin.export.urdf_export import variant
-from nao_kin.export.variants.names import named_semantics
+from nao_kin.export.variants.names import name_frames, named_semantics, new_names
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.semantics import Posture, Semantics
 from nao_kin.urdf import UrdfTree, writing
@@ -31,6 +31,7 @@ WORLD = "world"
 
 # MoveIt, "URDF and SRDF": characters that joint names should not contain.
 _TROUBLESOME = re.compile(r"[-\[\](),]")
+_MOST_SAMPLES = 1_000_000
 # Names of groups become names of parameters.
 _PARAMETER = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
@@ -109,19 +110,19 @@ def srdf_document(
 ) -> SrdfDocument:
     """The text of an SRDF; arguments and errors as `srdf`."""
     check_robot(robot)
-    held = base or ("floating" if robot.base == "floating" else "fixed")
+    held = ("floating" if robot.base == "floating" else "fixed") if base is None else base
     if held not in BASES:
         raise UnknownName("base", base, BASES)
-    count = whole_number(samples, "samples", 1)
-    body = _as_written(robot, variant(robot, frames=frames, coupling=coupling)[0])
-    tree, _ = variant(robot, frames=frames, names=names, coupling=coupling)
-    semantics = named_semantics(robot.semantics) if names == "ros" else robot.semantics
-    plan = planning(tree, semantics)
+    count = whole_number(samples, "samples", 1, _MOST_SAMPLES)
+    own, _ = variant(robot, frames=frames, coupling=coupling)
+    tree, _ = name_frames(own, names, robot.semantics)
+    body = _as_written(robot, own)
+    plan = planning(tree, named_semantics(robot.semantics, names))
     contacts = LinkContacts(body)
     reasons = disabled_collisions(body, contacts, samples=count, seed=whole_number(seed, "seed", 0))
-    new = robot.semantics.ros_names if names == "ros" else {}
+    new = new_names(robot.semantics, names)
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
-    states = {name: joint_values(robot, name, names) for name in robot.posture_names}
+    states = {name: joint_values(robot, robot.posture(name), names) for name in robot.posture_names}
     root = _robot(tree, states, plan, unchecked, held)
     found = _found(contacts, reasons, count)
     return SrdfDocument(
@@ -133,24 +134,16 @@ def srdf_document(
 def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:
     """The robot as the tree of a variant moves it, with what of its meaning is asked here."""
     own = {joint.name for joint in tree.moving_joints if joint.mimic is None}
-    values = {name: joint_values(robot, name, "naoqi") for name in robot.posture_names}
-    postures = {name: Posture({joint: q[joint] for joint in own}) for name, q in values.items()}
+    values = {name: joint_values(robot, robot.posture(name)) for name in robot.posture_names}
+    postures = {name: Posture({joint: float(q[joint]) for joint in own}) for name, q in values.items()}
     limits = tuple(table for table in robot.coupled_limits if {table.joint, table.of} <= own)
     meaning = Semantics(postures=postures, start=robot.semantics.start, coupled_limits=limits)
     return RobotModel(tree, meaning, base=robot.base)
 
 
-def joint_values(robot: RobotModel, posture: str, names: str) -> dict[str, float]:
-    """The values of all joints in a posture, of those that follow others too, by the chosen names."""
-    own = robot.angles(robot.posture(posture))
-    new = robot.semantics.ros_names if names == "ros" else {}
-    values = own | {name: mimic.value(np.asarray(own[mimic.joint])) for name, mimic in robot.mimics.items()}
-    return {new.get(name, name): float(value) for name, value in values.items()}
-
-
 def _robot(
     tree: UrdfTree,
-    states: Mapping[str, Mapping[str, float]],
+    states: Mapping[str, Mapping[str, Floats]],
     plan: Planning,
     unchecked: Mapping[LinkPair, str],
     held: str,
@@ -168,7 +161,8 @@ def _robot(
         element.set("group", effector.group)
         if effector.parent_group:
             element.set("parent_group", effector.parent_group)
-    ET.SubElement(root, "virtual_joint", name=_fresh_joint(tree), type=held, parent_frame=WORLD, child_link=tree.root)
+    virtual = fresh_name("virtual_joint", {joint.name for joint in tree.joints})
+    ET.SubElement(root, "virtual_joint", name=virtual, type=held, parent_frame=WORLD, child_link=tree.root)
     for follower in tree.mimics:
         ET.SubElement(root, "passive_joint", name=follower)
     for (first, second), reason in unchecked.items():
@@ -185,17 +179,11 @@ def _add_group(root: ET.Element, group: Group) -> None:
             ET.SubElement(element, tag, name=name)
 
 
-def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, float]) -> None:
+def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, Floats]) -> None:
     if group.own:
         state = ET.SubElement(root, "group_state", name=name, group=group.name)
         for joint in group.own:
-            ET.SubElement(state, "joint", name=joint, value=repr(values[joint]))
-
-
-def _fresh_joint(tree: UrdfTree) -> str:
-    taken = {joint.name for joint in tree.joints}
-    names = itertools.chain(("virtual_joint",), (f"virtual_joint_{n}" for n in itertools.count(2)))
-    return next(name for name in names if name not in taken)
+            ET.SubElement(state, "joint", name=joint, value=repr(float(values[joint])))
 
 
 def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int) -> str:

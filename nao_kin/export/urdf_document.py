@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin.urdf import Collision, MeshFile, Rgba, UrdfJoint, UrdfTree, Visual, writing
 
 # URDF has no word for "without bound": this stands for it [m, m/s, rad/s, N, N m].
@@ -52,12 +53,7 @@ def _materials(tree: UrdfTree) -> dict[Paint, str]:
     found: dict[Paint, str] = {}
     for visual in tree.visuals:
         if visual.rgba is not None and (visual.material, visual.rgba) not in found:
-            first = name = visual.material or "colour"
-            count = 1
-            while name in found.values():
-                count += 1
-                name = f"{first}_{count}"
-            found[visual.material, visual.rgba] = name
+            found[visual.material, visual.rgba] = fresh_name(visual.material or "colour", found.values())
     return found
 
 

@@ -15,7 +15,8 @@ from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 
 UNITS = ("rad", "m", "1")
-_FRAMES = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
+# The fields of `Semantics` that are names of frames.
+FRAME_FIELDS = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
 
 
 @dataclass(frozen=True)
@@ -250,7 +251,7 @@ class Semantics:
             object.__setattr__(self, name, _mapping(getattr(self, name), name, kind))
         chains = {name: _several(joints, f"chain {quoted(name)}", str) for name, joints in self.chains.items()}
         object.__setattr__(self, "chains", MappingProxyType(chains))
-        for name in _FRAMES:
+        for name in FRAME_FIELDS:
             object.__setattr__(self, name, _several(getattr(self, name), name, str))
         object.__setattr__(self, "coupled_limits", _several(self.coupled_limits, "coupled_limits", CoupledLimit))
         fields = _mapping(self.fields_of_view, "fields_of_view", Iterable)
@@ -291,7 +292,7 @@ class Semantics:
             >>> [frame for frame, where in semantics.frames()]
             ['l_sole', 'r_sole']
         """
-        for where in _FRAMES:
+        for where in FRAME_FIELDS:
             yield from ((frame, where) for frame in getattr(self, where))
         yield from ((frame, "fields_of_view") for frame in self.fields_of_view)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin._text import quoted
 
 
@@ -24,12 +24,3 @@ def names_apart(links: Iterable[str], joints: Iterable[str], notes: list[str]) -
             renamed[name] = fresh_name(name, taken, "_link", "_frame")
             notes.append(f"link {quoted(name)} renamed {quoted(renamed[name])}: a joint has the same name")
     return renamed
-
-
-def fresh_name(name: str, taken: Container[str], *endings: str) -> str:
-    """The name with the first ending that makes one not taken yet; the last ending is tried with numbers, too."""
-    return next(name + ending for ending in _endless(endings) if name + ending not in taken)
-
-
-def _endless(endings: tuple[str, ...]) -> Iterator[str]:
-    return itertools.chain(endings, (f"{endings[-1]}_{n}" for n in itertools.count(2)))

@@ -24,6 +24,7 @@ from nao_kin.urdf.names import names_apart
 from nao_kin.urdf.packages import Packages, checked_folders
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
 from nao_kin.urdf.visuals import Origin, read_collisions, read_visuals
+from nao_kin.urdf.writing import TENSOR_LABELS
 from nao_kin.urdf.xacro_source import expand_xacro, xacro_values
 
 # What an attribute belongs to: "joint" or "link", and its name.
@@ -226,8 +227,7 @@ class _Reader:
         tensor = element.find("inertia")
         if tensor is None:
             self.notes.append(f"{_name(owner)} has a mass and no inertia: taken as a point mass")
-        labels = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        xx, xy, xz, yy, yz, zz = (0.0 if tensor is None else self._number(owner, tensor, k, 0.0) for k in labels)
+        xx, xy, xz, yy, yz, zz = (0.0 if tensor is None else self._number(owner, tensor, k, 0.0) for k in TENSOR_LABELS)
         return Inertial(value, self._origin(owner, element.find("origin")), (xx, xy, xz, yy, yz, zz))
 
     def _origin(self, owner: Owner, element: ET.Element | None) -> Origin:

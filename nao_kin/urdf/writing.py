@@ -9,7 +9,8 @@ from nao_kin.semantics import Mimic
 from nao_kin.urdf.tree import Inertial
 from nao_kin.urdf.visuals import Box, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere
 
-_TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+# The entries of a tensor, in the order of `Inertial.inertia`.
+TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def number(value: float) -> str:
@@ -40,7 +41,7 @@ def add_inertial(link: ET.Element, body: Inertial) -> None:
     inertial = ET.SubElement(link, "inertial")
     add_origin(inertial, body.origin)
     ET.SubElement(inertial, "mass", value=number(body.mass))
-    ET.SubElement(inertial, "inertia", {k: number(v) for k, v in zip(_TENSOR, body.inertia, strict=True)})
+    ET.SubElement(inertial, "inertia", {k: number(v) for k, v in zip(TENSOR_LABELS, body.inertia, strict=True)})
 
 
 def add_geometry(element: ET.Element, shape: Geometry) -> None:

@@ -23,6 +23,7 @@ from nao_kin.urdf import UrdfJoint
 # All three are estimates, not published.
 FULL_EFFORT_ERROR = {"revolute": 0.05, "prismatic": 0.005}  # [rad, m]
 ROTOR_TIME = 0.015  # armature / damping [s]
+_NARROWEST = 1e-9  # half the range of a joint that cannot move [rad, m]
 UNKNOWN_GAIN = 100.0  # where no effort is published [N m / rad, N / m]
 
 
@@ -59,6 +60,11 @@ def servo(row: UrdfJoint) -> Servo:
 def weakest(servos: Iterable[Servo]) -> Servo:
     """What all of several motors can do: a ball is turned by the weakest of its three."""
     return min(servos, key=lambda motor: motor.effort)
+
+
+def proper_range(lower: float, upper: float) -> tuple[float, float]:
+    """Limits as MuJoCo takes them: a range of no width is none to it, and the joint would move freely."""
+    return (lower, upper) if lower < upper else (lower - _NARROWEST, upper + _NARROWEST)
 
 
 def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
@@ -98,6 +104,6 @@ def _add(
     if gear is not None:
         added.gear = gear
     if all(map(math.isfinite, allowed)):
-        added.ctrlrange = allowed
+        added.ctrlrange = proper_range(*allowed)
     if motor.effort < math.inf:
         added.forcerange = (-motor.effort, motor.effort)

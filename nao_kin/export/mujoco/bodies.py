@@ -9,8 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._common.arrays import Floats
+from nao_kin.export.mujoco.frames import pose
+from nao_kin.export.variants.mass import central_tensor
 from nao_kin.joints import JointGroups
-from nao_kin.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+from nao_kin.urdf import Inertial, UrdfJoint, UrdfTree
 
 _BALL = (1e-3, 6.2e-3)  # mass [kg] and radius [m] of a ball of water
 
@@ -95,7 +97,7 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
     between: set[str] = set()
     for row in tree.joints:
         index, T_link = places[row.parent]
-        T_joint = T_link * _se3(row.origin)
+        T_joint = T_link * pose(row.origin)
         if row.kind == "fixed" or row.name in before_last:
             places[row.child] = index, T_joint
             if row.kind != "fixed":
@@ -147,16 +149,9 @@ def _root_name(tree: UrdfTree, root: Body) -> str:
     return name if name != "world" else "world_link"
 
 
-def _se3(origin: Origin) -> pin.SE3:
-    return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy) if any(origin.rpy) else np.eye(3), np.array(origin.xyz))
-
-
 def _inertia(body: Inertial) -> pin.Inertia:
-    xx, xy, xz, yy, yz, zz = body.inertia
-    R = pin.rpy.rpyToMatrix(*body.origin.rpy)
-    tensor = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
     inertia = pin.Inertia.Zero()
-    inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), tensor
+    inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), central_tensor(body)
     return inertia
 
 

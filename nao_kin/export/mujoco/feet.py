@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin.export.mujoco.bodies import Bodies
-from nao_kin.export.mujoco.frames import link_of
+from nao_kin.export.mujoco.frames import link_of, pose
 from nao_kin.semantics import Semantics
 from nao_kin.urdf import Box, Collision, Origin, UrdfTree
 
@@ -37,7 +37,7 @@ def on_their_soles(tree: UrdfTree, bodies: Bodies, semantics: Semantics) -> tupl
         if not own:
             changes.append(f"no shape holds the sole {sole}: it touches nothing")
         for place, shape in own:
-            T_shape = T_sole.actInv(body.links[shape.link] * _pose(shape.origin))
+            T_shape = T_sole.actInv(body.links[shape.link] * pose(shape.origin))
             lowered = _to_the_plane(shape, T_shape)
             if lowered is not None:
                 collisions[place], gap = lowered
@@ -59,9 +59,5 @@ def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, f
     # The box grows along its own axis, away from the side that stays.
     shift = np.zeros(3)
     shift[axis] = -0.5 * gap * np.sign(down[axis])
-    x, y, z = (np.array(shape.origin.xyz) + _pose(shape.origin).rotation @ shift).tolist()
+    x, y, z = (np.array(shape.origin.xyz) + pose(shape.origin).rotation @ shift).tolist()
     return replace(shape, geometry=Box((size[0], size[1], size[2])), origin=Origin((x, y, z), shape.origin.rpy)), gap
-
-
-def _pose(origin: Origin) -> pin.SE3:
-    return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))

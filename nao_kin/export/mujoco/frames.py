@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pinocchio as pin
 
 from nao_kin.rotations import quat_from_matrix
-from nao_kin.urdf import UrdfTree
+from nao_kin.urdf import Origin, UrdfTree
+
+
+def pose(origin: Origin) -> pin.SE3:
+    """Where a URDF's origin stands."""
+    return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
 
 
 def pos_quat(T: pin.SE3) -> dict[str, list[float]]:

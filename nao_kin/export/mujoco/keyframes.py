@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin.export.joint_values import joint_values
 from nao_kin.export.mujoco.bodies import Bodies, BodyJoint
 from nao_kin.export.mujoco.frames import link_of
 from nao_kin.export.mujoco.lowest import lowest_point
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
 
-# Name of the key frame with all joints at zero, of a robot without postures.
+# Name of the key frame with all joints at zero, or at the limit nearest to it, of a robot without postures.
 ZERO = "zero"
 
 
@@ -34,7 +35,7 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
     start = robot.semantics.start
     names = sorted(robot.posture_names, key=lambda name: name != start)
     for name in names or [ZERO]:
-        q = robot.posture(name) if names else robot.neutral()
+        q = robot.posture(name) if names else robot.clamp(robot.neutral())
         values = joint_values(robot, q)
         data.qpos[:], data.ctrl[:] = model.qpos0, 0.0
         for joint in bodies.joints():
@@ -50,7 +51,7 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
         spec.add_key(name=name, qpos=data.qpos.tolist(), ctrl=data.ctrl.tolist())
 
 
-def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, float]) -> None:
+def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) -> None:
     """Coordinates of a joint, and controls that hold it."""
     place = int(model.joint(joint.name).qposadr[0])
     if joint.kind == "ball":
@@ -64,13 +65,7 @@ def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, float]) -
         data.actuator(joint.name).ctrl = value
 
 
-def joint_values(robot: RobotModel, q: Floats) -> dict[str, float]:
-    """Value of every joint in a configuration, of joints that follow another one too."""
-    values = {name: float(value) for name, value in robot.angles(q).items()}
-    return values | {name: float(mimic.value(values[mimic.joint])) for name, mimic in robot.mimics.items()}
-
-
-def ball_rotation(joint: BodyJoint, values: Mapping[str, float]) -> Floats:
+def ball_rotation(joint: BodyJoint, values: Mapping[str, Floats]) -> Floats:
     """The rotation of a ball, as the product of its three turns."""
     R = np.eye(3)
     for row, axis in zip(joint.rows, joint.axes, strict=True):

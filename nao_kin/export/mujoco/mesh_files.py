@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import io
-import itertools
 import warnings
-from collections.abc import Collection
 from pathlib import Path
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.export.meshes import mesh_files, read_files
@@ -44,19 +43,10 @@ class MeshFiles:
         path = self._paths[mesh.filename]
         if path not in self._names:
             content, suffix = _readable(path)
-            self._names[path] = name = self._free(path.stem, suffix)
+            stems = {Path(name).stem for name in self.contents}
+            self._names[path] = name = fresh_name(path.stem, stems) + suffix
             self.contents[name] = content
         return self._names[path]
-
-    def _free(self, stem: str, suffix: str) -> str:
-        stems = {Path(name).stem for name in self.contents}
-        return unlike(stem, stems) + suffix
-
-
-def unlike(name: str, taken: Collection[str]) -> str:
-    """The name, or the name with the first number that makes it new."""
-    names = itertools.chain((name,), (f"{name}_{count}" for count in itertools.count(2)))
-    return next(free for free in names if free not in taken)
 
 
 def _readable(path: Path) -> tuple[bytes, str]:

@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 from typing import Any
 
-from nao_kin._common.folders import write_folder
+from nao_kin._common.folders import check_folder, write_folder
 from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument, BadModel, UnknownName
+from nao_kin.errors import BadModel, UnknownName
 from nao_kin.export.exported import Exported
 from nao_kin.export.mujoco.actuators import add_actuators
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
@@ -25,6 +25,7 @@ from nao_kin.export.mujoco.skeleton import add_bodies
 from nao_kin.export.variants.coupling import Coupling, couple
 from nao_kin.export.variants.frames import FRAMES, Frames
 from nao_kin.export.variants.inertia import InertiaChoice, make_physical
+from nao_kin.export.variants.typed import check_typed
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.urdf import UrdfTree
@@ -90,6 +91,7 @@ def mjcf(
         (25, 'StandInit', 5.36)
     """
     check_robot(robot)
+    check_folder(folder, force=force)
     for what, value, valid in (
         ("base", base, _BASES),
         ("choice of meshes", meshes, _MESHES),
@@ -97,8 +99,7 @@ def mjcf(
     ):
         if value not in valid:
             raise UnknownName(what, value, valid)
-    if not isinstance(typed, bool):
-        raise BadArgument(f"typed must be True or False, got {abbreviated(typed)}")
+    check_typed(typed)
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-import pinocchio as pin
-
+from nao_kin._common.free_names import fresh_name
 from nao_kin.export.mujoco.bodies import Bodies
-from nao_kin.export.mujoco.frames import pos_quat
-from nao_kin.export.mujoco.mesh_files import MeshFiles, unlike
+from nao_kin.export.mujoco.frames import pos_quat, pose
+from nao_kin.export.mujoco.mesh_files import MeshFiles
 from nao_kin.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, UrdfTree, Visual
 
 VISUAL, COLLISION = "visual", "collision"
@@ -66,7 +64,7 @@ class Shapes:
 
     def _add(self, shape: Visual | Collision, default: Any, name: str) -> Any:
         one, T_link = self._bodies[shape.link]
-        T_shape = T_link * pin.SE3(pin.rpy.rpyToMatrix(*shape.origin.rpy), np.array(shape.origin.xyz))
+        T_shape = T_link * pose(shape.origin)
         geom = one.add_geom(default, name=self._free(shape.name or name), **pos_quat(T_shape))
         self._set_geometry(geom, shape.geometry)
         return geom
@@ -92,7 +90,7 @@ class Shapes:
         key = file, geometry.scale
         if key not in self._meshes:
             stem = file.rpartition(".")[0]
-            self._meshes[key] = name = unlike(stem, self._meshes.values())
+            self._meshes[key] = name = fresh_name(stem, self._meshes.values())
             # The masses are those of the bodies: a mesh may be open, or flat.
             shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
             self._spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
@@ -100,11 +98,11 @@ class Shapes:
 
     def _material(self, name: str, rgba: Rgba) -> str:
         if (name, rgba) not in self._materials:
-            self._materials[name, rgba] = free = unlike(name, self._materials.values())
+            self._materials[name, rgba] = free = fresh_name(name, self._materials.values())
             self._spec.add_material(name=free, rgba=rgba)
         return self._materials[name, rgba]
 
     def _free(self, name: str) -> str:
-        free = unlike(name, self._names)
+        free = fresh_name(name, self._names)
         self._names.add(free)
         return free

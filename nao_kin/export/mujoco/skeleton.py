@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
 import numpy as np
 
-from nao_kin.export.mujoco.actuators import servo, weakest
+from nao_kin._common.free_names import fresh_name
+from nao_kin.export.mujoco.actuators import proper_range, servo, weakest
 from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint
 from nao_kin.export.mujoco.frames import pos_quat
 
@@ -60,9 +60,7 @@ def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
 
 def free_name(bodies: Bodies) -> str:
     """Name of the root's free joint: "root_joint", or the first of its kind that no joint has."""
-    taken = {joint.name for joint in bodies.joints()}
-    names = itertools.chain(("root_joint",), (f"root_joint_{n}" for n in itertools.count(2)))
-    return next(name for name in names if name not in taken)
+    return fresh_name("root_joint", {joint.name for joint in bodies.joints()})
 
 
 def _set_inertia(one: Any, body: Body) -> None:
@@ -90,7 +88,7 @@ def _add_joint(one: Any, joint: BodyJoint) -> None:
     else:
         _set_passive(added, motor.damping, motor.armature, row.friction)
         if math.isfinite(row.lower) and math.isfinite(row.upper):
-            added.range = (row.lower, row.upper)
+            added.range = proper_range(row.lower, row.upper)
 
 
 def _set_passive(added: Any, damping: float, armature: float, friction: float) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
-from nao_kin._common.arrays import Floats, Vector
+from nao_kin._common.arrays import Vector
+from nao_kin._common.free_names import with_underscores
 from nao_kin.errors import UnknownName
-from nao_kin.export.variants.placement import composed
-from nao_kin.rotations import rotation_between, rpy_from_matrix
+from nao_kin.export.variants.placement import composed, rpy_of
+from nao_kin.rotations import rotation_between
 from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
 
 Axes = Literal["published", "aligned"]
@@ -51,28 +52,16 @@ def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
         if joint.kind not in _ALONG_AN_AXIS or sorted(map(abs, joint.axis)) == [0.0, 0.0, 1.0]:
             joints.append(joint)
             continue
-        between = _free(f"{joint.name}_axis", taken)
+        between = with_underscores(f"{joint.name}_axis", taken)
         R = rotation_between(_Z, joint.axis)
-        turned = composed(joint.origin, Origin(rpy=_rpy(R)))
+        turned = composed(joint.origin, Origin(rpy=rpy_of(R)))
         joints.append(replace(joint, origin=turned, axis=_Z, child=between))
-        back = _free(f"{joint.name}_axis_fixedjoint", taken)
-        joints.append(UrdfJoint(back, "fixed", between, joint.child, Origin(rpy=_rpy(R.T))))
+        back = with_underscores(f"{joint.name}_axis_fixedjoint", taken)
+        taken |= {between, back}
+        joints.append(UrdfJoint(back, "fixed", between, joint.child, Origin(rpy=rpy_of(R.T))))
         links.insert(links.index(joint.child), between)
         changes.append(
             f"{joint.name}: its frame is turned until its axis is z; "
             f"{between} stands between {joint.parent} and {joint.child}"
         )
     return replace(tree, links=tuple(links), joints=tuple(joints)), tuple(changes)
-
-
-def _rpy(R: Floats) -> Vector:
-    roll, pitch, yaw = (rpy_from_matrix(R) + 0.0).tolist()  # no −0
-    return roll, pitch, yaw
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """The name, with as many underscores behind it as set it apart from the names in use; it is in use from now on."""
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name

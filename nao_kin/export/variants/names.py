@@ -9,13 +9,11 @@ from typing import Any, Literal
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.variants.frames import merged
 from nao_kin.export.variants.placement import HERE
-from nao_kin.semantics import Semantics
+from nao_kin.semantics import Semantics, meaning
 from nao_kin.urdf import UrdfTree
 
 Names = Literal["naoqi", "ros"]
 NAMES: tuple[Names, ...] = ("naoqi", "ros")
-
-_FRAMES = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
 
 
 def name_frames(tree: UrdfTree, names: str, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
@@ -47,7 +45,7 @@ def name_frames(tree: UrdfTree, names: str, semantics: Semantics) -> tuple[UrdfT
         raise UnknownName("choice of names", names, NAMES)
     if names == "naoqi":
         return tree, ()
-    new = semantics.ros_names
+    new = new_names(semantics, names)
     if not new:
         raise BadArgument(f"{tree.name}: no ROS names are known of this robot; leave out names='ros' (--names ros)")
     twins = [
@@ -69,17 +67,28 @@ def name_frames(tree: UrdfTree, names: str, semantics: Semantics) -> tuple[UrdfT
     )
 
 
-def named_semantics(semantics: Semantics) -> Semantics:
-    """What a robot means in the names of its ROS description, to stand beside the tree of `name_frames`.
+def new_names(semantics: Semantics, names: str) -> Mapping[str, str]:
+    """Name of a link or joint → its name by that choice, for those that get another one.
+
+    Examples:
+        >>> from nao_kin.export.variants.names import new_names
+        >>> new_names(nk.load_nao().semantics, "ros")["Accelerometer"]
+        'ImuTorsoAccelerometer_frame'
+    """
+    return semantics.ros_names if names == "ros" else {}
+
+
+def named_semantics(semantics: Semantics, names: str) -> Semantics:
+    """What a robot means by a choice of names, to stand beside the tree of `name_frames`.
 
     Examples:
         >>> from nao_kin.export.variants.names import named_semantics
-        >>> named_semantics(nk.load_nao().semantics).soles
+        >>> named_semantics(nk.load_nao().semantics, "ros").soles
         ('l_sole', 'r_sole')
     """
-    new = semantics.ros_names
+    new = new_names(semantics, names)
     frames: dict[str, Any] = {
-        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in _FRAMES
+        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in meaning.FRAME_FIELDS
     }
     views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
     return replace(semantics, **frames, fields_of_view=views)

@@ -29,7 +29,7 @@ def composed(first: Origin, second: Origin) -> Origin:
         return Origin(_vector(T[:3, 3]), first.rpy)
     if not any(first.rpy):
         return Origin(_vector(T[:3, 3]), second.rpy)
-    return Origin(_vector(T[:3, 3]), _vector(rpy_from_matrix(T[:3, :3])))
+    return Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3]))
 
 
 def moved(origin: Origin, kind: str, axis: Vector, value: float) -> Origin:
@@ -38,7 +38,12 @@ def moved(origin: Origin, kind: str, axis: Vector, value: float) -> Origin:
         return origin
     if kind == "prismatic":
         return composed(origin, Origin(_vector(value * np.array(axis))))
-    return composed(origin, Origin(rpy=_vector(rpy_from_matrix(exp(value * np.array(axis))))))
+    return composed(origin, Origin(rpy=rpy_of(exp(value * np.array(axis)))))
+
+
+def rpy_of(R: Floats) -> Vector:
+    """Roll, pitch and yaw of a rotation, none of them −0."""
+    return _vector(rpy_from_matrix(R))
 
 
 def _vector(values: Floats) -> Vector:

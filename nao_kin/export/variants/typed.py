@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from nao_kin._text import abbreviated
+from nao_kin.errors import BadArgument
 from nao_kin.export.variants.placement import composed
 from nao_kin.joints import MultiDofJoint, group_joints
 from nao_kin.robot import RobotModel
@@ -27,6 +29,9 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
     Returns:
         The tree, and one line for each spherical joint.
 
+    Raises:
+        BadArgument: `typed` is neither True nor False.
+
     Examples:
         >>> from nao_kin.export.variants.coupling import couple
         >>> from nao_kin.export.variants.typed import merge_balls
@@ -34,6 +39,7 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
         >>> [joint.name for joint in tree.joints if joint.kind == "spherical"]
         ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
     """
+    check_typed(typed)
     if not typed:
         return tree, ()
     changes: list[str] = []
@@ -48,6 +54,16 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
             continue
         tree = _merged(tree, group, changes)
     return tree, tuple(changes) or ("no three joints have one centre: there is nothing to merge",)
+
+
+def check_typed(typed: object) -> None:
+    """Refuse what is neither True nor False: every other text is true to Python.
+
+    Raises:
+        BadArgument: neither.
+    """
+    if not isinstance(typed, bool):
+        raise BadArgument(f"typed must be True or False, got {abbreviated(typed)}")
 
 
 def _merged(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTree:

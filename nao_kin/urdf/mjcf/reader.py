@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.free_names import fresh_name
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadModel
 from nao_kin.semantics import Semantics
@@ -21,7 +22,7 @@ from nao_kin.urdf.mjcf.constraints import Couplings, read_couplings
 from nao_kin.urdf.mjcf.joints import BALL, Motion, efforts, motions, moved, origin, pose
 from nao_kin.urdf.mjcf.meaning import R_CAMERA_FRAME, free_joint, semantics_of
 from nao_kin.urdf.mjcf.shapes import Shapes
-from nao_kin.urdf.names import fresh_name, names_apart
+from nao_kin.urdf.names import names_apart
 from nao_kin.urdf.packages import checked_folders
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
 
