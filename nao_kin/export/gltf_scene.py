@@ -73,7 +73,7 @@ def gltf(
     tree, _ = variant(robot, frames=frames, names=names)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
-    nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q)[0])
+    nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q[0]))
     shapes, paints, notes = scene_shapes(tree)
     glb = Glb(_scene(tree, nodes, shapes))
     _place(glb, nodes)
@@ -83,7 +83,7 @@ def gltf(
         if row.get("name") in colours and not any(factors["baseColorFactor"][:3]):
             factors["baseColorFactor"] = colours[row["name"]]
     if motion is not None:
-        _animate(glb, nodes, moving, values, _base(robot, moving.q), tree)
+        _animate(glb, nodes, moving, values)
     glb.tree["asset"]["generator"] = "nao_kin, trimesh"
     return Exported(Path(path), write_document(path, glb.content(), force=force), notes)
 
@@ -102,8 +102,8 @@ def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: floa
 
 
 def _base(robot: RobotModel, q: Floats) -> Floats:
-    """Position and quaternion of the root link, shape (n, 7)."""
-    return q[:, :7] if robot.base == "floating" else np.tile([0.0, 0.0, 0.0, *_STILL], (len(q), 1))
+    """Position and quaternion of the root link, shape (7,): no motion moves it."""
+    return q[:7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_STILL])
 
 
 def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -> bytes:
@@ -145,9 +145,7 @@ def _place(glb: Glb, nodes: tuple[Node, ...]) -> None:
             row["extras"] = extras
 
 
-def _animate(
-    glb: Glb, nodes: tuple[Node, ...], moving: Trajectory, values: dict[str, Floats], base: Floats, tree: UrdfTree
-) -> None:
+def _animate(glb: Glb, nodes: tuple[Node, ...], moving: Trajectory, values: dict[str, Floats]) -> None:
     places = {row["name"]: index for index, row in enumerate(glb.tree["nodes"])}
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
@@ -157,9 +155,6 @@ def _animate(
         samplers.append({"input": times, "output": glb.add_numbers(rows), "interpolation": "LINEAR"})
         channels.append({"sampler": len(samplers) - 1, "target": {"node": places[name], "path": path}})
 
-    if np.ptp(base, axis=0).any():
-        add(tree.root, "translation", base[:, :3])
-        add(tree.root, "rotation", base[:, 3:])
     for node in nodes:
         if node.joint is not None and np.ptp(values[node.joint.name]) > 0.0:
             positions, quaternions = motion_of(node.joint, values[node.joint.name])
