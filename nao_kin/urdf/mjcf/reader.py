@@ -136,6 +136,10 @@ class _Reader:
         """Joint and part of it → name; joints without a name are called by the bodies they move."""
         given = {(motion.id, motion.part): motion.name for moves, _ in self.moves.values() for motion in moves}
         self.taken |= {name for name in given.values() if name}
+        single = {name for (joint, _), name in given.items() if int(self.model.jnt_type[joint]) != BALL}
+        for (joint, part), name in given.items():
+            if name in single and int(self.model.jnt_type[joint]) == BALL:
+                given[joint, part] = self._fresh(name, "_ball")
         for body, (moves, _) in self.moves.items():
             for motion in moves:
                 if not motion.name:
