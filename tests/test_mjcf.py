@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -353,3 +355,13 @@ def test_the_cross_check_sees_a_wrong_tree(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr("nao_kin.urdf.mjcf.joints.translation", lambda by: np.eye(4))  # anchors forgotten
     report = nk.crosscheck.run(_load(tmp_path, SAMPLES["several joints in one body"]), 20)
     assert any(row.against == "MuJoCo" for row in report.failures)
+
+
+@pytest.mark.parametrize("name", ["robot.urdf", "robot.xml", "robot"])
+def test_a_file_that_can_be_read_once_only_is_read(tmp_path: Path, name: str) -> None:
+    text = '<robot name="r"><link name="a"/></robot>' if name == "robot.urdf" else f"<mujoco>{_TWO}</mujoco>"
+    pipe = tmp_path / name
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_text, args=(text,), daemon=True)
+    writer.start()
+    assert nk.RobotModel.from_file(pipe).nv == (0 if name == "robot.urdf" else 2)

@@ -11,7 +11,7 @@ from nao_kin._text import abbreviated, quoted
 from nao_kin.robot.build import Base
 from nao_kin.robot.semantics_files import semantics_beside
 from nao_kin.semantics import Semantics
-from nao_kin.urdf import UrdfTree, file_format, read_mjcf, read_urdf
+from nao_kin.urdf import UrdfTree, read_mjcf, read_robot, read_urdf
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
@@ -33,7 +33,7 @@ class FileMethods(ABC):
         """A robot from a file of any format that can be read: URDF, xacro or MJCF, told apart by what stands in it.
 
         Args:
-            path: the file.
+            path: the file; it is read once, and may be a pipe.
             base: "fixed", or "floating" for a free base.
             semantics: what the robot means beyond its file, as `from_urdf` takes it.
             package_dirs: folders to search for packages and meshes, as `from_urdf` and `from_mjcf` take them.
@@ -49,12 +49,8 @@ class FileMethods(ABC):
             >>> robot.nv, robot.load_notes
             (25, ())
         """
-        if file_format(path) == "mjcf" and not xacro_arguments:
-            return cls.from_mjcf(path, base=base, semantics=semantics, package_dirs=package_dirs)
-        # Which refuses arguments for a file that takes none, an MJCF as well.
-        return cls.from_urdf(
-            path, base=base, semantics=semantics, package_dirs=package_dirs, xacro_arguments=xacro_arguments
-        )
+        tree, own = read_robot(path, package_dirs=package_dirs, xacro_arguments=xacro_arguments)
+        return cls._loaded(tree, semantics, own, base)
 
     @classmethod
     def from_urdf(

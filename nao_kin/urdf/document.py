@@ -22,7 +22,7 @@ Expand = Callable[[str], bytes]
 
 
 def read_document(
-    path: Path | str, notes: list[str], expand: Expand | None = None, *, always: bool = False
+    path: Path | str, content: bytes, notes: list[str], expand: Expand | None = None, *, always: bool = False
 ) -> tuple[ET.Element, str]:
     """The root element of an XML file, without what xacro left in it.
 
@@ -31,6 +31,7 @@ def read_document(
 
     Args:
         path: the file.
+        content: what it holds.
         notes: gets a line for what was dropped.
         expand: what makes a URDF of a xacro source; None where there is nothing that does.
         always: expand whatever mentions xacro, whether or not it looks finished.
@@ -39,9 +40,8 @@ def read_document(
         The root element, and the text that it was read from where that is not the file's.
 
     Raises:
-        BadModel: the file cannot be read, is not well-formed, or is a xacro source that cannot be expanded.
+        BadModel: the file is not well-formed, or is a xacro source that cannot be expanded.
     """
-    content = _content(path)
     document = _document(path, content)
     if b"xacro" not in content and b"${" not in content:
         return document, ""
@@ -57,13 +57,16 @@ def read_document(
     return document, expanded.decode()
 
 
-def root_tag(path: Path | str) -> str:
+def root_tag(path: Path | str, content: bytes) -> str:
     """The name of the root element of an XML file; what stands behind it is not looked at.
 
+    Args:
+        path: the file.
+        content: what it holds.
+
     Raises:
-        BadModel: the file cannot be read, or does not begin as XML.
+        BadModel: it does not begin as XML.
     """
-    content = _content(path)
     found: list[str] = []
 
     def start(tag: str, attributes: dict[str, str]) -> Any:
@@ -85,7 +88,12 @@ class _Enough(Exception):
     """The root element has been met."""
 
 
-def _content(path: Path | str) -> bytes:
+def file_content(path: Path | str) -> bytes:
+    """What a file holds, read once: a pipe gives it no second time.
+
+    Raises:
+        BadModel: it cannot be read.
+    """
     try:
         return Path(path).read_bytes()
     except TypeError:

@@ -71,11 +71,12 @@ def import_mujoco() -> ModuleType:
     return module
 
 
-def compile_mjcf(path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
+def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
     """The file compiled.
 
     Args:
         path: the file.
+        content: what it holds.
         package_dirs: folders to search for meshes that are not where the file says.
         notes: gets a line for what is not there, and for what MuJoCo warns of.
 
@@ -86,8 +87,8 @@ def compile_mjcf(path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -
     mujoco = import_mujoco()
     try:
         with mujoco_warnings(mujoco) as warned:
-            spec = _parsed(mujoco, path.absolute())
-            shapes = _lightened(spec, path, package_dirs, notes)
+            spec = _parsed(mujoco, path.absolute(), content)
+            shapes = _lightened(spec, path, content, package_dirs, notes)
             model = _compiled(spec, shapes, notes)
     except (ValueError, mujoco.FatalError) as error:
         raise BadModel(f"{path}: MuJoCo refuses it: {abbreviated(error)}") from None
@@ -101,12 +102,13 @@ def compile_mjcf(path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -
     return Compiled(model, names, meshes, loaded, specks)
 
 
-def _parsed(mujoco: ModuleType, path: Path) -> Any:
+def _parsed(mujoco: ModuleType, path: Path, content: bytes) -> Any:
     """The `mujoco.MjSpec` of a file; since MuJoCo 4 it reads MJCF under the ending .xml only."""
-    if path.suffix == ".xml":
+    if path.suffix == ".xml" and path.is_file():
         return mujoco.MjSpec.from_file(str(path))
+    # Not under its own name: MuJoCo takes an attached file of that name, in any folder, for this one, and never ends.
     name = f"{path}.xml"
-    return mujoco.MjSpec.from_file(name, include={name: path.read_bytes()})
+    return mujoco.MjSpec.from_file(name, include={name: content})
 
 
 def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
@@ -151,7 +153,7 @@ class _Shape:
     is_missing: bool
 
 
-def _lightened(spec: Any, path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -> list[_Shape]:
+def _lightened(spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> list[_Shape]:
     """Take out of a model what only a picture needs; the geoms that are meshes."""
     mujoco = import_mujoco()
     for compiler in _compilers(spec):
@@ -175,7 +177,7 @@ def _lightened(spec: Any, path: Path, package_dirs: tuple[Path, ...], notes: lis
     for hfield in list(spec.hfields):
         spec.delete(hfield)
     meshes = {mesh.name: mesh for mesh in spec.meshes}
-    search = MeshFiles(spec, path, package_dirs)
+    search = MeshFiles(spec, path, content, package_dirs)
     files = {name: search.find(mesh) for name, mesh in meshes.items()}
     for body in spec.bodies:
         for geom in body.geoms:

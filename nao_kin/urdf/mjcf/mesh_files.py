@@ -56,14 +56,15 @@ class MeshFiles:
     Args:
         spec: the `mujoco.MjSpec`.
         path: the MJCF.
+        content: what it holds.
         folders: folders to search for what is not where the file says.
     """
 
-    def __init__(self, spec: Any, path: Path, folders: tuple[Path, ...]) -> None:
+    def __init__(self, spec: Any, path: Path, content: bytes, folders: tuple[Path, ...]) -> None:
         self._spec, self._home, self._folders = spec, path.absolute().parent, folders
         self._packages = Packages(path, folders)
         # Prefix of the names of its meshes → where an attached model has their files.
-        self._attached = sorted(_attached(path.absolute()), key=lambda found: -len(found[0]))
+        self._attached = sorted(_attached(path.absolute(), content), key=lambda found: -len(found[0]))
 
     def find(self, mesh: Any) -> Path | None:
         """The file of a mesh, None where there is none; MuJoCo is told of one that is found elsewhere than it looks."""
@@ -97,38 +98,47 @@ class MeshFiles:
         yield from (folder / meshdir for prefix, folder, meshdir in self._attached if not prefix)
 
 
-def _attached(path: Path) -> Iterator[tuple[str, Path, str]]:
+def _attached(path: Path, content: bytes) -> Iterator[tuple[str, Path, str]]:
     """Prefix, folder and `meshdir` of the models that a file attaches, and of those that these attach."""
-    elements = list(_elements(path, path.parent))
-    files = {
-        _name(element, path.parent): path.parent / element.get("file", "")
-        for element in elements
-        if element.tag == "model"
+    elements = list(_elements(path, content, path.parent))
+    models = {
+        model.get("name") or _model_name(path.parent / model.get("file", "")): model
+        for model in elements
+        if model.tag == "model"
     }
     for element in elements:
-        file = files.get(element.get("model", "")) if element.tag == "attach" else None
-        if file is not None:
-            prefix = element.get("prefix", "")
-            compilers = [inner for inner in _elements(file, file.parent) if inner.tag == "compiler"]
+        model = models.get(element.get("model", "")) if element.tag == "attach" else None
+        if model is not None:
+            prefix, file = element.get("prefix", ""), path.parent / model.get("file", "")
+            inside = _content(file)
+            compilers = [inner for inner in _elements(file, inside, file.parent) if inner.tag == "compiler"]
             meshdirs = [inner.get("meshdir", inner.get("assetdir", "")) for inner in compilers]
             yield prefix, file.parent, next(filter(None, meshdirs), "")
-            yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file))
+            yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file, inside))
 
 
-def _name(model: ET.Element, home: Path) -> str:
-    """The name of a model to attach: its own, or the one that its file gives."""
-    named = model.get("name")
-    return named or next((root.get("model", "") for root in _elements(home / model.get("file", ""), home)), "")
+def _model_name(file: Path) -> str:
+    """The name that a file gives its model."""
+    return next((root.get("model", "") for root in _elements(file, _content(file), file.parent)), "")
 
 
-def _elements(path: Path, home: Path) -> Iterator[ET.Element]:
+def _elements(path: Path, content: bytes, home: Path) -> Iterator[ET.Element]:
     """The elements of a file and of those that it includes; none of one that MuJoCo takes and XML does not."""
     try:
-        document = ET.fromstring(path.read_bytes())
-    except (OSError, ET.ParseError, ValueError):
+        document = ET.fromstring(content)
+    except (ET.ParseError, ValueError):
         return
     for element in document.iter():
         yield element
         if element.tag == "include":
-            inside = path.parent / element.get("file", "")
-            yield from _elements(inside if inside.is_file() else home / element.get("file", ""), home)
+            beside, name = path.parent, element.get("file", "")
+            inside = beside / name if (beside / name).is_file() else home / name
+            yield from _elements(inside, _content(inside), home)
+
+
+def _content(file: Path) -> bytes:
+    """What a file holds that MuJoCo has read; nothing where it cannot be read again."""
+    try:
+        return file.read_bytes()
+    except (OSError, ValueError):
+        return b""
