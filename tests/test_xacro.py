@@ -45,6 +45,29 @@ def test_arguments_reach_the_source(source: Path) -> None:
     assert robot.position(robot.neutral(), "r_arm").tolist() == [0.25, 0.0, 0.0]
 
 
+@pytest.mark.parametrize(
+    ("name", "inside"),
+    [
+        ("$(arg n)", '<xacro:arg name="n" default="hand"/>'),
+        ("$(optenv NAO_KIN_NOT_SET hand)", ""),
+        ("$(env NAO_KIN_SET)", ""),
+        ("$(eval 'ha' + 'nd')", ""),
+        ("hand", '<xacro:include filename="more.xacro"/>'),
+    ],
+)
+def test_substitutions_and_what_is_included_make_a_source(
+    tmp_path: Path, name: str, inside: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NAO_KIN_SET", "hand")
+    names = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    more = '<joint name="J" type="fixed"><parent link="hand"/><child link="tip"/></joint><link name="tip"/>'
+    (tmp_path / "more.xacro").write_text(f"<robot {names}>{more}</robot>")
+    path = tmp_path / "robot.xacro"
+    path.write_text(f'<robot name="r" {names}>{inside}<link name="{name}"/></robot>')
+    robot = nk.RobotModel.from_urdf(path)
+    assert robot.link_names == (("hand", "tip") if "include" in inside else ("hand",))
+
+
 def test_truth_is_written_as_xacro_has_it(tmp_path: Path) -> None:
     path = tmp_path / "robot.xacro"
     path.write_text(

@@ -14,6 +14,8 @@ from nao_kin.errors import BadModel
 
 # What may hold ${…} without meaning that the file is still a source: it defines, and nothing uses it any more.
 _DEFINITIONS = ("property", "arg", "include")
+# What xacro puts values in place of; other programs write $(…) too, with words of their own.
+_EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
 _BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 
 
@@ -43,9 +45,9 @@ def read_document(
         BadModel: the file is not well-formed, or is a xacro source that cannot be expanded.
     """
     document = _document(path, content)
-    if b"xacro" not in content and b"${" not in content:
+    if b"xacro" not in content and b"${" not in content and b"$(" not in content:
         return document, ""
-    source = _Xacro(document)
+    source = _Xacro(document, includes=Path(path).suffix == ".xacro")
     if not (source.is_unexpanded or always):
         source.drop(notes)
         return document, ""
@@ -147,10 +149,14 @@ class _Xacro:
     Attributes:
         count: how much of it is unexpanded: macros, conditions, ${…}.
         is_unexpanded: whether the document is still a source: it defines macros or calls them where links stand, holds
-            ${…} where a value should be, has links inside an element of xacro, or none at all.
+            ${…} or $(find …) where a value should be, has links inside an element of xacro, or none at all.
+
+    Args:
+        document: the root element.
+        includes: whether what it includes is missing from it, as in a file that is named a source.
     """
 
-    def __init__(self, document: ET.Element) -> None:
+    def __init__(self, document: ET.Element, *, includes: bool = False) -> None:
         self._document = document
         self._prefixes = {"xacro:"} | {
             f"{name.removeprefix('xmlns:')}:"
@@ -162,10 +168,10 @@ class _Xacro:
         called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
         self.count = sum(
             self._name(element) == "macro"
-            or any("${" in value for value in element.attrib.values())
+            or any(_EXPRESSION.search(value) for value in element.attrib.values())
             or (self._name(element) is not None and (element.find(".//link") is not None or element in called))
             for element in self._used()
-        )
+        ) + includes * self._found.count("include")
         self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)
 
     @property
