@@ -365,3 +365,30 @@ def test_a_file_that_can_be_read_once_only_is_read(tmp_path: Path, name: str) ->
     writer = threading.Thread(target=pipe.write_text, args=(text,), daemon=True)
     writer.start()
     assert nk.RobotModel.from_file(pipe).nv == (0 if name == "robot.urdf" else 2)
+
+
+def test_a_wide_ball_turns_less_about_its_middle_axis(tmp_path: Path) -> None:
+    ball = f'<body name="arm"><joint name="s" type="ball" range="0 2" limited="true"/>{BOX}</body>'
+    robot = _load(tmp_path, f'<worldbody><body name="base">{BOX}{ball}</body></worldbody>')
+    limits = dict(zip(robot.joint_names, robot.upper.tolist(), strict=True))
+    assert limits == {"s_x": np.inf, "s_y": np.pi / 2, "s_z": np.inf}
+    assert robot.lower.tolist() == (-robot.upper).tolist()
+
+
+@pytest.mark.parametrize(
+    ("joint", "actuators", "effort"),
+    [
+        ("", '<motor joint="A" ctrlrange="-2 2"/><motor joint="A" ctrlrange="-1 3" gear="-2"/>', 8.0),
+        ("", '<general joint="A" gainprm="5" ctrlrange="-2 1"/>', 10.0),
+        ("", '<motor joint="A"/>', np.inf),
+        ("", '<position joint="A" kp="5" ctrlrange="-1 1"/>', np.inf),
+        ("", '<motor joint="A" ctrlrange="-2 2"/><motor joint="A"/>', np.inf),
+        ('actuatorfrcrange="-7 6" actuatorfrclimited="true"', '<motor joint="A" ctrlrange="-9 2"/>', 7.0),
+        ('actuatorfrcrange="-7 7" actuatorfrclimited="true"', '<motor joint="A" ctrlrange="-4 4"/>', 4.0),
+    ],
+)
+def test_the_effort_of_a_joint_is_the_sum_of_its_actuators_within_its_own(
+    tmp_path: Path, joint: str, actuators: str, effort: float
+) -> None:
+    text = f'{_TWO.replace("""name="A" """, f"""name="A" {joint} """)}<actuator>{actuators}</actuator>'
+    assert _load(tmp_path, text).effort_limits.tolist() == [effort, np.inf]

@@ -112,6 +112,14 @@ def test_without_the_package_its_names_say_what_to_install(monkeypatch: pytest.M
     assert nk.robot_names(download=True) == nk.robot_names()
 
 
+def test_without_either_package_a_name_says_which_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    for constant in ("_DESCRIPTIONS", "_PACKAGE"):
+        monkeypatch.setattr(f"nao_kin.robot.library.{constant}", "a_package_that_nobody_has")
+    for name, extra in (("g1_description", "descriptions"), ("romeo", "robots")):
+        with pytest.raises(nk.errors.MissingExtra, match=rf"^loading a robot by .*nao-kin\[{extra}\]"):
+            nk.load_robot(name)
+
+
 def test_descriptions_serve_without_example_robot_data(descriptions: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nao_kin.robot.library._PACKAGE", "a-package-that-nobody-has")
     assert nk.load_robot("arm_description").name == "arm"
