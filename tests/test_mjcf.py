@@ -392,3 +392,38 @@ def test_the_effort_of_a_joint_is_the_sum_of_its_actuators_within_its_own(
 ) -> None:
     text = f'{_TWO.replace("""name="A" """, f"""name="A" {joint} """)}<actuator>{actuators}</actuator>'
     assert _load(tmp_path, text).effort_limits.tolist() == [effort, np.inf]
+
+
+def test_a_camera_with_a_sensor_and_a_lens_sees_what_they_let_it(tmp_path: Path) -> None:
+    lens = 'sensorsize=".006 .004" focal=".003 .002" resolution="60 40"'
+    robot = _load(tmp_path, f'<worldbody><body name="base">{BOX}<camera name="eye" {lens}/></body></worldbody>')
+    assert robot.semantics.fields_of_view["eye"] == pytest.approx((np.pi / 2, np.pi / 2))
+
+
+def test_a_base_that_stands_on_its_head_is_not_upright(tmp_path: Path) -> None:
+    key = '<keyframe><key name="head" qpos="0 0 1  0 1 0 0  0 0 0 0 0"/></keyframe>'
+    robot = _load(tmp_path, SAMPLES["several joints in one body"] + key)
+    assert np.allclose(robot.semantics.postures["head"].up, (0, 0, -1))
+
+
+def test_a_site_with_two_sensors_of_a_kind_is_named_once(tmp_path: Path) -> None:
+    sensors = '<sensor><gyro site="imu"/><gyro site="imu" noise=".1"/></sensor>'
+    robot = _load(tmp_path, f'<worldbody><body name="base">{BOX}<site name="imu"/></body></worldbody>{sensors}')
+    assert robot.semantics.gyrometers == ("imu",)
+
+
+def test_what_floats_without_joints_of_its_own_is_no_robot_beside_one(tmp_path: Path) -> None:
+    parts = "".join(f'<body name="part{n}">{BOX}</body>' for n in range(3))
+    arm = f'<body name="arm">{BOX}<body name="hand"><joint name="J"/>{BOX}</body></body>'
+    robot = _load(tmp_path, f'<worldbody><body name="box"><freejoint/>{BOX}{parts}</body>{arm}</worldbody>')
+    assert (robot.tree.root, robot.joint_names) == ("arm", ("J",))
+
+
+def test_of_two_that_float_alike_the_first_is_the_robot(tmp_path: Path) -> None:
+    bodies = "".join(f'<body name="{name}"><freejoint/>{BOX}</body>' for name in ("first", "second"))
+    assert _load(tmp_path, f"<worldbody>{bodies}</worldbody>").tree.root == "first"
+
+
+def test_what_moves_on_the_world_has_the_world_for_its_root(tmp_path: Path) -> None:
+    robot = _load(tmp_path, f'<worldbody><body name="cart"><joint name="J" type="slide"/>{BOX}</body></worldbody>')
+    assert (robot.tree.root, robot.link_names) == ("world", ("world", "cart"))

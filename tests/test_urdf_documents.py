@@ -45,13 +45,22 @@ def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str,
     "inside",
     [
         '<xacro:macro name="m"/>' + FIXED,
+        '<gazebo><xacro:macro name="m"/></gazebo>' + FIXED,
         FIXED.replace('name="J"', 'name="${prefix}J"'),
         FIXED.replace('name="J"', 'name="$(arg prefix)J"'),
         '<xacro:if value="${flag}"><link name="c"/></xacro:if>' + FIXED,
         '<xacro:if value="true"><link name="c"/></xacro:if>' + FIXED,
         f'<xacro:unless value="false">{FIXED}</xacro:unless>',
     ],
-    ids=["macro", "value", "argument", "condition", "condition that holds", "everything on a condition"],
+    ids=[
+        "macro",
+        "macro inside",
+        "value",
+        "argument",
+        "condition",
+        "condition that holds",
+        "everything on a condition",
+    ],
 )
 def test_a_xacro_source_is_refused_with_the_command_that_expands_it(
     tmp_path: Path, inside: str, monkeypatch: pytest.MonkeyPatch
