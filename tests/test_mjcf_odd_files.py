@@ -219,3 +219,37 @@ def test_what_mujoco_warns_of_is_a_note_and_nothing_else(
 def test_a_root_that_is_turned_is_said_to_be(tmp_path: Path) -> None:
     robot = _load(tmp_path, f'<worldbody><body name="a" euler="0 0 1">{BOX}</body></worldbody>')
     assert robot.load_notes == ("'a' stands at 0 0 0, turned, in the world; poses are given in its own frame",)
+
+
+# --- one name for two things -----------------------------------------------------------------------------------------
+
+
+def test_a_camera_is_in_a_site_of_its_name_only_on_the_same_body(tmp_path: Path) -> None:
+    site, camera = '<site name="eye"/>', '<camera name="eye" euler="1.5707963267948966 -1.5707963267948966 0"/>'
+    two = f"""<worldbody><body name="a">{BOX}{site}
+      <body name="b" pos="0 0 1"><joint name="J"/>{BOX}{camera}</body></body></worldbody>"""
+    robot = _load(tmp_path, two)
+    assert robot.semantics.cameras == ("eye_camera",)
+    assert robot.position(robot.neutral(), "eye_camera").tolist() == [0.0, 0.0, 1.0]
+    same = _load(tmp_path, two.replace(camera, "").replace(site, site + camera))
+    assert same.semantics.cameras == ("eye",)
+    assert np.allclose(same.rotation(same.neutral(), "eye"), np.eye(3))
+
+
+def test_a_body_and_a_joint_beside_its_origin_may_have_one_name(tmp_path: Path) -> None:
+    hip = f'<body name="hip"><joint name="hip" pos=".1 0 0" axis="0 1 0"/>{BOX}</body>'
+    robot = _load(tmp_path, f'<worldbody><body name="base">{BOX}{hip}</body></worldbody>')
+    assert len({*robot.link_names}) == len(robot.link_names) == 3
+    own = Mujoco(tmp_path / "robot.xml")
+    own.set({"hip": 0.5})
+    q = robot.configuration({"hip": 0.5})
+    assert np.allclose(robot.fk(q, robot.tree.shared_names["hip"]), own.pose("body", "hip"), atol=1e-12)
+
+
+def test_damping_friction_and_the_name_of_the_model_are_kept(tmp_path: Path) -> None:
+    joint = '<joint name="J" damping=".3" frictionloss=".2"/>'
+    robot = _load(tmp_path, f'<worldbody><body name="a">{BOX}<body name="b">{joint}{BOX}</body></body></worldbody>')
+    assert [(row.damping, row.friction) for row in robot.tree.moving_joints] == [(0.3, 0.2)]
+    assert robot.name == "sample"
+    (tmp_path / "nameless.xml").write_text(f'<mujoco><worldbody><body name="a">{BOX}</body></worldbody></mujoco>')
+    assert nk.RobotModel.from_mjcf(tmp_path / "nameless.xml").name == "nameless"

@@ -163,3 +163,9 @@ def test_the_viewer_shows_a_robot_from_mjcf(tmp_path: Path) -> None:
     with nk.Viewer(robot) as viewer:
         assert viewer.notes == ()
         assert viewer.save_html(tmp_path / "page.html").stat().st_size > 100_000
+
+
+def test_what_only_touches_or_is_only_touched_is_a_collision_shape_too(tmp_path: Path) -> None:
+    geoms = '<geom type="sphere" size=".1" contype="0"/><geom type="sphere" size=".2" conaffinity="0"/>'
+    robot = _load(tmp_path, f'<worldbody><body name="a">{geoms}</body></worldbody>')
+    assert [collision.geometry for collision in robot.tree.collisions] == [Sphere(0.1), Sphere(0.2)]
