@@ -46,16 +46,17 @@ def _attach(folder: Path, *names: str) -> None:
         write(folder / name, f'{asset}<worldbody><body name="part">{joint}</body></worldbody>', "part.xml")
 
 
-def test_meshes_of_attached_models_are_those_beside_them(tmp_path: Path) -> None:
-    _attach(tmp_path, "hand", "arm")
-    for name, size in (("hand", 0.1), ("arm", 0.2)):
+@pytest.mark.parametrize("names", [("hand", "arm"), ("arm", "arm_of")])  # and where one prefix begins the other
+def test_meshes_of_attached_models_are_those_beside_them(tmp_path: Path, names: tuple[str, str]) -> None:
+    _attach(tmp_path, *names)
+    for name, size in zip(names, (0.1, 0.2), strict=True):
         _mesh(tmp_path / name / "shapes" / "m.stl", size)
     robot = nk.RobotModel.from_mjcf(tmp_path / "robot.xml")
     assert robot.mass == pytest.approx(Mujoco(tmp_path / "robot.xml").model.body_mass.sum())
     files = {
         shape.link: shape.geometry.filename for shape in robot.tree.visuals if isinstance(shape.geometry, MeshFile)
     }
-    assert files == {"hand_part": "hand/shapes/m.stl", "arm_part": "arm/shapes/m.stl"}
+    assert files == {f"{name}_part": f"{name}/shapes/m.stl" for name in names}
     assert not any("not there" in note for note in robot.load_notes)
 
 
