@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -124,3 +125,16 @@ def test_the_cross_check_reads_what_the_source_became(source: Path) -> None:
     report = nk.crosscheck.run(nk.RobotModel.from_urdf(source), 20)
     assert report.ok, report.failures
     assert {"yourdfpy", "pin.buildModelFromUrdf"} <= {row.against for row in report.rows}
+
+
+def test_truth_as_a_text_is_in_lower_case(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_text('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="$(arg n)"/></robot>')
+    assert nk.RobotModel.from_urdf(path, xacro_arguments={"n": True}).link_names == ("true",)
+
+
+def test_the_search_of_ros_itself_is_there_again_afterwards(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    theirs = ModuleType("ament_index_python")
+    monkeypatch.setitem(sys.modules, "ament_index_python", theirs)
+    assert nk.RobotModel.from_urdf(source).nv == 2
+    assert sys.modules["ament_index_python"] is theirs
