@@ -128,6 +128,13 @@ def test_names_that_mean_no_file_are_not_found(tmp_path: Path, name: str) -> Non
     assert Packages(tmp_path / "robot.urdf", [tmp_path]).file(name) is None
 
 
+def test_a_link_to_a_robots_file_finds_what_lies_beside_the_file(tmp_path: Path) -> None:
+    mesh = _file(tmp_path / "robot" / "a.stl")
+    (tmp_path / "robot" / "robot.urdf").touch()
+    (tmp_path / "link.urdf").symlink_to(tmp_path / "robot" / "robot.urdf")
+    assert Packages(tmp_path / "link.urdf").file("a.stl") == mesh
+
+
 def test_a_robot_keeps_the_folders_that_it_was_given(tmp_path: Path) -> None:
     _file(tmp_path / "far" / "arm" / "a.stl")
     path = tmp_path / "near" / "robot.urdf"

@@ -93,6 +93,13 @@ def test_dollars_of_other_programs_make_no_source(tmp_path: Path) -> None:
     assert _load(tmp_path, f'<robot name="r">{joint}</robot>').load_notes == ()
 
 
+def test_a_substitution_makes_a_source_without_the_word_xacro(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    joint = FIXED.replace('name="J"', 'name="$(arg prefix)J"')
+    with pytest.raises(BadModel, match="a xacro source with 1 unexpanded"):
+        _load(tmp_path, f'<robot name="r">{joint}</robot>')
+
+
 @pytest.mark.parametrize("kind", ["property", "arg", "include"])
 def test_what_merely_defines_may_hold_expressions(tmp_path: Path, kind: str) -> None:
     robot = _load(tmp_path, f'<robot name="r"><xacro:{kind} name="n" value="${{x}}"/>{FIXED}</robot>')
