@@ -421,6 +421,10 @@ _ROBOT = (
             "{name: self._q_offset + column for name, column",
             "{name: column for name, column",
         ),
+    ),
+    *_faults(
+        "robot/configuration_methods.py",
+        "test_robot_limits.py",
         (
             "joints-not-named-clamped-too",
             "        if joints is None:\n            inside",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -353,3 +355,75 @@ def test_the_cross_check_sees_a_wrong_tree(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr("nao_kin.urdf.mjcf.joints.translation", lambda by: np.eye(4))  # anchors forgotten
     report = nk.crosscheck.run(_load(tmp_path, SAMPLES["several joints in one body"]), 20)
     assert any(row.against == "MuJoCo" for row in report.failures)
+
+
+@pytest.mark.parametrize("name", ["robot.urdf", "robot.xml", "robot"])
+def test_a_file_that_can_be_read_once_only_is_read(tmp_path: Path, name: str) -> None:
+    text = '<robot name="r"><link name="a"/></robot>' if name == "robot.urdf" else f"<mujoco>{_TWO}</mujoco>"
+    pipe = tmp_path / name
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_text, args=(text,), daemon=True)
+    writer.start()
+    assert nk.RobotModel.from_file(pipe).nv == (0 if name == "robot.urdf" else 2)
+
+
+def test_a_wide_ball_turns_less_about_its_middle_axis(tmp_path: Path) -> None:
+    ball = f'<body name="arm"><joint name="s" type="ball" range="0 2" limited="true"/>{BOX}</body>'
+    robot = _load(tmp_path, f'<worldbody><body name="base">{BOX}{ball}</body></worldbody>')
+    limits = dict(zip(robot.joint_names, robot.upper.tolist(), strict=True))
+    assert limits == {"s_x": np.inf, "s_y": np.pi / 2, "s_z": np.inf}
+    assert robot.lower.tolist() == (-robot.upper).tolist()
+
+
+@pytest.mark.parametrize(
+    ("joint", "actuators", "effort"),
+    [
+        ("", '<motor joint="A" ctrlrange="-2 2"/><motor joint="A" ctrlrange="-1 3" gear="-2"/>', 8.0),
+        ("", '<general joint="A" gainprm="5" ctrlrange="-2 1"/>', 10.0),
+        ("", '<motor joint="A"/>', np.inf),
+        ("", '<position joint="A" kp="5" ctrlrange="-1 1"/>', np.inf),
+        ("", '<motor joint="A" ctrlrange="-2 2"/><motor joint="A"/>', np.inf),
+        ('actuatorfrcrange="-7 6" actuatorfrclimited="true"', '<motor joint="A" ctrlrange="-9 2"/>', 7.0),
+        ('actuatorfrcrange="-7 7" actuatorfrclimited="true"', '<motor joint="A" ctrlrange="-4 4"/>', 4.0),
+    ],
+)
+def test_the_effort_of_a_joint_is_the_sum_of_its_actuators_within_its_own(
+    tmp_path: Path, joint: str, actuators: str, effort: float
+) -> None:
+    text = f'{_TWO.replace("""name="A" """, f"""name="A" {joint} """)}<actuator>{actuators}</actuator>'
+    assert _load(tmp_path, text).effort_limits.tolist() == [effort, np.inf]
+
+
+def test_a_camera_with_a_sensor_and_a_lens_sees_what_they_let_it(tmp_path: Path) -> None:
+    lens = 'sensorsize=".006 .004" focal=".003 .002" resolution="60 40"'
+    robot = _load(tmp_path, f'<worldbody><body name="base">{BOX}<camera name="eye" {lens}/></body></worldbody>')
+    assert robot.semantics.fields_of_view["eye"] == pytest.approx((np.pi / 2, np.pi / 2))
+
+
+def test_a_base_that_stands_on_its_head_is_not_upright(tmp_path: Path) -> None:
+    key = '<keyframe><key name="head" qpos="0 0 1  0 1 0 0  0 0 0 0 0"/></keyframe>'
+    robot = _load(tmp_path, SAMPLES["several joints in one body"] + key)
+    assert np.allclose(robot.semantics.postures["head"].up, (0, 0, -1))
+
+
+def test_a_site_with_two_sensors_of_a_kind_is_named_once(tmp_path: Path) -> None:
+    sensors = '<sensor><gyro site="imu"/><gyro site="imu" noise=".1"/></sensor>'
+    robot = _load(tmp_path, f'<worldbody><body name="base">{BOX}<site name="imu"/></body></worldbody>{sensors}')
+    assert robot.semantics.gyrometers == ("imu",)
+
+
+def test_what_floats_without_joints_of_its_own_is_no_robot_beside_one(tmp_path: Path) -> None:
+    parts = "".join(f'<body name="part{n}">{BOX}</body>' for n in range(3))
+    arm = f'<body name="arm">{BOX}<body name="hand"><joint name="J"/>{BOX}</body></body>'
+    robot = _load(tmp_path, f'<worldbody><body name="box"><freejoint/>{BOX}{parts}</body>{arm}</worldbody>')
+    assert (robot.tree.root, robot.joint_names) == ("arm", ("J",))
+
+
+def test_of_two_that_float_alike_the_first_is_the_robot(tmp_path: Path) -> None:
+    bodies = "".join(f'<body name="{name}"><freejoint/>{BOX}</body>' for name in ("first", "second"))
+    assert _load(tmp_path, f"<worldbody>{bodies}</worldbody>").tree.root == "first"
+
+
+def test_what_moves_on_the_world_has_the_world_for_its_root(tmp_path: Path) -> None:
+    robot = _load(tmp_path, f'<worldbody><body name="cart"><joint name="J" type="slide"/>{BOX}</body></worldbody>')
+    assert (robot.tree.root, robot.link_names) == ("world", ("world", "cart"))

@@ -163,3 +163,42 @@ def test_the_viewer_shows_a_robot_from_mjcf(tmp_path: Path) -> None:
     with nk.Viewer(robot) as viewer:
         assert viewer.notes == ()
         assert viewer.save_html(tmp_path / "page.html").stat().st_size > 100_000
+
+
+def test_what_only_touches_or_is_only_touched_is_a_collision_shape_too(tmp_path: Path) -> None:
+    geoms = '<geom type="sphere" size=".1" contype="0"/><geom type="sphere" size=".2" conaffinity="0"/>'
+    robot = _load(tmp_path, f'<worldbody><body name="a">{geoms}</body></worldbody>')
+    assert [collision.geometry for collision in robot.tree.collisions] == [Sphere(0.1), Sphere(0.2)]
+
+
+def test_bodies_and_looks_that_the_compiler_may_drop_are_kept(tmp_path: Path) -> None:
+    robot = _load(
+        tmp_path,
+        f"""<compiler fusestatic="true" discardvisual="true"/><worldbody><body name="a">{BOX}
+          <body name="b">{BOX}<geom type="sphere" size=".1" contype="0" conaffinity="0" mass="0"/></body>
+          <body name="c"><joint name="J"/>{BOX}</body></body></worldbody>""",
+    )
+    assert {*robot.link_names} == {"a", "b", "c"}
+    assert Sphere(0.1) in [visual.geometry for visual in robot.tree.visuals]
+
+
+def test_an_inertia_that_gives_way_to_the_geoms_comes_from_the_mesh(tmp_path: Path) -> None:
+    _bone(tmp_path)
+    robot = _load(
+        tmp_path,
+        """<compiler inertiafromgeom="true"/><asset><mesh name="m" file="bone.stl"/></asset><worldbody><body name="a">
+          <inertial pos="0 0 0" mass="77" diaginertia="1 1 1"/><geom type="mesh" mesh="m"/></body></worldbody>""",
+    )
+    assert robot.mass == pytest.approx(Mujoco(tmp_path / "robot.xml").model.body_mass[1])
+    assert 1.0 < robot.mass < 77.0
+
+
+@pytest.mark.parametrize("weightless", ['mass="0"', 'density="0"'])
+def test_a_mesh_without_weight_need_not_be_readable(tmp_path: Path, weightless: str) -> None:
+    (tmp_path / "bad.stl").write_text("no mesh")
+    robot = _load(
+        tmp_path,
+        f"""<asset><mesh name="m" file="bad.stl"/></asset>
+        <worldbody><body name="a">{BOX}<geom type="mesh" mesh="m" {weightless}/></body></worldbody>""",
+    )
+    assert robot.mass == pytest.approx(0.4)

@@ -71,6 +71,32 @@ def test_folders_given_hold_packages_or_are_one(tmp_path: Path, given: str) -> N
     assert packages.file("package://arm_description/meshes/arm.stl") == mesh
 
 
+def test_the_name_of_a_package_is_the_element_and_no_comment(tmp_path: Path) -> None:
+    _package(tmp_path / "src" / "arm-main", "arm_description")
+    text = '<package><!-- <name>other</name> --><name kind="x">\n arm_description</name></package>'
+    (tmp_path / "src" / "arm-main" / "package.xml").write_text(text)
+    packages = Packages(tmp_path / "robot.urdf", [tmp_path / "src" / "arm-main"])
+    assert packages.file("package://arm_description/meshes/arm.stl") is not None
+    assert packages.file("package://other/meshes/arm.stl") is None
+
+
+def test_addresses_of_packages_may_be_written_with_percents(tmp_path: Path) -> None:
+    mesh = _file(tmp_path / "p" / "a b.stl")
+    assert Packages(tmp_path / "robot.urdf").file("package://p/a%20b.stl") == mesh
+
+
+def test_a_workspace_named_from_where_the_process_is_stays_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = _file(tmp_path / "ws" / "p" / "a.stl")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "ws")
+    packages = Packages(tmp_path / "else" / "robot.urdf")
+    assert packages.folder("p") == mesh.parent
+    monkeypatch.chdir("/")
+    assert packages.file("package://p/a.stl") == mesh
+
+
 def test_folders_given_come_before_those_above_and_those_of_ros(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +126,13 @@ def test_plain_names_and_file_addresses_are_found(tmp_path: Path, name: str) -> 
 def test_names_that_mean_no_file_are_not_found(tmp_path: Path, name: str) -> None:
     (tmp_path / "p").mkdir()
     assert Packages(tmp_path / "robot.urdf", [tmp_path]).file(name) is None
+
+
+def test_a_link_to_a_robots_file_finds_what_lies_beside_the_file(tmp_path: Path) -> None:
+    mesh = _file(tmp_path / "robot" / "a.stl")
+    (tmp_path / "robot" / "robot.urdf").touch()
+    (tmp_path / "link.urdf").symlink_to(tmp_path / "robot" / "robot.urdf")
+    assert Packages(tmp_path / "link.urdf").file("a.stl") == mesh
 
 
 def test_a_robot_keeps_the_folders_that_it_was_given(tmp_path: Path) -> None:

@@ -65,6 +65,13 @@ def test_a_description_loads_with_its_packages_and_its_srdf(
     assert capsys.readouterr() == ("", "Cloning\n")  # standard output is for what was asked
 
 
+def test_the_package_of_a_description_is_found_without_its_repository(descriptions: Path) -> None:
+    module = descriptions / "arm_description.py"
+    text = module.read_text()
+    module.write_text(f"{text}\ndel REPOSITORY_PATH\n")
+    assert nk.load_robot("arm_description").load_notes == ()
+
+
 def test_a_description_in_xacro_loads_with_its_arguments(descriptions: Path) -> None:
     pytest.importorskip("xacro")
     assert nk.load_robot("arm_xacro_description").link_names == ("l",)
@@ -96,6 +103,7 @@ def test_names_are_listed_where_they_are_installed(descriptions: Path, monkeypat
     ours = ("arm_description", "arm_mj_description", "arm_xacro_description", "far_description", "none_description")
     assert nk.robot_names(download=True)[-5:] == ours
     assert not set(ours) & set(nk.robot_names())
+    assert "_empty_description" not in nk.robot_names(download=True)
     with pytest.raises(UnknownName, match="nearest: arm_description") as caught:
         nk.load_robot("arm_descripton")
     assert "pip install" not in str(caught.value)
@@ -110,6 +118,14 @@ def test_without_the_package_its_names_say_what_to_install(monkeypatch: pytest.M
         nk.load_robot("romoe")
     assert "descriptions" not in str(caught.value)
     assert nk.robot_names(download=True) == nk.robot_names()
+
+
+def test_without_either_package_a_name_says_which_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    for constant in ("_DESCRIPTIONS", "_PACKAGE"):
+        monkeypatch.setattr(f"nao_kin.robot.library.{constant}", "a_package_that_nobody_has")
+    for name, extra in (("g1_description", "descriptions"), ("romeo", "robots")):
+        with pytest.raises(nk.errors.MissingExtra, match=rf"^loading a robot by .*nao-kin\[{extra}\]"):
+            nk.load_robot(name)
 
 
 def test_descriptions_serve_without_example_robot_data(descriptions: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,12 +45,22 @@ def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str,
     "inside",
     [
         '<xacro:macro name="m"/>' + FIXED,
+        '<gazebo><xacro:macro name="m"/></gazebo>' + FIXED,
         FIXED.replace('name="J"', 'name="${prefix}J"'),
+        FIXED.replace('name="J"', 'name="$(arg prefix)J"'),
         '<xacro:if value="${flag}"><link name="c"/></xacro:if>' + FIXED,
         '<xacro:if value="true"><link name="c"/></xacro:if>' + FIXED,
         f'<xacro:unless value="false">{FIXED}</xacro:unless>',
     ],
-    ids=["macro", "value", "condition", "condition that holds", "everything on a condition"],
+    ids=[
+        "macro",
+        "macro inside",
+        "value",
+        "argument",
+        "condition",
+        "condition that holds",
+        "everything on a condition",
+    ],
 )
 def test_a_xacro_source_is_refused_with_the_command_that_expands_it(
     tmp_path: Path, inside: str, monkeypatch: pytest.MonkeyPatch
@@ -67,6 +77,27 @@ def test_a_source_is_a_source_without_the_word_xacro(tmp_path: Path, monkeypatch
     monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(BadModel, match="a xacro source with 2 unexpanded"):
         _load(tmp_path, '<robot name="${name}">' + FIXED.replace('name="J"', 'name="${prefix}J"') + "</robot>")
+
+
+def test_a_file_named_a_source_misses_what_it_includes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    text = f'<robot name="r"><xacro:include filename="hand.xacro"/>{FIXED}</robot>'
+    with pytest.raises(BadModel, match="a xacro source with 1 unexpanded"):
+        _load(tmp_path, text, "arm.xacro")
+    defines = f'<robot name="r"><xacro:arg name="n"/><xacro:property name="p" value="1"/>{FIXED}</robot>'
+    assert len(_load(tmp_path, defines, "arm.xacro").load_notes) == 1
+
+
+def test_dollars_of_other_programs_make_no_source(tmp_path: Path) -> None:
+    joint = FIXED.replace('name="J"', 'name="$(JOINT) $5"')
+    assert _load(tmp_path, f'<robot name="r">{joint}</robot>').load_notes == ()
+
+
+def test_a_substitution_makes_a_source_without_the_word_xacro(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    joint = FIXED.replace('name="J"', 'name="$(arg prefix)J"')
+    with pytest.raises(BadModel, match="a xacro source with 1 unexpanded"):
+        _load(tmp_path, f'<robot name="r">{joint}</robot>')
 
 
 @pytest.mark.parametrize("kind", ["property", "arg", "include"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -43,6 +44,29 @@ def test_a_source_is_read_as_what_it_becomes(source: Path) -> None:
 def test_arguments_reach_the_source(source: Path) -> None:
     robot = nk.RobotModel.from_file(source, xacro_arguments={"length": 0.5})
     assert robot.position(robot.neutral(), "r_arm").tolist() == [0.25, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "inside"),
+    [
+        ("$(arg n)", '<xacro:arg name="n" default="hand"/>'),
+        ("$(optenv NAO_KIN_NOT_SET hand)", ""),
+        ("$(env NAO_KIN_SET)", ""),
+        ("$(eval 'ha' + 'nd')", ""),
+        ("hand", '<xacro:include filename="more.xacro"/>'),
+    ],
+)
+def test_substitutions_and_what_is_included_make_a_source(
+    tmp_path: Path, name: str, inside: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NAO_KIN_SET", "hand")
+    names = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    more = '<joint name="J" type="fixed"><parent link="hand"/><child link="tip"/></joint><link name="tip"/>'
+    (tmp_path / "more.xacro").write_text(f"<robot {names}>{more}</robot>")
+    path = tmp_path / "robot.xacro"
+    path.write_text(f'<robot name="r" {names}>{inside}<link name="{name}"/></robot>')
+    robot = nk.RobotModel.from_urdf(path)
+    assert robot.link_names == (("hand", "tip") if "include" in inside else ("hand",))
 
 
 def test_truth_is_written_as_xacro_has_it(tmp_path: Path) -> None:
@@ -101,3 +125,16 @@ def test_the_cross_check_reads_what_the_source_became(source: Path) -> None:
     report = nk.crosscheck.run(nk.RobotModel.from_urdf(source), 20)
     assert report.ok, report.failures
     assert {"yourdfpy", "pin.buildModelFromUrdf"} <= {row.against for row in report.rows}
+
+
+def test_truth_as_a_text_is_in_lower_case(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_text('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="$(arg n)"/></robot>')
+    assert nk.RobotModel.from_urdf(path, xacro_arguments={"n": True}).link_names == ("true",)
+
+
+def test_the_search_of_ros_itself_is_there_again_afterwards(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    theirs = ModuleType("ament_index_python")
+    monkeypatch.setitem(sys.modules, "ament_index_python", theirs)
+    assert nk.RobotModel.from_urdf(source).nv == 2
+    assert sys.modules["ament_index_python"] is theirs

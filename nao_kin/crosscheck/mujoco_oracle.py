@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.mujoco_warnings import mujoco_warnings
 from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
 from nao_kin.crosscheck.yourdfpy_oracle import ParsedJoint, YourdfpyOracle
@@ -43,8 +44,9 @@ class MujocoOracle:
         self._mujoco, self._robot = mujoco, robot
         try:
             name = f"{robot.urdf_path}.xml"  # the one ending under which every version reads MJCF
-            spec = mujoco.MjSpec.from_file(name, include={name: robot.urdf_path.read_bytes()})
-            self._model: Any = spec.compile()
+            with mujoco_warnings(mujoco):
+                spec = mujoco.MjSpec.from_file(name, include={name: robot.urdf_path.read_bytes()})
+                self._model: Any = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
             raise BadModel(f"{robot.urdf_path}: MuJoCo alone refuses it: {abbreviated(error)}") from None
         self._data: Any = mujoco.MjData(self._model)
@@ -72,19 +74,32 @@ class MujocoOracle:
         values = dict(zip(self._robot.joint_names, q.tolist(), strict=True))
         values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in self._robot.mimics.items()}
         qpos = np.array(self._model.qpos0)
-        for row in self._equalities():
-            if self._model.eq_obj2id[row] < 0 or not self._model.eq_data[row, 1]:
-                first = self._model.jnt_qposadr[self._model.eq_obj1id[row]]
-                qpos[first] += self._model.eq_data[row, 0]
+        self._hold(qpos, {joint for joint in range(int(self._model.njnt)) if self._model.joint(joint).name in values})
         for joint in range(int(self._model.njnt)):
             name, first = self._model.joint(joint).name, int(self._model.jnt_qposadr[joint])
-            turns = [values.get(f"{name}_{axis}") for axis in "xyz"]
-            if name in values:
-                qpos[first] = values[name]
-            elif int(self._model.jnt_type[joint]) == _BALL and None not in turns:
-                R = matrix_from_euler([float(turn or 0.0) for turn in turns], "xyz", axes="moving")
+            if int(self._model.jnt_type[joint]) != _BALL:
+                qpos[first] = values.get(name, qpos[first])
+            elif self._is_known(joint):
+                R = matrix_from_euler([values.get(part, 0.0) for part in _parts(name)], "xyz", axes="moving")
                 qpos[first : first + 4] = quat_from_matrix(R)
         return qpos
+
+    def _hold(self, qpos: Floats, moving: set[int]) -> None:
+        """Set the joints that equalities hold at a value, and those coupled to them; `moving` ones have theirs."""
+        model, start, held = self._model, np.array(qpos), set[int]()
+        rows = [row for row in self._equalities() if not model.eq_data[row, 2:5].any()]
+        for _ in rows:
+            for row in rows:
+                follower, driver = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
+                constant, slope = (float(value) for value in model.eq_data[row, :2])
+                y, x = (int(model.jnt_qposadr[joint]) for joint in (follower, driver))
+                alone = driver < 0 or not slope
+                if follower not in held | moving and (alone or driver in held):
+                    qpos[y] = start[y] + constant + (0.0 if alone else slope * (qpos[x] - start[x]))
+                    held.add(follower)
+                elif not alone and follower in held and driver not in held | moving:
+                    qpos[x] = start[x] + (qpos[y] - start[y] - constant) / slope
+                    held.add(driver)
 
     def _placed(self) -> dict[str, tuple[str, int]]:
         """Frame → whether it is a body or a site, and which; without those behind joints that have no name."""
@@ -106,7 +121,10 @@ class MujocoOracle:
         return found
 
     def _is_known(self, joint: int) -> bool:
-        return bool(self._model.joint(joint).name) or int(self._model.jnt_type[joint]) == _FREE
+        """Whether the robot has the joint under the name that it has here; of a ball, its three."""
+        name, kind = self._model.joint(joint).name, int(self._model.jnt_type[joint])
+        names = {self._model.joint(other).name for other in range(int(self._model.njnt))}
+        return kind == _FREE or (bool(name) and (kind != _BALL or names.isdisjoint(_parts(name))))
 
     def _body(self, link: str) -> int:
         """The body of a link; the world's, 0, where there is none."""
@@ -135,18 +153,22 @@ class MujocoOracle:
             lower, upper = (float(value) if limited else math.nan for value in model.jnt_range[joint])
             if name in moving:
                 found[name] = _parsed(lower, upper, follows.get(name))
-            elif int(model.jnt_type[joint]) == _BALL:
+            elif int(model.jnt_type[joint]) == _BALL and self._is_known(joint):
                 # The box that holds every turn of at most the largest angle.
                 narrow = upper <= math.pi / 2
-                for axis, most in zip(
-                    "xyz", (upper if narrow else math.nan, min(upper, math.pi / 2)) * 2, strict=False
-                ):
-                    found[f"{name}_{axis}"] = _parsed(-most, most)
+                boxes = (upper if narrow else math.nan, min(upper, math.pi / 2), upper if narrow else math.nan)
+                for part, most in zip(_parts(name), boxes, strict=True):
+                    found[part] = _parsed(-most, most)
         # What has no name in the file is taken from the robot itself, and so compared with itself.
         for own in self._robot.tree.moving_joints:
             if own.name not in found:
                 found[own.name] = _parsed(own.lower, own.upper)
         return found
+
+
+def _parts(ball: str) -> tuple[str, str, str]:
+    """The names of the three joints that a ball joint becomes."""
+    return f"{ball}_x", f"{ball}_y", f"{ball}_z"
 
 
 def _parsed(lower: float, upper: float, follows: tuple[str, float, float] | None = None) -> ParsedJoint:

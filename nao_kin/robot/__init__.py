@@ -3,10 +3,10 @@
 from nao_kin.robot.batch_kinematics import CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS, Base
 from nao_kin.robot.coordinates import COUPLING_TOLERANCE, UNIT_TOLERANCE
-from nao_kin.robot.kinematic_methods import WORLD, KinematicMethods, LimitPolicy
+from nao_kin.robot.kinematic_methods import WORLD, KinematicMethods
 from nao_kin.robot.kinematics import Kinematics, expression_named
 from nao_kin.robot.library import load_robot, robot_names
-from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitViolation
+from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitPolicy, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.model_numbers import ModelNumbers
 from nao_kin.robot.questions import Expression, FrameIds, PoseForm

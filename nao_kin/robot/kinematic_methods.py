@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any, Literal, SupportsIndex
+from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -14,9 +14,9 @@ from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.checks import ConfigurationChecks
 from nao_kin.robot.frames import FrameTable
 from nao_kin.robot.kinematics import Kinematics, expression_named
+from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.questions import Expression, PoseForm, Question, check_expression, check_pose_form
 
-LimitPolicy = Literal["raise", "clamp", "ignore"]
 WORLD = "world"
 
 

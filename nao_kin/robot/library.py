@@ -69,9 +69,12 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
         (33, 'LHipYaw')
     """
     described = _described_names()
+    is_theirs = isinstance(name, str) and name.endswith(_ENDING) and not described
     try:
         files = _files()
     except MissingExtra:
+        if is_theirs:
+            raise MissingExtra("loading a robot by this name", "descriptions") from None
         if not described:
             raise
         files = {}
@@ -79,7 +82,6 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
         return RobotModel.from_urdf(files[name], base=base, semantics=_srdf(files[name]))
     if isinstance(name, str) and name in described:
         return _described(name, base)
-    is_theirs = isinstance(name, str) and name.endswith(_ENDING) and not described
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if is_theirs else ""
     raise UnknownName("robot", name, (*files, *described), hint)
 
@@ -91,7 +93,7 @@ def _files() -> dict[str, Path]:
     try:
         installed = importlib.metadata.files(_PACKAGE) or []
     except importlib.metadata.PackageNotFoundError:
-        raise MissingExtra("robots by name", "robots") from None
+        raise MissingExtra("loading a robot by name", "robots") from None
     found = {
         file.stem: Path(str(file.locate())) for file in installed if file.suffix == ".urdf" and "robots" in file.parts
     }

@@ -6,15 +6,19 @@ import math
 from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin.errors import UnknownName
 from nao_kin.semantics import CoupledLimit
 
 # Limits written in degrees come back from radians with rounding; a value that misses by less than this is on the limit.
 LIMIT_TOLERANCE = 1e-9
+
+LimitPolicy = Literal["raise", "clamp", "ignore"]
 
 
 @dataclass(frozen=True)
@@ -222,3 +226,9 @@ def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
         table.lower[left] + share * (table.lower[right] - table.lower[left]),
         table.upper[left] + share * (table.upper[right] - table.upper[left]),
     )
+
+
+def check_policy(limits: str) -> None:
+    """Raise `UnknownName` for what is no limits policy."""
+    if not isinstance(limits, str) or limits not in get_args(LimitPolicy):
+        raise UnknownName("limits policy", limits, get_args(LimitPolicy))

@@ -1,6 +1,6 @@
 """Robots' files: a URDF or an MJCF read once into one tree, leniently and with a note for all that had to change."""
 
-from nao_kin.urdf.format import file_format
+from nao_kin.urdf.format import file_format, read_robot
 from nao_kin.urdf.mjcf import read_mjcf
 from nao_kin.urdf.packages import Packages, mesh_in
 from nao_kin.urdf.reader import read_urdf
@@ -25,6 +25,7 @@ __all__ = [
     "file_format",
     "mesh_in",
     "read_mjcf",
+    "read_robot",
     "read_srdf",
     "read_urdf",
 ]

@@ -14,6 +14,8 @@ from nao_kin.errors import BadModel
 
 # What may hold ${…} without meaning that the file is still a source: it defines, and nothing uses it any more.
 _DEFINITIONS = ("property", "arg", "include")
+# What xacro puts values in place of; other programs write $(…) too, with words of their own.
+_EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
 _BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 
 
@@ -22,7 +24,7 @@ Expand = Callable[[str], bytes]
 
 
 def read_document(
-    path: Path | str, notes: list[str], expand: Expand | None = None, *, always: bool = False
+    path: Path | str, content: bytes, notes: list[str], expand: Expand | None = None, *, always: bool = False
 ) -> tuple[ET.Element, str]:
     """The root element of an XML file, without what xacro left in it.
 
@@ -31,6 +33,7 @@ def read_document(
 
     Args:
         path: the file.
+        content: what it holds.
         notes: gets a line for what was dropped.
         expand: what makes a URDF of a xacro source; None where there is nothing that does.
         always: expand whatever mentions xacro, whether or not it looks finished.
@@ -39,13 +42,12 @@ def read_document(
         The root element, and the text that it was read from where that is not the file's.
 
     Raises:
-        BadModel: the file cannot be read, is not well-formed, or is a xacro source that cannot be expanded.
+        BadModel: the file is not well-formed, or is a xacro source that cannot be expanded.
     """
-    content = _content(path)
     document = _document(path, content)
-    if b"xacro" not in content and b"${" not in content:
+    if b"xacro" not in content and b"${" not in content and b"$(" not in content:
         return document, ""
-    source = _Xacro(document)
+    source = _Xacro(document, includes=Path(path).suffix == ".xacro")
     if not (source.is_unexpanded or always):
         source.drop(notes)
         return document, ""
@@ -57,13 +59,16 @@ def read_document(
     return document, expanded.decode()
 
 
-def root_tag(path: Path | str) -> str:
+def root_tag(path: Path | str, content: bytes) -> str:
     """The name of the root element of an XML file; what stands behind it is not looked at.
 
+    Args:
+        path: the file.
+        content: what it holds.
+
     Raises:
-        BadModel: the file cannot be read, or does not begin as XML.
+        BadModel: it does not begin as XML.
     """
-    content = _content(path)
     found: list[str] = []
 
     def start(tag: str, attributes: dict[str, str]) -> Any:
@@ -85,7 +90,12 @@ class _Enough(Exception):
     """The root element has been met."""
 
 
-def _content(path: Path | str) -> bytes:
+def file_content(path: Path | str) -> bytes:
+    """What a file holds, read once: a pipe gives it no second time.
+
+    Raises:
+        BadModel: it cannot be read.
+    """
     try:
         return Path(path).read_bytes()
     except TypeError:
@@ -139,10 +149,14 @@ class _Xacro:
     Attributes:
         count: how much of it is unexpanded: macros, conditions, ${…}.
         is_unexpanded: whether the document is still a source: it defines macros or calls them where links stand, holds
-            ${…} where a value should be, has links inside an element of xacro, or none at all.
+            ${…} or $(find …) where a value should be, has links inside an element of xacro, or none at all.
+
+    Args:
+        document: the root element.
+        includes: whether what it includes is missing from it, as in a file that is named a source.
     """
 
-    def __init__(self, document: ET.Element) -> None:
+    def __init__(self, document: ET.Element, *, includes: bool = False) -> None:
         self._document = document
         self._prefixes = {"xacro:"} | {
             f"{name.removeprefix('xmlns:')}:"
@@ -154,10 +168,10 @@ class _Xacro:
         called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
         self.count = sum(
             self._name(element) == "macro"
-            or any("${" in value for value in element.attrib.values())
+            or any(_EXPRESSION.search(value) for value in element.attrib.values())
             or (self._name(element) is not None and (element.find(".//link") is not None or element in called))
             for element in self._used()
-        )
+        ) + includes * self._found.count("include")
         self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)
 
     @property

@@ -21,7 +21,8 @@ _MODEL_PATHS = ("GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODE
 # ROS_PACKAGE_PATH names folders that hold packages at any depth; ROS itself looks this far.
 _DEEPEST = 6
 _URI = re.compile(r"(package|model)://+([^/]+)/*(.*)", re.DOTALL)
-_NAME = re.compile(rb"<name>\s*([^<\s]+)\s*</name>")
+_NAME = re.compile(rb"<name(?:\s[^>]*)?>\s*([^<\s]+)\s*</name>")
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
 class Packages:
@@ -59,10 +60,10 @@ class Packages:
         try:
             match = _URI.fullmatch(name)
             if match is not None:
-                candidates: Iterable[Path] = (place / match[3] for place in self._searched(match[2]))
+                places, inside = self._searched(match[2]), match[3]
             else:
-                plain = name.removeprefix("file://")
-                candidates = (self._folder / text for text in dict.fromkeys((plain, unquote(plain))))
+                places, inside = (self._folder,), name.removeprefix("file://")
+            candidates = (place / text for place in places for text in dict.fromkeys((inside, unquote(inside))))
             return next((path for path in candidates if path.is_file()), None)
         except (OSError, ValueError):  # a name that no system takes
             return None
@@ -129,8 +130,8 @@ def checked_folders(folders: object) -> tuple[Path, ...]:
 
 
 def _listed(variable: str) -> list[Path]:
-    """The folders that an environment variable lists."""
-    return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+    """The folders that an environment variable lists, wherever the process goes later."""
+    return [Path(entry).absolute() for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
 
 
 def _below(folder: Path, package: str, depth: int) -> Iterator[Path]:
@@ -152,5 +153,5 @@ def _is_package(folder: Path, package: str) -> bool:
         text = (folder / "package.xml").read_bytes()
     except OSError:
         return False
-    match = _NAME.search(text)
+    match = _NAME.search(_COMMENT.sub(b"", text))
     return match is not None and match[1] == os.fsencode(package)

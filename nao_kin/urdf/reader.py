@@ -19,7 +19,7 @@ from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.semantics import Mimic
 from nao_kin.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
-from nao_kin.urdf.document import read_document
+from nao_kin.urdf.document import file_content, read_document
 from nao_kin.urdf.names import names_apart
 from nao_kin.urdf.packages import Packages, checked_folders
 from nao_kin.urdf.tree import Inertial, UrdfJoint, UrdfTree
@@ -56,6 +56,16 @@ def read_urdf(
         >>> tree.root, len(tree.moving_joints), len(tree.mimics)
         ('base_link', 42, 17)
     """
+    return urdf_tree(path, file_content(path), package_dirs, xacro_arguments)
+
+
+def urdf_tree(
+    path: Path | str,
+    content: bytes,
+    package_dirs: Iterable[Path | str],
+    xacro_arguments: Mapping[str, object] | None,
+) -> UrdfTree:
+    """As `read_urdf`, of a file that has been read."""
     notes: list[str] = []
     folders = checked_folders(package_dirs)
     given = xacro_values(xacro_arguments or {})
@@ -64,7 +74,7 @@ def read_urdf(
         file = Path(path)
         return expand_xacro(file, notes, arguments=given, packages=Packages(file, folders), what=what)
 
-    document, expanded = read_document(path, notes, expand, always=bool(given))
+    document, expanded = read_document(path, content, notes, expand, always=bool(given))
     if given and not expanded:
         raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
     try:

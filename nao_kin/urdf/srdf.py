@@ -11,7 +11,7 @@ from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadModel
 from nao_kin.semantics import Posture, Semantics
-from nao_kin.urdf.document import read_document
+from nao_kin.urdf.document import file_content, read_document
 from nao_kin.urdf.tree import UrdfJoint, UrdfTree
 
 
@@ -38,7 +38,7 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
         >>> nk.urdf.read_srdf("nao.srdf", tree, notes=[]).chains["neck"]
         ('HeadYaw', 'HeadPitch')
     """
-    document, _ = read_document(path, notes)
+    document, _ = read_document(path, file_content(path), notes)
     if document.tag != "robot":
         raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")
     reader = _Groups(document, tree)

@@ -73,6 +73,10 @@ def _name(model: Any, body: int) -> str:
 
 def _note_place(model: Any, body: int, notes: list[str]) -> None:
     """Say where a root stands in the world, which the tree does not keep."""
-    if not np.allclose(pose(model.body_pos[body], model.body_quat[body]), np.eye(4), atol=1e-12):
+    T = pose(model.body_pos[body], model.body_quat[body])
+    if not np.allclose(T, np.eye(4), atol=1e-12):
         place = " ".join(f"{float(value):.4g}" for value in model.body_pos[body])
-        notes.append(f"{quoted(_name(model, body))} stands at {place} in the world; poses are given in its own frame")
+        turned = "" if np.allclose(T[:3, :3], np.eye(3), atol=1e-12) else ", turned,"
+        notes.append(
+            f"{quoted(_name(model, body))} stands at {place}{turned} in the world; poses are given in its own frame"
+        )

@@ -15,33 +15,24 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.mujoco_warnings import mujoco_warnings
 from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadModel
-from nao_kin.urdf.mjcf.joints import pose
-from nao_kin.urdf.packages import Packages
+from nao_kin.urdf.mjcf.mesh_files import MeshAsset, MeshFiles, mesh_asset
 
 # To MuJoCo a body that moves must have a mass. Where its meshes are not there, it gets this one, which is then dropped.
 _NO_MASS = 1e-14
 _TINY = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class MeshAsset:
-    """A mesh as the file has it.
-
-    Attributes:
-        path: its file; None where the mesh is not from a file.
-        scale: factors along its axes, shape (3,).
-        T_mesh_file: pose of the file's coordinates, scaled, in those of the mesh (refpos and refquat), shape (4, 4).
-        is_rigid: whether this is all; a mesh that is turned and then scaled unevenly is sheared.
-    """
-
-    path: Path | None
-    scale: Floats
-    T_mesh_file: Floats
-    is_rigid: bool
+# What must be finite of each kind of thing in a model; a range may have no end.
+_FINITE = {
+    "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia"),
+    "joint": ("pos", "axis"),
+    "geom": ("pos", "quat", "size"),
+    "site": ("pos", "quat"),
+    "camera": ("pos", "quat"),
+}
+_SHORT = {"joint": "jnt", "camera": "cam"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +44,14 @@ class Compiled:
         name: its name, "" without one.
         meshes: geom id → the mesh that it is.
         loaded: geom ids whose meshes MuJoCo has loaded; it has moved them to their centres of mass.
+        specks: geom ids of which only the pose is known, not the shape.
     """
 
     model: Any
     name: str
     meshes: Mapping[int, MeshAsset]
     loaded: frozenset[int]
+    specks: frozenset[int]
 
     def has_mass(self, body: int) -> bool:
         """Whether a body's mass is known, and more than nothing."""
@@ -78,13 +71,14 @@ def import_mujoco() -> ModuleType:
     return module
 
 
-def compile_mjcf(path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
+def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
     """The file compiled.
 
     Args:
         path: the file.
+        content: what it holds.
         package_dirs: folders to search for meshes that are not where the file says.
-        notes: gets a line for what is not there.
+        notes: gets a line for what is not there, and for what MuJoCo warns of.
 
     Raises:
         MissingExtra: MuJoCo is not installed.
@@ -92,44 +86,78 @@ def compile_mjcf(path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -
     """
     mujoco = import_mujoco()
     try:
-        spec = _parsed(mujoco, path.absolute())
-        shapes = _lightened(spec, path, package_dirs, notes)
-        try:
-            model = spec.compile()
-        except ValueError:
-            if not any(shape.is_missing for shape in shapes):
-                raise
-            spec.compiler.boundmass = spec.compiler.boundinertia = _NO_MASS
-            model = spec.compile()
-            notes.append("bodies whose mass was to come from missing meshes are taken as massless")
+        with mujoco_warnings(mujoco) as warned:
+            spec = _parsed(mujoco, path.absolute(), content)
+            shapes = _lightened(spec, path, content, package_dirs, notes)
+            model = _compiled(spec, shapes, notes)
     except (ValueError, mujoco.FatalError) as error:
         raise BadModel(f"{path}: MuJoCo refuses it: {abbreviated(error)}") from None
+    _check_finite(model, path)
+    notes += [f"MuJoCo says: {abbreviated(text)}" for text in dict.fromkeys(warned)]
     kind = int(mujoco.mjtGeom.mjGEOM_MESH)
-    meshes = {int(shape.geom.id): shape.asset for shape in shapes}
+    meshes = {int(shape.geom.id): shape.asset for shape in shapes if shape.asset is not None}
+    specks = frozenset(int(shape.geom.id) for shape in shapes if shape.asset is None)
     loaded = frozenset(geom for geom in meshes if int(model.geom_type[geom]) == kind)
     names = "" if spec.modelname == "MuJoCo Model" else str(spec.modelname)
-    return Compiled(model, names, meshes, loaded)
+    return Compiled(model, names, meshes, loaded, specks)
 
 
-def _parsed(mujoco: ModuleType, path: Path) -> Any:
+def _parsed(mujoco: ModuleType, path: Path, content: bytes) -> Any:
     """The `mujoco.MjSpec` of a file; since MuJoCo 4 it reads MJCF under the ending .xml only."""
-    if path.suffix == ".xml":
+    if path.suffix == ".xml" and path.is_file():
         return mujoco.MjSpec.from_file(str(path))
+    # Not under its own name: MuJoCo takes an attached file of that name, in any folder, for this one, and never ends.
     name = f"{path}.xml"
-    return mujoco.MjSpec.from_file(name, include={name: path.read_bytes()})
+    return mujoco.MjSpec.from_file(name, include={name: content})
+
+
+def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
+    """The `mujoco.MjModel`; with massless bodies where masses were to come from meshes that are missing."""
+    try:
+        return spec.compile()
+    except ValueError:
+        if not any(shape.is_missing for shape in shapes):
+            raise
+        for compiler in _compilers(spec):
+            compiler.boundmass = compiler.boundinertia = _NO_MASS
+        model = spec.compile()
+        notes.append("bodies whose mass was to come from missing meshes are taken as massless")
+        return model
+
+
+def _compilers(spec: Any) -> list[Any]:
+    """The settings of the compiler: those of the model, and those of the models that it attaches."""
+    return [spec.compiler, *(body.compiler for body in spec.bodies if getattr(body, "compiler", None) is not None)]
+
+
+def _check_finite(model: Any, path: Path) -> None:
+    """Refuse poses and masses that are no numbers, which MuJoCo takes.
+
+    Raises:
+        BadModel: one is not finite.
+    """
+    for kind, parts in _FINITE.items():
+        for part in parts:
+            bad = np.argwhere(~np.isfinite(getattr(model, f"{_SHORT.get(kind, kind)}_{part}")))
+            if bad.size:
+                name = str(getattr(model, kind)(int(bad[0, 0])).name) or str(bad[0, 0])
+                raise BadModel(f"{path}: the {part} of {kind} {quoted(name)} is not finite")
 
 
 @dataclass(frozen=True, eq=False)
-class _MeshGeom:
+class _Shape:
+    """A geom that is made of a mesh, or of which only the pose is kept: then without the mesh."""
+
     geom: Any
-    asset: MeshAsset
+    asset: MeshAsset | None
     is_missing: bool
 
 
-def _lightened(spec: Any, path: Path, package_dirs: tuple[Path, ...], notes: list[str]) -> list[_MeshGeom]:
+def _lightened(spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> list[_Shape]:
     """Take out of a model what only a picture needs; the geoms that are meshes."""
     mujoco = import_mujoco()
-    spec.compiler.discardvisual = spec.compiler.fusestatic = False
+    for compiler in _compilers(spec):
+        compiler.discardvisual = compiler.fusestatic = False
     for skin in list(spec.skins):
         spec.delete(skin)
     for material in spec.materials:
@@ -139,17 +167,18 @@ def _lightened(spec: Any, path: Path, package_dirs: tuple[Path, ...], notes: lis
             light.texture = ""
     for texture in list(spec.textures):
         spec.delete(texture)
-    used, found = set[str](), list[_MeshGeom]()
+    used, found = set[str](), list[_Shape]()
     fields = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD]
     if fields:
         notes.append(f"height fields left out: {len(fields)}")
     for geom in fields:
         _make_speck(geom)
+        found.append(_Shape(geom, None, False))
     for hfield in list(spec.hfields):
         spec.delete(hfield)
     meshes = {mesh.name: mesh for mesh in spec.meshes}
-    packages = Packages(path, package_dirs)
-    files = {name: _mesh_file(spec, mesh, path, packages, package_dirs) for name, mesh in meshes.items()}
+    search = MeshFiles(spec, path, content, package_dirs)
+    files = {name: search.find(mesh) for name, mesh in meshes.items()}
     for body in spec.bodies:
         for geom in body.geoms:
             name = geom.meshname
@@ -157,8 +186,10 @@ def _lightened(spec: Any, path: Path, package_dirs: tuple[Path, ...], notes: lis
                 continue
             there = not meshes[name].file or files[name] is not None
             is_mesh = geom.type == mujoco.mjtGeom.mjGEOM_MESH
-            if is_mesh:
-                found.append(_MeshGeom(geom, _asset(meshes[name], files[name], path), not there))
+            if is_mesh or not there:
+                home = path.absolute().parent
+                asset = mesh_asset(meshes[name], files[name], home) if is_mesh else None
+                found.append(_Shape(geom, asset, not there))
             if there and (not meshes[name].file or not is_mesh or _gives_mass(spec, body, geom)):
                 used.add(name)  # a primitive is fitted to its mesh
             else:
@@ -194,34 +225,3 @@ def _gives_mass(spec: Any, body: Any, geom: Any) -> bool:
     if body.explicitinertial and int(compiler.inertiafromgeom) != 1:  # 1: always
         return False
     return bool(geom.mass != 0.0 and (not math.isnan(geom.mass) or geom.density != 0.0))
-
-
-def _mesh_file(spec: Any, mesh: Any, path: Path, packages: Packages, folders: tuple[Path, ...]) -> Path | None:
-    """The file of a mesh, None where there is none; MuJoCo is told of one that is found elsewhere than it looks."""
-    if not mesh.file:
-        return None
-    own = getattr(mesh, "compiler", None)
-    meshdirs = [str(getattr(where, "meshdir", "")) for where in (own, spec.compiler, spec) if where is not None]
-    home = path.absolute().parent
-    try:
-        told = [home / folder / str(mesh.file) for folder in dict.fromkeys(meshdirs)]
-        for file in told:
-            if file.is_file():
-                return file
-        elsewhere = (packages.file(str(mesh.file)), *(folder / str(mesh.file) for folder in folders))
-        found = next((file for file in elsewhere if file is not None and file.is_file()), None)
-    except (OSError, ValueError):  # a name that no system takes
-        return None
-    if found is not None:
-        mesh.file = str(found.absolute())
-    return found
-
-
-def _asset(mesh: Any, file: Path | None, path: Path) -> MeshAsset:
-    if file is None and mesh.file:
-        file = path.absolute().parent / mesh.file
-    scale = np.array(mesh.scale, dtype=np.float64)
-    T_mesh_file = np.asarray(np.linalg.inv(pose(mesh.refpos, mesh.refquat)), dtype=np.float64)
-    T_mesh_file[:3, 3] *= scale  # MuJoCo moves and turns the vertices before it scales them
-    R = T_mesh_file[:3, :3]
-    return MeshAsset(file, scale, T_mesh_file, bool(np.allclose(scale[:, None] * R, R * scale)))

@@ -39,6 +39,16 @@ class Couplings:
             return True
         return False
 
+    def lock_followers(self, notes: list[str]) -> None:
+        """Hold the joints that follow one that is held, with a note for each."""
+        while held := [name for name, mimic in self.mimics.items() if mimic.joint in self.locked]:
+            for name in held:
+                mimic = self.mimics.pop(name)
+                self.locked[name] = value = float(mimic.value(self.locked[mimic.joint]))
+                notes.append(
+                    f"joint {quoted(name)} follows {quoted(mimic.joint)}, which is held: taken as fixed at {value:.6g}"
+                )
+
     def _leads_to(self, name: str, end: str) -> bool:
         """Whether the chain of mimics that starts at a joint passes another one."""
         while name != end and name in self.mimics:
@@ -65,7 +75,11 @@ def read_couplings(model: Any, names: Mapping[int, str], notes: list[str]) -> Co
             left_out[_KINDS.get(kind, "other")] += 1
         elif (first := int(model.eq_obj1id[row])) in names:
             second = int(model.eq_obj2id[row])
-            _couple(model, row, names[first], names.get(second, ""), couplings, notes)
+            if second in names or second < 0:
+                _couple(model, row, names[first], names.get(second, ""), couplings, notes)
+            else:
+                notes.append(f"joint {quoted(names[first])} is coupled to one that is not the robot's: left out")
+    couplings.lock_followers(notes)
     if left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in left_out.items())
         notes.append(f"equality constraints left out, so that their joints move on their own: {kinds}")
@@ -85,9 +99,8 @@ def _couple(model: Any, row: int, name: str, driver: str, couplings: Couplings, 
         x = float(model.qpos0[model.jnt_qposadr[model.eq_obj2id[row]]])
         if not couplings.follow(name, Mimic(driver, slope, y + constant - slope * x)):
             notes.append(f"joint {abbreviated(name)} is coupled to {abbreviated(driver)} once more: left out")
-    elif int(model.eq_obj2id[row]) < 0 or driver:
-        if name in couplings.mimics:
-            notes.append(f"joint {abbreviated(name)} is held at a value and follows another: it follows")
-        else:
-            couplings.locked[name] = y + constant
-            notes.append(f"joint {quoted(name)} is held at {y + constant:.6g}: taken as fixed there")
+    elif name in couplings.mimics:
+        notes.append(f"joint {abbreviated(name)} is held at a value and follows another: it follows")
+    else:
+        couplings.locked[name] = y + constant
+        notes.append(f"joint {quoted(name)} is held at {y + constant:.6g}: taken as fixed there")

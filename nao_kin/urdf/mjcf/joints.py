@@ -76,6 +76,8 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
         x, y, z = (float(value) for value in model.jnt_axis[joint])
         limited = bool(model.jnt_limited[joint])
         lower, upper = (float(value) for value in model.jnt_range[joint]) if limited else (-math.inf, math.inf)
+        if math.isfinite(lower) and math.isfinite(upper) and math.isinf(upper - lower):
+            lower, upper = -math.inf, math.inf  # a range beyond all measure
         slides = kind == SLIDE
         if not slides:
             T = T @ translation(anchor)

@@ -15,7 +15,7 @@ from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadModel
 from nao_kin.semantics import Semantics
 from nao_kin.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
-from nao_kin.urdf.document import root_tag
+from nao_kin.urdf.document import file_content, root_tag
 from nao_kin.urdf.mjcf.bodies import robot_of
 from nao_kin.urdf.mjcf.compiled import Compiled, compile_mjcf, import_mujoco
 from nao_kin.urdf.mjcf.constraints import Couplings, read_couplings
@@ -51,13 +51,18 @@ def read_mjcf(path: Path | str, *, package_dirs: Iterable[Path | str] = ()) -> t
         ...     print(str(error).partition("; ")[2])
         it is a URDF, which RobotModel.from_urdf reads
     """
-    tag = root_tag(path)
+    return mjcf_tree(path, file_content(path), package_dirs)
+
+
+def mjcf_tree(path: Path | str, content: bytes, package_dirs: Iterable[Path | str]) -> tuple[UrdfTree, Semantics]:
+    """As `read_mjcf`, of a file that has been read."""
+    tag = root_tag(path, content)
     if tag != "mujoco":
         other = "; it is a URDF, which RobotModel.from_urdf reads" if tag == "robot" else ""
         raise BadModel(f"{path}: the root element is <{abbreviated(tag)}>, an MJCF has <mujoco>{other}")
     notes: list[str] = []
     folders = checked_folders(package_dirs)
-    compiled = compile_mjcf(Path(path), folders, notes)
+    compiled = compile_mjcf(Path(path), content, folders, notes)
     try:
         tree, semantics = _Reader(compiled, Path(path), notes).read()
     except (CouplingRefused, ValueError) as error:
@@ -137,6 +142,10 @@ class _Reader:
         """Joint and part of it → name; joints without a name are called by the bodies they move."""
         given = {(motion.id, motion.part): motion.name for moves, _ in self.moves.values() for motion in moves}
         self.taken |= {name for name in given.values() if name}
+        single = {name for (joint, _), name in given.items() if int(self.model.jnt_type[joint]) != BALL}
+        for (joint, part), name in given.items():
+            if name in single and int(self.model.jnt_type[joint]) == BALL:
+                given[joint, part] = self._fresh(name, "_ball")
         for body, (moves, _) in self.moves.items():
             for motion in moves:
                 if not motion.name:

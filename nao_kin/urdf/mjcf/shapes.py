@@ -45,7 +45,8 @@ class Shapes:
             path: the file, beside which mesh files are named.
         """
         self._compiled, self._model, self._folder = compiled, compiled.model, path.absolute().parent
-        geoms = [geom for geom in range(int(self._model.ngeom)) if int(self._model.geom_bodyid[geom]) in links]
+        known = (geom for geom in range(int(self._model.ngeom)) if geom not in compiled.specks)
+        geoms = [geom for geom in known if int(self._model.geom_bodyid[geom]) in links]
         seen = [geom for geom in geoms if int(self._model.geom_group[geom]) <= _LAST_VISIBLE_GROUP] or geoms
         visuals, collisions = list[Visual](), list[Collision]()
         for geom in geoms:
