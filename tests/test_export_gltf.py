@@ -240,6 +240,24 @@ def test_colours_are_those_of_the_urdf_in_the_scale_of_light(nao: nk.NaoModel, w
     assert materials["black"][0] == pytest.approx(((0.05 + 0.055) / 1.055) ** 2.4, rel=1e-12)
 
 
+def test_a_mesh_keeps_its_own_colour_beside_one_of_that_name_in_the_urdf(tmp_path: Path) -> None:
+    import trimesh
+
+    blue = trimesh.visual.material.PBRMaterial(name="paint", baseColorFactor=[0, 0, 255, 255])
+    box = trimesh.creation.box()
+    box.visual = trimesh.visual.TextureVisuals(material=blue)
+    box.export(tmp_path / "own.glb")
+    robot = _with_look(
+        made_up(tmp_path, J("a")),
+        '<geometry><mesh filename="own.glb"/></geometry>',
+        '<geometry><box size="1 1 1"/></geometry><material name="paint"><color rgba="1 0 0 1"/></material>',
+    )
+    written = nk.export.gltf(robot, tmp_path / "robot.glb")
+    rows = [row for row in _Scene(written.path).tree["materials"] if row["name"] == "paint"]
+    colours = sorted(row["pbrMetallicRoughness"]["baseColorFactor"] for row in rows)
+    assert colours == [[0.0, 0.0, 1.0, 1.0], [1.0, 0.0, 0.0, 1.0]]
+
+
 def test_every_normal_has_the_length_one(written: nk.export.Exported) -> None:
     scene = _Scene(written.path)
     for mesh in scene.tree["meshes"]:

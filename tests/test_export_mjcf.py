@@ -125,6 +125,13 @@ def test_cameras_look_along_x_with_the_published_fields_of_view(nao: nk.NaoModel
         assert 2.0 * np.arctan(np.tan(0.5 * fovy) * width / height) == pytest.approx(horizontal, abs=2e-3)
 
 
+def test_a_field_of_view_keeps_all_its_digits(nao: nk.NaoModel, tmp_path: Path) -> None:
+    fields = {"CameraTop": (1.0, np.sqrt(0.5))}
+    robot = nk.RobotModel(nao.tree, replace(nao.semantics, fields_of_view=fields))
+    model = exported(robot, tmp_path / "nao")
+    assert np.radians(float(model.camera("CameraTop").fovy[0])) == pytest.approx(np.sqrt(0.5), abs=1e-14)
+
+
 def test_shapes_to_see_and_shapes_to_touch_are_two_groups(nao: nk.NaoModel, model: Any) -> None:
     own = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom]]
     seen = [geom for geom in own if model.geom_group[geom] == 2]
