@@ -68,7 +68,7 @@ _URDF = (
     *_faults(
         "urdf/reader.py",
         "test_urdf_tree.py test_model_from_tree.py",
-        ("products-of-inertia-exchanged", '("ixx", "ixy", "ixz",', '("ixx", "ixz", "ixy",'),
+        ("products-of-inertia-exchanged", "xx, xy, xz, yy, yz, zz = (", "xx, xz, xy, yy, yz, zz = ("),
         ("missing-axis-is-z", 'text = "1 0 0" if element is None', 'text = "0 0 1" if element is None'),
         ("axis-without-xyz-is-z", 'element.get("xyz", "1 0 0")', 'element.get("xyz", "0 0 1")'),
     ),

@@ -18,7 +18,8 @@ KATEX = ROOT / "docs" / "_static" / "katex"
 # Wide pages, and all that have formulas.
 SOURCES = sorted((ROOT / "docs").glob("*.md"))
 FORMULA = re.compile(r"\$[^$\n]+\$|^\$\$|\\begin\{", re.MULTILINE)
-WITH_FORMULAS = [path.stem for path in SOURCES if FORMULA.search(path.read_text(encoding="utf-8"))]
+CODE = re.compile(r"`[^`\n]+`")
+WITH_FORMULAS = [path.stem for path in SOURCES if FORMULA.search(CODE.sub("", path.read_text(encoding="utf-8")))]
 WITH_FORMULAS += [f"lecture/{path.stem}" for path in sorted((ROOT / "examples" / "notebooks").glob("*.ipynb"))]
 
 

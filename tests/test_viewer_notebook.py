@@ -84,9 +84,10 @@ def _address(folder: Path) -> str:
 def notebook(browser: Any, lab: tuple[str, Path]) -> Iterator[Any]:
     tab = browser.new_page(viewport={"width": 1100, "height": 900})
     tab.set_default_timeout(90_000)
+    # What JupyterLab asks or says where the machine is slow: which kernel, or that the server does not answer.
+    tab.add_locator_handler(tab.locator("dialog.jp-Dialog .jp-mod-accept"), lambda button: button.first.click())
     tab.goto(lab[0])
     tab.wait_for_selector(".jp-Notebook .jp-CodeCell")
-    tab.wait_for_selector("dialog.jp-Dialog", state="detached")
     tab.wait_for_selector("[data-status='idle']")
     _run_cell(tab, 0)
     tab.frame_locator(FRAME).locator("body[data-live='live']").wait_for()

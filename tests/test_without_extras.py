@@ -155,7 +155,7 @@ def test_no_package_is_both_an_extra_and_a_default() -> None:
 def test_errors_name_extras_of_the_table() -> None:
     asked = re.compile(r'(?:need_extra|MissingExtra)\((?:[^()"]|"[^"]*"|\([^()]*\))*?, "(\w+)"')
     found = {name for path in (ROOT / "nao_kin").rglob("*.py") for name in asked.findall(path.read_text("utf-8"))}
-    assert found == EXTRAS.keys() - {"notebook", "xacro", "descriptions"}
+    assert found == EXTRAS.keys() - {"notebook", "xacro"}
 
 
 def test_the_page_about_installation_has_the_table() -> None:
