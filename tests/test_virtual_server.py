@@ -145,13 +145,14 @@ def test_a_script_moves_the_head_as_on_a_robot(shared: Served) -> None:
         session.service("ALLeds").fadeRGB("FaceLeds", 0xFF0000, 0.5)
         """,
     )
-    assert 0.97 < found["took"] < 2.5  # 10 s at ten times the speed
+    # 10 s at ten times the speed, and less on the wall clock where robot time makes up for what it is behind.
+    assert 0.5 < found["took"] < 2.5
     assert found["angles"] == pytest.approx([0.25, -0.2], abs=1e-9)
     assert found["memory"] == pytest.approx(0.25, abs=1e-9)
     assert found["posture"] is True
     assert len(found["names"]) == 26
     assert found["limits"][0][2] == pytest.approx(8.26797)
-    assert 1.0 < found["said"] < 2.5  # 10.3 s
+    assert 0.5 < found["said"] < 2.5  # 10.3 s
 
 
 def test_calls_that_wait_hold_no_thread_and_may_be_cancelled(shared: Served) -> None:
@@ -175,7 +176,7 @@ def test_calls_that_wait_hold_no_thread_and_may_be_cancelled(shared: Served) -> 
         found["left"] = motion.getTaskList()
         """,
     )
-    assert 0.97 < found["took"] < 4.0  # two after the other, 5 s each at ten times the speed
+    assert 0.6 < found["took"] < 4.0  # two after the other, 5 s each at ten times the speed; one alone takes 0.5 s
     assert found["at once"] < 0.5
     assert [task[0] for task in found["listed"]] == ["angleInterpolation"]
     assert found["finished"]
