@@ -356,7 +356,7 @@ def test_masses_are_spread_as_pinocchio_has_them(tmp_path: Path) -> None:
         for axis in range(3):  # a column of the mass matrix for each unit vector
             mujoco.mj_mulM(model, data, ours[axis], np.eye(3)[axis])
         M = pin.crba(theirs, theirs.createData(), q)
-        np.testing.assert_allclose(ours, np.triu(M) + np.triu(M, 1).T, atol=1e-12)
+        np.testing.assert_allclose(ours, np.triu(M) + np.triu(M, 1).T, atol=1e-8)  # MuJoCo 3.3 turns tensors to 2e-9
 
 
 def test_the_root_has_the_name_of_a_link_in_its_own_frame(tmp_path: Path) -> None:

@@ -120,6 +120,10 @@ def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
             raise
         for compiler in _compilers(spec):
             compiler.boundmass = compiler.boundinertia = _NO_MASS
+        # In MuJoCo 3 no bound reaches the bodies of a model that is attached.
+        for body in (shape.body for shape in shapes if shape.is_missing):
+            if not body.explicitinertial and all(geom.mass == 0.0 for geom in body.geoms):
+                body.explicitinertial, body.mass, body.inertia = True, _NO_MASS, [_NO_MASS] * 3
         model = spec.compile()
         notes.append("bodies whose mass was to come from missing meshes are taken as massless")
         return model
@@ -149,6 +153,7 @@ class _Shape:
     """A geom that is made of a mesh, or of which only the pose is kept: then without the mesh."""
 
     geom: Any
+    body: Any
     asset: MeshAsset | None
     is_missing: bool
 
@@ -168,12 +173,13 @@ def _lightened(spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, 
     for texture in list(spec.textures):
         spec.delete(texture)
     used, found = set[str](), list[_Shape]()
-    fields = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD]
+    kind = mujoco.mjtGeom.mjGEOM_HFIELD
+    fields = [(body, geom) for body in spec.bodies for geom in body.geoms if geom.type == kind]
     if fields:
         notes.append(f"height fields left out: {len(fields)}")
-    for geom in fields:
+    for body, geom in fields:
         _make_speck(geom)
-        found.append(_Shape(geom, None, False))
+        found.append(_Shape(geom, body, None, False))
     for hfield in list(spec.hfields):
         spec.delete(hfield)
     meshes = {mesh.name: mesh for mesh in spec.meshes}
@@ -189,7 +195,7 @@ def _lightened(spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, 
             if is_mesh or not there:
                 home = path.absolute().parent
                 asset = mesh_asset(meshes[name], files[name], home) if is_mesh else None
-                found.append(_Shape(geom, asset, not there))
+                found.append(_Shape(geom, body, asset, not there))
             if there and (not meshes[name].file or not is_mesh or _gives_mass(spec, body, geom)):
                 used.add(name)  # a primitive is fitted to its mesh
             else:
