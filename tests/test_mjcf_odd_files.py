@@ -169,7 +169,7 @@ def test_a_coupling_to_what_is_not_the_robots_is_noted(tmp_path: Path) -> None:
         (f'<body name="a">{BOX}<site name="s" pos="0 nan 0"/></body>', "the pos of site 's' is not finite"),
         (
             f'<body name="a">{BOX}<body name="b"><joint name="J" pos="0 0 nan"/>{BOX}</body></body>',
-            "the pos of joint 'J' is not finite|Nan, Inf or huge value",  # MuJoCo 3 notices it, and names nothing
+            "the pos of joint 'J' is not finite|Nan, Inf or huge value",  # MuJoCo 3.3 notices it, and names nothing
         ),
     ],
 )

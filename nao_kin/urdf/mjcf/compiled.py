@@ -120,7 +120,7 @@ def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
             raise
         for compiler in _compilers(spec):
             compiler.boundmass = compiler.boundinertia = _NO_MASS
-        # In MuJoCo 3 no bound reaches the bodies of a model that is attached.
+        # In MuJoCo 3.3 no bound reaches the bodies of a model that is attached.
         for body in (shape.body for shape in shapes if shape.is_missing):
             if not body.explicitinertial and all(geom.mass == 0.0 for geom in body.geoms):
                 body.explicitinertial, body.mass, body.inertia = True, _NO_MASS, [_NO_MASS] * 3
