@@ -389,6 +389,18 @@ def test_the_live_page_follows_the_robot_through_the_world(nao: nk.NaoModel) -> 
         assert not thread.is_alive()
 
 
+def test_a_program_may_end_right_after_it_has_closed_its_server() -> None:
+    program = """
+    from nao_kin.naoqi import QiServer, VirtualNao
+    with VirtualNao() as nao, QiServer(nao, port=0, quiet=True) as server:
+        print(server.endpoint)
+    """
+    for _ in range(4):
+        command = [sys.executable, "-c", textwrap.dedent(program)]
+        done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=SECONDS)
+        assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_page_is_served_where_it_is_asked_for(serve: Callable[..., Served]) -> None:
     served = serve("--view")
     with urllib.request.urlopen(served.url, timeout=10.0) as page:
