@@ -59,7 +59,7 @@ def check_writable(path: Path | str, *, suffix: str = "") -> None:
         BadArgument: no path, a folder, a read-only file, a folder that does not exist or takes no file, or another
             suffix.
     """
-    with _errors_naming(path):
+    with errors_naming(path):
         target = _target_of(path)
         if target.replaceable:
             with _temporary_beside(target) as (descriptor, _):
@@ -81,7 +81,7 @@ def replaced_file(path: Path | str) -> Path | None:
     Raises:
         BadArgument: as `write_bytes`.
     """
-    with _errors_naming(path):
+    with errors_naming(path):
         target = _target_of(path)
     return target.path if target.replaceable else None
 
@@ -101,7 +101,7 @@ def write_bytes(path: Path | str, content: bytes) -> None:
     Raises:
         BadArgument: no path, a folder, a read-only file, or a folder that does not exist or takes no file.
     """
-    with _errors_naming(path):
+    with errors_naming(path):
         target = _target_of(path)
         if not target.replaceable:
             with _opened(target) as stream:
@@ -121,7 +121,7 @@ def move_into_place(finished: Path, path: Path | str) -> None:
     Raises:
         BadArgument: as `write_bytes`; the finished file is still there.
     """
-    with _errors_naming(path):
+    with errors_naming(path):
         target = _target_of(path)
         if target.replaceable and (target.state is None or _like_before(finished, target.state)):
             os.replace(finished, target.path)
@@ -240,7 +240,8 @@ def _like_before(temporary: Path, before: os.stat_result) -> bool:
 
 
 @contextmanager
-def _errors_naming(path: object) -> Iterator[None]:
+def errors_naming(path: object) -> Iterator[None]:
+    """Turn what goes wrong inside into `BadArgument`: that the path cannot be written, and why."""
     try:
         yield
     except OSError as error:

@@ -9,7 +9,7 @@ from pathlib import Path
 from nao_kin._common import atomic
 from nao_kin._common.ending import uninterrupted
 from nao_kin._common.folders import filled_folder, is_there
-from nao_kin._text import abbreviated, quoted
+from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
 
 
@@ -54,13 +54,9 @@ def write_document(
         atomic.write_bytes(path, content)
         return (Path(path),)
     folder = Path(path).parent
-    try:
+    with atomic.errors_naming(path):
         fresh = {name: data for name, data in beside.items() if not _is_there(folder / name, data, force)}
         _put(folder, fresh, path, content)
-    except OSError as error:
-        raise BadArgument(f"cannot write {abbreviated(path)}: {error.strerror or error}") from None
-    except ValueError as error:  # a name that no system takes
-        raise BadArgument(f"cannot write {quoted(path)}: {error}") from None
     return (Path(path), *(folder / name for name in beside))
 
 

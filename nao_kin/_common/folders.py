@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from nao_kin._common.atomic import errors_naming
 from nao_kin._common.ending import before_ending, uninterrupted
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument
@@ -20,7 +21,7 @@ def check_folder(path: Path | str, *, force: bool) -> None:
     Raises:
         BadArgument: no path, a file is there, the folder is there and may not be replaced, or none can be there.
     """
-    with _errors_naming(path):
+    with errors_naming(path):
         _target_of(path, force)
 
 
@@ -42,7 +43,7 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, force: bool = 
     Raises:
         BadArgument: no path, a file is there, the folder is there and may not be replaced, or it cannot be written.
     """
-    with _errors_naming(path):
+    with errors_naming(path):
         target = _target_of(path, force)
         if target.is_dir():
             _check_names(target, files)
@@ -123,13 +124,3 @@ def _swap(target: Path, files: Mapping[str, bytes]) -> None:
             for before, after in reversed(done):
                 after.rename(before)
             raise
-
-
-@contextmanager
-def _errors_naming(path: object) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise BadArgument(f"cannot write {abbreviated(path)}: {error.strerror or error}") from None
-    except (ValueError, TypeError) as error:
-        raise BadArgument(f"cannot write {quoted(path)}: {error}") from None

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
 
+from nao_kin._common.free_names import fresh_name
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
@@ -98,9 +98,7 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
 
 def _free_name(tree: UrdfTree) -> str:
     """Name of the free-flyer: "root_joint", as Pinocchio has it, or the first of its kind that no joint has."""
-    taken = {joint.name for joint in tree.joints}
-    names = itertools.chain(("root_joint",), (f"root_joint_{n}" for n in itertools.count(2)))
-    return next(name for name in names if name not in taken)
+    return fresh_name("root_joint", {joint.name for joint in tree.joints})
 
 
 def _motion(row: UrdfJoint, model: pin.Model, drivers: Mapping[str, int]) -> pin.JointModel:
