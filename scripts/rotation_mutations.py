@@ -38,6 +38,11 @@ ROTATIONS = (
         "rotations/_continuity.py",
         "test_rotations_paths.py",
         ("signs-of-a-path-not-handed-on", "np.cumprod(flips, axis=0)", "flips"),
+        (
+            "quaternion-of-a-path-half-a-turn-on-flipped",
+            "dot(path[1:], path[:-1]) < 0.0",
+            "dot(path[1:], path[:-1]) <= 0.0",
+        ),
         ("quaternion-half-a-turn-away-flipped", "inner[..., np.newaxis] < 0.0", "inner[..., np.newaxis] <= 0.0"),
     ),
     *faults(
@@ -100,6 +105,7 @@ ROTATIONS = (
         "rotations/_weights.py",
         "test_rotations_means.py test_rotations_directions.py",
         ("weights-not-shares-of-one", "scaled / scaled.sum(axis=-1, keepdims=True)", "scaled"),
+        ("sum-of-weights-that-overflows", "scaled = values / largest", "scaled = values"),
     ),
     *faults(
         "rotations/_mean.py",

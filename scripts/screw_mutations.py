@@ -73,7 +73,7 @@ SCREWS = (
         "test_screws_axes.py",
         ("dual-quaternion-shifts-twice", "_pure(0.5 * t)", "_pure(t)"),
         ("dual-quaternion-with-a-pitch", "return r, d - beside[..., None] * r", "return r, d"),
-        ("dual-quaternions-to-a-hundredth", "_TOLERANCE = 1e-6", "_TOLERANCE = 1e-1"),
+        ("dual-quaternions-to-a-thousandth", "_TOLERANCE = 1e-6", "_TOLERANCE = 1e-3"),
         (
             "dual-quaternions-multiplied-in-the-other-order",
             "multiply(P[..., 4:], Q[..., :4])",

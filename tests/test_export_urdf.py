@@ -201,6 +201,19 @@ def test_a_point_mass_becomes_a_ball_of_water(tmp_path: Path) -> None:
     assert tree.inertials["a"].inertia[0] == pytest.approx(0.4 * 4.18879 * 0.1**2, rel=1e-5)
 
 
+@pytest.mark.parametrize(("thickness", "mended"), [(0.0, True), (0.9e-6, True), (1.1e-6, False)])
+def test_a_sheet_thinner_than_a_millionth_is_made_as_thick(thickness: float, mended: bool, tmp_path: Path) -> None:
+    """Second moments 1, 1 and `thickness` kg m², so that Ixx = Iyy = 1 + thickness and Izz = 2."""
+    path = tmp_path / "sheet.urdf"
+    inertia = f'<inertia ixx="{1 + thickness!r}" iyy="{1 + thickness!r}" izz="2" ixy="0" ixz="0" iyz="0"/>'
+    path.write_text(f'<robot name="s"><link name="a"><inertial><mass value="3"/>{inertia}</inertial></link></robot>')
+    tree, changes = make_physical(nk.urdf.read_urdf(path))
+    assert len(changes) == mended
+    xx, _, _, yy, _, zz = tree.inertials["a"].inertia
+    assert (xx + yy - zz) / 2 == pytest.approx(1e-6 if mended else thickness, rel=1e-5)
+    assert yy + zz - xx == pytest.approx(2.0, rel=1e-5)
+
+
 @pytest.mark.parametrize("size", [0.0, 1e-22, 4e-18, 1.9e-12, 2.1e-12, 1e-9])
 def test_a_tensor_of_rounding_errors_is_none(size: float, tmp_path: Path) -> None:
     """A rod along z of two kilograms; 2e-12 kg m² is that of one that reaches a micrometre far."""

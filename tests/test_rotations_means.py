@@ -145,6 +145,16 @@ def test_batches_of_means_and_of_weights(method):
     assert isinstance(mean_rotation(R[0, 0], method=method).spread, np.ndarray)
 
 
+@each_method
+def test_the_unit_of_weights_does_not_matter_though_their_sum_overflows(method):
+    R, weights = random_rotations(4, seed=5), np.array([1.0, 0.5, 0.25, 1.0])
+    expected = mean_rotation(R, weights, method=method)
+    for unit in (1.7e308, 5e-324 * 8):
+        mean = mean_rotation(R, unit * weights, method=method)
+        assert worst(mean.rotation, expected.rotation) == 0.0
+        assert mean.spread == expected.spread
+
+
 def test_what_has_no_mean_is_refused():
     R = random_rotations(3)
     for weights, message in (([1, -1, 1], "must not be negative, got -1 at index"), ([0, 0, 0], "at least one weight")):

@@ -110,6 +110,14 @@ def test_a_whole_turn_ends_at_the_negative_of_its_beginning():
     assert worst(q, [about([0, 0, 1], a) for a in angles]) < 1e-15
 
 
+def test_at_exactly_half_a_turn_the_sign_relative_to_the_one_before_stays():
+    one, minus_one = [1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0]
+    x, minus_x = [0.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0]
+    assert quat_unwrap([one, x, one]).tolist() == [one, x, one]
+    assert quat_unwrap([one, minus_x]).tolist() == [one, minus_x]
+    assert quat_unwrap([one, minus_one, x, minus_x]).tolist() == [one, one, minus_x, minus_x]
+
+
 def test_many_paths_are_unwrapped_along_any_axis():
     paths = np.stack([wavering_path(30, seed) for seed in range(4)])
     expected = np.stack([quat_unwrap(path) for path in paths])
