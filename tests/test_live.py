@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from viewer_pages import PATIENCE
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -38,14 +39,16 @@ LOLA_ROBOT = """
     number = 0
     for _ in range(times):
         robot, _ = listener.accept()
-        robot.setblocking(False)
         try:
             for _ in range(count):
                 position = np.zeros(25)
                 position[0] = 0.001 * number
                 robot.sendall(encode_lola({"Position": position, "Angles": [0.0, 0.5]}))
                 number += 1
+                if number == 100:
+                    print("sent a hundred", flush=True)
                 time.sleep(0.01)
+            robot.setblocking(False)
             try:
                 got = robot.recv(1)
                 print("was sent something" if got else "left", flush=True)
@@ -87,7 +90,7 @@ def _virtual_nao(port: int = 0) -> Iterator[tuple[str, subprocess.Popen[str]]]:
 
 def _live(*arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "nao_kin", "live", "--no-view", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
 
 
 def test_the_frames_of_a_nao6_become_configurations(nao: nk.NaoModel, short_folder: Path) -> None:
@@ -96,7 +99,7 @@ def test_the_frames_of_a_nao6_become_configurations(nao: nk.NaoModel, short_fold
         for reading in readings(LolaSource(path), nao, rate=1e6, wanted=lambda: len(found) < 5):
             found.append(reading)
         assert process.stdout is not None
-        process.wait(10)
+        process.wait(PATIENCE)
         assert process.stdout.readline() in ("left\n", "was sent nothing\n")
     values = [nao.angles(reading.q)["HeadYaw"] for reading in found]
     assert values == pytest.approx([0.0, 0.001, 0.002, 0.003, 0.004], abs=1e-8)
@@ -137,7 +140,7 @@ def test_a_virtual_nao_is_mirrored_as_it_moves(nao: nk.NaoModel) -> None:
         motion.setStiffnesses("Head", 1.0)
         motion.setAngles("HeadYaw", 0.5, 0.1)
         found = []
-        end = time.monotonic() + 10.0
+        end = time.monotonic() + PATIENCE
 
         def wanted() -> bool:
             return time.monotonic() < end and (not found or found[-1].q[0] < 0.5)
@@ -167,14 +170,15 @@ def test_a_recording_is_a_motion_that_can_be_read(nao: nk.NaoModel, short_folder
     motion = read_motion(file)
     assert motion.joint_names == nao.joint_names
     assert motion.start == 0.0
-    assert 0.4 <= motion.end < 0.6
+    times = motion.times[0]
+    assert times[-2] < 0.4 <= times[-1]
     yaw = motion.keys[motion.joint_names.index("HeadYaw")]
     assert (np.diff(yaw) > 0.0).all()
 
 
 def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
     file = short_folder / "nod.json"
-    with _lola_robot(short_folder, 2000) as (path, _):
+    with _lola_robot(short_folder, 2000) as (path, robot):
         command = [
             sys.executable,
             "-m",
@@ -191,9 +195,10 @@ def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
             assert process.stderr is not None
             assert process.stdout is not None
             assert "connected" in process.stderr.readline()
-            time.sleep(0.5)
+            assert robot.stdout is not None
+            assert robot.stdout.readline() == "sent a hundred\n"
             process.send_signal(signal.SIGINT)
-            assert process.wait(10) == 130
+            assert process.wait(PATIENCE) == 130
             document = json.loads(process.stdout.read())
     assert document["record"] == str(file)
     assert document["readings"] > 3
@@ -210,7 +215,7 @@ def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: 
         assert "connected" in process.stderr.readline()
         assert "sends nothing for 3 s; trying again" in process.stderr.readline()
         process.send_signal(signal.SIGINT)
-        assert process.wait(2) == 130
+        assert process.wait(PATIENCE) == 130
     silent.close()
 
 
@@ -225,10 +230,9 @@ def test_a_robot_that_refuses_is_asked_again_until_a_signal() -> None:
             line = process.stderr.readline()
             assert "refused" in line
             assert line.endswith("; trying again\n")
-            time.sleep(1.0)
             process.send_signal(signal.SIGTERM)
             try:
-                assert process.wait(3) == 143
+                assert process.wait(PATIENCE) == 143
             finally:
                 process.kill()
 

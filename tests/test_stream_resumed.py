@@ -20,6 +20,7 @@ import pyarrow.csv
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
+from viewer_pages import PATIENCE, until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, BadInputFile, StartedOverWarning
@@ -57,6 +58,17 @@ os.replace = counted
 _SLOW = """
 add = parts.PartFolder.add
 parts.PartFolder.add = lambda *arguments: (add(*arguments), time.sleep(0.05))
+"""
+
+# Two parts are finished, and then nothing happens until a signal comes.
+_HELD = """
+add, finished = parts.PartFolder.add, []
+def held(*arguments):
+    add(*arguments)
+    finished.append(1)
+    if len(finished) == 2:
+        time.sleep(600)
+parts.PartFolder.add = held
 """
 
 
@@ -101,15 +113,12 @@ def _start(happening: str, *arguments: str, cwd: Path, **options) -> subprocess.
 
 def _run(happening: str, *arguments: str, cwd: Path, **options) -> tuple[int, str, str]:
     process = _start(happening, *arguments, cwd=cwd, **options)
-    out, err = process.communicate(timeout=60.0)
+    out, err = process.communicate(timeout=PATIENCE)
     return process.returncode, out, err
 
 
 def _wait_for(path: Path) -> None:
-    end = time.monotonic() + 30.0
-    while not path.exists():
-        assert time.monotonic() < end
-        time.sleep(0.002)
+    assert until(path.exists)
 
 
 def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
@@ -172,10 +181,10 @@ def test_a_signal_leaves_the_finished_parts_and_nothing_else(
 ) -> None:
     poses = tmp_path / "poses.csv"
     expected = _whole(nao, walk, poses)
-    process = _start(_SLOW, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
+    process = _start(_HELD, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
     _wait_for(tmp_path / "poses.csv.parts" / "part-000001.json")
     process.send_signal(number)
-    out, err = process.communicate(timeout=10.0)
+    out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out, err) == (-number if number == signal.SIGKILL else 128 + number, "", "")
     assert not poses.exists()
     left = {path.name for path in (tmp_path / "poses.csv.parts").iterdir()}
@@ -189,11 +198,11 @@ def test_a_signal_leaves_the_finished_parts_and_nothing_else(
 
 
 def test_ctrl_c_before_the_first_part_leaves_nothing(walk: Path, tmp_path: Path) -> None:
-    happening = _SLOW + "run._BLOCKS_OF_PART = 10**9\nrun._Work.poses = lambda *_: time.sleep(60)\n"
+    happening = _SLOW + "run._BLOCKS_OF_PART = 10**9\nrun._Work.poses = lambda *_: time.sleep(600)\n"
     process = _start(happening, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
     _wait_for(tmp_path / "poses.csv.parts" / "run.json")
     process.send_signal(signal.SIGINT)
-    assert process.wait(10.0) == 130
+    assert process.wait(PATIENCE) == 130
     process.communicate()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.csv", "walk.npy"]
 
@@ -513,7 +522,7 @@ def test_a_terminal_shows_rows_rate_and_time_left(walk: Path, tmp_path: Path) ->
         pass
     finally:
         os.close(ours)
-    assert process.wait(10.0) == 0
+    assert process.wait(PATIENCE) == 0
     process.communicate()
     assert b"forward kinematics" in printed
     assert b" rows, " in printed

@@ -99,7 +99,7 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
 
 def _until_here(viewer: Viewer, nao: nk.NaoModel, joint: str, value: float) -> bool:
     column = nao.joint_names.index(joint)
-    return until(lambda: bool(abs(viewer.q[column] - value) <= 1e-9), 5.0)
+    return until(lambda: bool(abs(viewer.q[column] - value) <= 1e-9))
 
 
 def test_however_often_it_is_told_to_try_a_page_opens_one_socket(browser: Any, nao: nk.NaoModel) -> None:

@@ -28,7 +28,7 @@ from free_ports import free_port
 from made_up_robots import J, made_up
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
-from viewer_pages import until
+from viewer_pages import PATIENCE, until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NoBrowser
@@ -94,7 +94,7 @@ def _viewer_threads() -> list[threading.Thread]:
 
 def _answers(url: str) -> bool:
     try:
-        with urllib.request.urlopen(url, timeout=2.0) as response:
+        with urllib.request.urlopen(url, timeout=PATIENCE) as response:
             return response.status == 200
     except OSError:
         return False
@@ -102,7 +102,7 @@ def _answers(url: str) -> bool:
 
 def test_it_listens_on_this_machine_only_and_serves_the_page(viewer: Viewer) -> None:
     assert viewer.url.startswith("http://127.0.0.1:")
-    with urllib.request.urlopen(viewer.url, timeout=5.0) as response:
+    with urllib.request.urlopen(viewer.url, timeout=PATIENCE) as response:
         page = response.read().decode("utf-8")
     assert "<title>nao_v6</title>" in page
     others = ["127.0.0.2"]  # on Linux an address of this machine, too: only a socket bound to all of them answers
@@ -118,7 +118,7 @@ def test_it_listens_on_this_machine_only_and_serves_the_page(viewer: Viewer) -> 
 def test_other_paths_are_not_found_and_nothing_is_logged(viewer: Viewer, caplog: pytest.LogCaptureFixture) -> None:
     for path in ("static/", "../../etc/passwd", "live/x", "favicon.ico"):
         with pytest.raises(urllib.error.HTTPError, match="404"):
-            urllib.request.urlopen(viewer.url + path, timeout=5.0)
+            urllib.request.urlopen(viewer.url + path, timeout=PATIENCE)
     assert caplog.records == []
 
 
@@ -151,7 +151,7 @@ def test_a_viewer_that_nobody_holds_ends_its_server(nao: nk.NaoModel) -> None:
     del viewer
     gc.collect()
     assert alive() is None
-    assert until(lambda: _viewer_threads() == [], 5.0)
+    assert until(lambda: _viewer_threads() == [])
     assert not _answers(url)
 
 
@@ -168,10 +168,10 @@ def test_a_viewer_may_be_dropped_by_what_a_page_sends(nao: nk.NaoModel) -> None:
     server, threads = kept[0]._started(), _viewer_threads()
 
     server._call(lambda: server._on_answer({"kind": "ready"}))  # as from a page
-    assert until(lambda: seen() is None, 5.0)
+    assert until(lambda: seen() is None)
     assert ended == threads
     assert not server.wait_for_page(5.0, role="nobody")
-    assert until(lambda: _viewer_threads() == [], 5.0)
+    assert until(lambda: _viewer_threads() == [])
 
 
 def test_servers_that_have_ended_leave_no_memory_behind(nao: nk.NaoModel) -> None:
@@ -190,7 +190,7 @@ def test_threads_that_ask_at_once_get_one_address(nao: nk.NaoModel) -> None:
     viewer, together, found = Viewer(nao), threading.Barrier(6), []
 
     def ask() -> None:
-        together.wait(10.0)
+        together.wait(PATIENCE)
         found.append(viewer.url)
 
     threads = [threading.Thread(target=ask) for _ in range(6)]
@@ -449,8 +449,14 @@ def test_a_page_with_too_much_to_say_is_shown_out(viewer: Viewer, nao: nk.NaoMod
         page.connection.close()
 
     asyncio.run(shout())
-    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
+    assert until(lambda: len(viewer._server._pages) == 0)
     assert _answers(viewer.url)
+
+
+def _time_to_answer(url: str) -> float:
+    start = time.monotonic()
+    assert _answers(url)
+    return time.monotonic() - start
 
 
 def _handshake(port: int) -> bytes:
@@ -470,6 +476,7 @@ def test_a_page_that_floods_neither_fills_the_memory_nor_keeps_others_waiting(vi
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
+        alone = [_time_to_answer(viewer.url) for _ in range(20)]
         with socket.create_connection(("127.0.0.1", port), timeout=0.2) as loud:
             loud.sendall(_handshake(port))
             ended = threading.Event()
@@ -484,12 +491,10 @@ def test_a_page_that_floods_neither_fills_the_memory_nor_keeps_others_waiting(vi
             shouting = threading.Thread(target=shout)
             shouting.start()
             try:
-                assert until(lambda: np.array_equal(viewer.q, nao.posture("Sit")), 5.0)
-                waited, start = 0.0, time.monotonic()
-                while time.monotonic() - start < 1.5:
-                    asked = time.monotonic()
-                    assert _answers(viewer.url)
-                    waited = max(waited, time.monotonic() - asked)
+                assert until(lambda: np.array_equal(viewer.q, nao.posture("Sit")))
+                beside_it, start = list[float](), time.monotonic()
+                while time.monotonic() - start < 1.5 or len(beside_it) < 20:
+                    beside_it.append(_time_to_answer(viewer.url))
                 assert len(viewer._server._pages) == 1
             finally:
                 ended.set()
@@ -497,9 +502,9 @@ def test_a_page_that_floods_neither_fills_the_memory_nor_keeps_others_waiting(vi
         assert tracemalloc.get_traced_memory()[0] - before < 20_000_000
     finally:
         tracemalloc.stop()
-    assert waited < 1.0
+    assert np.median(beside_it) < 50.0 * np.median(alone)
     assert 10 < len(taken) <= 1.0 + 500.0 * (taken[-1] - taken[0])
-    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
+    assert until(lambda: len(viewer._server._pages) == 0)
 
 
 def test_no_more_than_so_many_pages_are_served(viewer: Viewer) -> None:
@@ -511,16 +516,16 @@ def test_no_more_than_so_many_pages_are_served(viewer: Viewer) -> None:
             connection.sendall(_handshake(port))
             answers.append(connection.recv(12))
         assert answers == [b"HTTP/1.1 101"] * 64 + [b"HTTP/1.1 503"]
-    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
+    assert until(lambda: len(viewer._server._pages) == 0)
 
 
 def test_a_page_that_goes_away_is_forgotten(viewer: Viewer, nao: nk.NaoModel) -> None:
     async def leave() -> None:
         async with _client(viewer):
-            assert until(lambda: len(viewer._server._pages) == 1, 5.0)
+            assert until(lambda: len(viewer._server._pages) == 1)
 
     asyncio.run(leave())
-    assert until(lambda: len(viewer._server._pages) == 0, 5.0)
+    assert until(lambda: len(viewer._server._pages) == 0)
     for q in nao.random(1, 20):
         viewer.display(q)
     assert _answers(viewer.url)
@@ -613,7 +618,7 @@ def test_no_process_is_left_behind(tmp_path: Path, ending: str) -> None:
         if ending != "error":
             assert _answers(url)
             process.send_signal(signal.SIGINT if ending == "interrupt" else signal.SIGKILL)
-        _, errors = process.communicate(timeout=20.0)
+        _, errors = process.communicate(timeout=PATIENCE)
         assert ("KeyboardInterrupt" in errors) == (ending == "interrupt")
         assert ("RuntimeError: oh" in errors) == (ending == "error")
         assert not _answers(url)

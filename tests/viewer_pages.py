@@ -151,7 +151,11 @@ def opened(
         page.close()
 
 
-def until(condition: Callable[[], bool], seconds: float = 10.0) -> bool:
+# How long a test waits for what must come [s]: minutes, for a machine may have twenty other things to do.
+PATIENCE = 180.0
+
+
+def until(condition: Callable[[], bool], seconds: float = PATIENCE) -> bool:
     """Wait for what other threads do; False if it does not come in time."""
     end = time.monotonic() + seconds
     while not condition():
