@@ -127,7 +127,10 @@ def test_a_public_room_lists_what_it_offers(name: str) -> None:
 def test_no_module_takes_the_place_of_a_public_name() -> None:
     for module in MODULES:
         if module.stem != "__main__":
-            importlib.import_module(".".join(("nao_kin", *module.relative_to(PACKAGE).with_suffix("").parts)))
+            try:
+                importlib.import_module(".".join(("nao_kin", *module.relative_to(PACKAGE).with_suffix("").parts)))
+            except ModuleNotFoundError as error:
+                assert error.name == "qi", error  # for which not every Python has a wheel
     taken = [
         f"{name}.{entry}"
         for name in nao_kin.__all__
