@@ -334,8 +334,8 @@ _ROBOT = (
             "if not values.get",
         ),
         ("mask-without-tables", "            boxes[..., column] |= outside\n", "            pass\n"),
-        ("value-on-a-limit-outside-by-rounding", "LIMIT_TOLERANCE = 1e-9", "LIMIT_TOLERANCE = 0.0"),
-        ("limits-with-a-thousandth-to-spare", "LIMIT_TOLERANCE = 1e-9", "LIMIT_TOLERANCE = 1e-3"),
+        ("value-on-a-limit-outside-by-rounding", "LIMIT_TOLERANCE = 1e-6", "LIMIT_TOLERANCE = 0.0"),
+        ("limits-with-a-thousandth-to-spare", "LIMIT_TOLERANCE = 1e-6", "LIMIT_TOLERANCE = 1e-3"),
         ("violation-of-box-and-table-counted-twice", "outside & ~boxes[..., column] & named", "outside & named"),
         (
             "table-looked-at-by-its-own-joint-alone",

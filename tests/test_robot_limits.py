@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import re
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,12 +33,12 @@ A = (-2.5, -1.0, -0.75, -0.5, 0.0, 0.25, 0.5, 1.0, 2.5)
 
 
 @pytest.mark.parametrize("a", A)
-@pytest.mark.parametrize("nudge", [-1e-6, -1e-12, 1e-12, 1e-6])
+@pytest.mark.parametrize("nudge", [-2e-6, -1e-12, 1e-12, 2e-6])
 def test_one_configuration_is_inside_a_table_where_a_batch_is(robot: nk.RobotModel, a: float, nudge: float) -> None:
     lower, upper = (float(np.interp(a, TABLE.at, bounds)) for bounds in (TABLE.lower, TABLE.upper))
     # At the bounds for this a, and at those for others.
     for b in (lower + nudge, upper + nudge, *(bound + nudge for bound in (*TABLE.lower, *TABLE.upper))):
-        inside = lower - 1e-9 <= b <= upper + 1e-9
+        inside = lower - 1e-6 <= b <= upper + 1e-6
         assert robot.within_limits([[a, b, 0.0]]).tolist() == [inside]
         for check in (
             lambda b=b: robot.check_limits(np.array([a, b, 0.0])),
@@ -79,11 +82,38 @@ def test_a_joint_at_zero_may_be_outside_by_the_joint_it_depends_on(robot: nk.Rob
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_a_value_is_on_its_limit_to_a_billionth(robot: nk.RobotModel, side: float) -> None:
-    for miss, inside in ((0.9e-9, True), (1.1e-9, False), (1e-4, False)):
+def test_a_value_is_on_its_limit_to_a_millionth(robot: nk.RobotModel, side: float) -> None:
+    for miss, inside in ((1e-9, True), (0.9e-6, True), (1.1e-6, False), (1e-4, False)):
         q = np.array([0.0, 0.0, side * (3.0 + miss)])
         assert robot.within_limits(q) == inside
         assert (robot.limit_violations(q) == ()) == inside
+        if inside:
+            assert robot.check_limits(q).tolist() == q.tolist()
+            assert robot.configuration({"c": q[2]}).tolist() == q.tolist()
+
+
+@pytest.mark.parametrize("rounded", [lambda q: q.astype(np.float32).astype(np.float64), lambda q: np.round(q, 6)])
+@pytest.mark.parametrize("version", ["v3.2", "v6"])
+def test_limits_and_postures_may_be_rounded_as_files_round_them(
+    version: str, rounded: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    nao = nk.load_nao(version)
+    ends = np.stack([nao.clamp(np.where(np.eye(nao.nq) > 0, end, nao.posture("Stand"))) for end in (-9.0, 9.0)])
+    postures = np.stack([nao.posture(name) for name in nao.posture_names])
+    q = np.concatenate([ends.reshape(-1, nao.nq), postures])
+    for row in rounded(q)[nao.within_limits(q)]:
+        assert nao.check_limits(row).tolist() == row.tolist()
+        assert nao.configuration(nao.angles(row)).tolist() == row.tolist()
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+def test_a_violation_is_told_with_as_many_digits_as_show_it(nao: nk.NaoModel, degrees: bool) -> None:
+    for end, miss in itertools.product((nao.lower[0], nao.upper[0]), (2e-6, 1e-4, 0.3)):
+        q = nao.configuration({"HeadYaw": end + math.copysign(miss, end)}, limits="ignore")
+        words = nao.limit_violations(q)[0].describe(degrees=degrees)
+        value, lower, upper = map(float, re.findall(r"-?\d+\.?\d*", words))
+        assert not lower <= value <= upper, words
+        assert miss < 1e-4 or len(words) < 60
 
 
 def test_joints_with_one_limit_and_sliding_ones_may_go_far_without_a_warning(tmp_path: Path) -> None:

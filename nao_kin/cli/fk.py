@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import tempfile
-from contextlib import ExitStack
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
@@ -137,25 +135,19 @@ def fk(
     if output is not None and file is not None:
         from nao_kin import stream
 
-        with ExitStack() as context:
-            source, taken = file, limits
-            if motion_q is not None:
-                folder = context.enter_context(tempfile.TemporaryDirectory(prefix="nao_kin-"))
-                source, taken = f"{folder}/configurations.npy", "ignore"
-                np.save(source, motion_q)
-            result = stream.fk(
-                model,
-                source,
-                frame or _default_frames(model),
-                output,
-                reference=reference,
-                as_=STYLES[as_],
-                dtype=np.float64 if dtype is None else dtype.value,
-                limits=taken,
-                degrees=deg,
-                on_error="stop" if on_error is None else on_error.value,
-                progress=True,
-            )
+        result = stream.fk(
+            model,
+            file if motion_q is None else stream.Configurations(motion_q, file),
+            frame or _default_frames(model),
+            output,
+            reference=reference,
+            as_=STYLES[as_],
+            dtype=np.float64 if dtype is None else dtype.value,
+            limits=limits if motion_q is None else "ignore",
+            degrees=deg,
+            on_error="stop" if on_error is None else on_error.value,
+            progress=True,
+        )
         _report(result, json)
         return
     if file is None:

@@ -15,8 +15,10 @@ from nao_kin._common.arrays import Floats
 from nao_kin.errors import UnknownName
 from nao_kin.semantics import CoupledLimit
 
-# Limits written in degrees come back from radians with rounding; a value that misses by less than this is on the limit.
-LIMIT_TOLERANCE = 1e-9
+# A value outside a limit by no more than this [rad, m or ratio] is on it, and is taken as it is: files hold single
+# precision (1e-7 of a value) or six decimals (5e-7), and limits written in degrees come back from radians rounded.
+LIMIT_TOLERANCE = 1e-6
+_LEAST_DIGITS, _MOST_DIGITS = 6, 17
 
 LimitPolicy = Literal["raise", "clamp", "ignore"]
 
@@ -71,8 +73,8 @@ class LimitViolation:
             'HeadYaw = 3 not in [-2.08567, 2.08567] rad'
         """
         scale, unit = (math.degrees(1.0), "°") if degrees and self.unit == "rad" else (1.0, f" {self.unit}")
-        value, lower, upper = (number * scale for number in (self.value, self.lower, self.upper))
-        text = f"{self.joint} = {value:.6g} not in [{lower:.6g}, {upper:.6g}]{'' if self.unit == '1' else unit}"
+        value, lower, upper = _told_apart(*(number * scale for number in (self.value, self.lower, self.upper)))
+        text = f"{self.joint} = {value} not in [{lower}, {upper}]{'' if self.unit == '1' else unit}"
         if self.of is not None:
             text += f" at {self.of} = {self.of_value * scale:.6g}"
         return f"{text} (configuration {', '.join(map(str, self.index))})" if index and self.index else text
@@ -212,6 +214,16 @@ class JointLimits:
         lower, upper = table.range(of)
         box = self.lower[column], self.upper[column]
         return np.clip(lower, *box), np.clip(upper, *box)
+
+
+def _told_apart(value: float, lower: float, upper: float) -> tuple[str, str, str]:
+    """A value outside a range, and the range, with as many digits as show that it is outside."""
+    for digits in range(_LEAST_DIGITS, _MOST_DIGITS):
+        texts = f"{value:.{digits}g}", f"{lower:.{digits}g}", f"{upper:.{digits}g}"
+        shown = tuple(map(float, texts))
+        if not shown[1] <= shown[0] <= shown[2]:
+            break
+    return texts
 
 
 def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:

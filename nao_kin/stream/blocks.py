@@ -38,12 +38,14 @@ class Source(ABC):
         path: the file.
         names: joint of every column.
         whole: the columns are those of q itself, a floating base included.
+        radians: turning joints are in radians, whatever the caller says of files.
         start: where the first block begins.
     """
 
     path: str
     names: tuple[str, ...]
     whole: bool = False
+    radians: bool = False
     start: Position
 
     @abstractmethod

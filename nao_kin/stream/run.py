@@ -33,6 +33,7 @@ from nao_kin.stream.progress_bar import ProgressBar
 from nao_kin.stream.results import MOST_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import Sink, sink_class
 from nao_kin.stream.sources import open_source
+from nao_kin.stream.table_sources import Configurations
 
 ErrorPolicy = Literal["stop", "skip", "nan"]
 
@@ -47,7 +48,7 @@ _TURN = 2.0 * np.pi
 
 def fk(
     robot: RobotModel,
-    source: Path | str,
+    source: Path | str | Configurations,
     frames: str | Sequence[str] | None,
     sink: Path | str,
     *,
@@ -74,7 +75,7 @@ def fk(
 
     Args:
         robot: whose joints the source names.
-        source: the file of configurations.
+        source: the file of configurations, or `Configurations` in memory.
         frames: a frame name, several, or None for all links, as in `RobotModel.fk`.
         sink: the file of poses. A device or a pipe is written to when all is done.
         reference: the frame to express the poses in, as in `RobotModel.fk`.
@@ -84,7 +85,7 @@ def fk(
         dtype: float64, or float32 for half the size.
         limits: "raise" makes a row with a joint outside its limits a bad one; "clamp" moves it to the limit; "ignore"
             takes it as it is.
-        degrees: turning joints of the source are in degrees, and so are the angles of the sink.
+        degrees: turning joints of a source file are in degrees, and so are the angles of the sink.
         on_error: what to do with a row from which no configuration can be made: "stop" raises, "skip" leaves it out,
             "nan" writes poses of NaN.
         progress: show a bar with rate and time left on standard error, if it is a terminal.
@@ -108,7 +109,8 @@ def fk(
         (1, 2, 4, 4)
     """
     check_robot(robot)
-    source, sink = _path(source, "source"), _path(sink, "sink")
+    source = source if isinstance(source, Configurations) else _path(source, "source")
+    sink = _path(sink, "sink")
     if on_error not in get_args(ErrorPolicy):
         raise UnknownName("policy for bad rows", on_error, get_args(ErrorPolicy))
     names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else tuple(frames)
@@ -123,7 +125,7 @@ def fk(
     robot.fk(robot.neutral(), names, reference=reference)
     _check_apart(source, sink)
     with closing(open_source(source, robot)) as opened:
-        joints = JointColumns(robot, opened.names, limits, degrees, opened.whole)
+        joints = JointColumns(robot, opened.names, limits, degrees and not opened.radians, opened.whole)
         work = _Work(robot, opened, joints, names, reference, columns, writer, on_error)
         arguments = {
             "frames": list(names),
@@ -137,7 +139,7 @@ def fk(
         }
         identity = _identity(source)
         run = None if identity is None else {**_provenance(robot), "source": identity, **arguments}
-        return _to_sink(work, sink, run, progress)
+        return _to_sink(work, source, sink, run, progress)
 
 
 @dataclass
@@ -217,7 +219,9 @@ class _Work:
         raise BadInputFile(self.source.path, reason, bad.line, bad.column)
 
 
-def _to_sink(work: _Work, sink: str, run: dict[str, Any] | None, progress: bool) -> StreamResult:
+def _to_sink(
+    work: _Work, source: str | Configurations, sink: str, run: dict[str, Any] | None, progress: bool
+) -> StreamResult:
     folder = None
     try:
         folder = PartFolder(atomic.replaced_file(sink))
@@ -230,7 +234,7 @@ def _to_sink(work: _Work, sink: str, run: dict[str, Any] | None, progress: bool)
         resumed = folder.last.rows_read if folder.last else 0
         with ProgressBar(progress) as bar:
             done = _write_parts(work, folder, bar)
-            if run is not None and _identity(work.source.path) != run["source"]:
+            if run is not None and _identity(source) != run["source"]:
                 folder.kept = False
                 raise BadInputFile(work.source.path, "changed while it was read")
             bar.joining()
@@ -331,9 +335,9 @@ def _read_ahead(blocks: Iterator[Block], path: str) -> Generator[Block, None, No
             reader.shutdown(cancel_futures=True)
 
 
-def _identity(path: str) -> dict[str, Any] | None:
+def _identity(path: str | Configurations) -> dict[str, Any] | None:
     """What tells a file from another one and from itself after a change; None for what is no file and read once."""
-    if path == "-":
+    if path == "-" or isinstance(path, Configurations):
         return None
     try:
         state = os.stat(path)
@@ -355,8 +359,10 @@ def _provenance(robot: RobotModel) -> dict[str, Any]:
     return {"version of nao_kin": __version__, "robot": digest.hexdigest()}
 
 
-def _check_apart(source: str, sink: str) -> None:
-    if source != "-" and os.path.exists(source) and os.path.exists(sink) and os.path.samefile(source, sink):
+def _check_apart(source: str | Configurations, sink: str) -> None:
+    if isinstance(source, Configurations) or source == "-":
+        return
+    if os.path.exists(source) and os.path.exists(sink) and os.path.samefile(source, sink):
         raise BadArgument(f"{abbreviated(sink)} is the source too; the poses need another file")
 
 

@@ -10,7 +10,7 @@ from nao_kin.errors import BadInputFile
 from nao_kin.robot import RobotModel
 from nao_kin.stream.blocks import Source
 from nao_kin.stream.csv_source import CsvSource
-from nao_kin.stream.table_sources import ArrowSource, NpySource, ParquetSource
+from nao_kin.stream.table_sources import ArraySource, ArrowSource, Configurations, NpySource, ParquetSource
 
 CSV, NPY, PARQUET, ARROW = "csv", "npy", "parquet", "arrow"
 KINDS = {
@@ -31,13 +31,15 @@ def kind_of(path: str) -> str | None:
     return KINDS.get(Path(path).suffix.lower())
 
 
-def open_source(path: str, robot: RobotModel) -> Source:
+def open_source(path: str | Configurations, robot: RobotModel) -> Source:
     """The table in a file, whose kind its ending names; without an ending of ours, it is CSV.
 
     Raises:
         BadInputFile: it cannot be read, or its columns are not the joints of the robot.
         MissingExtra: pyarrow is needed and not installed.
     """
+    if isinstance(path, Configurations):
+        return ArraySource(path, robot)
     kind, json = kind_of(path), Path(path).suffix.lower() == ".json"
     if kind != NPY and not json:
         need_extra(f"reading {abbreviated(path)} as a stream", "arrow")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._text import abbreviated, quoted
 from nao_kin.configuration_files import check_joint_names
-from nao_kin.errors import BadInputFile
+from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.stream.blocks import Block, Position, Source
 
@@ -50,6 +52,48 @@ class NpySource(Source):
         if not isinstance(rows, np.ndarray):
             raise BadInputFile(self.path, "an archive of arrays, expected one array")
         return rows
+
+
+@dataclass(frozen=True, eq=False)
+class Configurations:
+    """Configurations in memory, for `fk` to take in place of a file.
+
+    Attributes:
+        q: shape (n, nq) [rad, m or ratio], whatever the unit of the poses.
+        name: where they are from, for messages.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> rows = nk.stream.Configurations(nao.random(rng=0, n=3), "three random ones")
+        >>> nk.stream.fk(nao, rows, "LArm", "poses.npy").rows_read
+        3
+    """
+
+    q: Floats
+    name: str = "configurations"
+
+
+class ArraySource(Source):
+    """Configurations in memory."""
+
+    whole = radians = True
+
+    def __init__(self, rows: Configurations, robot: RobotModel) -> None:
+        self.path, self.names, self.start = rows.name, robot.joint_names, (0,)
+        self._rows = as_floats(rows.q, (robot.nq,), "q")
+        if self._rows.ndim != 2:
+            raise WrongShape("q", f"(n, {robot.nq})", self._rows.shape)
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`."""
+        count = len(self._rows)
+        for first in range(start[0], count, ROWS_AT_ONCE):
+            end = min(first + ROWS_AT_ONCE, count)
+            yield Block(self._rows[first:end], (end,), last=end == count)
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[0] / max(1, len(self._rows))
 
 
 class ParquetSource(Source):

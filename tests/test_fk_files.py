@@ -1,0 +1,120 @@
+"""`nao-kin fk FILE`: what it prints and what it writes to a file are the same, and right, for every kind of file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+
+FRAMES = ("LArm", "RLeg")
+TIMES = (0.0, 0.5, 1.25)
+KINDS = ("plain.csv", "plain.json", "plain.npy", "plain.parquet", "timed.csv", "units.csv", "few.csv", "motion.json")
+KINDS += ("motion.xar", "motion.py")
+# What standard output does not take, and what --output does not.
+ONLY_OUTPUT, ONLY_PRINTED = ("plain.npy", "plain.parquet"), ("plain.json",)
+STYLES = ("matrix", "position6d", "rpy", "quaternion")
+PLACES = ((), ("--reference", "CameraTop"), ("--clamp",), ("--reference", "LLeg", "--clamp"))
+
+
+def _q(nao: nk.NaoModel, *, inside: bool) -> np.ndarray:
+    """Three configurations; without `inside`, two joints of the last are outside their limits."""
+    q = np.stack([nao.posture("StandInit"), nao.posture("Crouch"), nao.posture("Stand")])
+    if not inside:
+        q[2, nao.joint_names.index("HeadYaw")] = 2.4
+        q[2, nao.joint_names.index("LHand")] = 1.3
+    return q
+
+
+def _file(nao: nk.NaoModel, folder: Path, kind: str, q: np.ndarray, *, deg: bool) -> str:
+    """The configurations in a file; formats without units of their own are in degrees where `deg` says so."""
+    path = folder / kind
+    turning = np.array([unit == "rad" for unit in nao.joint_units])
+    values = np.where(turning, np.degrees(q), q) if deg else q
+    names = list(nao.joint_names)
+    if kind == "plain.npy":
+        np.save(path, values)
+    elif kind == "plain.json":
+        path.write_text(json.dumps([dict(zip(names, row, strict=True)) for row in values.tolist()]))
+    elif kind == "plain.parquet":
+        pa = pytest.importorskip("pyarrow")
+        pytest.importorskip("pyarrow.parquet").write_table(pa.table(dict(zip(names, values.T, strict=True))), path)
+    elif kind.startswith("motion."):
+        # JSON and xar say their unit; Python is in the one that --deg tells.
+        nk.motion.write_motion(nk.Motion(TIMES, names, values if kind == "motion.py" else q), path, overwrite=True)
+    else:
+        if kind == "units.csv":  # says its units itself, others than the option does
+            values = np.where(turning, q, 100.0 * q) if deg else np.where(turning, np.degrees(q), 100.0 * q)
+            turn = "rad" if deg else "deg"
+            names = [f"{name} [{turn if turns else '%'}]" for name, turns in zip(names, turning, strict=True)]
+        if kind == "few.csv":  # the joints that differ from the posture that --posture names
+            kept = [column for column in range(nao.nq) if np.ptp(q[:, column]) or column < 2]
+            names, values = [names[column] for column in kept], values[:, kept]
+        if kind != "plain.csv":
+            names, values = ["time", *names], np.column_stack([TIMES, values])
+        lines = [names, *([repr(value) for value in row] for row in values.tolist())]
+        path.write_text("\n".join(",".join(line) for line in lines) + "\n")
+    return str(path)
+
+
+def _poses(text: str) -> tuple[list[str], np.ndarray]:
+    """The header of a CSV of poses, and the numbers of the poses (rows, frames, k)."""
+    header, *records = csv.reader(io.StringIO(text))
+    first = header.index("frame") + 1
+    numbers = np.array([list(map(float, record[first:])) for record in records])
+    assert [record[first - 1] for record in records] == list(FRAMES) * (len(records) // len(FRAMES))
+    return header, numbers.reshape(-1, len(FRAMES), len(header) - first)
+
+
+def _matrices(numbers: np.ndarray, style: str, *, deg: bool) -> np.ndarray:
+    """Homogeneous matrices of numbers (..., k), by SciPy."""
+    if style == "matrix":
+        return numbers.reshape(*numbers.shape[:-1], 4, 4)
+    T = np.zeros((*numbers.shape[:-1], 4, 4))
+    T[..., 3, 3], T[..., :3, 3] = 1.0, numbers[..., :3]
+    turns = numbers[..., 3:].reshape(-1, numbers.shape[-1] - 3)
+    quaternions = style == "quaternion"  # scalar first here, last in SciPy
+    turned = Rotation.from_quat(np.roll(turns, -1, 1)) if quaternions else Rotation.from_euler("xyz", turns, deg)
+    T[..., :3, :3] = turned.as_matrix().reshape(*numbers.shape[:-1], 3, 3)
+    return T
+
+
+@pytest.mark.parametrize("deg", [False, True], ids=["rad", "deg"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_poses_are_the_same_on_standard_output_and_in_files(
+    nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, deg: bool
+) -> None:
+    for style, places in itertools.product(STYLES, PLACES):
+        q = _q(nao, inside="--clamp" not in places)
+        file = _file(nao, tmp_path, kind, q, deg=deg)
+        options = [*itertools.chain(*(("--frame", name) for name in FRAMES)), "--as", style, *places, *["--deg"] * deg]
+        options += ["--posture", "StandInit"] if kind == "few.csv" else []
+        reference = places[1] if "--reference" in places else None
+        expected = nao.fk(nao.clamp(q), FRAMES, reference=reference)
+        case = f"{kind} {' '.join(options)}"
+        header: list[str] = []
+        if kind not in ONLY_OUTPUT:
+            assert run(["fk", file, *options, "--csv"]) == 0, case
+            header, printed = _poses(capsys.readouterr().out)
+            assert np.allclose(_matrices(printed, style, deg=deg), expected, rtol=0, atol=1e-9), case
+        if kind in ONLY_PRINTED:
+            continue
+        for ending in ("csv", "npy") if style == "rpy" else ("csv",):
+            out = tmp_path / f"poses.{ending}"
+            assert run(["fk", file, *options, "-o", str(out)]) == 0, case
+            capsys.readouterr()
+            if ending == "csv":
+                written, numbers = _poses(out.read_text())
+                assert not header or written == header, case
+            else:
+                numbers = np.load(out)
+                numbers = numbers.reshape(*numbers.shape[:2], -1)
+            assert np.allclose(_matrices(numbers, style, deg=deg), expected, rtol=0, atol=1e-9), case
