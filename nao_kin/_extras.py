@@ -66,7 +66,7 @@ EXTRAS = {
             "xacro",
             ("xacro",),
             ("xacro",),
-            "xacro sources, read as they are",
+            "xacro sources, expanded where that is asked for",
             "what xacro has expanded is read without it",
         ),
         Extra(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import sys
 from pathlib import Path
@@ -10,7 +11,8 @@ import pytest
 from mjcf_samples import BOX, write
 
 import nao_kin as nk
-from nao_kin.cli.app import run
+from nao_kin.cli import motion
+from nao_kin.cli.app import app, run
 
 ARM = f"""<worldbody><body name="base">{BOX}<body name="hand" pos="0 0 .5"><joint name="J" axis="0 1 0" range="-1 1"/>
   {BOX}</body></body></worldbody>"""
@@ -45,6 +47,23 @@ def test_a_xacro_source_is_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture
     path = tmp_path / "robot.urdf.xacro"
     path.write_text('<robot name="${1 + 1}" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="l"/></robot>')
     assert _json(capsys, "info", "--urdf", str(path))["name"] == "2"
+
+
+def test_a_plain_file_is_expanded_when_that_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("xacro")
+    path = tmp_path / "robot.urdf"
+    path.write_text('<robot name="${1 + 1}"><link name="l"/></robot>')
+    assert "xacro=True (--xacro) expands it" in _refused(capsys, "info", "--urdf", str(path))
+    assert _json(capsys, "info", "--urdf", str(path), "--xacro")["name"] == "2"
+    assert "--xacro is for the file that --urdf names" in _refused(capsys, "info", "--xacro")
+
+
+def test_every_command_that_reads_a_robot_can_be_asked_to_expand_it() -> None:
+    commands = [*app.registered_commands, *motion.app.registered_commands]
+    parameters = [inspect.signature(command.callback).parameters for command in commands if command.callback]
+    reading = [names for names in parameters if "urdf" in names]
+    assert len(reading) == 12
+    assert all("xacro" in names for names in reading)
 
 
 def test_meshes_are_found_in_folders_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

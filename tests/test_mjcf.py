@@ -333,7 +333,7 @@ def test_a_file_is_known_by_what_stands_in_it(tmp_path: Path, nao: nk.NaoModel) 
     urdf = tmp_path / "nao.xml"
     urdf.write_bytes(nao.urdf_path.read_bytes())
     assert nk.RobotModel.from_file(urdf).nv == 25
-    with pytest.raises(NaoKinError, match="no xacro source and takes no arguments"):
+    with pytest.raises(NaoKinError, match="takes arguments with xacro=True only"):
         nk.RobotModel.from_file(mjcf, xacro_arguments={"a": 1})
 
 

@@ -77,6 +77,12 @@ def test_a_description_in_xacro_loads_with_its_arguments(descriptions: Path) -> 
     assert nk.load_robot("arm_xacro_description").link_names == ("l",)
 
 
+def test_a_description_that_calls_itself_a_urdf_is_not_expanded(descriptions: Path, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text('<robot name="arm"><link name="${1 + 1}"/></robot>')
+    with pytest.raises(BadModel, match="xacro=True"):
+        nk.load_robot("arm_description")
+
+
 def test_a_description_in_mjcf_loads(descriptions: Path) -> None:
     pytest.importorskip("mujoco")
     assert nk.load_robot("arm_mj_description").link_names == ("b",)

@@ -62,19 +62,20 @@ def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str,
         "everything on a condition",
     ],
 )
-def test_a_xacro_source_is_refused_with_the_command_that_expands_it(
+def test_a_xacro_source_is_refused_with_what_expands_it(
     tmp_path: Path, inside: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "xacro", None)  # as if it were not installed
     text = f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>'
     with pytest.raises(BadModel, match=r"xacro source with 1 .*nao-kin\[xacro\].* xacro arm\.xacro -o arm\.urdf$"):
         _load(tmp_path, text, "arm.xacro")
-    with pytest.raises(BadModel, match=r"xacro robot\.urdf -o expanded\.urdf$"):
+    with pytest.raises(BadModel, match=r"xacro source with 1 .*; xacro=True \(--xacro\) expands it"):
         _load(tmp_path, text)
+    with pytest.raises(BadModel, match=r"xacro robot\.urdf -o expanded\.urdf$"):
+        nk.RobotModel.from_urdf(tmp_path / "robot.urdf", xacro=True)
 
 
-def test_a_source_is_a_source_without_the_word_xacro(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "xacro", None)
+def test_a_source_is_a_source_without_the_word_xacro(tmp_path: Path) -> None:
     with pytest.raises(BadModel, match="a xacro source with 2 unexpanded"):
         _load(tmp_path, '<robot name="${name}">' + FIXED.replace('name="J"', 'name="${prefix}J"') + "</robot>")
 
@@ -93,8 +94,7 @@ def test_dollars_of_other_programs_make_no_source(tmp_path: Path) -> None:
     assert _load(tmp_path, f'<robot name="r">{joint}</robot>').load_notes == ()
 
 
-def test_a_substitution_makes_a_source_without_the_word_xacro(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "xacro", None)
+def test_a_substitution_makes_a_source_without_the_word_xacro(tmp_path: Path) -> None:
     joint = FIXED.replace('name="J"', 'name="$(arg prefix)J"')
     with pytest.raises(BadModel, match="a xacro source with 1 unexpanded"):
         _load(tmp_path, f'<robot name="r">{joint}</robot>')

@@ -1,8 +1,10 @@
-"""Xacro sources, expanded on reading."""
+"""Xacro sources, expanded on reading where that is asked for."""
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -97,21 +99,34 @@ def test_packages_are_found_by_the_search_for_meshes(
 
 
 @pytest.mark.parametrize(
-    "inside", ['<link name="${1 / 0}"/>', '<link name="$(arg gone)"/><xacro:x/>', '<xacro:include filename="gone"/>']
+    ("inside", "reason"),
+    [
+        ('<link name="${1 / 0}"/>', "division by zero when evaluating expression '1 / 0'"),
+        ('<link name="$(arg gone)"/><xacro:x/>', "Undefined substitution argument gone"),
+        ('<link name="$(env NAO_KIN_NOT_SET)"/>', "environment variable 'NAO_KIN_NOT_SET' is not set"),
+        ('<xacro:include filename="gone"/>', "No such file or directory: {}/gone"),
+        (
+            "<link name=\"${xacro.load_yaml('gone')}\"/>",
+            "[Errno 2] No such file or directory: '{}/gone' when evaluating expression 'xacro.load_yaml('gone')'",
+        ),
+    ],
 )
-def test_what_xacro_refuses_is_refused_in_one_line(tmp_path: Path, inside: str, capfd: pytest.CaptureFixture) -> None:
+def test_what_xacro_refuses_is_refused_in_one_line(
+    tmp_path: Path, inside: str, reason: str, capfd: pytest.CaptureFixture
+) -> None:
     path = tmp_path / "robot.xacro"
     path.write_text(f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>')
     with pytest.raises(BadModel, match="xacro refuses it") as caught:
         nk.RobotModel.from_urdf(path)
-    assert str(path) in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert str(caught.value) == f"{path}: xacro refuses it: {reason.format(tmp_path)}"
     assert capfd.readouterr() == ("", "")
 
 
 def test_arguments_for_a_file_without_any_are_refused(nao: nk.NaoModel) -> None:
-    with pytest.raises(BadArgument, match="no xacro source and takes no arguments, got length"):
+    with pytest.raises(BadArgument, match="takes arguments with xacro=True only, got length"):
         nk.RobotModel.from_urdf(nao.urdf_path, xacro_arguments={"length": 1})
+    with pytest.raises(BadArgument, match="no xacro source and takes no arguments, got length"):
+        nk.RobotModel.from_urdf(nao.urdf_path, xacro=True, xacro_arguments={"length": 1})
     with pytest.raises(BadArgument, match="must be a mapping"):
         nk.RobotModel.from_urdf(nao.urdf_path, xacro_arguments=["length"])  # type: ignore[arg-type]
 
@@ -138,3 +153,65 @@ def test_the_search_of_ros_itself_is_there_again_afterwards(source: Path, monkey
     monkeypatch.setitem(sys.modules, "ament_index_python", theirs)
     assert nk.RobotModel.from_urdf(source).nv == 2
     assert sys.modules["ament_index_python"] is theirs
+
+
+# Each reads a file named .urdf.
+DOORS: dict[str, Callable[[Path], object]] = {
+    "from_file": nk.RobotModel.from_file,
+    "from_urdf": nk.RobotModel.from_urdf,
+    "read_robot": nk.urdf.read_robot,
+    "read_urdf": nk.urdf.read_urdf,
+    "from_file, xacro=False": lambda path: nk.RobotModel.from_file(
+        path.rename(path.with_suffix(".xacro")), xacro=False
+    ),
+}
+# Passes the guard of xacro, which looks for forbidden names in the outermost expression only.
+EXPRESSION = "${(lambda: ().__class__.__base__.__subclasses__())()[0]}"
+
+
+@pytest.mark.parametrize("value", [EXPRESSION, "$(env HOME)", "$(eval 1 + 1)", "${xacro.load_yaml('/etc/passwd')}"])
+@pytest.mark.parametrize("door", DOORS)
+def test_no_code_of_a_file_runs_unless_its_expansion_is_asked_for(tmp_path: Path, door: str, value: str) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text(f'<robot name="r"><link name="{value}"/></robot>')
+    with pytest.raises(BadModel, match=r"xacro=True \(--xacro\) expands it, which runs the code of its author$"):
+        DOORS[door](path)
+
+
+def test_a_macro_that_a_plain_file_includes_is_not_read(tmp_path: Path) -> None:
+    (tmp_path / "macros.xacro").write_text(f'<robot name="r"><link name="{EXPRESSION}"/></robot>')
+    path = tmp_path / "robot.urdf"
+    path.write_text('<robot name="r"><xacro:include filename="macros.xacro"/><link name="a"/></robot>')
+    assert nk.RobotModel.from_urdf(path).link_names == ("a",)
+
+
+@pytest.mark.parametrize("read", [nk.RobotModel.from_file, nk.RobotModel.from_urdf])
+def test_a_file_of_any_name_is_expanded_when_that_is_asked_for(tmp_path: Path, read: Callable[..., object]) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text('<robot name="r"><link name="${1 + 1}"/></robot>')
+    robot = read(path, xacro=True)
+    assert isinstance(robot, nk.RobotModel)
+    assert robot.link_names == ("2",)
+
+
+def test_a_source_comes_through_a_pipe_when_its_expansion_is_asked_for(tmp_path: Path) -> None:
+    def piped() -> Path:
+        reader, writer = os.pipe()
+        os.write(writer, b'\n<?xml version="1.0"?><robot name="r"><link name="${1 + 1}"/></robot>')
+        os.close(writer)
+        pipes.append(reader)
+        return Path(f"/dev/fd/{reader}")
+
+    pipes: list[int] = []
+    try:
+        with pytest.raises(BadModel, match=r"--xacro"):
+            nk.RobotModel.from_file(piped())
+        assert nk.RobotModel.from_file(piped(), xacro=True).link_names == ("2",)
+    finally:
+        for pipe in pipes:
+            os.close(pipe)
+
+
+def test_only_truth_asks_for_an_expansion(source: Path) -> None:
+    with pytest.raises(BadArgument, match="xacro must be True, False or None, got 'yes'"):
+        nk.RobotModel.from_urdf(source, xacro="yes")  # type: ignore[arg-type]

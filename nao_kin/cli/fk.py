@@ -26,6 +26,7 @@ from nao_kin.cli.options import (
     TimelineOption,
     UrdfOption,
     VersionOption,
+    XacroOption,
     load,
 )
 from nao_kin.cli.output import print_json, print_note
@@ -106,6 +107,7 @@ def fk(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    xacro: XacroOption = False,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
@@ -126,7 +128,7 @@ def fk(
     if not moves:
         only_file = {} if file is None else {"posture": posture}
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, xacro)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     motion_q: Floats | None = None
     if moves and file is not None:

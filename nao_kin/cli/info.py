@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, XacroOption, load
 from nao_kin.cli.output import print_json, print_table
 
 
@@ -18,10 +18,11 @@ def info(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    xacro: XacroOption = False,
     json: JsonOption = False,
 ) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, xacro)
     facts: dict[str, object] = {
         "name": model.name,
         "degrees_of_freedom": model.nv,

@@ -25,6 +25,12 @@ PackageDirOption = Annotated[
     list[str] | None,
     typer.Option("--package-dir", metavar="DIR", help="Look here for packages that --urdf names; repeatable."),
 ]
+XacroOption = Annotated[
+    bool,
+    typer.Option(
+        "--xacro", help="Expand the file of --urdf, which runs its author's code; files named .xacro always are."
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
 RateOption = Annotated[
@@ -73,7 +79,13 @@ def _check_contradictions(given: set[str]) -> None:
             raise BadArgument(reason)
 
 
-def load(version: str, urdf: str | None, robot: str | None, package_dir: list[str] | None = None) -> RobotModel:
+def load(
+    version: str,
+    urdf: str | None,
+    robot: str | None,
+    package_dir: list[str] | None = None,
+    xacro: bool = False,
+) -> RobotModel:
     """The robot that the options name.
 
     Raises:
@@ -84,9 +96,11 @@ def load(version: str, urdf: str | None, robot: str | None, package_dir: list[st
     if urdf is not None:
         if not urdf:
             raise BadArgument("--urdf is empty; expected a URDF, xacro or MJCF file")
-        return RobotModel.from_file(urdf, package_dirs=package_dir or ())
+        return RobotModel.from_file(urdf, package_dirs=package_dir or (), xacro=xacro or None)
     if package_dir:
         raise BadArgument("--package-dir is for the packages that a file names; give --urdf")
+    if xacro:
+        raise BadArgument("--xacro is for the file that --urdf names; give --urdf")
     if robot is not None:
         return load_robot(robot)
     return load_nao(version)

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.urdf import MeshFile, UrdfTree
+from nao_kin.urdf import MeshFile, Packages, UrdfTree
 
 MESH_FOLDER = "meshes"
 
+# Endings of meshes that are copied unread from the robot's package; any other file must turn out to be a mesh.
+_MESHES = frozenset(".stl .obj .dae .ply .off .glb .gltf .3mf .3ds .fbx .mesh .msh .x".split())
+# Endings of the files that a mesh may name: materials, buffers of glTF, textures.
+_COMPANIONS = frozenset(
+    ".mtl .bin .png .jpg .jpeg .bmp .tif .tiff .tga .gif .webp .dds .exr .hdr .ktx .ktx2 .pcx .ppm .psd".split()
+)
 # What an .obj or its .mtl says of other files: `mtllib a.mtl`, `map_Kd -s 1 1 1 a.png`.
 _OBJ_FILES = re.compile(r"^\s*(?:mtllib|map_\w+|bump|disp|decal|refl)\s+(?:-\S+\s+(?:[-+.\d]+\s+)*)*(\S.*?)\s*$", re.M)
 
@@ -22,7 +30,7 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
     """Every mesh that the tree names → its file.
 
     Raises:
-        BadArgument: one of them is not there.
+        BadArgument: one of them is not there, or lies outside of the robot's package and is no mesh.
     """
     found: dict[str, Path] = {}
     packages = tree.packages
@@ -33,11 +41,13 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
             raise BadArgument(
                 f"{tree.name}: the mesh {quoted(name)} is not there; meshes='none' (--meshes none) leaves meshes out"
             )
-        found[name] = Path(os.path.realpath(path))
+        found[name] = file = Path(os.path.realpath(path))
+        if file.suffix.lower() not in _MESHES or not packages.contain(file):
+            read_mesh(file, packages)
     return found
 
 
-def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path]]:
+def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path], tuple[str, ...]]:
     """How an export names the meshes, and which files it needs for that.
 
     The files keep their places beside each other, below the folder that holds them all.
@@ -46,38 +56,121 @@ def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path]]:
         tree: the robot.
 
     Returns:
-        Name of a mesh in the tree → its name in the export's folder of meshes; and name there → file, with the
-        materials and textures that the meshes name and that are there.
+        Name of a mesh in the tree → its name in the export's folder of meshes; name there → file, with the
+        materials and textures that the meshes name and that are there; and one line for each mesh that names files
+        which the export must not have.
 
     Raises:
-        BadArgument: a mesh is not there.
+        BadArgument: a mesh is not there, or is none.
     """
     meshes = mesh_files(tree)
     if not meshes:
-        return {}, {}
-    files = {file: None for path in meshes.values() for file in (path, *companions(path))}
+        return {}, {}, ()
+    packages = tree.packages
+    files: dict[Path, None] = {}
+    notes = []
+    for path in meshes.values():
+        left_out: list[str] = []
+        files |= dict.fromkeys((path, *_companions(path, packages, left_out)))
+        notes += left_out_note(path, left_out)
     top = Path(os.path.commonpath([file.parent for file in files]))
     return (
         {name: path.relative_to(top).as_posix() for name, path in meshes.items()},
         {file.relative_to(top).as_posix(): file for file in files},
+        tuple(dict.fromkeys(notes)),
     )
 
 
-def companions(mesh: Path) -> tuple[Path, ...]:
-    """Files that a mesh names and that are there: materials of an .obj, textures of it or of a .dae."""
+def read_mesh(path: Path, packages: Packages) -> Any:
+    """Read a mesh as a trimesh.Scene that holds triangles.
+
+    Raises:
+        BadArgument: it cannot be read.
+    """
+    try:
+        scene = load_scene(path, packages, [])
+        if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
+            raise ValueError("no triangles in it")
+    except Exception as error:  # whatever its many readers raise on a bad file
+        reason = abbreviated(error) or type(error).__name__
+        advice = "meshes='none' (--meshes none) leaves meshes out"
+        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}; {advice}") from None
+    return scene
+
+
+def load_scene(path: Path, packages: Packages, left_out: list[str]) -> Any:
+    """Load a mesh file by trimesh, with such materials and textures only as an export may have.
+
+    Args:
+        path: the file.
+        packages: the search of the robot that has it.
+        left_out: gets the names of the files that it names and that were not read.
+
+    Returns:
+        A trimesh.Scene.
+
+    Raises:
+        Exception: whatever the readers of trimesh raise.
+    """
+    import trimesh
+    from trimesh.resolvers import FilePathResolver
+
+    real = Path(os.path.realpath(path))
+
+    class Resolver(FilePathResolver):
+        def get(self, name: str) -> bytes:
+            file = real.parent / name.strip()
+            if not _is_file(file):
+                raise FileNotFoundError(name)
+            if not _may_have(file, real, packages):
+                left_out.append(name.strip())
+                raise PermissionError(name)
+            return file.read_bytes()
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return trimesh.load_scene(path, process=False, resolver=Resolver(str(real)))
+
+
+def left_out_note(mesh: Path, names: list[str]) -> list[str]:
+    """One line that names what a mesh names and an export must not have; none where there is nothing."""
+    if not names:
+        return []
+    several = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return [
+        f"{mesh.name} names {quoted(names[0])}{several}: left out, because only materials and textures below the "
+        "mesh's folder or in the robot's package are taken"
+    ]
+
+
+def _companions(mesh: Path, packages: Packages, left_out: list[str]) -> tuple[Path, ...]:
+    """Files that a mesh names, that are there and that it may have: materials of an .obj, textures of it or a .dae."""
+
+    def allowed(file: Path, names: list[str]) -> dict[Path, None]:
+        there = [(name, file.parent / name) for name in dict.fromkeys(names) if _is_file(file.parent / name)]
+        left_out.extend(name for name, path in there if not _may_have(path, mesh, packages))
+        return {Path(os.path.realpath(path)): None for _, path in there if _may_have(path, mesh, packages)}
+
     ending = mesh.suffix.lower()
     if ending == ".obj":
-        found = _named_in(mesh, _obj_names(mesh))
-        materials = [file for file in found if file.suffix.lower() == ".mtl"]
-        textures = [texture for file in materials for texture in _named_in(file, _obj_names(file))]
-        return tuple(dict.fromkeys((*found, *textures)))
+        found = allowed(mesh, _obj_names(mesh))
+        for file in [file for file in found if file.suffix.lower() == ".mtl"]:
+            found |= allowed(file, _obj_names(file))
+        return tuple(found)
     if ending == ".dae":
         try:
             texts = (element.text for element in ET.parse(mesh).iter() if element.tag.endswith("init_from"))
-            return _named_in(mesh, [text.strip().removeprefix("file://") for text in texts if text])
+            return tuple(allowed(mesh, [text.strip().removeprefix("file://") for text in texts if text]))
         except (ET.ParseError, OSError):
             return ()
     return ()
+
+
+def _may_have(file: Path, mesh: Path, packages: Packages) -> bool:
+    """Whether an export may have a file that a mesh names: whoever wrote the mesh may name any file of its reader."""
+    real = Path(os.path.realpath(file))
+    near = real.is_relative_to(mesh.parent) or packages.contain(real)
+    return near and real.suffix.lower() in _COMPANIONS
 
 
 def _obj_names(file: Path) -> list[str]:
@@ -85,11 +178,6 @@ def _obj_names(file: Path) -> list[str]:
         return _OBJ_FILES.findall(file.read_text(encoding="utf-8", errors="replace"))
     except OSError:
         return []
-
-
-def _named_in(file: Path, names: list[str]) -> tuple[Path, ...]:
-    found = (file.parent / name for name in names)
-    return tuple(Path(os.path.realpath(path)) for path in dict.fromkeys(found) if _is_file(path))
 
 
 def _is_file(path: Path) -> bool:

@@ -102,9 +102,10 @@ def ros2(
 
     looks: dict[str, bytes] = {}
     painted: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     links: dict[str, str] | None = None
     if meshes == "package":
-        inside, copied = mesh_names(tree)
+        inside, copied, left_out = mesh_names(tree)
         looks, painted = coloured(tree, inside, read_files(copied), f"{name}.mtl")
         links = {mesh: f"package://{name}/{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
     urdf, unsaid = urdf_document(tree, links)
@@ -131,7 +132,7 @@ def ros2(
     files |= {f"{MESH_FOLDER}/{file}": content for file, content in looks.items()}
     open_ends = [f"package.xml: fill in the {what}" for what in _open(maintainer, said)]
     written = write_folder(path, files, force=force)
-    return Exported(Path(path), written, (*changes, *unsaid, *painted, *semantic.changes, *open_ends))
+    return Exported(Path(path), written, (*changes, *unsaid, *left_out, *painted, *semantic.changes, *open_ends))
 
 
 def _checked_name(package: str | None, tree: UrdfTree) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from nao_kin._common.free_names import fresh_name
 from nao_kin._text import abbreviated, quoted
+from nao_kin.export.meshes import left_out_note, load_scene
 from nao_kin.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Packages, Rgba, Sphere, UrdfTree
 
 GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
@@ -58,7 +58,7 @@ def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], 
         key = (visual.geometry, visual.material, visual.rgba)
         try:
             if key not in known:
-                parts = _parts(visual.geometry, packages)
+                parts = _parts(visual.geometry, packages, notes)
                 for part in parts:
                     _paint(part, visual.material, visual.rgba, paints)
                 known[key] = parts
@@ -74,8 +74,8 @@ class _Unreadable(Exception):
     """Why a look cannot be shown."""
 
 
-def _parts(geometry: Geometry, packages: Packages) -> list[Any]:
-    """The meshes that a shape is made of, each of one material."""
+def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
+    """The meshes that a shape is made of, each of one material; `notes` gets a line for textures that are left out."""
     import trimesh
 
     if isinstance(geometry, Box):
@@ -84,21 +84,19 @@ def _parts(geometry: Geometry, packages: Packages) -> list[Any]:
         return [trimesh.creation.cylinder(radius=geometry.radius, height=geometry.length, sections=48)]
     if isinstance(geometry, Sphere):
         return [trimesh.creation.icosphere(subdivisions=3, radius=geometry.radius)]
-    return _read(geometry, packages)
+    return _read(geometry, packages, notes)
 
 
-def _read(geometry: MeshFile, packages: Packages) -> list[Any]:
-    import trimesh
-
+def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]:
     path = packages.file(geometry.filename)
     if path is None:
         raise _Unreadable(f"its mesh {quoted(geometry.filename)} is not there")
+    left_out: list[str] = []
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            loaded: list[Any] = list(trimesh.load_scene(path, process=False).dump())
+        loaded: list[Any] = list(load_scene(path, packages, left_out).dump())
     except Exception as error:  # whatever its many readers raise on a bad file
         raise _Unreadable(f"its mesh {quoted(geometry.filename)} cannot be read: {abbreviated(error)}") from None
+    notes += left_out_note(path, left_out)
     parts = [part for part in loaded if hasattr(part, "faces")]  # and no lines or points
     for part in parts:
         part.metadata.clear()  # names of files and folders

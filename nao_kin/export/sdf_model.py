@@ -64,7 +64,7 @@ def sdf(
             raise UnknownName(f"choice of {what}" if what == "meshes" else what, given, valid)
     whole, _ = variant(robot, frames=frames, names=names, coupling=coupling)
     bodies, changes = variant(robot, frames="none", names=names, coupling=coupling, inertia=inertia)
-    inside, copied = ({}, {}) if meshes == "none" else mesh_names(bodies)
+    inside, copied, left_out = ({}, {}, ()) if meshes == "none" else mesh_names(bodies)
     addresses = {mesh: f"{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
     text, unsaid = sdf_document(
         bodies,
@@ -75,7 +75,7 @@ def sdf(
     files = {"model.config": _config(bodies.name).encode(), "model.sdf": text.encode()}
     files |= {f"{MESH_FOLDER}/{name}": content for name, content in read_files(copied).items()}
     written = write_folder(path, files, force=force)
-    return Exported(Path(path) / "model.sdf", written, (*changes, *unsaid))
+    return Exported(Path(path) / "model.sdf", written, (*changes, *unsaid, *left_out))
 
 
 def _config(name: str) -> str:

@@ -81,10 +81,10 @@ def urdf(
     if inertia == "physical":
         tree, massless = _said_massless(tree)
         changes = (*changes, *massless)
-    named, copied = _named_meshes(tree, meshes)
+    named, copied, left_out = _named_meshes(tree, meshes)
     text, unsaid = urdf_document(tree, named)
     files = write_document(path, text.encode(), read_files(copied), force=force)
-    return Exported(Path(path), files, (*changes, *unsaid))
+    return Exported(Path(path), files, (*changes, *unsaid, *left_out))
 
 
 def variant(
@@ -138,18 +138,18 @@ def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     return replace(tree, inertials=inertials), (f"{len(silent)} links without mass are given a mass of 0 in words",)
 
 
-def _named_meshes(tree: UrdfTree, meshes: str) -> tuple[dict[str, str] | None, dict[str, Path]]:
-    """Name of each mesh in the tree → its name in the URDF, None to leave it out; and the files to copy."""
+def _named_meshes(tree: UrdfTree, meshes: str) -> tuple[dict[str, str] | None, dict[str, Path], tuple[str, ...]]:
+    """Name of each mesh in the tree → its name in the URDF, None to leave it out; files to copy; and what is not."""
     if meshes == "none":
-        return None, {}
+        return None, {}, ()
     package = _package(meshes)
-    names, files = mesh_names(tree)
+    names, files, left_out = mesh_names(tree)
     if meshes == "relative":
         copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
-        return {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}, copied
+        return {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}, copied, left_out
     if meshes == "absolute":
-        return {name: str(files[inside]) for name, inside in names.items()}, {}
-    return {name: f"{package}/{inside}" for name, inside in names.items()}, {}
+        return {name: str(files[inside]) for name, inside in names.items()}, {}, ()
+    return {name: f"{package}/{inside}" for name, inside in names.items()}, {}, ()
 
 
 def _package(meshes: object) -> str:

@@ -28,6 +28,7 @@ class FileMethods(ABC):
         base: Base = "fixed",
         semantics: Semantics | Path | str | None = None,
         package_dirs: Iterable[Path | str] = (),
+        xacro: bool | None = None,
         xacro_arguments: Mapping[str, object] | None = None,
     ) -> RobotModel:
         """A robot from a file of any format that can be read: URDF, xacro or MJCF, told apart by what stands in it.
@@ -37,19 +38,21 @@ class FileMethods(ABC):
             base: "fixed", or "floating" for a free base.
             semantics: what the robot means beyond its file, as `from_urdf` takes it.
             package_dirs: folders to search for packages and meshes, as `from_urdf` and `from_mjcf` take them.
+            xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files
+                named .xacro only, False to expand none.
             xacro_arguments: values of the arguments of a xacro source, by name.
 
         Raises:
             BadModel: the file is none of the three; and whatever the reader of its format raises.
             MissingExtra: MuJoCo, which reads MJCF, is not installed.
-            BadArgument: xacro arguments for a file that is no xacro source.
+            BadArgument: xacro arguments for a file that is not expanded.
 
         Examples:
             >>> robot = nk.RobotModel.from_file(nk.load_nao().urdf_path)
             >>> robot.nv, robot.load_notes
             (25, ())
         """
-        tree, own = read_robot(path, package_dirs=package_dirs, xacro_arguments=xacro_arguments)
+        tree, own = read_robot(path, package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments)
         return cls._loaded(tree, semantics, own, base)
 
     @classmethod
@@ -60,6 +63,7 @@ class FileMethods(ABC):
         base: Base = "fixed",
         semantics: Semantics | Path | str | None = None,
         package_dirs: Iterable[Path | str] = (),
+        xacro: bool | None = None,
         xacro_arguments: Mapping[str, object] | None = None,
     ) -> RobotModel:
         """A robot from any URDF, with every joint coupling kept.
@@ -67,7 +71,7 @@ class FileMethods(ABC):
         Couplings that Pinocchio refuses are mended (see `load_notes`): joints are ordered so that the driving one comes
         first, `continuous` joints become revolute ones without limits, axes are normalised, a link that shares its name
         with a joint gets another one ("…_link", or "…_frame" where that is taken) and answers under both. Meshes are
-        not read. A xacro source is expanded where the package xacro is installed (nao-kin[xacro]).
+        not read. A xacro source is expanded when it is named .xacro or `xacro` asks for it (nao-kin[xacro]).
 
         Args:
             path: the URDF file, or its xacro source.
@@ -77,21 +81,24 @@ class FileMethods(ABC):
                 the ending .toml or .srdf beside it, if there is one.
             package_dirs: folders that hold packages of ROS, or are one, for `package://` and `$(find …)`; they are
                 searched before the folders above the file, ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
+            xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files
+                named .xacro only, False to expand none.
             xacro_arguments: values of the arguments of a xacro source, by name.
 
         Raises:
             BadModel: the file cannot be read or describes no tree of revolute, continuous, prismatic and fixed joints;
-                a xacro source that cannot be expanded; or the semantics name what the robot does not have.
+                a xacro source that cannot be expanded or is not to be; or the semantics name what the robot does not
+                have.
             BadInputFile: the TOML file cannot be read.
             BadArgument: no such base, semantics of another kind, a folder that is not there, or arguments for a file
-                that is no xacro source.
+                that is not expanded.
 
         Examples:
             >>> robot = nk.RobotModel.from_urdf(nk.load_nao().urdf_path, base="floating")
             >>> robot.nq, robot.nv
             (32, 31)
         """
-        tree = read_urdf(_absolute(path), package_dirs=package_dirs, xacro_arguments=xacro_arguments)
+        tree = read_urdf(_absolute(path), package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments)
         return cls._loaded(tree, semantics, None, base)
 
     @classmethod

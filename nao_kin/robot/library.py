@@ -51,7 +51,8 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     """A robot by name, as `RobotModel.from_urdf` or `RobotModel.from_mjcf` loads it.
 
     Names of robot_descriptions ("g1_description", "panda_mj_description" …) are downloaded once, into the folder that
-    ROBOT_DESCRIPTIONS_CACHE names or ~/.cache/robot_descriptions.
+    ROBOT_DESCRIPTIONS_CACHE names or ~/.cache/robot_descriptions. Those that are xacro sources are expanded, which runs
+    the code of their authors.
 
     Args:
         name: "romeo", "talos_full_v2", "panda" … (`robot_names()` lists them; with `download=True`, those of
@@ -130,7 +131,7 @@ def _described(name: str, base: Base) -> RobotModel:
         srdf = getattr(module, "SRDF_PATH", None)
         return load(module.URDF_PATH, semantics=srdf if srdf and Path(srdf).is_file() else None)
     if hasattr(module, "XACRO_PATH"):
-        return load(module.XACRO_PATH, xacro_arguments=getattr(module, "XACRO_ARGS", {}))
+        return load(module.XACRO_PATH, xacro=True, xacro_arguments=getattr(module, "XACRO_ARGS", {}))
     if hasattr(module, "MJCF_PATH"):
         return load(module.MJCF_PATH)
     raise BadModel(f"robot {quoted(name)}: {_DESCRIPTIONS} has neither a URDF nor an MJCF of it")

@@ -39,6 +39,7 @@ def read_robot(
     path: Path | str,
     *,
     package_dirs: Iterable[Path | str] = (),
+    xacro: bool | None = None,
     xacro_arguments: Mapping[str, object] | None = None,
 ) -> tuple[UrdfTree, Semantics | None]:
     """Read a robot's file of any format, once: it may be a pipe.
@@ -46,6 +47,8 @@ def read_robot(
     Args:
         path: the file.
         package_dirs: folders to search for packages and meshes, as `read_urdf` and `read_mjcf` take them.
+        xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files named
+            .xacro only, False to expand none.
         xacro_arguments: values of the arguments of a xacro source, by name.
 
     Returns:
@@ -60,10 +63,10 @@ def read_robot(
         ('base_link', None)
     """
     content = file_content(path)
-    if _format(path, content) == "mjcf" and not xacro_arguments:
+    if _format(path, content) == "mjcf" and not (xacro or xacro_arguments):
         return mjcf_tree(Path(path).absolute(), content, package_dirs)
-    # Which refuses arguments for a file that takes none, an MJCF as well.
-    return urdf_tree(Path(path).absolute(), content, package_dirs, xacro_arguments), None
+    # Which refuses to expand an MJCF, and arguments for a file that takes none.
+    return urdf_tree(Path(path).absolute(), content, package_dirs, xacro, xacro_arguments), None
 
 
 def _format(path: Path | str, content: bytes) -> Literal["urdf", "mjcf"]:

@@ -80,6 +80,21 @@ class Packages:
         except (OSError, ValueError):
             return None
 
+    def contain(self, file: Path) -> bool:
+        """Return whether a file lies in the robot's folder, in the package of that folder, or in a folder given.
+
+        Symbolic links are followed first, so that a link in the package to a file elsewhere is not in the package.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.tree.packages.contain(nao.urdf_path), nao.tree.packages.contain("/etc/hostname")
+            (True, False)
+        """
+        above = (self._folder, *self._folder.parents)
+        package = next((folder for folder in above if (folder / "package.xml").is_file()), self._folder)
+        real = Path(os.path.realpath(file))
+        return any(real.is_relative_to(os.path.realpath(folder)) for folder in (package, *self._given))
+
     def _searched(self, package: str) -> tuple[Path, ...]:
         if package not in self._places:
             self._places[package] = tuple(dict.fromkeys(self._candidates(package)))

@@ -37,32 +37,38 @@ def read_urdf(
     path: Path | str,
     *,
     package_dirs: Iterable[Path | str] = (),
+    xacro: bool | None = None,
     xacro_arguments: Mapping[str, object] | None = None,
 ) -> UrdfTree:
-    """Read and mend a URDF file, or a xacro source of one where the package xacro is installed.
+    """Read and mend a URDF file, or a xacro source of one (nao-kin[xacro]).
+
+    Only what is asked for is expanded, for the expressions of a xacro source are Python code.
 
     Args:
         path: the file.
         package_dirs: folders in which packages that the file names are searched first, by mesh files and `$(find …)`.
+        xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files named
+            .xacro only, False to expand none.
         xacro_arguments: values of the arguments of a xacro source, by name.
 
     Raises:
         BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints; a xacro source that
-            cannot be expanded.
-        BadArgument: a folder that is not there, or arguments for a file that is no xacro source.
+            cannot be expanded or is not to be.
+        BadArgument: a folder that is not there, or arguments for a file that is not expanded.
 
     Examples:
         >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
         >>> tree.root, len(tree.moving_joints), len(tree.mimics)
         ('base_link', 42, 17)
     """
-    return urdf_tree(path, file_content(path), package_dirs, xacro_arguments)
+    return urdf_tree(path, file_content(path), package_dirs, xacro, xacro_arguments)
 
 
 def urdf_tree(
     path: Path | str,
     content: bytes,
     package_dirs: Iterable[Path | str],
+    xacro: bool | None,
     xacro_arguments: Mapping[str, object] | None,
 ) -> UrdfTree:
     """As `read_urdf`, of a file that has been read."""
@@ -70,11 +76,19 @@ def urdf_tree(
     folders = checked_folders(package_dirs)
     given = xacro_values(xacro_arguments or {})
 
-    def expand(what: str) -> bytes:
-        file = Path(path)
-        return expand_xacro(file, notes, arguments=given, packages=Packages(file, folders), what=what)
+    if not (xacro is None or isinstance(xacro, bool)):
+        raise BadArgument(f"xacro must be True, False or None, got {quoted(xacro)}")
+    asked = Path(path).suffix == ".xacro" if xacro is None else xacro
+    if given and not asked:
+        raise BadArgument(f"{path} takes arguments with xacro=True only, got {', '.join(given)}")
 
-    document, expanded = read_document(path, content, notes, expand, always=bool(given))
+    def expand(what: str) -> bytes:
+        if not asked:
+            raise BadModel(f"{path}: {what}; xacro=True (--xacro) expands it, which runs the code of its author")
+        file = Path(path)
+        return expand_xacro(file, content, notes, arguments=given, packages=Packages(file, folders), what=what)
+
+    document, expanded = read_document(path, content, notes, expand, always=bool(given or xacro))
     if given and not expanded:
         raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
     try:

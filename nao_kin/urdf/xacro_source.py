@@ -21,12 +21,15 @@ _ROS_INDEX = "ament_index_python"
 
 
 def expand_xacro(
-    path: Path, notes: list[str], *, arguments: Mapping[str, object], packages: Packages, what: str
+    path: Path, content: bytes, notes: list[str], *, arguments: Mapping[str, object], packages: Packages, what: str
 ) -> bytes:
     """The URDF that a xacro source becomes.
 
+    The expressions of the source are Python code, and run with all that this process may do.
+
     Args:
-        path: the source.
+        path: the source; what it includes is looked for from its folder.
+        content: what it holds.
         notes: gets a line for what xacro warned of.
         arguments: values of its `<xacro:arg>`, by name.
         packages: where `$(find package)` looks.
@@ -46,14 +49,16 @@ def expand_xacro(
     said = io.StringIO()
     try:
         with _EXPANDING, _found_by(packages), contextlib.redirect_stderr(said):
-            document = xacro.process_file(str(path.absolute()), mappings=xacro_values(arguments))
-            content: bytes = document.toxml(encoding="utf-8")
+            xacro.init_stacks(str(path.absolute()))
+            document = xacro.parse(io.BytesIO(content.lstrip()))
+            xacro.process_doc(document, mappings=xacro_values(arguments))
+            expanded: bytes = document.toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # whatever its expressions raise
-        raise BadModel(f"{path}: xacro refuses it: {abbreviated(error) or type(error).__name__}") from None
+        raise BadModel(f"{path}: xacro refuses it: {abbreviated(_reason(error)) or type(error).__name__}") from None
     warned = said.getvalue().split("\n", 1)[0]
     if warned.strip():
         notes.append(f"xacro says: {abbreviated(warned)}")
-    return content
+    return expanded
 
 
 def xacro_values(arguments: Mapping[str, object]) -> dict[str, str]:
@@ -65,6 +70,19 @@ def xacro_values(arguments: Mapping[str, object]) -> dict[str, str]:
     if not isinstance(arguments, Mapping) or not all(isinstance(name, str) for name in arguments):
         raise BadArgument(f"xacro_arguments must be a mapping name → value, got {quoted(arguments)}")
     return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}
+
+
+def _reason(error: BaseException) -> str:
+    """Return what an error of xacro says, with the reason of the error that caused it once: xacro often repeats it."""
+    cause = getattr(error, "exc", None)
+    if cause is None:
+        return str(error)
+    own, reason = error.args[0] or "", _reason(cause)
+    if own and isinstance(cause, OSError):
+        reason = ""
+    elif str(cause) in own:
+        own = ""
+    return " ".join(part for part in (own, reason, getattr(error, "suffix", None)) if part)
 
 
 @contextlib.contextmanager

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import io
-import warnings
 from pathlib import Path
 
 from nao_kin._common.free_names import fresh_name
-from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument
-from nao_kin.export.meshes import mesh_files, read_files
-from nao_kin.urdf import MeshFile, UrdfTree
+from nao_kin.export.meshes import mesh_files, read_files, read_mesh
+from nao_kin.urdf import MeshFile, Packages, UrdfTree
 
 FOLDER = "assets"
 
@@ -31,7 +28,7 @@ class MeshFiles:
             BadArgument: one of them is not there.
         """
         self.contents: dict[str, bytes] = {}
-        self._paths = mesh_files(tree)
+        self._paths, self._packages = mesh_files(tree), tree.packages
         self._names: dict[Path, str] = {}
 
     def add(self, mesh: MeshFile) -> str:
@@ -42,34 +39,24 @@ class MeshFiles:
         """
         path = self._paths[mesh.filename]
         if path not in self._names:
-            content, suffix = _readable(path)
+            content, suffix = _readable(path, self._packages)
             stems = {Path(name).stem for name in self.contents}
             self._names[path] = name = fresh_name(path.stem, stems) + suffix
             self.contents[name] = content
         return self._names[path]
 
 
-def _readable(path: Path) -> tuple[bytes, str]:
+def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
     """Content and suffix of what MuJoCo reads: OBJ, and binary STL that is not too long."""
     content = read_files({path.name: path})[path.name]
     suffix = path.suffix.lower()
     if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
         return content, suffix
-    import trimesh
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            mesh = trimesh.load_scene(path).to_mesh()
-            if not len(mesh.faces):
-                raise ValueError("no triangles in it")
-            kind = "stl" if len(mesh.faces) <= _MOST_IN_STL else "obj"
-            file = io.BytesIO()
-            mesh.export(file, file_type=kind)
-    except Exception as error:  # whatever its many readers raise on a bad file
-        reason = abbreviated(error) or type(error).__name__
-        advice = "meshes='none' (--meshes none) leaves meshes out"
-        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}; {advice}") from None
+    mesh = read_mesh(path, packages).to_mesh()
+    mesh.process()
+    kind = "stl" if len(mesh.faces) <= _MOST_IN_STL else "obj"
+    file = io.BytesIO()
+    mesh.export(file, file_type=kind)
     return file.getvalue(), f".{kind}"
 
 
