@@ -52,8 +52,8 @@ app = typer.Typer(
 def _motion(context: typer.Context) -> None:
     """Motion files: converted, checked, described and drawn.
 
-    Formats are told by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, python (Choregraphe
-    export), xar and naoqi (arguments of angleInterpolation).
+    Formats are told by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, naodevils, bhuman
+    (both only read), python (Choregraphe export), xar and naoqi (arguments of angleInterpolation).
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())

@@ -9,12 +9,14 @@ from types import MappingProxyType
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 from nao_kin.motion.files import (
+    bhuman,
     choregraphe_python,
     choregraphe_xar,
     csv_table,
     hulks,
     hulks_motion2,
     json_keys,
+    naodevils,
     naoqi_arguments,
     npz,
     runswift,
@@ -34,6 +36,8 @@ _MODULES = (
     runswift,
     hulks,
     hulks_motion2,
+    naodevils,
+    bhuman,
     choregraphe_python,
     choregraphe_xar,
     naoqi_arguments,
@@ -56,7 +60,7 @@ def read_motion(
         format: one of `FORMATS`; None finds out by the content, and by the suffix where the content does not say.
         degrees: turning joints are in degrees where neither the file nor its format says so: "csv" without units,
             "json" without "units", "naoqi" and "python". Elsewhere it changes nothing.
-        timeline: which of several motions of a "xar" or "python" file: its name, or its number from 1.
+        timeline: which of several motions of a "xar", "python" or "bhuman" file: its name, or its number from 1.
         robot: whose joints may occur; None for the NAO.
 
     Raises:
@@ -101,9 +105,10 @@ def formats_of_suffix(name: str) -> list[Format]:
     return [known for known in FORMATS.values() if suffix in known.suffixes]
 
 
-def described_formats() -> str:
-    """All formats and their suffixes, for messages."""
-    return ", ".join(f"{known.name} ({' '.join(known.suffixes)})" for known in FORMATS.values())
+def described_formats(*, written: bool = False) -> str:
+    """All formats, or only those that are written, and their suffixes, for messages."""
+    chosen = [known for known in FORMATS.values() if known.write is not None or not written]
+    return ", ".join(f"{known.name} ({' '.join(known.suffixes)})" for known in chosen)
 
 
 def _recognised(source: Source) -> Format:
