@@ -145,6 +145,72 @@ def test_hulks_cosine_steps_are_cubic_ones_within_a_thousandth() -> None:
     assert off.max() < 0.0002
 
 
+WEBOTS_HANDS = """#WEBOTS_MOTION,V1.0,LPhalanx1,HeadYaw,LPhalanx2,RPhalanx3
+00:00:000,Pose1,0.0,0.1,0.0,%s
+00:00:500,Pose2,*,0.2,*,0.5
+00:01:000,Pose3,1.0,0.3,1.0,0.5
+"""
+
+
+def test_the_motors_of_webots_hands_are_one_joint(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    path = tmp_path / "TaiChi.motion"
+    path.write_text(WEBOTS_HANDS % "0.25", encoding="utf-8")
+    motion = read_motion(path)
+    assert motion.joint_names == ("HeadYaw", "LHand", "RHand")
+    # * commands nothing: the hand stays until the last one, as any joint does.
+    assert _column(motion, "LHand") == ([0.0, 0.5, 1.0], [0.0, 0.0, 1.0])
+    assert _column(motion, "RHand") == ([0.0, 0.5, 1.0], [0.25, 0.5, 0.5])
+    assert not recwarn.list
+    path.write_text(path.read_text(encoding="utf-8").replace("1.0,0.3,1.0", "1.0,0.3,0.5"), encoding="utf-8")
+    with pytest.warns(MotionFileWarning, match="LHand is the mean of its 2 motors, which differ from it by up to 0.25"):
+        assert _column(read_motion(path), "LHand")[1][-1] == 0.75
+    # A robot with fingers of its own, or a file that names the hand too, is not folded.
+    path.write_text(WEBOTS_HANDS.replace("HeadYaw", "LHand") % "0", encoding="utf-8")
+    with pytest.raises(BadInputFile, match="unknown joint 'LPhalanx1'"):
+        read_motion(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", "time,HeadYaw,Battery [V],State,HeadPitch\n0,0.1,12.5,walking,0\n1,0.2,12.4,,0.5\n"),
+        ("a.motion", "#WEBOTS_MOTION,V1.0,HeadYaw,Battery,HeadPitch\n0,P,0.1,12,0\n1000,P,0.2,12,0.5\n"),
+        (
+            "a.json",
+            '{"joint_names": ["HeadYaw", "Wheel", "HeadPitch"], "times": [0, 1], "keys": [[0.1, 1, 0], [0.2, 1, 0.5]]}',
+        ),
+        (
+            "a.json",
+            '[["HeadYaw", "Wheel", "HeadPitch"], [[0.1, 0.2], [1, 1], [0, 0.5]], [[0, 1], [0, 1], [0, 1]], 1]',
+        ),
+        (
+            "a.py",
+            "names = ['HeadYaw', 'Wheel', 'HeadPitch']\ntimes = [[0, 1], [0, 1], [0, 1]]\n"
+            "keys = [[0.1, 0.2], [1, 1], [0, 0.5]]\n",
+        ),
+    ],
+)
+def test_what_names_no_joint_is_left_out_when_asked(tmp_path: Path, name: str, text: str) -> None:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInputFile, match="ignore_other=True, or --ignore-other of nao-kin motion, leaves it out"):
+        read_motion(path)
+    with pytest.warns(MotionFileWarning, match="left out what is no joint: (Battery|Wheel)"):
+        motion = read_motion(path, ignore_other=True)
+    assert motion == Motion([0.0, 1.0], ["HeadYaw", "HeadPitch"], [[0.1, 0.0], [0.2, 0.5]])
+    path.write_text(text.replace("HeadYaw", "A").replace("HeadPitch", "B"), encoding="utf-8")
+    with pytest.warns(MotionFileWarning), pytest.raises(BadInputFile, match="no joint with keys"):
+        read_motion(path, ignore_other=True)
+
+
+@pytest.mark.parametrize("joint", ["KneePitch", "HipRoll", "WheelFL"])
+def test_a_file_of_a_pepper_is_told_by_its_joints(tmp_path: Path, joint: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(f"time,HeadYaw,{joint}\n0,0.1,0.2\n", encoding="utf-8")
+    with pytest.raises(BadInputFile, match=rf"unknown joint '{joint}' \(this is a Pepper's\)"):
+        read_motion(path)
+
+
 def test_naodevils_frames_move_what_they_command_and_hold_the_rest() -> None:
     motion = read_motion(DATA / "nod.kfm")
     assert set(motion.joint_names) == set(BODY_ORDER)

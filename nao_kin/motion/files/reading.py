@@ -52,6 +52,7 @@ def read_motion(
     degrees: bool = False,
     timeline: str | int | None = None,
     robot: RobotModel | None = None,
+    ignore_other: bool = False,
 ) -> Motion:
     """The motion in a file.
 
@@ -62,6 +63,7 @@ def read_motion(
             "json" without "units", "naoqi" and "python". Elsewhere it changes nothing.
         timeline: which of several motions of a "xar", "python" or "bhuman" file: its name, or its number from 1.
         robot: whose joints may occur; None for the NAO.
+        ignore_other: leave out what names no joint of the robot, with a `MotionFileWarning`.
 
     Raises:
         BadArgument: no file name.
@@ -80,7 +82,8 @@ def read_motion(
     if not name:
         raise BadArgument("no file name; expected a motion file, or - for standard input")
     joints = BODY_ORDER if robot is None else (*robot.joint_names, *robot.mimics)
-    source = Source(name, read_bytes(name), joints, degrees, None if timeline is None else str(timeline))
+    which = None if timeline is None else str(timeline)
+    source = Source(name, read_bytes(name), joints, degrees, which, ignore_other)
     if format is not None:
         return format_named(format).read(source)
     if not source.data or source.data.isspace():
