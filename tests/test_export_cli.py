@@ -116,3 +116,21 @@ def test_places_that_take_no_file_are_named(capsys: pytest.CaptureFixture) -> No
         assert "No such file or directory" in refused(capsys, "gone/nao", "--format", name)
         assert "no folder name" in refused(capsys, "", "--format", name)
     assert os.listdir() == ["there"]
+
+
+TWO_MOTIONS = """def up():
+    names = ["HeadYaw"]; times = [[0.0, 1.0]]; keys = [[0.0, 0.5]]
+def down():
+    names = ["HeadPitch"]; times = [[0.0, 1.0]]; keys = [[0.0, 0.2]]
+""".replace("; ", "\n    ")
+
+
+def test_one_of_several_motions_in_a_file_is_chosen(folder: Path, capsys: pytest.CaptureFixture) -> None:
+    (folder / "two.py").write_text(TWO_MOTIONS, encoding="utf-8")
+    assert "choose one with timeline= or --timeline" in refused(
+        capsys, "a.glb", "--format", "gltf", "--motion", "two.py"
+    )
+    said(capsys, "a.glb", "--format", "gltf", "--motion", "two.py", "--timeline", "down")
+    nk.export.gltf(nk.load_nao(), "b.glb", motion=nk.motion.read_motion("two.py", timeline="down"))
+    assert Path("a.glb").read_bytes() == Path("b.glb").read_bytes()
+    assert "give both" in refused(capsys, "c.glb", "--format", "gltf", "--timeline", "down")

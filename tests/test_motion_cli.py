@@ -96,6 +96,17 @@ def test_convert_writes_to_standard_output_for_a_hyphen(
     assert "name one with format= or --to" in capfd.readouterr().err
 
 
+def test_columns_that_name_no_joint_are_left_out_when_asked(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("time,HeadYaw,Battery\n0,0.1,12\n1,0.2,12\n", encoding="utf-8")
+    assert "--ignore-other of nao-kin motion, leaves it out" in _refused(capsys, "motion", "info", str(log))
+    for command, *more in (["info"], ["check"], ["convert", str(tmp_path / "nod.json")]):
+        assert run(["motion", command, str(log), *more, "--ignore-other", "--json"]) == 0
+        out, err = capsys.readouterr()
+        assert json.loads(out)["joints"] == ["HeadYaw"]
+        assert "left out what is no joint: Battery" in err
+
+
 def test_info_has_joints_keys_times_and_ranges(capsys: pytest.CaptureFixture, nod: str) -> None:
     document = _json(capsys, "motion", "info", nod, "--json")
     assert document["joints"] == ["HeadYaw", "LHand"]

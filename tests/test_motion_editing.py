@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -284,6 +285,61 @@ def test_clamped_motions_are_inside_all_limits(nao: nk.NaoModel, kind: str, seed
     q = mended.motion.configurations(nao, times=t, hips="left").q
     columns = [nao.joint_names.index(joint) for joint in JOINTS if joint in nao.joint_names]
     assert nao.within_limits(q, per_joint=True)[:, columns].all()
+
+
+SHORT = {
+    "check": lambda nao, motion: check(nao, motion),
+    "clamp": lambda nao, motion: clamp(nao, motion).motion,
+    "slow_down": lambda nao, motion: slow_down(nao, motion).motion,
+    "slow_down uniformly": lambda nao, motion: slow_down(nao, motion, how="uniform").motion,
+    "share_motors": lambda nao, motion: share_motors(nao, motion).motion,
+    "complete": lambda nao, motion: complete(nao, motion),
+    "mirror": lambda nao, motion: mirror(motion),
+    "loop": lambda nao, motion: loop(motion, 3, gap=0.5),
+    "resample": lambda nao, motion: resample(motion, 10.0),
+    "time_warp": lambda nao, motion: time_warp(motion, 2.0),
+    "concatenate": lambda nao, motion: concatenate([motion, motion], gap=0.5),
+    "reverse": lambda nao, motion: reverse(motion),
+}
+
+
+def _short_motions(count: int) -> Iterator[nk.Motion]:
+    """Motions with one or two keys for each joint, many outside the limits and the coupled limits."""
+    rng = np.random.default_rng(5)
+    pairs = (("HeadYaw", "HeadPitch"), ("RAnklePitch", "RAnkleRoll"), ("LHipYawPitch", "RHipYawPitch"))
+    for turn in range(count):
+        names = [*pairs[turn % len(pairs)], "LHand"]
+        sizes = [1] * len(names) if turn % 5 == 0 else rng.integers(1, 3, len(names)).tolist()
+        times = [np.sort(rng.choice([0.0, 0.25, 0.5, 1.0], size, replace=False)) for size in sizes]
+        kind = INTERPOLATIONS[turn // 3 % len(INTERPOLATIONS)]
+        yield nk.Motion(times, names, [rng.uniform(-1.2, 1.2, size) for size in sizes], kind)
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_motions_of_one_and_two_keys_are_motions_like_any_other(nao: nk.NaoModel, name: str) -> None:
+    mended = {"clamp": {"limit", "coupled limit"}, "share_motors": {"motor"}}
+    for motion in _short_motions(60):
+        found = SHORT[name](nao, motion)
+        if isinstance(found, nk.Motion):
+            left = {row.kind for row in check(nao, found).violations}
+            assert left.isdisjoint(mended.get(name, {"speed"} if name.startswith("slow") else set()))
+
+
+def test_a_motion_needs_at_least_one_key() -> None:
+    for keys in ([], [[]], np.zeros((0, 1))):
+        with pytest.raises(nk.errors.BadArgument, match="times must have at least one entry, got none"):
+            nk.Motion([], ["HeadYaw"], keys)
+    with pytest.raises(nk.errors.BadArgument, match="times of HeadPitch must have at least one key, got none"):
+        nk.Motion([[0.0], []], ["HeadYaw", "HeadPitch"], [[0.0], []])
+
+
+def test_one_key_outside_a_coupled_limit_is_moved_into_it(nao: nk.NaoModel) -> None:
+    table = next(table for table in nao.coupled_limits if table.joint == "HeadPitch")
+    for times in ([0.0], [0.0, 1.0]):
+        motion = nk.Motion(times, ["HeadYaw", "HeadPitch"], [[1.5, 0.4]] * len(times))
+        mended = clamp(nao, motion).motion
+        wanted = float(np.interp(1.5, table.at, table.upper))
+        assert _close(mended.sample(times), [[1.5, wanted]] * len(times))
 
 
 def test_a_clamped_key_is_reported_with_its_time_and_amount(nao: nk.NaoModel) -> None:

@@ -31,6 +31,8 @@ FORMAT_OF = {
     "arguments.json": "naoqi",
     "bezier_arguments.json": "naoqi",
     "motion.npz": "npz",
+    "nod.kfm": "naodevils",
+    "blocks.cfg": "bhuman",
 }
 # What a broken program, a wrong unit or an enemy might write.
 WORDS = ["NaN", "nan", "inf", "-1", "0", "1e999", "9" * 400, "null", "true", '"x"', "[]", "{}", "", "*", ",", "'", '"']
@@ -94,7 +96,7 @@ def test_every_format_reads_its_own_file(path: Path, name: str) -> None:
     path.write_bytes(_content(name))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        timeline = 1 if name in ("timelines.xar", "bezier_export.txt") else None
+        timeline = 1 if name in ("timelines.xar", "bezier_export.txt", "blocks.cfg") else None
         assert read_motion(path, format=FORMAT_OF[name], timeline=timeline)
 
 

@@ -38,6 +38,8 @@ class _Evil:
         return os.mkdir, (str(self._path),)
 
 
+LIMBS = "armsAngles = []; legsAngles = []; duration = 5;"
+
 # File, text, words of the message, line and column.
 WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
@@ -477,6 +479,22 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
         "more than 200 deep",
         (1, 617),
     ),
+    ("a.kfm", "keyFrames = [\n  {duration = 5}\n];", "'}', expected ;", (2, 16)),
+    ("a.kfm", "keyFrames = [{duration = 5;}];", "headAngles is nothing, expected a list […]", (1, 14)),
+    (
+        "a.kfm",
+        f"keyFrames = [{{headAngles = [0, 5mm]; {LIMBS}}}];",
+        "an angle is '5mm', expected a number in rad or",
+        (1, 32),
+    ),
+    ("a.kfm", f"keyFrames = [{{headAngles = [0]; {LIMBS}}}];", "1 angles, expected 2", (1, 28)),
+    ("a.kfm", "keyFrames = [5];", "expected an object {…} for a key frame", (1, 14)),
+    ("a.kfm", "keyFrames = [];", "no key frames", (0, 0)),
+    ("a.kfm", "a = 1; a = 2; keyFrames = [];", "'a' is given twice", (1, 8)),
+    ("a.kfm", "keyFrames = [", "the end of the file, expected a word or { or [", (1, 14)),
+    ("kick.kmc", "kpx = 1;\nphaseParameters = [{duration = 5;}];", "joint values come of the running robot's", (0, 0)),
+    ("a.cfg", "motions = {up = {keyframes = [a];};};\nkeyframeBlock = {b = {};};", "no block 'a' of key", (1, 31)),
+    ("a.cfg", "keyframeBlock = {b = {keyframes = [];};};", "no key frames", (0, 0)),
 ]
 
 

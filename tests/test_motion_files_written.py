@@ -40,6 +40,11 @@ def _same(one: Motion, two: Motion, tolerance: float = 1e-12) -> bool:
     return True
 
 
+# Files of more than one motion.
+SEVERAL = ("timelines.xar", "bezier_export.txt", "blocks.cfg")
+WRITTEN = [name for name, known in FORMATS.items() if known.write is not None]
+
+
 @pytest.fixture
 def whole_body() -> Motion:
     """All 26 joints at four shared times in whole milliseconds, both hips equal."""
@@ -49,7 +54,7 @@ def whole_body() -> Motion:
     return Motion([0.0, 0.25, 1.5, 2.004], BODY_ORDER, keys)
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", WRITTEN)
 def test_a_linear_motion_comes_back(whole_body: Motion, tmp_path: Path, name: str) -> None:
     path = tmp_path / f"a{FORMATS[name].suffixes[0]}"
     write_motion(whole_body, path, format=name)
@@ -68,7 +73,7 @@ def test_a_linear_motion_comes_back(whole_body: Motion, tmp_path: Path, name: st
 def test_every_file_goes_through_the_lossless_formats_unchanged(tmp_path: Path, file: str, name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        motion = read_motion(DATA / file, timeline=1 if file in ("timelines.xar", "bezier_export.txt") else None)
+        motion = read_motion(DATA / file, timeline=1 if file in SEVERAL else None)
     write_motion(motion, tmp_path / "a", format=name)
     assert read_motion(tmp_path / "a") == motion
 
@@ -275,8 +280,16 @@ def test_a_name_without_a_known_suffix_needs_a_format(whole_body: Motion, tmp_pa
         read_motion(tmp_path / "a.dat", format="webot") if (tmp_path / "a.dat").write_text("x") else None
 
 
+def test_a_format_that_is_only_read_is_not_written(whole_body: Motion, tmp_path: Path) -> None:
+    assert sorted(set(FORMATS) - set(WRITTEN)) == ["bhuman", "naodevils"]
+    for name, options in (("a.kfm", {}), ("a.cfg", {}), ("a.json", {"format": "bhuman"})):
+        with pytest.raises(BadArgument, match="files are only read; write one of: csv"):
+            write_motion(whole_body, tmp_path / name, **options)
+        assert not (tmp_path / name).exists()
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", WRITTEN)
 def test_a_hundred_thousand_keys_come_back(tmp_path: Path, name: str) -> None:
     rows = 3847
     keys = np.random.default_rng(0).uniform(-0.5, 0.5, (rows, 26)).round(4)

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 import typer
 
 from nao_kin._common import atomic
-from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, XacroOption, load
+from nao_kin.cli.motion_input import read
+from nao_kin.cli.options import JsonOption, RobotOption, TimelineOption, UrdfOption, VersionOption, XacroOption, load
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -74,6 +75,7 @@ def export(
     motion: Annotated[
         str | None, typer.Option("--motion", metavar="FILE", help="gltf: a motion, to be the animation.")
     ] = None,
+    timeline: TimelineOption = None,
     fps: Annotated[
         float | None, typer.Option("--fps", metavar="F", help="gltf: poses per second in the animation.")
     ] = None,
@@ -111,7 +113,12 @@ def export(
     }
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)
-    done = exports.write(load(version, urdf, robot, xacro=xacro), output, format_, force=force, **chosen)
+    if timeline is not None and motion is None:
+        raise BadArgument("--timeline is one of the motions in the file of --motion; give both")
+    model = load(version, urdf, robot, xacro=xacro)
+    if motion is not None and timeline is not None:
+        chosen["motion"] = read(model, motion, deg=False, timeline=timeline)
+    done = exports.write(model, output, format_, force=force, **chosen)
     for change in done.changes:
         print_note(change)
     if json:

@@ -14,6 +14,7 @@ from nao_kin._text import abbreviated
 from nao_kin.cli.motion_input import check_posture, read
 from nao_kin.cli.options import (
     HipsOption,
+    IgnoreOtherOption,
     JsonOption,
     PackageDirOption,
     RobotOption,
@@ -53,8 +54,8 @@ app = typer.Typer(
 def _motion(context: typer.Context) -> None:
     """Motion files: converted, checked, described and drawn.
 
-    Formats are told by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, python (Choregraphe
-    export), xar and naoqi (arguments of angleInterpolation).
+    Formats are told by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, naodevils, bhuman
+    (both only read), python (Choregraphe export), xar and naoqi (arguments of angleInterpolation).
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
@@ -70,6 +71,7 @@ def convert(
     ] = None,
     deg: InputDegOption = False,
     timeline: TimelineOption = None,
+    ignore_other: IgnoreOtherOption = False,
     hips: HipsOption = None,
     posture: Annotated[
         str | None, typer.Option("--posture", metavar="NAME", help="Add the joints it does not name, at rest there.")
@@ -110,7 +112,7 @@ def convert(
     _check_sink(sink, force, json)
     model = load(version, urdf, robot, package_dir, xacro)
     check_posture(model, posture)
-    motion = read(model, source, deg=deg, timeline=timeline, format_=from_)
+    motion = read(model, source, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     changes = list[motions.Change]()
     if hips is not None:
         motion = _mended(motions.share_motors(model, motion, hips), changes)  # type: ignore[arg-type]
@@ -138,6 +140,7 @@ def check(
     from_: FromOption = None,
     deg: InputDegOption = False,
     timeline: TimelineOption = None,
+    ignore_other: IgnoreOtherOption = False,
     posture: PostureOption = None,
     rate: Annotated[
         float | None, typer.Option("--rate", metavar="N", help="Samples per second of what has no closed form.")
@@ -155,7 +158,7 @@ def check(
 
     model = load(version, urdf, robot, package_dir, xacro)
     check_posture(model, posture)
-    motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
+    motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
     report = motions.check(model, motion, fill=motions.HOLD if posture is None else posture, **chosen)
     if json:
@@ -172,6 +175,7 @@ def info(
     from_: FromOption = None,
     deg: InputDegOption = False,
     timeline: TimelineOption = None,
+    ignore_other: IgnoreOtherOption = False,
     json: JsonOption = False,
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
@@ -181,7 +185,7 @@ def info(
 ) -> None:
     """Joints, keys, times and ranges of a motion."""
     model = load(version, urdf, robot, package_dir, xacro)
-    motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
+    motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     rows = _joint_rows(model, motion, deg=deg)
     if json:
         print_json({**_facts(motion), "rows": rows})
@@ -203,6 +207,7 @@ def plot(
     from_: FromOption = None,
     deg: Annotated[bool, typer.Option("--deg", help="Angles of FILE in degrees, where it does not say.")] = False,
     timeline: TimelineOption = None,
+    ignore_other: IgnoreOtherOption = False,
     force: Annotated[bool, typer.Option("--force", help="Replace PICTURE where it exists.")] = False,
     json: JsonOption = False,
     version: VersionOption = "v6",
@@ -219,7 +224,7 @@ def plot(
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
     _check_sink(picture, force, json)
     model = load(version, urdf, robot, package_dir, xacro)
-    motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
+    motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     figure = draw(model, motion, joints=joints, speed=speed)
     content = io.BytesIO()
     figure.savefig(content, format=kind, dpi=120)

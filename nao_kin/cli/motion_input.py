@@ -47,11 +47,19 @@ def refuse_motion_options(file: str | None, **given: object) -> None:
         raise BadArgument(f"--{option} is for a motion, and {quoted(file)} has no times: it gives whole configurations")
 
 
-def read(model: RobotModel, file: str, *, deg: bool, timeline: str | None = None, format_: str | None = None) -> Motion:
+def read(
+    model: RobotModel,
+    file: str,
+    *,
+    deg: bool,
+    timeline: str | None = None,
+    format_: str | None = None,
+    ignore_other: bool = False,
+) -> Motion:
     """The motion in a file, of joints of a robot."""
     from nao_kin.motion import read_motion
 
-    return read_motion(file, format=format_, degrees=deg, timeline=timeline, robot=model)
+    return read_motion(file, format=format_, degrees=deg, timeline=timeline, robot=model, ignore_other=ignore_other)
 
 
 def trajectory(

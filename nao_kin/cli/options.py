@@ -43,6 +43,9 @@ HipsOption = Annotated[
 TimelineOption = Annotated[
     str | None, typer.Option("--timeline", metavar="NAME", help="Which of several motions in the file; name or number.")
 ]
+IgnoreOtherOption = Annotated[
+    bool, typer.Option("--ignore-other", help="Leave out columns that name no joint and no time.")
+]
 
 # Options of any command that cannot stand beside each other, by the names of their parameters, and why.
 _CONTRADICTIONS = (

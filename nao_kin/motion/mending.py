@@ -191,7 +191,9 @@ def _into_table(robot: RobotModel, motion: Motion, table: CoupledLimit, others: 
         return motion, []
     # Beside what is moved, the keys that were there keep the rest as it was.
     column = motion.joint_names.index(joint)
-    near = np.convolve(moved, [1, 1, 1], mode="same") > 0
+    near = moved.copy()
+    near[1:] |= moved[:-1]
+    near[:-1] |= moved[1:]
     kept = near | np.isin(times, motion.times[column])
     new_times, keys = list(motion.times), list(motion.keys)
     new_times[column], keys[column] = times[kept], np.where(moved, wanted, given)[kept]

@@ -62,11 +62,14 @@ def read(source: Source) -> Motion:
             if not header:
                 header, header_at = fields, reader.line_num
                 names, scales, time = _headings(source, header, header_at)
+                other = {column for column, name in enumerate(names) if column != time and name not in source.joints}
                 continue
             if len(fields) != len(header):
                 raise source.error(
                     f"{len(fields)} values, the header names {len(header)} columns", Place(reader.line_num)
                 )
+            if other:
+                fields = ["" if column in other else field for column, field in enumerate(fields)]
             row = plain_floats(fields) if plain else None
             rows.append(row or _cells(source, fields, header, reader.line_num))
             lines.append(reader.line_num)
@@ -128,6 +131,7 @@ def _headings(source: Source, header: list[str], line: int) -> tuple[list[str], 
             if name in names:
                 raise source.error(f"joint {name} is given twice", place)
             units, usual = (_HAND_UNITS, "1") if is_hand(name) else (_UNITS, "deg" if source.degrees else "rad")
+            unit = unit if name in source.joints else None
         if unit is not None and unit not in units:
             raise source.error(f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}", place)
         names.append(name)

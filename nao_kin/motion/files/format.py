@@ -28,4 +28,5 @@ class Format:
     # Whether the content looks like it; never raises.
     recognises: Callable[[Source], bool] = field(repr=False)
     read: Callable[[Source], Motion] = field(repr=False)
-    write: Writer = field(repr=False)
+    # None for a format that is only read.
+    write: Writer | None = field(repr=False, default=None)

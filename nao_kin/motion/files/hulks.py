@@ -22,6 +22,7 @@ from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument, nearest_names
 from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.key_frames import COSINE_ERROR, eased
 from nao_kin.motion.files.source import MotionFileWarning, Place, Source, described
 from nao_kin.motion.files.tables import columns, sampled
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
@@ -94,17 +95,15 @@ def read(source: Source) -> Motion:
 def _eased(source: Source, tracks: list[Track]) -> Motion:
     """Cosine steps as Bezier curves that rest at every key."""
     warn_caller(
-        f"{abbreviated(source.name)}: cosine steps are read as cubic ones, from which they differ by up to 1.0 % of a "
-        "step",
+        f"{abbreviated(source.name)}: cosine steps are read as cubic ones, from which they differ by up to "
+        f"{100 * COSINE_ERROR:g} % of a step",
         MotionFileWarning,
     )
-    eased = []
-    for track in tracks:
-        handles = np.zeros((len(track.times), 2, 2))
-        thirds = np.diff(track.times) / 3.0
-        handles[1:, 0, 0], handles[:-1, 1, 0] = -thirds, thirds
-        eased.append(Track(track.joint, track.times, track.keys, handles))
-    return motion_of(source, eased, "bezier")
+    curves = [
+        Track(track.joint, track.times, track.keys, eased(track.times, track.keys, np.full(len(track.keys), "cosine")))
+        for track in tracks
+    ]
+    return motion_of(source, curves, "bezier")
 
 
 def _frames(source: Source) -> Iterator[tuple[Path, dict[str, Any]]]:

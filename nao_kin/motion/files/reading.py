@@ -9,12 +9,14 @@ from types import MappingProxyType
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 from nao_kin.motion.files import (
+    bhuman,
     choregraphe_python,
     choregraphe_xar,
     csv_table,
     hulks,
     hulks_motion2,
     json_keys,
+    naodevils,
     naoqi_arguments,
     npz,
     runswift,
@@ -34,6 +36,8 @@ _MODULES = (
     runswift,
     hulks,
     hulks_motion2,
+    naodevils,
+    bhuman,
     choregraphe_python,
     choregraphe_xar,
     naoqi_arguments,
@@ -48,6 +52,7 @@ def read_motion(
     degrees: bool = False,
     timeline: str | int | None = None,
     robot: RobotModel | None = None,
+    ignore_other: bool = False,
 ) -> Motion:
     """The motion in a file.
 
@@ -56,8 +61,9 @@ def read_motion(
         format: one of `FORMATS`; None finds out by the content, and by the suffix where the content does not say.
         degrees: turning joints are in degrees where neither the file nor its format says so: "csv" without units,
             "json" without "units", "naoqi" and "python". Elsewhere it changes nothing.
-        timeline: which of several motions of a "xar" or "python" file: its name, or its number from 1.
+        timeline: which of several motions of a "xar", "python" or "bhuman" file: its name, or its number from 1.
         robot: whose joints may occur; None for the NAO.
+        ignore_other: leave out what names no joint of the robot, with a `MotionFileWarning`.
 
     Raises:
         BadArgument: no file name.
@@ -76,7 +82,8 @@ def read_motion(
     if not name:
         raise BadArgument("no file name; expected a motion file, or - for standard input")
     joints = BODY_ORDER if robot is None else (*robot.joint_names, *robot.mimics)
-    source = Source(name, read_bytes(name), joints, degrees, None if timeline is None else str(timeline))
+    which = None if timeline is None else str(timeline)
+    source = Source(name, read_bytes(name), joints, degrees, which, ignore_other)
     if format is not None:
         return format_named(format).read(source)
     if not source.data or source.data.isspace():
@@ -101,9 +108,10 @@ def formats_of_suffix(name: str) -> list[Format]:
     return [known for known in FORMATS.values() if suffix in known.suffixes]
 
 
-def described_formats() -> str:
-    """All formats and their suffixes, for messages."""
-    return ", ".join(f"{known.name} ({' '.join(known.suffixes)})" for known in FORMATS.values())
+def described_formats(*, written: bool = False) -> str:
+    """All formats, or only those that are written, and their suffixes, for messages."""
+    chosen = [known for known in FORMATS.values() if known.write is not None or not written]
+    return ", ".join(f"{known.name} ({' '.join(known.suffixes)})" for known in chosen)
 
 
 def _recognised(source: Source) -> Format:

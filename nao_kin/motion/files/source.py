@@ -18,6 +18,8 @@ from nao_kin.motion.files.json_document import Constant, JsonDocument
 
 # Characters of a foreign value in a message.
 MOST_SHOWN = 40
+# Joints of Aldebaran's Pepper that no NAO has.
+_PEPPER = ("HipRoll", "HipPitch", "KneePitch", "WheelFL", "WheelFR", "WheelB")
 
 
 class MotionFileWarning(NaoKinWarning):
@@ -59,6 +61,7 @@ class Source:
         joints: the joint names that may occur.
         degrees: turning joints are in degrees where the file does not say so.
         timeline: which of several motions in the file is wanted; None for the only one.
+        ignore_other: joints that may not occur are left out.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Source:
     joints: tuple[str, ...]
     degrees: bool = False
     timeline: str | None = None
+    ignore_other: bool = False
 
     @cached_property
     def text(self) -> str:
@@ -126,7 +130,7 @@ class Source:
         raise self.error(f"{what} is {described(values[first])}, expected a finite number", place(first))
 
     def check_joint(self, joint: Any, place: Place | Callable[[], Place] = NOWHERE) -> str:
-        """A joint name that may occur.
+        """A joint name that may occur, or that is left out later.
 
         Args:
             joint: what stands in the file.
@@ -135,7 +139,7 @@ class Source:
         Raises:
             BadInputFile: none, with the nearest ones.
         """
-        if isinstance(joint, str) and joint in self.joints:
+        if isinstance(joint, str) and (joint in self.joints or (joint and self.ignore_other)):
             return joint
         place = place() if callable(place) else place
         if not isinstance(joint, str):
@@ -144,7 +148,12 @@ class Source:
             raise self.error("a joint without a name", place)
         near = ", ".join(nearest_names(joint, self.joints))
         advice = f"nearest: {near}" if near else f"expected one of {len(self.joints)}, such as {self.joints[0]}"
-        raise self.error(f"unknown joint {quoted(joint, MOST_SHOWN)} ({advice})", place)
+        advice = "this is a Pepper's" if joint in _PEPPER else advice
+        raise self.error(
+            f"unknown joint {quoted(joint, MOST_SHOWN)} ({advice}); ignore_other=True, or --ignore-other of nao-kin "
+            "motion, leaves it out",
+            place,
+        )
 
 
 def read_bytes(name: str) -> bytes:

@@ -8,14 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.warn import warn_caller
+from nao_kin._text import abbreviated
 from nao_kin.errors import NaoKinError
-from nao_kin.motion.files.source import NOWHERE, Place, PlaceOf, Source
+from nao_kin.motion.files.source import MOST_SHOWN, NOWHERE, MotionFileWarning, Place, PlaceOf, Source
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.motion import Motion
 
 # How far a handle may leave its segment, as files round to six digits; and what a motion itself takes [s, and share].
 _ROUNDED = 1e-5
 _TAKEN = 1e-6
+_MOST_LISTED = 5
 
 
 def nowhere(key: int) -> Place:
@@ -65,6 +68,14 @@ def motion_of(
         BadInputFile: no track, a joint that is unknown or given twice, no keys, times that are negative or do not
             ascend, handles that leave their segment.
     """
+    other = [abbreviated(track.joint, MOST_SHOWN) for track in tracks if track.joint not in source.joints]
+    if other and source.ignore_other:
+        tracks = [track for track in tracks if track.joint in source.joints]
+        more = f" and {len(other) - _MOST_LISTED} more" if len(other) > _MOST_LISTED else ""
+        warn_caller(
+            f"{abbreviated(source.name)}: left out what is no joint: {', '.join(other[:_MOST_LISTED])}{more}",
+            MotionFileWarning,
+        )
     if not tracks:
         raise source.error("no joint with keys")
     seen = dict[str, Place]()

@@ -6,12 +6,14 @@
 
 Source: cyberbotics/webots, src/controller/c/motion.c: times are [[minutes:]seconds:]milliseconds and ascend, angles are
 radians, a pose has a name and one value for each joint, straight lines lie between, and the file ends at an empty line.
+Webots' own motions of the NAO name the eight motors of each hand, LPhalanx1 to LPhalanx8: 0 closed, 1 rad open.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from nao_kin._common.warn import warn_caller
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.key_frames import held
 from nao_kin.motion.files.source import MOST_SHOWN, MotionFileWarning, Place, Source
 from nao_kin.motion.files.tables import milliseconds, sampled
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
@@ -30,6 +33,8 @@ from nao_kin.motion.motion import Motion
 _HEADER, _VERSION = "#WEBOTS_MOTION", "V1.0"
 _TIME = re.compile(r"(?:(?:(\d{1,9}):)?(\d{1,9}):)?(\d{1,9})", re.ASCII)
 _HOLD = "*"
+_FINGER = re.compile(r"([LR])Phalanx[1-8]")
+_EQUAL = 1e-6
 # Webots reads lines into 4096 characters.
 _LONGEST_LINE = 4094
 
@@ -77,28 +82,49 @@ def read(source: Source) -> Motion:
 def _motion(source: Source, names: list[str], times: Floats, table: Floats) -> Motion:
     if np.isnan(table).all():
         raise source.error("no pose has a value")
-    table = table.copy()
-    given = ~np.isnan(table)
     # A last pose without any value still says how long the motion is.
-    ends_empty = not given[-1].any()
+    ends_empty = np.isnan(table[-1]).all()
     tracks = []
-    for column, joint in enumerate(names):
-        place = Place(1, column + 3)
-        rows = np.flatnonzero(given[:, column])
+    for joint, place, column in _columns(source, names, table):
+        rows, keys = held(column)
         if not len(rows):
-            source.check_joint(joint, place)
             warn_caller(f"{source.name}: {joint} has no value in any pose and is left out", MotionFileWarning)
             continue
-        gaps = np.flatnonzero(np.diff(rows) > 1)
-        held = rows[gaps + 1] - 1
-        table[held, column] = table[rows[gaps], column]
         if ends_empty:
-            held = np.append(held, len(times) - 1)
-            table[-1, column] = table[rows[-1], column]
-        kept = np.sort(np.concatenate([rows, held])) if len(held) else rows
-        own = times if len(kept) == len(times) else times[kept]
-        tracks.append(Track(joint, own, table[kept, column], place=place))
+            rows, keys = np.append(rows, len(times) - 1), np.append(keys, keys[-1])
+        own = times if len(rows) == len(times) else times[rows]
+        tracks.append(Track(joint, own, keys, place=place))
     return motion_of(source, tracks)
+
+
+def _columns(source: Source, names: list[str], table: Floats) -> Iterator[tuple[str, Place, Floats]]:
+    """Each joint, its place and its values; the motors of a hand are one joint, of which they have the mean."""
+    fingers: dict[str, list[int]] = {}
+    for column, name in enumerate(names):
+        hand = _hand_of(source, name)
+        if hand is None or hand in names:
+            yield name, Place(1, column + 3), table[:, column]
+        else:
+            fingers.setdefault(hand, []).append(column)
+    for hand, columns in fingers.items():
+        values = table[:, columns]
+        count = (~np.isnan(values)).sum(axis=1)
+        mean = np.divide(np.nansum(values, axis=1), count, out=np.full(len(values), math.nan), where=count > 0)
+        off = float(np.nanmax(np.abs(values - mean[:, None]), initial=0.0))
+        if off > _EQUAL:
+            warn_caller(
+                f"{source.name}: {hand} is the mean of its {len(columns)} motors, which differ from it by up to "
+                f"{off:.3g} rad",
+                MotionFileWarning,
+            )
+        yield hand, Place(1, columns[0] + 3), mean
+
+
+def _hand_of(source: Source, name: str) -> str | None:
+    """The hand that a motor of Webots moves, where the robot has that hand and no joint of the motor's name."""
+    match = _FINGER.fullmatch(name)
+    hand = None if match is None or name in source.joints else f"{match[1]}Hand"
+    return hand if hand in source.joints else None
 
 
 def _names(source: Source, line: str) -> list[str]:
@@ -112,7 +138,8 @@ def _names(source: Source, line: str) -> list[str]:
     if not names:
         raise source.error("the header names no joints", Place(1))
     for column, name in enumerate(names):
-        source.check_joint(name, Place(1, column + 3))
+        if _hand_of(source, name) is None or f"{name[0]}Hand" in names:
+            source.check_joint(name, Place(1, column + 3))
         if name in names[:column]:
             raise source.error(f"joint {name} is given twice", Place(1, column + 3))
     return names

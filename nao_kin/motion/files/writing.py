@@ -28,7 +28,8 @@ def write_motion(
     Args:
         motion: what is written.
         path: the file.
-        format: one of `FORMATS`; None for the one that the suffix names, ".json" being "json".
+        format: one of `FORMATS`, of which "bhuman" and "naodevils" are only read; None for the one that the suffix
+            names, ".json" being "json".
         rate: write samples, so many a second, in the place of the keys.
         overwrite: an existing file may be replaced.
 
@@ -49,11 +50,13 @@ def write_motion(
         if not known:
             raise BadArgument(
                 f"no motion format for {abbreviated(path)}; name one with format= or --to, or end it in one of: "
-                f"{described_formats()}"
+                f"{described_formats(written=True)}"
             )
         chosen = known[0]
     else:
         chosen = format_named(format)
+    if chosen.write is None:
+        raise BadArgument(f"{chosen.name} files are only read; write one of: {described_formats(written=True)}")
     check_writable(path)
     target = replaced_file(path)
     if not overwrite and target is not None and target.exists():

@@ -1,0 +1,167 @@
+"""B-Human's key frames: blocks of them, and motions made of blocks.
+
+    motions = {
+      sit = {keyframes = [sit, sitDown]; …};
+    };
+    keyframeBlock = {
+      sit = {
+        keyframes = [
+          {
+            duration = 500;
+            interpolationType = Default;
+            angles = {
+              head = [0deg, 0deg];
+              positions = {leftArm = […]; rightArm = […]; leftLeg = […]; rightLeg = […];};
+            };
+            …
+          }
+        ];
+        interpolationType = SinusZeroToMax;
+      };
+    };
+
+Source: bhuman/BHumanCodeRelease, keyframeMotionEngine.cfg and KeyframePhaseBase. Durations are milliseconds, numbers
+without a unit radians, 10000 and 20000 no angles; hands are radians from 0 closed to 1 open. The ways to a key frame
+are Linear, SinusMinToMax (½ − ½ cos π s) and SinusZeroToMax (sin ½ π s); Default is that of the block. Up to 2021, and
+in getUpEngine.cfg, mofs = {front = {lines = […]}} stands in their place, in degrees, and a line has head, leftArm and
+so on directly.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import cast
+
+from nao_kin._common.warn import warn_caller
+from nao_kin._text import abbreviated, quoted
+from nao_kin.errors import nearest_names
+from nao_kin.motion.files.choice import chosen
+from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
+from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.key_frames import Ease, KeyFrame, joint_values, motion_of_frames
+from nao_kin.motion.files.source import MOST_SHOWN, MotionFileWarning, Source
+from nao_kin.motion.motion import Motion
+
+_BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)
+_BLOCKS, _OLD = "keyframeBlock", "mofs"
+_LIMBS = {"leftArm": 6, "leftLeg": 6, "rightLeg": 6, "rightArm": 6}
+_EASES: dict[str, Ease] = {"Linear": "linear", "SinusMinToMax": "cosine", "SinusZeroToMax": "sine"}
+# What a running robot does besides, by what its sensors say.
+_BY_SENSORS = ("keyframeBranches", "waitConditions", "jointCompensation", "startAsNextPhaseMotion")
+
+
+def recognises(source: Source) -> bool:
+    """Whether some line begins with keyframeBlock = or mofs = ."""
+    return _BEGINS.search(source.text) is not None
+
+
+def read(source: Source) -> Motion:
+    """The motion that `timeline` names: one of the motions, or a block as keyframeBlock/name.
+
+    Raises:
+        BadInputFile: with line and column; several motions and none or an unknown one is chosen.
+    """
+    stream = ConfigStream(source)
+    old = _OLD in stream.fields
+    blocks = _blocks(stream, _OLD if old else _BLOCKS)
+    motions = Fields() if old else stream.fields.get("motions", Fields())
+    rows = "lines" if old else "keyframes"
+    choices: dict[str, list[str]] = {}
+    for name in motions:
+        words = stream.get(stream.get(motions, name, Fields), rows, Items)
+        choices[name] = [_block_name(stream, blocks, word) for word in words]
+    choices |= {name if old else f"{_BLOCKS}/{name}": [name] for name in blocks}
+    full = {
+        name: own
+        for name, own in choices.items()
+        if any(stream.get(stream.get(blocks, block, Fields), rows, Items) for block in own)
+    }
+    if not full:
+        raise source.error("no key frames")
+    name = list(full)[chosen(source, list(full), "motions")]
+    frames, left_out = list[KeyFrame](), set[str]()
+    for block in full[name]:
+        frames += _frames(stream, blocks[block], rows, left_out, old=old)
+    left_out |= _given(motions.get(name, Fields()), ("startAsNextPhaseMotion",))
+    if left_out:
+        warn_caller(
+            f"{abbreviated(source.name)}: what waits for the robot's sensors is left out: "
+            f"{', '.join(sorted(left_out))}",
+            MotionFileWarning,
+        )
+    if not frames:
+        raise source.error(f"all key frames of {quoted(name, MOST_SHOWN)} wait for the robot's sensors")
+    return motion_of_frames(source, frames)
+
+
+def _blocks(stream: ConfigStream, name: str) -> Fields:
+    """The blocks by name; before 2015 they were a list, each with its name in it."""
+    given = stream.fields.get(name)
+    if not isinstance(given, Items):
+        return cast(Fields, stream.get(stream.fields, name, Fields))
+    found = Fields()
+    found.at = given.at
+    for entry in given:
+        if not isinstance(entry, Fields):
+            raise stream.error("expected an object {…}", entry)
+        found[stream.get(entry, "name", Word).text] = entry
+    return found
+
+
+def _block_name(stream: ConfigStream, blocks: Fields, word: object) -> str:
+    name = word.text if isinstance(word, Word) else ""
+    if name not in blocks:
+        near = ", ".join(nearest_names(name, blocks))
+        at = word if isinstance(word, (Word, Fields, Items)) else blocks
+        raise stream.error(f"no block {quoted(name, MOST_SHOWN)} of key frames (nearest: {near})", at)
+    return name
+
+
+def _given(fields: Fields, names: Iterable[str]) -> set[str]:
+    """Which of some lists are there and not empty."""
+    return {name for name in names if fields.get(name)}
+
+
+def _frames(stream: ConfigStream, block: Fields, rows: str, left_out: set[str], *, old: bool) -> list[KeyFrame]:
+    """The key frames of a block; `left_out` gets the names of what of them is not taken."""
+    frames = []
+    for row in stream.get(block, rows, Items):
+        if not isinstance(row, Fields):
+            raise stream.error("expected an object {…} for a key frame", row)
+        left_out |= _given(row, _BY_SENSORS)
+        if row.get("conditions"):
+            left_out |= {"lines with conditions"}
+            continue
+        angles = row if old else stream.get(row, "angles", Fields)
+        limbs = angles if old else stream.get(angles, "positions", Fields)
+        lists = [(stream.get(angles, "head", Items), 2)]
+        lists += [(stream.get(limbs, limb, Items), count) for limb, count in _LIMBS.items()]
+        duration = stream.get(row, "duration", Word)
+        frames.append(
+            KeyFrame(
+                stream.number(duration, "duration", ""),
+                _ease(stream, row, block),
+                joint_values(stream, lists, "deg" if old else "rad"),
+                stream.place(duration),
+            )
+        )
+    return frames
+
+
+def _ease(stream: ConfigStream, row: Fields, block: Fields) -> Ease:
+    """The way to a key frame; without a word about it, straight."""
+    for fields in (row, block):
+        if "interpolationType" in fields:
+            word = stream.get(fields, "interpolationType", Word)
+            if word.text in _EASES:
+                return _EASES[word.text]
+            if word.text != "Default":
+                expected = ", ".join(("Default", *_EASES))
+                raise stream.error(
+                    f"interpolationType is {quoted(word.text, MOST_SHOWN)}, expected one of {expected}", word
+                )
+    return "linear"
+
+
+FORMAT = Format("bhuman", (".cfg",), "B-Human's key frames", recognises, read)
