@@ -422,6 +422,19 @@ def test_the_command_makes_a_robot_of_its_own(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (3, "0.7 ['nao.local', '--x']\n"), done.stderr
 
 
+@pytest.mark.parametrize("options", [(), ("--asleep",)])
+def test_a_script_that_never_asks_for_stiffness_moves_or_is_told_so(tmp_path: Path, options: tuple[str, ...]) -> None:
+    script = tmp_path / "head.py"
+    script.write_text(
+        "from naoqi import ALProxy\nmotion = ALProxy('ALMotion', 'nao.local', 9559)\n"
+        "motion.angleInterpolation('HeadYaw', 0.5, 0.5, True)\nprint(round(motion.getAngles('HeadYaw', True)[0], 6))\n"
+    )
+    command = [sys.executable, "-m", "nao_kin", "run", str(script), *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "0.0\n" if options else "0.5\n"), done.stderr
+    assert ("HeadYaw without stiffness: no movement" in done.stderr) is bool(options)
+
+
 MANY = """
 import os, qi
 qi.logging.setLevel(qi.logging.FATAL)
@@ -469,6 +482,7 @@ def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
         (("x.py", "--port", "70000"), "port must be at most 65535, got 70000"),
         (("x.py", "--port", "0"), "port must be at least 1, got 0"),
         (("x.py", "--host", " "), "--host is empty; expected an address"),
+        (("x.py", "--port", "1", "--asleep"), "--asleep is for a virtual NAO of the script's own; leave out --port"),
         (("x.py", "--port", "1", "--view"), "--view is for a virtual NAO of the script's own; leave out --port"),
     ],
 )

@@ -67,12 +67,9 @@ class Served:
             preexec_fn=_unignored,
         )
         assert self.process.stdout is not None
-        text = ""
-        while not text.endswith("}\n"):
-            line = self.process.stdout.readline()
-            assert line, self.process.stderr.read() if self.process.stderr else ""
-            text += line
-        where = json.loads(text)
+        line = self.process.stdout.readline()  # all of the document, as whoever starts a server reads it
+        assert line, self.process.stderr.read() if self.process.stderr else ""
+        where = json.loads(line)
         self.endpoint: str = where["endpoint"]
         self.url: str = where.get("url", "")
 
@@ -370,6 +367,21 @@ def test_the_log_says_what_happens(serve: Callable[..., Served]) -> None:
     assert any("HeadYaw = 3 is clipped" in line for line in lines)
 
 
+def test_it_may_begin_awake_and_says_of_a_chain_once_that_it_does_not_move(serve: Callable[..., Served]) -> None:
+    begun_awake = """
+        found["awake"] = motion.robotIsWakeUp()
+        motion.setAngles("Head", 0.1, 1.0)
+        motion.setAngles("HeadYaw", 0.1, 1.0)
+        """
+    awake, asleep = serve("--awake", "--speed", "10"), serve("--speed", "10")
+    assert _found(awake, begun_awake) == {"awake": True}
+    assert _found(asleep, begun_awake) == {"awake": False}
+    assert awake.end()[1] == ""
+    errors = asleep.end()[1]
+    assert errors.count("\n") == 1
+    assert "setAngles (task 1): HeadYaw, HeadPitch without stiffness: no movement" in errors
+
+
 def test_the_live_page_follows_the_robot_through_the_world(nao: nk.NaoModel) -> None:
     ended, viewer = threading.Event(), nk.Viewer(nk.load_nao(base="floating"))
     with VirtualNao(nao, stepped=True) as virtual:
@@ -478,7 +490,7 @@ def test_help_gives_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["serve", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: nao-kin serve" in out
-    for option in ("--port", "--host", "--version", "--speed", "--posture", "--view", "--log", "--json"):
+    for option in ("--port", "--host", "--version", "--speed", "--posture", "--awake", "--view", "--log", "--json"):
         assert option in out
 
 
