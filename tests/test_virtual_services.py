@@ -389,7 +389,8 @@ def test_masses_and_their_centres_are_the_robots(virtual: VirtualNao, nao: nk.Na
     parts = ("Head", "LArm", "RArm", "LLeg", "RLeg", "Torso")
     masses = [_motion(virtual, "getMass", part) for part in parts]
     assert sum(masses) == pytest.approx(nao.mass, abs=1e-12)
-    assert _motion(virtual, "getMass", "Body") == pytest.approx(nao.mass, abs=1e-12)
+    for whole in ("Body", "Joints", "Com"):
+        assert _motion(virtual, "getMass", whole) == pytest.approx(nao.mass, abs=1e-12)
     assert _motion(virtual, "getMass", "Head") == pytest.approx(
         _motion(virtual, "getMass", "HeadYaw") + _motion(virtual, "getMass", "HeadPitch"), abs=1e-12
     )
@@ -408,7 +409,7 @@ def test_the_robot_describes_itself(virtual: VirtualNao) -> None:
     assert "LAnkleRoll" in summary
     assert "Tasks: none" in summary
     assert {"CameraTop", "LFsrFL", "Accelerometer"} <= set(_motion(virtual, "getSensorNames"))
-    assert _motion(virtual, "getMotionCycleTime") == 10
+    assert _motion(virtual, "getMotionCycleTime") == 20
 
 
 @pytest.mark.parametrize(
@@ -490,6 +491,28 @@ def test_a_posture_that_is_not_reached_is_false(virtual: VirtualNao, nao: nk.Nao
     assert "above 0" in _refused(virtual, "ALRobotPosture", "goToPosture", "Stand", 0.0)
     assert virtual.call("ALRobotPosture", "getPostureList") == list(nao.posture_names)
     virtual.call("ALRobotPosture", "setMaxTryNumber", 3)
+
+
+def test_hands_that_were_let_go_do_not_keep_a_posture_from_being_reached(virtual: VirtualNao) -> None:
+    for move in ("openHand", "closeHand"):
+        _motion(virtual, move, "LHand")
+        assert virtual.call("ALRobotPosture", "goToPosture", "StandInit", 1.0) is True
+        assert virtual.call("ALRobotPosture", "getPosture") == "StandInit"
+    _motion(virtual, "setStiffnesses", "LElbowYaw", 0.0)
+    assert virtual.call("ALRobotPosture", "goToPosture", "Sit", 1.0) is False
+
+
+@pytest.mark.parametrize("method", ["goToPosture", "applyPosture"])
+def test_a_posture_at_more_than_full_speed_is_reached_at_full_speed(virtual: VirtualNao, method: str) -> None:
+    took = []
+    for fraction in (1.0, 2.0):
+        virtual.call("ALRobotPosture", method, "StandZero", 1.0)
+        begin = virtual.clock.now
+        assert virtual.call("ALRobotPosture", method, "Stand", fraction) is True
+        took.append(virtual.clock.now - begin)
+    assert took[1] == pytest.approx(took[0], abs=1e-9)
+    lines = [text for _, text in virtual.log.lines if "clipped to 1" in text]
+    assert lines == [f"{method}: maxSpeedFraction = 2 is clipped to 1"]
 
 
 def test_stopping_a_posture_stops_those_that_wait_for_it(virtual: VirtualNao) -> None:

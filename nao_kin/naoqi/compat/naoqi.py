@@ -13,6 +13,7 @@ Where the environment variable NAO_KIN_ENDPOINT is set, every proxy goes there, 
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import itertools
 import os
@@ -33,6 +34,13 @@ _sessions: dict[str, Any] = {}
 _lock = threading.Lock()
 _broker: ALBroker | None = None
 _redirected: set[str] = set()
+
+
+def __getattr__(name: str) -> Any:
+    """`motion`, which Aldebaran's package has inside too; loaded where a script asks for it."""
+    if name != "motion":
+        raise AttributeError(f"module 'naoqi' has no attribute {name!r}")
+    return importlib.import_module("nao_kin.naoqi.compat.motion")
 
 
 class ALProxy:
