@@ -566,6 +566,141 @@ def test_memory_shows_the_rest_of_the_robot(virtual: VirtualNao) -> None:
     assert get("DCM/Time") == int(1000 * virtual.clock.now)
 
 
+def _documented_keys() -> list[str]:
+    """Keys in Aldebaran's lists of the actuators and sensors of a NAO, of all versions, without diagnosis."""
+    joints = (
+        "HeadYaw HeadPitch LShoulderPitch LShoulderRoll LElbowYaw LElbowRoll LWristYaw LHand LHipYawPitch LHipRoll "
+        "LHipPitch LKneePitch LAnklePitch LAnkleRoll RHipRoll RHipPitch RKneePitch RAnklePitch RAnkleRoll "
+        "RShoulderPitch RShoulderRoll RElbowYaw RElbowRoll RWristYaw RHand"
+    ).split()
+    values = [
+        *(
+            f"{joint}/{quantity}"
+            for joint in joints
+            for quantity in (
+                "Position/Actuator/Value",
+                "Position/Sensor/Value",
+                "ElectricCurrent/Sensor/Value",
+                "Temperature/Sensor/Value",
+                "Hardness/Actuator/Value",
+                "Temperature/Sensor/Status",
+            )
+        ),
+        *(
+            f"Face/Led/{colour}/{side}/{degrees}Deg/Actuator/Value"
+            for colour in ("Red", "Green", "Blue")
+            for side in ("Left", "Right")
+            for degrees in range(0, 360, 45)
+        ),
+        *(f"Ears/Led/{side}/{deg}Deg/Actuator/Value" for side in ("Left", "Right") for deg in range(0, 360, 36)),
+        *(
+            f"Head/Led/{row}/{side}/{number}/Actuator/Value"
+            for row, count in (("Front", 2), ("Middle", 1), ("Rear", 3))
+            for side in ("Left", "Right")
+            for number in range(count)
+        ),
+        *(
+            f"{board}/Led/{colour}/Actuator/Value"
+            for board in ("ChestBoard", "LFoot", "RFoot")
+            for colour in ("Red", "Green", "Blue")
+        ),
+        *(f"US/{side}/Sensor/Value{echo}" for side in ("Left", "Right") for echo in ("", *range(1, 10))),
+        *(
+            f"{foot}/FSR/{place}/Sensor/Value"
+            for foot in ("LFoot", "RFoot")
+            for place in "FrontLeft FrontRight RearLeft RearRight TotalWeight CenterOfPressure/X".split()
+        ),
+        *(f"{foot}/FSR/CenterOfPressure/Y/Sensor/Value" for foot in ("LFoot", "RFoot")),
+        *(f"InertialSensor/{name}/Sensor/Value" for name in "AngleX AngleY AngleZ AccX AccY AccZ".split()),
+        *(f"InertialSensor/{name}/Sensor/Value" for name in "GyrX GyrY GyrRef".split()),
+        *(
+            f"InertialSensor/{quantity}{axis}/Sensor/Value"
+            for quantity in ("Accelerometer", "Gyroscope")
+            for axis in "XYZ"
+        ),
+        *(f"{hand}/Touch/{side}/Sensor/Value" for hand in ("LHand", "RHand") for side in ("Left", "Back", "Right")),
+        *(f"Head/Touch/{place}/Sensor/Value" for place in ("Front", "Middle", "Rear")),
+        *(f"{foot}/Bumper/{side}/Sensor/Value" for foot in ("LFoot", "RFoot") for side in ("Left", "Right")),
+        "ChestBoard/Button/Sensor/Value",
+        *(f"Battery/{quantity}/Sensor/Value" for quantity in ("Charge", "Current", "Temperature")),
+        "Head/Temperature/Sensor/Value",
+        "US/Actuator/Value",
+    ]
+    events = "footContact leftFootContact rightFootContact leftFootTotalWeight rightFootTotalWeight".split()
+    return [*(f"Device/SubDeviceList/{value}" for value in values), *events]
+
+
+def test_every_documented_key_has_a_value(virtual: VirtualNao) -> None:
+    keys = _documented_keys()
+    assert len(set(keys)) == len(keys) > 300
+    values = virtual.call("ALMemory", "getListData", keys)
+    assert [key for key, value in zip(keys, values, strict=True) if value is None] == []
+    assert set(keys) <= set(virtual.call("ALMemory", "getDataListName"))
+
+
+def test_memory_shows_lights_and_where_the_feet_are(virtual: VirtualNao) -> None:
+    def get(key: str) -> Any:
+        return virtual.call("ALMemory", "getData", key)
+
+    virtual.call("ALLeds", "fadeRGB", "AllLeds", 0x800000, 0.0)
+    virtual.call("ALLeds", "setIntensity", "Face/Led/Blue/Left/45Deg/Actuator/Value", 0.25)
+    assert get("Device/SubDeviceList/Face/Led/Red/Left/45Deg/Actuator/Value") == pytest.approx(128 / 255)
+    assert get("Device/SubDeviceList/Face/Led/Blue/Left/45Deg/Actuator/Value") == 0.25
+    assert get("Device/SubDeviceList/Ears/Led/Left/36Deg/Actuator/Value") == pytest.approx(128 / 255)
+    feet = ("leftFootContact", "rightFootContact", "footContact")
+    virtual.call("ALRobotPosture", "goToPosture", "StandInit", 1.0)
+    assert [get(foot) for foot in feet] == [True, True, True]
+    _motion(virtual, "angleInterpolation", ["RHipPitch", "RKneePitch"], [[-1.2], [1.6]], [[1.0], [1.0]], True)
+    assert [get(foot) for foot in feet] == [True, False, True]
+    virtual.call("ALRobotPosture", "goToPosture", "LyingBack", 1.0)
+    assert [get(foot) for foot in feet] == [False, False, False]
+
+
+def test_a_switch_that_a_test_presses_raises_its_events(virtual: VirtualNao) -> None:
+    heard: list[Any] = []
+    for event in ("FrontTactilTouched", "RightBumperPressed", "TouchChanged"):
+        virtual.call("ALMemory", "subscriber", event).connect(lambda value, event=event: heard.append((event, value)))
+    front = "Device/SubDeviceList/Head/Touch/Front/Sensor/Value"
+    left, right = (f"Device/SubDeviceList/RFoot/Bumper/{side}/Sensor/Value" for side in ("Left", "Right"))
+    virtual.call("ALMemory", "insertData", front, 1.0)
+    virtual.call("ALMemory", "insertData", front, 1)  # pressed already
+    assert heard == [
+        ("FrontTactilTouched", 1.0),
+        ("TouchChanged", [["Head", True], ["Head/Touch/Front", True]]),
+    ]
+    assert virtual.call("ALMemory", "getData", "FrontTactilTouched") == 1.0
+    assert ["Head/Touch/Front", True] in virtual.call("ALTouch", "getStatus")
+    virtual.call("ALMemory", "removeData", front)
+    assert heard[2:] == [("FrontTactilTouched", 0.0), ("TouchChanged", [["Head", False], ["Head/Touch/Front", False]])]
+    heard.clear()
+    virtual.call("ALMemory", "insertListData", [[left, 1.0], [right, 1.0]])
+    virtual.call("ALMemory", "raiseEvent", left, 0.0)
+    assert [value for event, value in heard if event == "RightBumperPressed"] == [1.0]
+    virtual.call("ALMemory", "insertData", right, "released")
+    assert [value for event, value in heard if event == "RightBumperPressed"] == [1.0, 0.0]
+    assert virtual.call("ALTouch", "getStatus") == [[name, False] for name in virtual.call("ALTouch", "getSensorList")]
+
+
+def test_a_sonar_hears_what_is_inserted_while_somebody_subscribes(virtual: VirtualNao) -> None:
+    heard: list[Any] = []
+    for event in ("SonarLeftDetected", "SonarLeftNothingDetected", "SonarRightDetected", "SonarRightNothingDetected"):
+        virtual.call("ALMemory", "subscriber", event).connect(lambda value, event=event: heard.append((event, value)))
+    left, right = (f"Device/SubDeviceList/US/{side}/Sensor/Value" for side in ("Left", "Right"))
+    virtual.call("ALMemory", "insertData", left, 0.3)
+    assert heard == []
+    virtual.call("ALSonar", "subscribe", "test")
+    virtual.call("ALMemory", "insertListData", [[left, 0.3], [right, 1.2]])
+    assert heard == [("SonarLeftDetected", 0.3), ("SonarRightNothingDetected", 1.2)]
+    assert virtual.call("ALMemory", "getListData", [left, right]) == [0.3, 1.2]
+    virtual.call("ALMemory", "removeData", left)
+    assert heard[2:] == [("SonarLeftNothingDetected", 2.55)]
+    assert virtual.call("ALSonar", "getSubscribersInfo") == [["test", 500, 0.0]]
+    virtual.call("ALSonar", "unsubscribe", "test")
+    virtual.call("ALMemory", "insertData", left, 0.3)
+    assert len(heard) == 3
+    assert "has not subscribed" in _refused(virtual, "ALSonar", "unsubscribe", "test")
+
+
 def test_what_is_inserted_stands_before_the_robots_own_until_it_is_removed(virtual: VirtualNao) -> None:
     key = "Device/SubDeviceList/Head/Touch/Front/Sensor/Value"
     virtual.call("ALMemory", "insertData", key, 1.0)

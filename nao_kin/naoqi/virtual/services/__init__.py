@@ -10,6 +10,7 @@ from nao_kin.naoqi.virtual.services.life_and_system import ALAutonomousLife, ALB
 from nao_kin.naoqi.virtual.services.memory import ALMemory
 from nao_kin.naoqi.virtual.services.motion import ALMotion
 from nao_kin.naoqi.virtual.services.posture import ALRobotPosture
+from nao_kin.naoqi.virtual.services.sensors import ALSonar, ALTouch
 from nao_kin.naoqi.virtual.services.speech import ALTextToSpeech
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ SERVICES: tuple[type[Service], ...] = (
     ALSystem,
     ALBattery,
     ALPreferenceManager,
+    ALTouch,
+    ALSonar,
 )
 
 
