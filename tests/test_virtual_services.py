@@ -12,7 +12,8 @@ from scipy.interpolate import PchipInterpolator
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
+from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
+from nao_kin.naoqi.virtual.services.missing import Missing
 
 
 @pytest.fixture
@@ -308,9 +309,34 @@ def test_a_million_keys_take_seconds(virtual: VirtualNao) -> None:
     call.cancel()
 
 
+def _there(virtual: VirtualNao) -> list[Service]:
+    return [service for service in virtual.services.values() if not isinstance(service, Missing)]
+
+
+@pytest.mark.parametrize(
+    ("service", "method", "why"),
+    [
+        ("ALVideoDevice", "subscribeCamera", "its cameras give no pictures"),
+        ("ALFaceDetection", "subscribe", "it sees no people"),
+        ("ALLandMarkDetection", "subscribe", "its cameras give no pictures"),
+        ("ALSpeechRecognition", "setVocabulary", "it hears nothing"),
+        ("ALDialog", "loadTopic", "it hears nothing"),
+        ("ALTabletService", "showWebview", "a NAO has no such part"),
+        ("DCM", "set", "it has no electronics"),
+        ("ALTabletService", "ping", "a NAO has no such part"),
+    ],
+)
+def test_a_service_that_is_not_there_says_why_and_what_is(
+    virtual: VirtualNao, service: str, method: str, why: str
+) -> None:
+    reason = _refused(virtual, service, method)
+    assert reason.startswith(f"not in this virtual NAO: {why}")
+    assert reason.partition("there are: ")[2].split(", ") == [there.name for there in _there(virtual)]
+
+
 def test_what_naoqi_has_and_this_has_not_lists_what_there_is(virtual: VirtualNao) -> None:
     assert virtual.services["ALMotion"].absent
-    for service in virtual.services.values():
+    for service in _there(virtual):
         for name in service.absent:
             reason = _refused(virtual, service.name, name)
             assert reason.startswith("not in this virtual NAO; it has: ")
@@ -324,7 +350,7 @@ def test_what_naoqi_has_and_this_has_not_lists_what_there_is(virtual: VirtualNao
 
 
 def test_every_method_is_documented(virtual: VirtualNao) -> None:
-    for service in virtual.services.values():
+    for service in _there(virtual):
         assert service.help("getMethodHelp")
         assert service.invoke("getModuleHelp")
         assert service.invoke("ping") is True
