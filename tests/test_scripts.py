@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import subprocess
@@ -16,7 +17,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.naoqi import QiServer, VirtualNao, run_script
-from nao_kin.naoqi.compat import FOLDER
+from nao_kin.naoqi.compat import FOLDER, almath
 
 pytest.importorskip("qi")
 
@@ -339,6 +340,51 @@ def test_what_tutorials_ask_for_is_there(robot: tuple[VirtualNao, str], tmp_path
     assert done.stdout == "[0.1, 0.2, 0.3, 1.0] [1.0, 1.0, 1.0, 1.0]\n0.0\n", done.stderr
 
 
+def test_numbers_of_motion_are_found_inside_naoqi_too(robot: tuple[VirtualNao, str], tmp_path: Path) -> None:
+    script = tmp_path / "constants.py"
+    script.write_text("from naoqi import ALProxy, motion\nprint(motion.FRAME_ROBOT, motion.AXIS_MASK_VEL)\n")
+    done = _run(script, robot[1])
+    assert (done.returncode, done.stdout) == (0, "2 7\n"), done.stderr
+
+
+# From the tests of Aldebaran's libalmath (BSD-3): radius 0.1 m, target, first and second pose.
+@pytest.mark.parametrize(
+    ("target", "first", "second"),
+    [
+        ((0.5, 0.5, 0.0), (0.0777402, 0.0370996, 0.890525), (0.42226, 0.4629, 0.890525)),
+        ((-0.5, 0.5, 0.3), (0.0207914, 0.197815, 2.93215), (-0.491239, 0.306652, 2.93215)),
+        ((0.0, -1.0, 0.3), (0.0958873, -0.128384, -1.85859), (-0.125439, -0.876083, -1.85859)),
+    ],
+)
+def test_dubins_ways_are_those_of_libalmath(
+    target: tuple[float, ...], first: tuple[float, ...], second: tuple[float, ...]
+) -> None:
+    found = almath.getDubinsSolutions(almath.Pose2D(target), 0.1)
+    assert np.allclose([pose.toVector() for pose in found], [first, second, target], atol=1e-6)
+
+
+def test_a_dubins_way_is_two_arcs_and_the_shortest_line_between_them() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        radius, bearing, theta = rng.uniform(0.01, 0.2), *rng.uniform(-math.pi, math.pi, 2)
+        away = radius * rng.uniform(4.0, 40.0)
+        goal = almath.Pose2D(away * math.cos(bearing), away * math.sin(bearing), theta)
+        begin, end, last = almath.getDubinsSolutions(goal, radius)
+        assert last == goal
+        # The line is along the heading, and each arc is a chord of a circle: the heading turns twice the chord's angle.
+        along = begin.inverse() * end
+        assert along.x > -1e-9
+        assert abs(along.y) < 1e-9
+        for chord in (begin, end.inverse() * goal):
+            turn = math.atan2(chord.y, chord.x) if math.hypot(chord.x, chord.y) > 1e-9 else 0.0
+            assert abs(math.remainder(chord.theta - 2.0 * turn, 2.0 * math.pi)) < 1e-6
+            assert math.hypot(chord.x, chord.y) == pytest.approx(2.0 * radius * abs(math.sin(turn)), abs=1e-9)
+    straight = almath.getDubinsSolutions(almath.Pose2D(1.0, 0.0, 0.0), 0.1)
+    assert [pose.toVector() for pose in straight] == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    with pytest.raises(RuntimeError, match="at least 4 radii away"):
+        almath.getDubinsSolutions(almath.Pose2D(0.39, 0.0, 0.0), 0.1)
+
+
 def test_python_2_divides_whole_numbers_and_imports_what_is_beside_it(tmp_path: Path) -> None:
     (tmp_path / "helper.py").write_text("def half(x):\n    print 'half of', x\n    return x / 2\n")
     script = tmp_path / "old.py"
@@ -422,6 +468,19 @@ def test_the_command_makes_a_robot_of_its_own(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (3, "0.7 ['nao.local', '--x']\n"), done.stderr
 
 
+@pytest.mark.parametrize("options", [(), ("--asleep",)])
+def test_a_script_that_never_asks_for_stiffness_moves_or_is_told_so(tmp_path: Path, options: tuple[str, ...]) -> None:
+    script = tmp_path / "head.py"
+    script.write_text(
+        "from naoqi import ALProxy\nmotion = ALProxy('ALMotion', 'nao.local', 9559)\n"
+        "motion.angleInterpolation('HeadYaw', 0.5, 0.5, True)\nprint(round(motion.getAngles('HeadYaw', True)[0], 6))\n"
+    )
+    command = [sys.executable, "-m", "nao_kin", "run", str(script), *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "0.0\n" if options else "0.5\n"), done.stderr
+    assert ("HeadYaw without stiffness: no movement" in done.stderr) is bool(options)
+
+
 MANY = """
 import os, qi
 qi.logging.setLevel(qi.logging.FATAL)
@@ -469,6 +528,7 @@ def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
         (("x.py", "--port", "70000"), "port must be at most 65535, got 70000"),
         (("x.py", "--port", "0"), "port must be at least 1, got 0"),
         (("x.py", "--host", " "), "--host is empty; expected an address"),
+        (("x.py", "--port", "1", "--asleep"), "--asleep is for a virtual NAO of the script's own; leave out --port"),
         (("x.py", "--port", "1", "--view"), "--view is for a virtual NAO of the script's own; leave out --port"),
     ],
 )

@@ -165,6 +165,27 @@ def test_without_stiffness_the_command_moves_and_the_joint_does_not(virtual: Vir
     assert _angle(virtual, "HeadYaw") == pytest.approx(0.5, abs=1e-9)
 
 
+def test_watchers_are_told_once_of_each_chain_that_a_command_does_not_move(nao: nk.NaoModel) -> None:
+    told: list[str] = []
+
+    def watch(change: Change) -> None:
+        if change.kind == "limp":
+            told.append(change.value.partition(" without stiffness")[0].partition(": ")[2])
+
+    with VirtualNao(nao, stepped=True, on_change=watch) as virtual:
+        virtual.call("ALMotion", "setAngles", "HeadYaw", 0.1, 1.0)
+        virtual.call("ALMotion", "setAngles", "HeadPitch", 0.1, 1.0)
+        virtual.call("ALMotion", "angleInterpolation", ["Head", "LHand"], 0.1, 1.0, True)
+        assert told == ["HeadYaw", "HeadYaw, HeadPitch, LHand"]
+        virtual.call("ALMotion", "setStiffnesses", ["Head", "LShoulderPitch"], 1.0)
+        virtual.call("ALMotion", "setAngles", ["Head", "LArm"], 0.1, 1.0)  # some of each chain moves
+        virtual.call("ALMotion", "setStiffnesses", "Body", 0.0)
+        assert len(told) == 2
+        virtual.call("ALMotion", "setAngles", "HeadYaw", 0.1, 1.0)
+        virtual.call("ALMotion", "moveTo", 0.1, 0.0, 0.0)
+        assert [line.partition(",")[0] for line in told[2:]] == ["HeadYaw", "12 joints"]
+
+
 def test_a_joint_asked_for_too_much_comes_late_and_the_log_says_so_once(awake: VirtualNao) -> None:
     call = awake.post("ALMotion", "angleInterpolation", "HeadYaw", 2.0, 0.1, True)
     awake.step(0.1)

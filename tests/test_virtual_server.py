@@ -67,12 +67,9 @@ class Served:
             preexec_fn=_unignored,
         )
         assert self.process.stdout is not None
-        text = ""
-        while not text.endswith("}\n"):
-            line = self.process.stdout.readline()
-            assert line, self.process.stderr.read() if self.process.stderr else ""
-            text += line
-        where = json.loads(text)
+        line = self.process.stdout.readline()  # all of the document, as whoever starts a server reads it
+        assert line, self.process.stderr.read() if self.process.stderr else ""
+        where = json.loads(line)
         self.endpoint: str = where["endpoint"]
         self.url: str = where.get("url", "")
 
@@ -220,6 +217,7 @@ def test_what_is_refused_arrives_in_naoqis_two_lines_without_a_traceback(shared:
         found["absent"] = refused(motion.updateTrackerTarget, 0.1, 0.1, 10, False)
         found["dict"] = refused(motion.getAngles, {"a": [1, {"b": 2}]}, True)
         found["key"] = refused(memory.getData, "nothing")
+        found["camera"] = refused(session.service("ALVideoDevice").subscribeCamera, "mine", 0, 2, 11, 5)
         try:
             motion.fly()
         except AttributeError:
@@ -230,11 +228,12 @@ def test_what_is_refused_arrives_in_naoqis_two_lines_without_a_traceback(shared:
     for name, text in found.items():
         assert text is not None, name
         first, second = text.split("\n")
-        assert first.startswith(("ALMotion::", "ALMemory::"))
+        assert first.startswith(("ALMotion::", "ALMemory::", "ALVideoDevice::"))
         assert second.startswith("\t")
         assert "Traceback" not in text
     assert "nearest: HeadYaw" in found["joint"]
     assert "not in this virtual NAO; it has: " in found["absent"]
+    assert "its cameras give no pictures; there are: ALMotion, " in found["camera"]
 
 
 def test_events_reach_other_scripts(shared: Served) -> None:
@@ -370,6 +369,21 @@ def test_the_log_says_what_happens(serve: Callable[..., Served]) -> None:
     assert any("HeadYaw = 3 is clipped" in line for line in lines)
 
 
+def test_it_may_begin_awake_and_says_of_a_chain_once_that_it_does_not_move(serve: Callable[..., Served]) -> None:
+    begun_awake = """
+        found["awake"] = motion.robotIsWakeUp()
+        motion.setAngles("Head", 0.1, 1.0)
+        motion.setAngles("HeadYaw", 0.1, 1.0)
+        """
+    awake, asleep = serve("--awake", "--speed", "10"), serve("--speed", "10")
+    assert _found(awake, begun_awake) == {"awake": True}
+    assert _found(asleep, begun_awake) == {"awake": False}
+    assert awake.end()[1] == ""
+    errors = asleep.end()[1]
+    assert errors.count("\n") == 1
+    assert "setAngles (task 1): HeadYaw, HeadPitch without stiffness: no movement" in errors
+
+
 def test_the_live_page_follows_the_robot_through_the_world(nao: nk.NaoModel) -> None:
     ended, viewer = threading.Event(), nk.Viewer(nk.load_nao(base="floating"))
     with VirtualNao(nao, stepped=True) as virtual:
@@ -478,7 +492,7 @@ def test_help_gives_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["serve", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: nao-kin serve" in out
-    for option in ("--port", "--host", "--version", "--speed", "--posture", "--view", "--log", "--json"):
+    for option in ("--port", "--host", "--version", "--speed", "--posture", "--awake", "--view", "--log", "--json"):
         assert option in out
 
 

@@ -12,7 +12,8 @@ from scipy.interpolate import PchipInterpolator
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
+from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
+from nao_kin.naoqi.virtual.services.missing import Missing
 
 
 @pytest.fixture
@@ -308,9 +309,34 @@ def test_a_million_keys_take_seconds(virtual: VirtualNao) -> None:
     call.cancel()
 
 
+def _there(virtual: VirtualNao) -> list[Service]:
+    return [service for service in virtual.services.values() if not isinstance(service, Missing)]
+
+
+@pytest.mark.parametrize(
+    ("service", "method", "why"),
+    [
+        ("ALVideoDevice", "subscribeCamera", "its cameras give no pictures"),
+        ("ALFaceDetection", "subscribe", "it sees no people"),
+        ("ALLandMarkDetection", "subscribe", "its cameras give no pictures"),
+        ("ALSpeechRecognition", "setVocabulary", "it hears nothing"),
+        ("ALDialog", "loadTopic", "it hears nothing"),
+        ("ALTabletService", "showWebview", "a NAO has no such part"),
+        ("DCM", "set", "it has no electronics"),
+        ("ALTabletService", "ping", "a NAO has no such part"),
+    ],
+)
+def test_a_service_that_is_not_there_says_why_and_what_is(
+    virtual: VirtualNao, service: str, method: str, why: str
+) -> None:
+    reason = _refused(virtual, service, method)
+    assert reason.startswith(f"not in this virtual NAO: {why}")
+    assert reason.partition("there are: ")[2].split(", ") == [there.name for there in _there(virtual)]
+
+
 def test_what_naoqi_has_and_this_has_not_lists_what_there_is(virtual: VirtualNao) -> None:
     assert virtual.services["ALMotion"].absent
-    for service in virtual.services.values():
+    for service in _there(virtual):
         for name in service.absent:
             reason = _refused(virtual, service.name, name)
             assert reason.startswith("not in this virtual NAO; it has: ")
@@ -324,7 +350,7 @@ def test_what_naoqi_has_and_this_has_not_lists_what_there_is(virtual: VirtualNao
 
 
 def test_every_method_is_documented(virtual: VirtualNao) -> None:
-    for service in virtual.services.values():
+    for service in _there(virtual):
         assert service.help("getMethodHelp")
         assert service.invoke("getModuleHelp")
         assert service.invoke("ping") is True
@@ -389,7 +415,8 @@ def test_masses_and_their_centres_are_the_robots(virtual: VirtualNao, nao: nk.Na
     parts = ("Head", "LArm", "RArm", "LLeg", "RLeg", "Torso")
     masses = [_motion(virtual, "getMass", part) for part in parts]
     assert sum(masses) == pytest.approx(nao.mass, abs=1e-12)
-    assert _motion(virtual, "getMass", "Body") == pytest.approx(nao.mass, abs=1e-12)
+    for whole in ("Body", "Joints", "Com"):
+        assert _motion(virtual, "getMass", whole) == pytest.approx(nao.mass, abs=1e-12)
     assert _motion(virtual, "getMass", "Head") == pytest.approx(
         _motion(virtual, "getMass", "HeadYaw") + _motion(virtual, "getMass", "HeadPitch"), abs=1e-12
     )
@@ -408,7 +435,7 @@ def test_the_robot_describes_itself(virtual: VirtualNao) -> None:
     assert "LAnkleRoll" in summary
     assert "Tasks: none" in summary
     assert {"CameraTop", "LFsrFL", "Accelerometer"} <= set(_motion(virtual, "getSensorNames"))
-    assert _motion(virtual, "getMotionCycleTime") == 10
+    assert _motion(virtual, "getMotionCycleTime") == 20
 
 
 @pytest.mark.parametrize(
@@ -492,6 +519,28 @@ def test_a_posture_that_is_not_reached_is_false(virtual: VirtualNao, nao: nk.Nao
     virtual.call("ALRobotPosture", "setMaxTryNumber", 3)
 
 
+def test_hands_that_were_let_go_do_not_keep_a_posture_from_being_reached(virtual: VirtualNao) -> None:
+    for move in ("openHand", "closeHand"):
+        _motion(virtual, move, "LHand")
+        assert virtual.call("ALRobotPosture", "goToPosture", "StandInit", 1.0) is True
+        assert virtual.call("ALRobotPosture", "getPosture") == "StandInit"
+    _motion(virtual, "setStiffnesses", "LElbowYaw", 0.0)
+    assert virtual.call("ALRobotPosture", "goToPosture", "Sit", 1.0) is False
+
+
+@pytest.mark.parametrize("method", ["goToPosture", "applyPosture"])
+def test_a_posture_at_more_than_full_speed_is_reached_at_full_speed(virtual: VirtualNao, method: str) -> None:
+    took = []
+    for fraction in (1.0, 2.0):
+        virtual.call("ALRobotPosture", method, "StandZero", 1.0)
+        begin = virtual.clock.now
+        assert virtual.call("ALRobotPosture", method, "Stand", fraction) is True
+        took.append(virtual.clock.now - begin)
+    assert took[1] == pytest.approx(took[0], abs=1e-9)
+    lines = [text for _, text in virtual.log.lines if "clipped to 1" in text]
+    assert lines == [f"{method}: maxSpeedFraction = 2 is clipped to 1"]
+
+
 def test_stopping_a_posture_stops_those_that_wait_for_it(virtual: VirtualNao) -> None:
     calls = [virtual.post("ALRobotPosture", "goToPosture", posture, 0.2) for posture in ("Stand", "Sit", "Stand")]
     virtual.step(0.2)
@@ -541,6 +590,141 @@ def test_memory_shows_the_rest_of_the_robot(virtual: VirtualNao) -> None:
     assert virtual.call("ALMemory", "getData", "Device/SubDeviceList/LFoot/FSR/TotalWeight/Sensor/Value", 0) == 0.0
     virtual.step(1.0)
     assert get("DCM/Time") == int(1000 * virtual.clock.now)
+
+
+def _documented_keys() -> list[str]:
+    """Keys in Aldebaran's lists of the actuators and sensors of a NAO, of all versions, without diagnosis."""
+    joints = (
+        "HeadYaw HeadPitch LShoulderPitch LShoulderRoll LElbowYaw LElbowRoll LWristYaw LHand LHipYawPitch LHipRoll "
+        "LHipPitch LKneePitch LAnklePitch LAnkleRoll RHipRoll RHipPitch RKneePitch RAnklePitch RAnkleRoll "
+        "RShoulderPitch RShoulderRoll RElbowYaw RElbowRoll RWristYaw RHand"
+    ).split()
+    values = [
+        *(
+            f"{joint}/{quantity}"
+            for joint in joints
+            for quantity in (
+                "Position/Actuator/Value",
+                "Position/Sensor/Value",
+                "ElectricCurrent/Sensor/Value",
+                "Temperature/Sensor/Value",
+                "Hardness/Actuator/Value",
+                "Temperature/Sensor/Status",
+            )
+        ),
+        *(
+            f"Face/Led/{colour}/{side}/{degrees}Deg/Actuator/Value"
+            for colour in ("Red", "Green", "Blue")
+            for side in ("Left", "Right")
+            for degrees in range(0, 360, 45)
+        ),
+        *(f"Ears/Led/{side}/{deg}Deg/Actuator/Value" for side in ("Left", "Right") for deg in range(0, 360, 36)),
+        *(
+            f"Head/Led/{row}/{side}/{number}/Actuator/Value"
+            for row, count in (("Front", 2), ("Middle", 1), ("Rear", 3))
+            for side in ("Left", "Right")
+            for number in range(count)
+        ),
+        *(
+            f"{board}/Led/{colour}/Actuator/Value"
+            for board in ("ChestBoard", "LFoot", "RFoot")
+            for colour in ("Red", "Green", "Blue")
+        ),
+        *(f"US/{side}/Sensor/Value{echo}" for side in ("Left", "Right") for echo in ("", *range(1, 10))),
+        *(
+            f"{foot}/FSR/{place}/Sensor/Value"
+            for foot in ("LFoot", "RFoot")
+            for place in "FrontLeft FrontRight RearLeft RearRight TotalWeight CenterOfPressure/X".split()
+        ),
+        *(f"{foot}/FSR/CenterOfPressure/Y/Sensor/Value" for foot in ("LFoot", "RFoot")),
+        *(f"InertialSensor/{name}/Sensor/Value" for name in "AngleX AngleY AngleZ AccX AccY AccZ".split()),
+        *(f"InertialSensor/{name}/Sensor/Value" for name in "GyrX GyrY GyrRef".split()),
+        *(
+            f"InertialSensor/{quantity}{axis}/Sensor/Value"
+            for quantity in ("Accelerometer", "Gyroscope")
+            for axis in "XYZ"
+        ),
+        *(f"{hand}/Touch/{side}/Sensor/Value" for hand in ("LHand", "RHand") for side in ("Left", "Back", "Right")),
+        *(f"Head/Touch/{place}/Sensor/Value" for place in ("Front", "Middle", "Rear")),
+        *(f"{foot}/Bumper/{side}/Sensor/Value" for foot in ("LFoot", "RFoot") for side in ("Left", "Right")),
+        "ChestBoard/Button/Sensor/Value",
+        *(f"Battery/{quantity}/Sensor/Value" for quantity in ("Charge", "Current", "Temperature")),
+        "Head/Temperature/Sensor/Value",
+        "US/Actuator/Value",
+    ]
+    events = "footContact leftFootContact rightFootContact leftFootTotalWeight rightFootTotalWeight".split()
+    return [*(f"Device/SubDeviceList/{value}" for value in values), *events]
+
+
+def test_every_documented_key_has_a_value(virtual: VirtualNao) -> None:
+    keys = _documented_keys()
+    assert len(set(keys)) == len(keys) > 300
+    values = virtual.call("ALMemory", "getListData", keys)
+    assert [key for key, value in zip(keys, values, strict=True) if value is None] == []
+    assert set(keys) <= set(virtual.call("ALMemory", "getDataListName"))
+
+
+def test_memory_shows_lights_and_where_the_feet_are(virtual: VirtualNao) -> None:
+    def get(key: str) -> Any:
+        return virtual.call("ALMemory", "getData", key)
+
+    virtual.call("ALLeds", "fadeRGB", "AllLeds", 0x800000, 0.0)
+    virtual.call("ALLeds", "setIntensity", "Face/Led/Blue/Left/45Deg/Actuator/Value", 0.25)
+    assert get("Device/SubDeviceList/Face/Led/Red/Left/45Deg/Actuator/Value") == pytest.approx(128 / 255)
+    assert get("Device/SubDeviceList/Face/Led/Blue/Left/45Deg/Actuator/Value") == 0.25
+    assert get("Device/SubDeviceList/Ears/Led/Left/36Deg/Actuator/Value") == pytest.approx(128 / 255)
+    feet = ("leftFootContact", "rightFootContact", "footContact")
+    virtual.call("ALRobotPosture", "goToPosture", "StandInit", 1.0)
+    assert [get(foot) for foot in feet] == [True, True, True]
+    _motion(virtual, "angleInterpolation", ["RHipPitch", "RKneePitch"], [[-1.2], [1.6]], [[1.0], [1.0]], True)
+    assert [get(foot) for foot in feet] == [True, False, True]
+    virtual.call("ALRobotPosture", "goToPosture", "LyingBack", 1.0)
+    assert [get(foot) for foot in feet] == [False, False, False]
+
+
+def test_a_switch_that_a_test_presses_raises_its_events(virtual: VirtualNao) -> None:
+    heard: list[Any] = []
+    for event in ("FrontTactilTouched", "RightBumperPressed", "TouchChanged"):
+        virtual.call("ALMemory", "subscriber", event).connect(lambda value, event=event: heard.append((event, value)))
+    front = "Device/SubDeviceList/Head/Touch/Front/Sensor/Value"
+    left, right = (f"Device/SubDeviceList/RFoot/Bumper/{side}/Sensor/Value" for side in ("Left", "Right"))
+    virtual.call("ALMemory", "insertData", front, 1.0)
+    virtual.call("ALMemory", "insertData", front, 1)  # pressed already
+    assert heard == [
+        ("FrontTactilTouched", 1.0),
+        ("TouchChanged", [["Head", True], ["Head/Touch/Front", True]]),
+    ]
+    assert virtual.call("ALMemory", "getData", "FrontTactilTouched") == 1.0
+    assert ["Head/Touch/Front", True] in virtual.call("ALTouch", "getStatus")
+    virtual.call("ALMemory", "removeData", front)
+    assert heard[2:] == [("FrontTactilTouched", 0.0), ("TouchChanged", [["Head", False], ["Head/Touch/Front", False]])]
+    heard.clear()
+    virtual.call("ALMemory", "insertListData", [[left, 1.0], [right, 1.0]])
+    virtual.call("ALMemory", "raiseEvent", left, 0.0)
+    assert [value for event, value in heard if event == "RightBumperPressed"] == [1.0]
+    virtual.call("ALMemory", "insertData", right, "released")
+    assert [value for event, value in heard if event == "RightBumperPressed"] == [1.0, 0.0]
+    assert virtual.call("ALTouch", "getStatus") == [[name, False] for name in virtual.call("ALTouch", "getSensorList")]
+
+
+def test_a_sonar_hears_what_is_inserted_while_somebody_subscribes(virtual: VirtualNao) -> None:
+    heard: list[Any] = []
+    for event in ("SonarLeftDetected", "SonarLeftNothingDetected", "SonarRightDetected", "SonarRightNothingDetected"):
+        virtual.call("ALMemory", "subscriber", event).connect(lambda value, event=event: heard.append((event, value)))
+    left, right = (f"Device/SubDeviceList/US/{side}/Sensor/Value" for side in ("Left", "Right"))
+    virtual.call("ALMemory", "insertData", left, 0.3)
+    assert heard == []
+    virtual.call("ALSonar", "subscribe", "test")
+    virtual.call("ALMemory", "insertListData", [[left, 0.3], [right, 1.2]])
+    assert heard == [("SonarLeftDetected", 0.3), ("SonarRightNothingDetected", 1.2)]
+    assert virtual.call("ALMemory", "getListData", [left, right]) == [0.3, 1.2]
+    virtual.call("ALMemory", "removeData", left)
+    assert heard[2:] == [("SonarLeftNothingDetected", 2.55)]
+    assert virtual.call("ALSonar", "getSubscribersInfo") == [["test", 500, 0.0]]
+    virtual.call("ALSonar", "unsubscribe", "test")
+    virtual.call("ALMemory", "insertData", left, 0.3)
+    assert len(heard) == 3
+    assert "has not subscribed" in _refused(virtual, "ALSonar", "unsubscribe", "test")
 
 
 def test_what_is_inserted_stands_before_the_robots_own_until_it_is_removed(virtual: VirtualNao) -> None:

@@ -184,7 +184,13 @@ def test_a_later_task_takes_an_arm_from_what_is_held(script: Script) -> None:
     assert script.position("Head", TORSO)[5] == pytest.approx(0.3, abs=0.05)
 
 
+def test_a_leg_may_be_optimized_as_in_aldebarans_kick(script: Script) -> None:
+    for effector in ("RLeg", "Torso", "Com"):
+        assert script("wbEnableEffectorOptimization", effector, False) is None
+
+
 REFUSED = [
+    (("wbEnableEffectorOptimization", "LHand", True), "unknown effector 'LHand'"),
     (("wbFootState", "Loose", "Legs"), "unknown foot state 'Loose'"),
     (("wbFootState", "Fixed", "LArm"), "unknown support leg 'LArm'"),
     (("wbEnableBalanceConstraint", "yes", "Legs"), "isEnable must be True or False"),

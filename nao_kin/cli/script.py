@@ -38,6 +38,9 @@ def run(
         float | None, typer.Option(metavar="X", help="Seconds of the virtual NAO's time in one second. Default: 1.")
     ] = None,
     posture: Annotated[str | None, typer.Option(metavar="NAME", help="Posture to begin in. Default: Crouch.")] = None,
+    asleep: Annotated[
+        bool, typer.Option("--asleep", help="Begin without stiffness, until the script asks for it.")
+    ] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the virtual NAO in a live page.")] = False,
     page_host: PageHostOption = None,
     page_port: PagePortOption = None,
@@ -47,8 +50,8 @@ def run(
 ) -> None:
     """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
 
-    Without --port, a virtual NAO is made for it and ends with it. Wherever the script wants to connect to, it is led
-    there. Python 2 runs translated. The exit code is the script's.
+    Without --port, a virtual NAO is made for it and ends with it; it begins awake, with stiffness. Wherever the script
+    wants to connect to, it is led there. Python 2 runs translated. The exit code is the script's.
     """
     from nao_kin.naoqi import run_script
 
@@ -65,6 +68,7 @@ def run(
             port=0,
             speed=1.0 if speed is None else speed,
             posture="Crouch" if posture is None else posture,
+            awake=not asleep,
             page=page if view else None,
             log=log,
         ) as where_it_is:
@@ -75,6 +79,7 @@ def run(
         for option, used in (
             ("--speed", speed is not None),
             ("--posture", posture is not None),
+            ("--asleep", asleep),
             ("--view", view),
             ("--log", log),
         ):

@@ -6,13 +6,14 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
+from json import dumps
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
 from nao_kin.cli.options import JsonOption, VersionOption
-from nao_kin.cli.output import print_json, print_note
+from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -40,13 +41,15 @@ def serve(
     page_port: PagePortOption = None,
     allow_host: AllowHostOption = None,
     token: TokenOption = None,
+    awake: Annotated[bool, typer.Option("--awake", help="Begin with stiffness, as after wakeUp.")] = False,
     log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
     json: JsonOption = False,
 ) -> None:
     """A virtual NAO for NAOqi's scripts, until Ctrl-C.
 
     Scripts connect to it as to a robot: qi's session to tcp://127.0.0.1:9559. It begins without stiffness, as a robot
-    that was switched on, and moves as kinematics has it: within limits and speeds, without weight.
+    that was switched on, and moves as kinematics has it: within limits and speeds, without weight. A command to joints
+    without stiffness is reported on standard error.
     """
     if not host.strip():
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
@@ -54,10 +57,10 @@ def serve(
     if not view:
         page.refuse("add --view")
     with served(
-        version, host=host, port=port, speed=speed, posture=posture, page=page if view else None, log=log
+        version, host=host, port=port, speed=speed, posture=posture, awake=awake, page=page if view else None, log=log
     ) as done:
         if json:
-            print_json(done)
+            print(dumps(done))  # one line: whoever reads it waits for its end
         else:
             for where in done.values():
                 print(f"{where}  (Ctrl-C ends)")
@@ -73,6 +76,7 @@ def served(
     port: int,
     speed: float,
     posture: str,
+    awake: bool,
     page: LivePage | None,
     log: bool,
 ) -> Iterator[dict[str, str]]:
@@ -84,8 +88,9 @@ def served(
         port: port to listen on; 0 for a free one.
         speed: seconds of its time in one second.
         posture: to begin in.
+        awake: begin with stiffness, as after wakeUp.
         page: that shows it; None for none.
-        log: print what it says and remarks on standard error.
+        log: print what it says and remarks on standard error; commands to joints without stiffness are always reported.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -98,8 +103,10 @@ def served(
 
     robot = load_nao(version)
     with ExitStack() as running:
-        watcher = _print_log if log else None
+        watcher = _print_log if log else _print_limp
         nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
+        if awake:
+            nao.call("ALMotion", "wakeUp")
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
         if page is not None:
@@ -113,9 +120,13 @@ def served(
         yield done
 
 
-def _print_log(change: Change) -> None:
-    if change.kind == "log":
+def _print_log(change: Change, kind: str = "log") -> None:
+    if change.kind == kind:
         print_note(f"{change.time:.2f} s: {change.value}")
+
+
+def _print_limp(change: Change) -> None:
+    _print_log(change, "limp")
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:

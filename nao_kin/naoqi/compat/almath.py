@@ -27,6 +27,7 @@ __all__ = [
     "Position6D",
     "Transform",
     "clipData",
+    "getDubinsSolutions",
     "modulo2PI",
     "pose2DFromTransform",
     "pose2DInverse",
@@ -242,6 +243,49 @@ def modulo2PI(angle: float) -> float:
 def clipData(low: float, high: float, value: float) -> float:
     """The value, or the bound that it is beyond."""
     return min(max(value, low), high)
+
+
+def getDubinsSolutions(pTargetPose: Pose2D, pCircleRadius: float) -> list[Pose2D]:
+    """The shortest way from the origin, along x, to a pose: an arc, a straight line and another arc.
+
+    Args:
+        pTargetPose: where to, at least four radii away.
+        pCircleRadius: of both arcs [m].
+
+    Returns:
+        The poses at the ends of the first arc, of the line, and of the second arc, all from the origin.
+
+    Source: L. E. Dubins, On curves of minimal length with a constraint on average curvature, 1957; at this distance no
+    way of three arcs is shorter.
+    """
+    radius, (x, y, theta) = float(pCircleRadius), pTargetPose
+    if not radius > 0.0 or math.hypot(x, y) < 4.0 * radius:
+        raise RuntimeError("getDubinsSolutions: the target must be at least 4 radii away, and the radius positive")
+    ways = []
+    for first in (1.0, -1.0):  # 1 turns left, -1 right; centres are beside the pose
+        for second in (1.0, -1.0):
+            dx = x - second * radius * math.sin(theta)
+            dy = y + second * radius * math.cos(theta) - first * radius
+            # Circles of two senses are joined by the inner tangent, which is inclined to the line between the centres.
+            distance = math.hypot(dx, dy)
+            sine = clipData(-1.0, 1.0, (first - second) * radius / distance)
+            heading = math.atan2(dy, dx) + math.asin(sine)
+            arc, last = _turned(first * heading), _turned(second * (theta - heading))
+            length = radius * (arc + last) + distance * math.sqrt(1.0 - sine**2)
+            ways.append((length, first, second, first * arc))
+    _, first, second, heading = min(ways)
+    sine, cosine = math.sin(heading), math.cos(heading)
+    begin = Pose2D(first * radius * sine, first * radius * (1.0 - cosine), heading)
+    end = Pose2D(
+        x + second * radius * (sine - math.sin(theta)), y - second * radius * (cosine - math.cos(theta)), heading
+    )
+    return [begin, end, Pose2D(x, y, theta)]
+
+
+def _turned(angle: float) -> float:
+    """The same angle in [0, 2π), where rounding below zero counts as zero [rad]."""
+    turned = angle % math.tau
+    return 0.0 if math.tau - turned < 1e-9 else turned
 
 
 def _turn(R: Floats) -> Transform:

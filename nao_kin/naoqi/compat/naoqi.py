@@ -13,6 +13,7 @@ Where the environment variable NAO_KIN_ENDPOINT is set, every proxy goes there, 
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import itertools
 import os
@@ -35,6 +36,13 @@ _broker: ALBroker | None = None
 _redirected: set[str] = set()
 
 
+def __getattr__(name: str) -> Any:
+    """`motion`, which Aldebaran's package has inside too; loaded where a script asks for it."""
+    if name != "motion":
+        raise AttributeError(f"module 'naoqi' has no attribute {name!r}")
+    return importlib.import_module("nao_kin.naoqi.compat.motion")
+
+
 class ALProxy:
     """A service of a robot; its methods are those of the service.
 
@@ -52,7 +60,7 @@ class ALProxy:
         try:
             self._service = session.service(name)
         except RuntimeError:
-            there = ", ".join(sorted(row["name"] for row in session.service("ServiceDirectory").services()))
+            there = ", ".join(_services(session))
             raise RuntimeError(f"ALProxy::ALProxy\n\tCan't find service: {name}; there are: {there}") from None
         self._tasks: dict[int, Any] = {}
         self._numbers = itertools.count(1)
@@ -248,6 +256,12 @@ def _session_of(where: tuple[Any, ...]) -> Any:
     if os.environ.get(ENDPOINT_VARIABLE):
         return _connected("127.0.0.1", DEFAULT_PORT)
     raise RuntimeError("ALProxy::ALProxy\n\tno broker: make an ALBroker first, or give the robot's address and port")
+
+
+def _services(session: Any) -> list[str]:
+    """Names of the robot's services, which answer a ping; those that a virtual NAO only refuses do not."""
+    names = sorted(row["name"] for row in session.service("ServiceDirectory").services())
+    return [name for name in names if hasattr(session.service(name), "ping")]
 
 
 def _connected(ip: str, port: int) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 
 from nao_kin import NaoModel
 from nao_kin._common.arrays import Floats
+from nao_kin.naoqi.names import chain_names
 from nao_kin.naoqi.virtual.log import Notes
 
 LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
@@ -55,6 +56,8 @@ class Joints:
         self._stiffness = np.zeros(len(self.names))
         self._set: list[tuple[list[int], Floats, Notes]] = []
         self._released: list[int] = []
+        self._chain = {self.column[name]: chain for chain in chain_names(robot) for name in robot.chains[chain]}
+        self._told_limp: set[str] = set()
 
     # --- reading --------------------------------------------------------------------------------------------------
 
@@ -113,6 +116,7 @@ class Joints:
         """Set stiffnesses at once; the two HipYawPitch share a motor, and so the value set last."""
         chosen = list(columns)
         self._stiffness[chosen] = values
+        self._told_limp -= {self._chain[column] for column in chosen if self._stiffness[column] > 0.0}
         if self._left in chosen:
             self._stiffness[self._right] = self._stiffness[self._left]
         elif self._right in chosen:
@@ -127,11 +131,21 @@ class Joints:
         self._command = self._sensor.copy()
 
     def note_limp(self, columns: Sequence[int], notes: Notes) -> None:
-        """Remark which of these joints have no stiffness, and will not move."""
+        """Remark which of these joints have no stiffness, and will not move.
+
+        Whoever watches is told too, as a change of kind "limp": at the first command to a chain that moves none of its
+        joints, and at the first after the chain has had stiffness again.
+        """
         limp = [self.names[column] for column in columns if self._stiffness[column] == 0.0]
         if limp:
             named = ", ".join(limp) if len(limp) <= 4 else f"{len(limp)} joints, from {limp[0]} to {limp[-1]},"
-            notes.once("limp", f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)")
+            message = f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)"
+            notes.once("limp", message)
+            stiff = {self._chain[column] for column in columns if self._stiffness[column] > 0.0}
+            untold = {self._chain[column] for column in columns} - stiff - self._told_limp
+            if untold:
+                self._told_limp |= untold
+                notes.tell("limp", message)
 
     def note_outside(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
         """Remark which joints will be clipped, from some of the values that they will get, (n, joints)."""

@@ -16,8 +16,9 @@ class Change:
 
     Attributes:
         time: robot time [s].
-        kind: "log", "leds", "speech", "posture", "life" …
-        value: a text for "log"; else what the service that makes it says in its documentation.
+        kind: "log", "limp", "leds", "speech", "posture", "life" …
+        value: a text for "log" and for "limp", a command to joints without stiffness; else what the service that makes
+            it says in its documentation.
 
     Examples:
         >>> seen = []
@@ -77,3 +78,7 @@ class Notes:
         if key not in self._made:
             self._made.add(key)
             self._log.write(f"{self._subject}: {message}")
+
+    def tell(self, kind: str, message: str) -> None:
+        """Tell whoever watches of a message that is not only a line of the log."""
+        self._log.change(kind, f"{self._subject}: {message}")

@@ -10,7 +10,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.naoqi.names import as_names, joint_names
 
 TORSO = "Torso"
-WHOLE = ("Body", "Joints")
+WHOLE = ("Body", "Joints", "Com")
 
 
 def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Floats]:
@@ -20,7 +20,7 @@ def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Float
         robot: a NAO with a fixed base.
         q: configuration, shape (25,).
         name: a joint for the segment that it moves, a chain or group for the segments of its joints, "Torso" for the
-            trunk alone, "Body" or "Joints" for the whole robot.
+            trunk alone, "Body", "Joints" or "Com" for the whole robot.
 
     Returns:
         Mass [kg] and position, shape (3,) [m]; the origin of the torso for a part without mass.

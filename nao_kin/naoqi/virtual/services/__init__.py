@@ -8,8 +8,10 @@ from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.services.leds import ALLeds
 from nao_kin.naoqi.virtual.services.life_and_system import ALAutonomousLife, ALBattery, ALPreferenceManager, ALSystem
 from nao_kin.naoqi.virtual.services.memory import ALMemory
+from nao_kin.naoqi.virtual.services.missing import MISSING
 from nao_kin.naoqi.virtual.services.motion import ALMotion
 from nao_kin.naoqi.virtual.services.posture import ALRobotPosture
+from nao_kin.naoqi.virtual.services.sensors import ALSonar, ALTouch
 from nao_kin.naoqi.virtual.services.speech import ALTextToSpeech
 
 if TYPE_CHECKING:
@@ -25,9 +27,12 @@ SERVICES: tuple[type[Service], ...] = (
     ALSystem,
     ALBattery,
     ALPreferenceManager,
+    ALTouch,
+    ALSonar,
+    *MISSING,
 )
 
 
 def make_services(nao: VirtualNao) -> dict[str, Service]:
-    """Every service by its name."""
+    """Every service by its name, those that only answer that they are missing last."""
     return {kind.name: kind(nao) for kind in SERVICES}

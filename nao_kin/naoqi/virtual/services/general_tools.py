@@ -56,8 +56,8 @@ class GeneralTools(Service):
 
     @method
     def getMotionCycleTime(self) -> int:
-        """Milliseconds in a tick: 10."""
-        return 10
+        """Milliseconds of ALMotion's cycle, as NAOqi documents them: 20; the virtual NAO moves in ticks of 10."""
+        return 20
 
     @method
     def getRobotConfig(self) -> list[list[Any]]:
@@ -92,12 +92,12 @@ class GeneralTools(Service):
 
     @method
     def getMass(self, pName: Any) -> float:
-        """Mass of a joint's segment, a chain, "Torso", or "Body" for all [kg]."""
+        """Mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [kg]."""
         return mass_and_com(self.nao.robot, self.nao.joints.q(), self._part(pName))[0]
 
     @method
     def getCOM(self, pName: Any, pSpace: Any, pUseSensorValues: Any) -> list[float]:
-        """Centre of mass of a joint's segment, a chain, "Torso", or "Body" for all [m].
+        """Centre of mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [m].
 
         Args:
             pName: the part.

@@ -12,26 +12,14 @@ from nao_kin.naoqi.poses import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.calls import Call
 from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.services.led_names import actuators as led_actuators
+from nao_kin.naoqi.virtual.services.memory_keys import DEVICE, SWITCH_EVENTS, constants
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
-_DEVICE = "Device/SubDeviceList"
 _GRAVITY = 9.81  # m/s²
-_CALM = 38.0  # degrees Celsius of a motor that has nothing to do
-_BATTERY = {"Charge": 1.0, "Current": -0.5, "Temperature": 35.0}
-_CONSTANT = (
-    "LFoot/Bumper/Left LFoot/Bumper/Right RFoot/Bumper/Left RFoot/Bumper/Right ChestBoard/Button Head/Touch/Front "
-    "Head/Touch/Middle Head/Touch/Rear LHand/Touch/Left LHand/Touch/Back LHand/Touch/Right RHand/Touch/Left "
-    "RHand/Touch/Back RHand/Touch/Right LFoot/FSR/FrontLeft LFoot/FSR/FrontRight LFoot/FSR/RearLeft "
-    "LFoot/FSR/RearRight LFoot/FSR/TotalWeight RFoot/FSR/FrontLeft RFoot/FSR/FrontRight RFoot/FSR/RearLeft "
-    "RFoot/FSR/RearRight RFoot/FSR/TotalWeight"
-).split()
-_EVENTS = (
-    "FrontTactilTouched MiddleTactilTouched RearTactilTouched HandRightBackTouched HandRightLeftTouched "
-    "HandRightRightTouched HandLeftBackTouched HandLeftLeftTouched HandLeftRightTouched RightBumperPressed "
-    "LeftBumperPressed ChestButtonPressed"
-).split()
+_ON_FLOOR = 1e-3  # a sole that is not higher touches the floor [m]
 
 
 class Subscriber:
@@ -73,12 +61,14 @@ class Subscriber:
 class ALMemory(Service):
     """Values by key, and events.
 
-    The robot's own keys are read where they are asked for: for each joint `Device/SubDeviceList/<joint>/Position/
-    Sensor/Value`, `…/Position/Actuator/Value`, `…/Hardness/Actuator/Value`, `…/Temperature/Sensor/Value` and
-    `…/ElectricCurrent/Sensor/Value` (38 °C and 0 A, no motor works here); of the inertial sensor the angles of the
-    torso (AngleX, AngleY, AngleZ), gravity in its frame (AccelerometerX …) and gyroscopes at zero; battery; bumpers,
-    touch and force sensors at zero; `PostureChanged`, `robotIsWakeUp`.
-    A value that is inserted under such a key is read instead, until it is removed. RHipYawPitch shows LHipYawPitch.
+    The robot's own keys are read where they are asked for. What follows the robot: for each joint
+    `Device/SubDeviceList/<joint>/Position/Sensor/Value`, `…/Position/Actuator/Value` and `…/Hardness/Actuator/Value`;
+    LEDs; of the inertial sensor the angles of the torso (AngleX, AngleY, AngleZ) and gravity in its frame
+    (AccelerometerX …); footContact, leftFootContact and rightFootContact; postures; `robotIsWakeUp`; `DCM/Time`.
+    Constants are those of `memory_keys.constants`. RHipYawPitch shows LHipYawPitch.
+
+    A value that is inserted under such a key is read instead, until it is removed; under the key of a switch or sonar
+    it is what ALTouch and ALSonar sense, and raises their events.
     """
 
     name = "ALMemory"
@@ -90,7 +80,7 @@ class ALMemory(Service):
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self._values: dict[str, Any] = {}
-        self._events: set[str] = set(_EVENTS)
+        self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
         self._descriptions: dict[str, str] = {}
         self._listening: dict[str, list[Subscriber]] = {}
         self._modules: dict[str, dict[str, tuple[str, str]]] = {}
@@ -114,8 +104,8 @@ class ALMemory(Service):
 
     @method
     def insertData(self, key: Any, data: Any) -> None:
-        """Keep a value under a key; nobody is told."""
-        self._values[_key(key)] = data
+        """Keep a value under a key; nobody is told, but of switches and sonars."""
+        self._keep(_key(key), data)
 
     @method
     def insertListData(self, pairs: Any) -> None:
@@ -125,7 +115,7 @@ class ALMemory(Service):
         ):
             raise BadArgument("pairs must be a list of [key, value]")
         for pair in pairs:
-            self._values[_key(pair[0])] = pair[1]
+            self._keep(_key(pair[0]), pair[1])
 
     @method
     def removeData(self, key: Any) -> None:
@@ -134,6 +124,7 @@ class ALMemory(Service):
         if name not in self._values:
             raise self._unknown(name)
         del self._values[name]
+        self._sense(name)
 
     @method
     def getDataList(self, filter: Any = "") -> list[str]:
@@ -182,7 +173,7 @@ class ALMemory(Service):
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Keep a value under a key, and tell whoever listens."""
         key = _key(name)
-        self._values[key] = value
+        self._keep(key, value)
         self._raise(key, value)
 
     @method
@@ -256,6 +247,16 @@ class ALMemory(Service):
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
+    def _keep(self, key: str, value: Any) -> None:
+        self._values[key] = value
+        self._sense(key)
+
+    def _sense(self, key: str) -> None:
+        """Have the sensors notice that the value of a key of theirs is another."""
+        if key in self._own:
+            for service in ("ALTouch", "ALSonar"):
+                self.nao.services[service].sensed(key, self._value(key))  # type: ignore[attr-defined]
+
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
         for subscriber in self._listening.get(key, ()):
@@ -280,31 +281,47 @@ class ALMemory(Service):
     def _own_keys(self) -> dict[str, Callable[[], Any]]:
         """Every key of the robot's own, with what reads it."""
         joints = self.nao.joints
-        own: dict[str, Callable[[], Any]] = {}
+        own: dict[str, Callable[[], Any]] = {
+            key: partial(_same, value) for key, value in constants(joints.column).items()
+        }
         for name, column in joints.column.items():
-            place = f"{_DEVICE}/{name}"
-            own[f"{place}/Position/Sensor/Value"] = partial(joints.sensor_at, column)
-            own[f"{place}/Position/Actuator/Value"] = partial(joints.command_at, column)
-            own[f"{place}/Hardness/Actuator/Value"] = partial(joints.stiffness_at, column)
-            own[f"{place}/Temperature/Sensor/Value"] = lambda: _CALM
-            own[f"{place}/ElectricCurrent/Sensor/Value"] = lambda: 0.0
-        for quantity, value in _BATTERY.items():
-            own[f"{_DEVICE}/Battery/{quantity}/Sensor/Value"] = partial(float, value)
-        for button in _CONSTANT:
-            own[f"{_DEVICE}/{button}/Sensor/Value"] = lambda: 0.0
-        for event in _EVENTS:
-            own[event] = lambda: 0.0
+            own[f"{DEVICE}{name}/Position/Sensor/Value"] = partial(joints.sensor_at, column)
+            own[f"{DEVICE}{name}/Position/Actuator/Value"] = partial(joints.command_at, column)
+            own[f"{DEVICE}{name}/Hardness/Actuator/Value"] = partial(joints.stiffness_at, column)
+        for name, (led, channel) in led_actuators().items():
+            own[f"{DEVICE}{name}/Actuator/Value"] = partial(self._led, led, channel)
+        for event in SWITCH_EVENTS:
+            own[event] = partial(self._switched, event)
         for axis, letter in enumerate("XYZ"):
-            place = f"{_DEVICE}/InertialSensor"
+            place = f"{DEVICE}InertialSensor"
             own[f"{place}/Angle{letter}/Sensor/Value"] = partial(self._torso_angle, axis)
-            own[f"{place}/Accelerometer{letter}/Sensor/Value"] = partial(self._acceleration, axis)
-            own[f"{place}/Gyroscope{letter}/Sensor/Value"] = lambda: 0.0
+            for quantity in ("Accelerometer", "Acc"):
+                own[f"{place}/{quantity}{letter}/Sensor/Value"] = partial(self._acceleration, axis)
+        own["footContact"] = lambda: self._contact("LLeg") or self._contact("RLeg")
+        own["leftFootContact"] = partial(self._contact, "LLeg")
+        own["rightFootContact"] = partial(self._contact, "RLeg")
         own["PostureChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPosture")
         own["PostureFamilyChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
         own["robotIsWakeUp"] = lambda: self.nao.services["ALMotion"].invoke("robotIsWakeUp")
-        own["BatteryChargeChanged"] = lambda: round(100.0 * _BATTERY["Charge"])
+        own["BatteryChargeChanged"] = lambda: self.nao.services["ALBattery"].invoke("getBatteryCharge")
         own["DCM/Time"] = lambda: int(1000.0 * self.nao.clock.now)
         return own
+
+    def _led(self, led: str, channel: int | None) -> float:
+        """How bright a channel of a LED is, from 0 to 1; of a LED with one colour, its brightest."""
+        colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
+        return float(max(colour) if channel is None else colour[channel])
+
+    def _switched(self, event: str) -> float:
+        """1.0 while a switch that raises an event is pressed."""
+        touch = self.nao.services["ALTouch"]
+        return float(touch.is_raised(event))  # type: ignore[attr-defined]
+
+    def _contact(self, foot: str) -> bool:
+        """Whether the robot stands with this sole on the floor."""
+        q = self.nao.joints.q()
+        height = (self.nao.base.torso(q) @ self.nao.robot.fk(q, foot))[2, 3]
+        return self.nao.base.support is not None and bool(height <= _ON_FLOOR)
 
     def _torso_angle(self, axis: int) -> float:
         """Roll, pitch or yaw of the torso in the world, as its inertial sensor shows them at rest [rad]."""
@@ -313,6 +330,10 @@ class ALMemory(Service):
     def _acceleration(self, axis: int) -> float:
         """What an accelerometer in the torso shows at rest: gravity, upwards [m/s²]."""
         return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
+
+
+def _same(value: Any) -> Any:
+    return value
 
 
 def _key(key: object) -> str:

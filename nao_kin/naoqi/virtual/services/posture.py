@@ -74,7 +74,10 @@ class GoToPosture(Interpolation):
         # The last command is taken at the end of this tick; what matters is whether the joints could follow.
         step = nao.joints.max_speed * 0.01 * (nao.joints.stiffness > 0.0)
         target = nao.robot.to_body(self._q)
-        self.value = bool((np.abs(nao.joints.sensor - target) <= step + 1e-6).all())
+        near = np.abs(nao.joints.sensor - target) <= step + 1e-6
+        # Hands do not count, as for getPosture: openHand and closeHand leave them without stiffness.
+        near[nao.joints.columns(_HANDS)] = True
+        self.value = bool(near.all())
         if not self._from_feet and self._to_feet and nao.joints.stiffness.any():
             nao.base.stand_on(nao.base.standing_foot(self._q), self._q)
         nao.log.change("posture", self._posture)
@@ -130,9 +133,11 @@ class ALRobotPosture(Service):
     def goToPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
         """Go to a posture; True when it is reached, False where it is unknown, killed, or joints have no stiffness.
 
+        The hands go there too, but do not count: openHand and closeHand leave them without stiffness.
+
         Args:
             postureName: one of getPostureList.
-            maxSpeedFraction: above 0, at most 1.
+            maxSpeedFraction: above 0; more than 1 counts as 1, with a line in the log.
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
 
@@ -154,7 +159,10 @@ class ALRobotPosture(Service):
 
     def _go(self, name: str, posture: Any, fraction: Any) -> Call | bool:
         wanted = arguments.text(posture, "postureName")
-        share = arguments.fraction(fraction, "maxSpeedFraction", positive=True)
+        given = arguments.number(fraction, "maxSpeedFraction")
+        share = arguments.fraction(min(given, 1.0), "maxSpeedFraction", positive=True)
+        if given > 1.0:
+            self.nao.log.write(f"{name}: maxSpeedFraction = {given:g} is clipped to 1")
         if wanted not in self.nao.robot.posture_names:
             self.nao.log.write(f"{name}: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
             return False

@@ -15,6 +15,8 @@ from nao_kin.naoqi.virtual.whole_body.balance import FOOT_STATES, SUPPORTS, Bala
 from nao_kin.naoqi.virtual.whole_body.tasks import HELD, EffectorControl, GoToBalance
 
 _LEAST_DURATION = 0.1
+# What NAOqi documents for wbEnableEffectorOptimization.
+_OPTIMIZED = ("All", "Arms", "Legs", "Head", "LArm", "RArm", "LLeg", "RLeg", "Torso", "Com")
 
 
 class WholeBodyControl(Service):
@@ -27,13 +29,12 @@ class WholeBodyControl(Service):
       help, and a foot that is neither moved nor "Free" stays. Masks are then 7, 56 or 63; others move their own chain.
     - setAngles, angleInterpolation and setPositions move their own joints; the balance does not correct them.
     - "Plane" counts as "Fixed": a foot does not slide.
-    - wbEnableEffectorOptimization is kept and changes nothing.
+    - wbEnableEffectorOptimization changes nothing.
     """
 
     def __init__(self, nao: Any) -> None:
         super().__init__(nao)
         self.balance = Balance()
-        self._optimized = dict.fromkeys(HELD, True)
         self._control: EffectorControl | None = None
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
@@ -140,9 +141,9 @@ class WholeBodyControl(Service):
 
     @method
     def wbEnableEffectorOptimization(self, effectorName: Any, isActive: Any) -> None:
-        """Kept; an effector whose target is far goes as near as it can in any case."""
-        effector = arguments.choice(effectorName, "effector", HELD)
-        self._optimized[effector] = arguments.flag(isActive, "isActive")
+        """Taken and left; an effector whose target is far goes as near as it can in any case."""
+        arguments.choice(effectorName, "effector", _OPTIMIZED)
+        arguments.flag(isActive, "isActive")
 
     def _held(self) -> EffectorControl | None:
         return None if self._control is None or self._control.over else self._control
