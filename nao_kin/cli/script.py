@@ -66,7 +66,7 @@ def run(
             speed=1.0 if speed is None else speed,
             posture="Crouch" if posture is None else posture,
             page=page if view else None,
-            log=log,
+            kinds=("log",) if log else (),
         ) as where_it_is:
             if "url" in where_it_is:
                 print_note(f"the virtual NAO is at {where_it_is['url']}")

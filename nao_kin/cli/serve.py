@@ -54,7 +54,13 @@ def serve(
     if not view:
         page.refuse("add --view")
     with served(
-        version, host=host, port=port, speed=speed, posture=posture, page=page if view else None, log=log
+        version,
+        host=host,
+        port=port,
+        speed=speed,
+        posture=posture,
+        page=page if view else None,
+        kinds=("log",) if log else ("kernels",),
     ) as done:
         if json:
             print_json(done)
@@ -74,7 +80,7 @@ def served(
     speed: float,
     posture: str,
     page: LivePage | None,
-    log: bool,
+    kinds: tuple[str, ...],
 ) -> Iterator[dict[str, str]]:
     """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
 
@@ -85,7 +91,8 @@ def served(
         speed: seconds of its time in one second.
         posture: to begin in.
         page: that shows it; None for none.
-        log: print what it says and remarks on standard error.
+        kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "kernels" for
+            what it says about its compiled kernels.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -98,7 +105,11 @@ def served(
 
     robot = load_nao(version)
     with ExitStack() as running:
-        watcher = _print_log if log else None
+
+        def watcher(change: Change) -> None:
+            if change.kind in kinds:
+                print_note(f"{change.time:.2f} s: {change.value}")
+
         nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
@@ -111,11 +122,6 @@ def served(
             running.callback(follower.join)
             running.callback(ended.set)
         yield done
-
-
-def _print_log(change: Change) -> None:
-    if change.kind == "log":
-        print_note(f"{change.time:.2f} s: {change.value}")
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:

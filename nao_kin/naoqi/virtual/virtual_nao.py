@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time as wall
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
 from typing import Any
@@ -110,6 +111,7 @@ class VirtualNao:
         self.base = Base(self.robot, q, posture)
         self.tasks = Tasks(self)
         self._closed = False
+        self._holds = 0
         self._pending: set[Call] = set()
         from nao_kin.naoqi.virtual.services import make_services
 
@@ -197,6 +199,25 @@ class VirtualNao:
         timer = self.clock.after(seconds, lambda: self.monitor.later(call.finish))
         return call
 
+    @contextmanager
+    def time_held(self) -> Iterator[None]:
+        """Hold robot time still, where it runs by itself; the wall-clock time that passes is not made up for.
+
+        Examples:
+            >>> with nk.naoqi.VirtualNao(speed=100.0) as nao, nao.time_held():
+            ...     before = nao.clock.now
+            ...     nao.call("ALMotion", "ping"), nao.clock.now == before
+            (True, True)
+        """
+        with self.monitor:
+            self._holds += 1
+        try:
+            yield
+        finally:
+            with self.monitor:
+                self.clock.due(wall.monotonic())
+                self._holds -= 1
+
     def _tick(self) -> None:
         with self.monitor:
             for action in self.clock.tick():
@@ -213,10 +234,15 @@ class VirtualNao:
         pause = max(0.5 * TICK / self.clock.speed, _SHORTEST_SLEEP)
         self.clock.due(wall.monotonic())
         while not self._ended.wait(pause):
-            for _ in range(self.clock.due(wall.monotonic())):
+            with self.monitor:
+                due = self.clock.due(wall.monotonic())
+            for _ in range(due):
                 if self._ended.is_set():
                     return
-                self._tick()
+                with self.monitor:
+                    if self._holds:
+                        break
+                    self._tick()
 
     # --- state ----------------------------------------------------------------------------------------------------
 
