@@ -220,6 +220,8 @@ class VirtualNao:
 
     def _tick(self) -> None:
         with self.monitor:
+            feet_kept = any(task.keeps_feet for task in self.tasks.running)
+            before = self.joints.q()
             for action in self.clock.tick():
                 try:
                     action()
@@ -227,7 +229,7 @@ class VirtualNao:
                     self.log.write(f"internal error: {error!r}")
             self.tasks.tick()
             if self.joints.advance(TICK):
-                self.base.update(self.joints.q())
+                self.base.update(self.joints.q(), None if feet_kept else before)
             self.tasks.start_waiting()
 
     def _run(self) -> None:

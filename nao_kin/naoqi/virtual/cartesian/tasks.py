@@ -82,6 +82,11 @@ def hold_still(nao: VirtualNao, wishes: Sequence[Wish]) -> None:
         nao.base.stand_on(limbs.LEGS[1 - limbs.LEGS.index(moved[0])], nao.joints.q(sensor=False))
 
 
+def moves_legs(wishes: Sequence[Wish]) -> bool:
+    """Whether a task for these wishes moves the legs."""
+    return any(wish.effector in (limbs.TORSO, *limbs.LEGS) for wish in wishes)
+
+
 def needed_joints(nao: VirtualNao, wishes: Sequence[Wish]) -> tuple[str, ...]:
     """The joints that a task for these wishes moves, each once, by their 26 names."""
     return limbs.joints_of(nao.robot, [wish.effector for wish in wishes])
@@ -147,6 +152,7 @@ class PathTask(Task):
 
     def __init__(self, name: str, nao: VirtualNao, wishes: Sequence[Wish]) -> None:
         super().__init__(name, needed_joints(nao, wishes))
+        self.keeps_feet = moves_legs(wishes)
         self._wishes = tuple(wishes)
         self._joints = needed_joints(nao, wishes)
 
