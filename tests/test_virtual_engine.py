@@ -525,7 +525,9 @@ def test_the_standing_foot_stays_where_it_is_while_the_other_is_lifted(awake: Vi
     foot = awake.base.support
     assert foot == "LLeg"
     T_world_foot = awake.torso_in_world() @ nao.fk(awake.state().q, foot)
-    awake.post("ALMotion", "angleInterpolation", ["RHipPitch", "RHipRoll", "LHipYawPitch"], [-1.2, -0.3, -0.1], 1.0, True)
+    awake.post(
+        "ALMotion", "angleInterpolation", ["RHipPitch", "RHipRoll", "LHipYawPitch"], [-1.2, -0.3, -0.1], 1.0, True
+    )
     for _ in range(20):
         awake.step(0.04)
         state = awake.state()
