@@ -413,3 +413,76 @@ def test_what_makes_no_sense_is_refused_before_anything_moves(script: Script, gi
     assert str(error.value).startswith(f"ALMotion::{name}\n\t")
     assert expected in str(error.value)
     assert script("getTaskList") == []
+
+
+# --- a leg that moves in the world ------------------------------------------------------------------------------------
+
+LIFTED = [(leg, space, wx) for leg in ("LLeg", "RLeg") for space in (WORLD, ROBOT) for wx in (0.0, np.radians(5.0))]
+
+
+def _shifted(script: Script) -> None:
+    """Bring the torso 20 mm to the left, so that the hips' motor moves with a leg."""
+    script("positionInterpolations", ["Torso"], ROBOT, [[[0.0, 0.02, 0.0, 0.0, 0.0, 0.0]]], [63], [[1.0]], False)
+
+
+@pytest.mark.parametrize(("leg", "space", "wx"), LIFTED)
+def test_a_leg_in_the_world_goes_straight_to_its_target_while_the_other_foot_stands(
+    script: Script, leg: str, space: int, wx: float
+) -> None:
+    other = "RLeg" if leg == "LLeg" else "LLeg"
+    _shifted(script)
+    start, standing = script.position(leg, WORLD), script.pose(other, WORLD)
+    change = np.array([0.0, 0.0, 0.02, wx, 0.0, 0.0])
+    target = script.position(leg, space) + change
+    call = script.nao.post("ALMotion", "positionInterpolations", [leg], space, [[target.tolist()]], [63], [[1.0]], True)
+    for tick in range(200):
+        share = min((tick + 1) / 100, 1.0)
+        script.nao.step(0.01)
+        moved = script.position(leg, WORLD) - start
+        assert np.abs(moved - share * share * (3.0 - 2.0 * share) * change).max() < 1e-5
+        assert np.abs(script.pose(other, WORLD) - standing).max() < 1e-9
+    assert call.done()
+    assert "does not reach" not in script.log()
+
+
+@pytest.mark.parametrize("leg", ["LLeg", "RLeg"])
+def test_a_leg_is_set_to_a_position_in_the_world(script: Script, leg: str) -> None:
+    other = "RLeg" if leg == "LLeg" else "LLeg"
+    _shifted(script)
+    change, standing = np.array([0.01, 0.0, 0.03, 0.05, 0.0, 0.1]), script.pose(other, WORLD)
+    target = script.position(leg, WORLD) + change
+    script("setPositions", [leg], WORLD, target.tolist(), 0.5, 63)
+    script.nao.step(3.0)
+    assert np.abs(script.position(leg, WORLD) - target).max() < 1e-6
+    assert np.abs(script.pose(other, WORLD) - standing).max() < 1e-9
+
+
+@pytest.mark.parametrize("leg", ["LLeg", "RLeg"])
+def test_a_leg_that_moves_with_the_torso_leaves_the_other_foot_in_place(script: Script, leg: str) -> None:
+    other = "RLeg" if leg == "LLeg" else "LLeg"
+    up = np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
+    standing, foot = script.pose(other, WORLD), script.position(leg, WORLD) + 2.0 * up
+    torso = script.position("Torso", WORLD) - up
+    paths = [[torso.tolist()], [foot.tolist()]]
+    script.nao.post("ALMotion", "positionInterpolations", ["Torso", leg], WORLD, paths, [63, 63], [[1.0], [1.0]], True)
+    for _ in range(150):
+        script.nao.step(0.01)
+        assert np.abs(script.pose(other, WORLD) - standing).max() < 1e-6
+    assert np.abs(script.position(leg, WORLD) - foot).max() < 1e-6
+    assert np.abs(script.position("Torso", WORLD)[:3] - torso[:3]).max() < 1e-6
+
+
+def test_rows_for_a_target_seen_from_the_standing_foot_are_derivatives(nao: nk.NaoModel) -> None:
+    step = 1e-6
+    for q in nao.random(3, 5):
+        wanted = nao.fk(q, "LLeg", reference="RLeg")
+        R = Rotation.from_euler("zyx", [0.3, -0.2, 0.5]).as_matrix()
+        target = Target("LLeg", wanted, naoqi.controlled_axes(63), R, "RLeg")
+        rows = target.rows(nao, q)
+        for column in range(nao.nq):
+            ahead, behind = q.copy(), q.copy()
+            ahead[column] += step
+            behind[column] -= step
+            # Errors are what is missing: they fall as the foot goes on.
+            difference = (target.missing(nao, behind) - target.missing(nao, ahead)) / (2.0 * step)
+            assert np.abs(rows[:, column] - difference).max() < 1e-8

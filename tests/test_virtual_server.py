@@ -22,6 +22,7 @@ import pytest
 from free_ports import free_port
 
 import nao_kin as nk
+from nao_kin._common.compiler import compiles
 from nao_kin.cli.app import run
 from nao_kin.cli.serve import follow
 from nao_kin.errors import BadArgument, MissingExtra
@@ -74,10 +75,11 @@ class Served:
         self.url: str = where.get("url", "")
 
     def end(self, number: int = signal.SIGTERM) -> tuple[int, str]:
-        """Exit code, and what stood on standard error."""
+        """Exit code, and what stood on standard error, without the lines about compiled kernels."""
         self.process.send_signal(number)
         _, errors = self.process.communicate(timeout=SECONDS)
-        return self.process.returncode, errors
+        self.about_kernels = [line for line in errors.splitlines() if "kernel" in line]
+        return self.process.returncode, "".join(line for line in errors.splitlines(True) if "kernel" not in line)
 
 
 def _unignored() -> None:
@@ -150,6 +152,47 @@ def test_a_script_moves_the_head_as_on_a_robot(shared: Served) -> None:
     assert len(found["names"]) == 26
     assert found["limits"][0][2] == pytest.approx(8.26797)
     assert 0.5 < found["said"] < 2.5  # 10.3 s
+
+
+def test_the_first_walk_is_not_overtaken_while_kernels_load(serve: Callable[..., Served]) -> None:
+    served = serve("--posture", "StandInit")
+    found = _found(
+        served,
+        """
+        motion.setStiffnesses("Body", 1.0)
+        walk = motion.moveTo(0.1, 0.0, 0.0, _async=True)
+        motion.waitUntilMoveIsFinished()
+        found["walked"] = walk.isFinished()
+        found["place"] = motion.getRobotPosition(True)
+        """,
+    )
+    assert found["walked"]
+    assert found["place"] == pytest.approx([0.1, 0.0, 0.0], abs=1e-6)
+    assert served.end() == (143, "")
+    if compiles():
+        assert sum("compiled kernels are loading in the background" in line for line in served.about_kernels) == 1
+        assert sum("ALMotion::moveTo waits for compiled kernels" in line for line in served.about_kernels) <= 1
+
+
+def test_calls_of_a_script_keep_their_order_within_and_across_services(shared: Served) -> None:
+    found = _found(
+        shared,
+        """
+        battery, key = session.service("ALBattery"), "Device/SubDeviceList/Battery/Charge/Sensor/Value"
+        within, across = [], []
+        for n in range(1500):
+            answers = []
+            for value in (n, n + 1, n + 2):
+                memory.insertData("test/order", value, _async=True)
+                answers.append(memory.getData("test/order", _async=True))
+            within += [answer.value() == value for answer, value in zip(answers, (n, n + 1, n + 2))]
+            memory.insertData(key, (n % 100) / 100.0, _async=True)
+            across.append(battery.getBatteryCharge() == n % 100)
+        memory.removeData(key)
+        found["within"], found["across"] = within.count(False), across.count(False)
+        """,
+    )
+    assert found == {"within": 0, "across": 0}
 
 
 def test_calls_that_wait_hold_no_thread_and_may_be_cancelled(shared: Served) -> None:

@@ -13,6 +13,7 @@ from scipy.interpolate import PchipInterpolator
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
+from nao_kin.naoqi.virtual.service import KERNELS
 from nao_kin.naoqi.virtual.services.missing import Missing
 
 
@@ -1064,9 +1065,33 @@ def test_what_must_be_compiled_is_so_before_the_lock_is_taken(
 
     monkeypatch.setattr(nk.ik, "warm_up", warm_up)
     monkeypatch.setattr("nao_kin.naoqi.virtual.service._ready", set())
+    assert kernels <= set(KERNELS)
     if kernels:
         with pytest.raises(BadArgument, match="enough"):
             virtual.services["ALMotion"].invoke(method, *arguments)
     else:
         virtual.services["ALMotion"].invoke(method, *arguments)
     assert set(asked) == kernels
+
+
+def test_robot_time_stands_still_while_a_call_waits_for_its_kernels(
+    nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times: list[float] = []
+
+    def warm_up(_: list[str]) -> None:
+        times.append(virtual.clock.now)
+        time.sleep(0.1)  # a thousand ticks
+        times.append(virtual.clock.now)
+
+    monkeypatch.setattr(nk.ik, "warm_up", warm_up)
+    monkeypatch.setattr("nao_kin.naoqi.virtual.service._ready", set())
+    with VirtualNao(nao, speed=100.0) as virtual:
+        virtual.call("ALMotion", "wbEnable", False)
+        begun = virtual.clock.now
+        later = threading.Event()
+        with virtual.monitor:
+            virtual.clock.after(0.1, later.set)
+        assert later.wait(60.0)  # time goes on afterwards
+        assert virtual.clock.now > begun
+    assert times[0] == times[1]

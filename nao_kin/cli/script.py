@@ -70,7 +70,7 @@ def run(
             posture="Crouch" if posture is None else posture,
             awake=not asleep,
             page=page if view else None,
-            log=log,
+            kinds=("log",) if log else ("limp",),
         ) as where_it_is:
             if "url" in where_it_is:
                 print_note(f"the virtual NAO is at {where_it_is['url']}")

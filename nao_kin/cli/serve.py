@@ -57,7 +57,14 @@ def serve(
     if not view:
         page.refuse("add --view")
     with served(
-        version, host=host, port=port, speed=speed, posture=posture, awake=awake, page=page if view else None, log=log
+        version,
+        host=host,
+        port=port,
+        speed=speed,
+        posture=posture,
+        awake=awake,
+        page=page if view else None,
+        kinds=("log",) if log else ("limp", "kernels"),
     ) as done:
         if json:
             print(dumps(done))  # one line: whoever reads it waits for its end
@@ -78,7 +85,7 @@ def served(
     posture: str,
     awake: bool,
     page: LivePage | None,
-    log: bool,
+    kinds: tuple[str, ...],
 ) -> Iterator[dict[str, str]]:
     """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
 
@@ -90,7 +97,8 @@ def served(
         posture: to begin in.
         awake: begin with stiffness, as after wakeUp.
         page: that shows it; None for none.
-        log: print what it says and remarks on standard error; commands to joints without stiffness are always reported.
+        kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "limp" for
+            commands to joints without stiffness, "kernels" for what it says about its compiled kernels.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -103,7 +111,11 @@ def served(
 
     robot = load_nao(version)
     with ExitStack() as running:
-        watcher = _print_log if log else _print_limp
+
+        def watcher(change: Change) -> None:
+            if change.kind in kinds:
+                print_note(f"{change.time:.2f} s: {change.value}")
+
         nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
         if awake:
             nao.call("ALMotion", "wakeUp")
@@ -118,15 +130,6 @@ def served(
             running.callback(follower.join)
             running.callback(ended.set)
         yield done
-
-
-def _print_log(change: Change, kind: str = "log") -> None:
-    if change.kind == kind:
-        print_note(f"{change.time:.2f} s: {change.value}")
-
-
-def _print_limp(change: Change) -> None:
-    _print_log(change, "limp")
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:

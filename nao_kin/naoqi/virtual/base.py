@@ -22,10 +22,13 @@ _SHELL = 0.04
 class Base:
     """The torso's pose in the world: kinematics alone, without weight or balance.
 
-    On its feet the robot stands on one sole, which stays where it is, flat on the floor z = 0; at first the left one.
-    When the other comes to be lower by more than 1 mm, it becomes the one: with its position and yaw of that moment,
-    and flat. Where the feet are inclined to each other, so that each is lower than the other when that one is flat, the
-    foot stays the same. A walk names the foot itself (`plant`).
+    On its feet the robot stands on one sole, flat on the floor z = 0; at first the left one. When the other comes to be
+    lower by more than 1 mm, it becomes the one: with its position and yaw of that moment, and flat. Where the feet are
+    inclined to each other, so that each is lower than the other when that one is flat, the foot stays the same. A walk
+    names the foot itself (`plant`).
+
+    The sole stays where it is while the other is lifted, by more than 1 mm, and during tasks that plan with a foot in
+    place (`Task.keeps_feet`). Otherwise both soles are down and slide alike, and FRAME_ROBOT between them stays.
 
     In a posture on the floor (Sit, LyingBack …) the vertical is the one that the posture has in the torso's frame, and
     the torso is so high that the lowest joint is 40 mm above the floor, or the lowest sole on it: an estimate, where
@@ -71,13 +74,25 @@ class Base:
         T[2, 3] = -min(float(heights.min()) - _SHELL, float(soles.min()))
         return T
 
-    def update(self, q: Floats) -> None:
-        """The joints have moved: change the foot if the other sole is lower now."""
+    def update(self, q: Floats, before: Floats | None = None) -> None:
+        """The joints have moved: change the foot if the other sole is lower now.
+
+        Args:
+            q: configuration, shape (25,).
+            before: the configuration before, to hold FRAME_ROBOT while both soles are down; None to hold the sole.
+        """
         if self.support is None:
             return
         foot = self.standing_foot(q, self.support)
         if foot != self.support:
             self.stand_on(foot, q)
+        elif before is not None and self._both_down(before) and self._both_down(q):
+            T_world_before, T_world_after = (
+                robot_frame(self._robot, one, torso_in_world=self.torso(one)) for one in (before, q)
+            )
+            change = T_world_before @ rigid_inverse(T_world_after)
+            change[2, 3] = 0.0  # along the floor
+            self._T_world_sole = change @ self._T_world_sole
 
     def stand_on(self, foot: str, q: Floats, T_world_torso: Floats | None = None) -> None:
         """Put a foot flat on the floor where it is, to stay there.
@@ -118,6 +133,12 @@ class Base:
     def vertical_on_feet(self, q: Floats) -> Floats:
         """The vertical in the torso's frame if the robot stood on its lower sole in a configuration; shape (3,)."""
         return np.array(self._robot.fk(q, self.standing_foot(q))[:3, 2])
+
+    def _both_down(self, q: Floats) -> bool:
+        """Whether the other sole is not lifted from the floor that the standing one is on."""
+        assert self.support is not None
+        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, FEET[1 - FEET.index(self.support)]])
+        return bool((rigid_inverse(T_torso_sole) @ T_torso_other)[2, 3] <= _LOWER)
 
     def standing_foot(self, q: Floats, before: str = FEET[0]) -> str:
         """The foot that carries the robot: `before`, unless the other is lower, and is so on its own sole too."""

@@ -5,18 +5,20 @@ from __future__ import annotations
 import errno
 import ipaddress
 import socket
+import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any
 
+from nao_kin._common.compiler import compiles
 from nao_kin._common.scalars import whole_number
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.virtual.calls import Call, NaoqiError
-from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.service import KERNELS, Service, make_ready, report
 from nao_kin.naoqi.virtual.services.memory import ALMemory, Subscriber
 from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
@@ -43,8 +45,12 @@ class QiServer:
         with VirtualNao() as nao, QiServer(nao) as server:
             print(server.endpoint)          # tcp://127.0.0.1:9559
 
-    Scripts connect to it as to a robot. Blocking methods hold no thread: they answer with qi's future, so that
-    thousands may wait. Angles travel as the doubles that they are; a robot sends floats of 32 bits.
+    Scripts connect to it as to a robot. Calls are made one after the other, in the order in which they arrive, so that
+    those of a script keep its order. Blocking methods hold no thread: they answer with qi's future, so that thousands
+    may wait. Angles travel as the doubles that they are; a robot sends floats of 32 bits.
+
+    The compiled kernels that walking, Cartesian and whole-body control need are loaded in the background; a call that
+    needs one before it is there waits for it, and robot time and the calls after it with it.
 
     A program imports `nao_kin.naoqi`, or qi, before it makes a robot: loaded after Pinocchio, qi is not reliable.
 
@@ -77,11 +83,21 @@ class QiServer:
         memory = nao.services.get("ALMemory")
         if isinstance(memory, ALMemory):
             memory.module_called = self._call_module
+        strand = None
         for name, service in nao.services.items():
-            self._session.registerService(name, _exported(qi, service))
+            exported = _exported(qi, service)
+            if strand is not None:
+                exported.__qi_strand__ = strand
+            self._session.registerService(name, exported)
+            # qi makes the calls of an object in a strand, one after the other; with one strand for all services, calls
+            # of different services do not overtake each other either.
+            strand = getattr(exported, "__qi_strand__", None)
+        self._closing = threading.Event()
+        threading.Thread(target=self._load_kernels, args=(nao,), name="kernels", daemon=True).start()
 
     def close(self) -> None:
         """Listen no more; scripts that are connected get an error. Does nothing when closed."""
+        self._closing.set()
         session, self._session = self._session, None
         if session is not None:
             time.sleep(_SECONDS_TO_SETTLE)
@@ -96,6 +112,19 @@ class QiServer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _load_kernels(self, nao: VirtualNao) -> None:
+        if not compiles():
+            return
+        report(
+            nao,
+            "compiled kernels are loading in the background (the first time on a machine they are compiled, some "
+            "minutes); a call that needs one waits for it, and robot time with it",
+        )
+        for kernel in KERNELS:
+            if self._closing.is_set():
+                return
+            make_ready([kernel])
 
     def _check_address(self, host: str, port: int) -> None:
         """Refuse an address that cannot be had, and warn of one that others reach."""
@@ -135,7 +164,7 @@ def _exported(qi: Any, service: Service) -> Any:
     """An object with the methods of a service, as qi takes it; those that are absent answer what there is."""
     names = (*service.method_names, *service.absent)
     methods: dict[str, Callable[..., Any]] = {name: _forwarded(qi, service, name) for name in names}
-    return qi.multiThreaded()(type(service.name, (), methods))()
+    return qi.singleThreaded()(type(service.name, (), methods))()
 
 
 def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:

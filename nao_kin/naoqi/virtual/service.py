@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
+from nao_kin._common.compiler import compiles
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, nearest_names
 from nao_kin.naoqi.names import joint_names
@@ -75,7 +76,7 @@ class Service:
             takes = ", ".join(self._signatures[name].parameters)
             count = f"{len(given)} argument{'' if len(given) == 1 else 's'}"
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
-        _make_ready(self.kernels_for(name, given))
+        self._wait_for_kernels(name, given)
         try:
             with self.nao.monitor:
                 self.nao.check_open()
@@ -89,11 +90,19 @@ class Service:
             raise NaoqiError(self.name, name, str(error)) from None
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Which compiled kernels of `nk.ik` a call needs; they are made ready before the lock is taken.
+        """Return the compiled kernels of `nk.ik` that a call needs, some of `KERNELS`.
 
-        The first time on a machine that takes up to a minute, in which robot time goes on and other scripts are served.
+        They are loaded, or compiled, before the lock is taken, and robot time stands still meanwhile.
         """
         return frozenset()
+
+    def _wait_for_kernels(self, name: str, given: tuple[Any, ...]) -> None:
+        missing = self.kernels_for(name, given) - _ready
+        if missing:
+            with self.nao.time_held():
+                if compiles():
+                    report(self.nao, f"{self.name}::{name} waits for compiled kernels; robot time stands still")
+                make_ready(missing)
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
         """The joints that a name, chain or list of them stands for, each once.
@@ -176,13 +185,24 @@ class Service:
         return waiting
 
 
+KERNELS: tuple[str, ...] = ("both legs", "arms by pose", "arms by place", "bodies")
+"""The compiled kernels of `nk.ik` that calls need: those of the walk first, which scripts need most."""
+
 _ready: set[str] = set()
 
 
-def _make_ready(kernels: frozenset[str]) -> None:
-    """Compile kernels, or read them from the disk; at once where that was done before."""
-    if not kernels <= _ready:
+def make_ready(kernels: Iterable[str]) -> None:
+    """Load compiled kernels from the disk, or compile them; does nothing for those that are loaded."""
+    missing = sorted(set(kernels) - _ready, key=KERNELS.index)
+    if missing:
         from nao_kin import ik
 
-        ik.warm_up(sorted(kernels))
-        _ready.update(kernels)
+        ik.warm_up(missing)
+        _ready.update(missing)
+
+
+def report(nao: VirtualNao, message: str) -> None:
+    """Log a message about compiled kernels, and publish it as a `Change` of its own kind, "kernels"."""
+    with nao.monitor:
+        nao.log.write(message)
+        nao.log.change("kernels", message)

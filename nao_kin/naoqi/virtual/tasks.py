@@ -30,6 +30,8 @@ class Task(ABC):
 
     Attributes:
         reactive: whether later tasks may take its resources.
+        keeps_feet: whether it plans with the standing foot in place. Where no task does, FRAME_ROBOT stays while both
+            soles are down.
         id: number in the task list, from 1; 0 before it is there.
         call: the answer, given at the end.
         value: what the call answers at the end.
@@ -38,6 +40,7 @@ class Task(ABC):
     """
 
     reactive = False
+    keeps_feet = False
 
     def __init__(self, name: str, resources: Iterable[str]) -> None:
         self.name = name

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time as wall
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
 from typing import Any
@@ -110,6 +111,7 @@ class VirtualNao:
         self.base = Base(self.robot, q, posture)
         self.tasks = Tasks(self)
         self._closed = False
+        self._holds = 0
         self._pending: set[Call] = set()
         from nao_kin.naoqi.virtual.services import make_services
 
@@ -197,8 +199,29 @@ class VirtualNao:
         timer = self.clock.after(seconds, lambda: self.monitor.later(call.finish))
         return call
 
+    @contextmanager
+    def time_held(self) -> Iterator[None]:
+        """Hold robot time still, where it runs by itself; the wall-clock time that passes is not made up for.
+
+        Examples:
+            >>> with nk.naoqi.VirtualNao(speed=100.0) as nao, nao.time_held():
+            ...     before = nao.clock.now
+            ...     nao.call("ALMotion", "ping"), nao.clock.now == before
+            (True, True)
+        """
+        with self.monitor:
+            self._holds += 1
+        try:
+            yield
+        finally:
+            with self.monitor:
+                self.clock.due(wall.monotonic())
+                self._holds -= 1
+
     def _tick(self) -> None:
         with self.monitor:
+            feet_kept = any(task.keeps_feet for task in self.tasks.running)
+            before = self.joints.q()
             for action in self.clock.tick():
                 try:
                     action()
@@ -206,17 +229,22 @@ class VirtualNao:
                     self.log.write(f"internal error: {error!r}")
             self.tasks.tick()
             if self.joints.advance(TICK):
-                self.base.update(self.joints.q())
+                self.base.update(self.joints.q(), None if feet_kept else before)
             self.tasks.start_waiting()
 
     def _run(self) -> None:
         pause = max(0.5 * TICK / self.clock.speed, _SHORTEST_SLEEP)
         self.clock.due(wall.monotonic())
         while not self._ended.wait(pause):
-            for _ in range(self.clock.due(wall.monotonic())):
+            with self.monitor:
+                due = self.clock.due(wall.monotonic())
+            for _ in range(due):
                 if self._ended.is_set():
                     return
-                self._tick()
+                with self.monitor:
+                    if self._holds:
+                        break
+                    self._tick()
 
     # --- state ----------------------------------------------------------------------------------------------------
 

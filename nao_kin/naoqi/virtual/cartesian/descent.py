@@ -27,31 +27,45 @@ _MOST_DAMPING = 1e3
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Where a frame of the robot is to be.
+    """Where a frame of the robot is to be, as seen from the torso or from the sole that stands.
 
     Attributes:
         frame: the robot's name of it.
-        T_torso_target: shape (4, 4).
+        T_reference_target: shape (4, 4).
         axes: which of x, y, z, wx, wy, wz count, along the axes of the space, shape (6,).
-        R_torso_space: these axes in the torso, shape (3, 3).
+        R_reference_space: these axes in the reference, shape (3, 3).
+        reference: the frame that stays in place: "Torso", or a foot whose leg moves with the joints too.
     """
 
     frame: str
-    T_torso_target: Floats
+    T_reference_target: Floats
     axes: NDArray[np.bool_]
-    R_torso_space: Floats
+    R_reference_space: Floats
+    reference: str = "Torso"
 
-    def errors(self, T_torso_frame: Floats) -> Floats:
+    def errors(self, T_reference_frame: Floats) -> Floats:
         """What is missing along the axes that count: metres, and radians times `RADIAN`, shape (k,)."""
-        R = self.R_torso_space.T
-        away = R @ (self.T_torso_target[:3, 3] - T_torso_frame[:3, 3])
-        turn = R @ log(self.T_torso_target[:3, :3] @ T_torso_frame[:3, :3].T)
+        R = self.R_reference_space.T
+        away = R @ (self.T_reference_target[:3, 3] - T_reference_frame[:3, 3])
+        turn = R @ log(self.T_reference_target[:3, :3] @ T_reference_frame[:3, :3].T)
         return np.concatenate([away, RADIAN * turn])[self.axes]
 
-    def rows(self, jacobian: Floats) -> Floats:
-        """The rows of a Jacobian that belong to them, shape (k, nv)."""
-        R = self.R_torso_space.T
-        return np.concatenate([R @ jacobian[:3], RADIAN * (R @ jacobian[3:])])[self.axes]
+    def missing(self, robot: RobotModel, q: Floats) -> Floats:
+        """As `errors`, in a configuration."""
+        return self.errors(robot.fk(q, self.frame, reference=self.reference))
+
+    def rows(self, robot: RobotModel, q: Floats) -> Floats:
+        """The rows of the Jacobian that belong to them, shape (k, nv)."""
+        J = robot.jacobian(q, self.frame)
+        if self.reference != "Torso":
+            T_torso_frame, T_torso_reference = robot.fk(q, [self.frame, self.reference])
+            J_reference, away = robot.jacobian(q, self.reference), T_torso_frame[:3, 3] - T_torso_reference[:3, 3]
+            # What a point moves as seen from a reference that moves itself: v − v_reference − ω_reference × away.
+            carried = J_reference[:3] - np.cross(away, J_reference[3:], axis=0)
+            R_reference_torso = T_torso_reference[:3, :3].T
+            J = np.concatenate([R_reference_torso @ (J[:3] - carried), R_reference_torso @ (J[3:] - J_reference[3:])])
+        R = self.R_reference_space.T
+        return np.concatenate([R @ J[:3], RADIAN * (R @ J[3:])])[self.axes]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,21 +92,20 @@ def descend(robot: RobotModel, targets: Sequence[Target], columns: Sequence[int]
         columns: the joints that may move, as places in q.
         q: where to begin, inside the limits, shape (nq,).
     """
-    frames = [target.frame for target in targets]
     free = np.array(columns)
-    best, e = np.array(q), _errors(robot, targets, frames, q)
+    best, e = np.array(q), _errors(robot, targets, q)
     damping = _DAMPING
     for _ in range(_MOST_STEPS):
         if float(np.abs(e).max(initial=0.0)) < _MET or damping > _MOST_DAMPING:
             break
-        J = np.concatenate([target.rows(robot.jacobian(best, target.frame)) for target in targets])[:, free]
+        J = np.concatenate([target.rows(robot, best) for target in targets])[:, free]
         step = _step(robot, J, e, free, best, damping)
         if float(np.abs(step).max(initial=0.0)) < _SMALLEST_STEP:
             break
         candidate = best.copy()
         candidate[free] += step
         candidate = robot.clamp(candidate)
-        left = _errors(robot, targets, frames, candidate)
+        left = _errors(robot, targets, candidate)
         if left @ left < e @ e:
             best, e, damping = candidate, left, max(0.1 * damping, 1e-12)
         else:
@@ -100,8 +113,8 @@ def descend(robot: RobotModel, targets: Sequence[Target], columns: Sequence[int]
     return Solution(best, float(np.linalg.norm(e)))
 
 
-def _errors(robot: RobotModel, targets: Sequence[Target], frames: list[str], q: Floats) -> Floats:
-    return np.concatenate([target.errors(T) for target, T in zip(targets, robot.fk(q, frames), strict=True)])
+def _errors(robot: RobotModel, targets: Sequence[Target], q: Floats) -> Floats:
+    return np.concatenate([target.missing(robot, q) for target in targets])
 
 
 def _step(robot: RobotModel, J: Floats, e: Floats, free: NDArray[np.int64], q: Floats, damping: float) -> Floats:

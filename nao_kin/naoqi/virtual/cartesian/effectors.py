@@ -57,16 +57,19 @@ def anywhere(robot: NaoModel, target: Target, q: Floats) -> Solution:
     Whole poses of arms and legs, places of hands and directions of the head go by their closed forms; other masks by
     descents, from the joints of now and from others.
     """
-    closed = _closed_form(robot, target, q)
     found = near(robot, [target], q)
     if found.missing <= MET:
         return found
-    if closed is not None:
+    closed = _closed_form(robot, target, q)
+    if closed is not None and target.reference == TORSO:
         return _better(_judged(robot, target, closed), found)
     rng = np.random.default_rng(0)
     columns = columns_of(robot, [target.frame])
     reached: list[Solution] = []
-    for start in robot.random(rng, _STARTS):
+    starts = robot.random(rng, _STARTS)
+    if closed is not None and np.isfinite(closed).all():  # which holds for the torso as it is now
+        starts[0] = closed
+    for start in starts:
         begin = q.copy()
         begin[columns] = start[columns]
         other = descend(robot, [target], columns, robot.clamp(begin))
@@ -115,7 +118,9 @@ def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
 
 def _closed_form(robot: NaoModel, target: Target, q: Floats) -> Floats | None:
     axes = int(np.dot(target.axes, 1 << np.arange(6)))
-    T, frame = target.T_torso_target, target.frame
+    T, frame = target.T_reference_target, target.frame
+    if target.reference != TORSO:
+        T = robot.fk(q, target.reference) @ T
     if frame in ARMS and axes == AXIS_MASK_ALL:
         return ik.arm(robot, frame[0], T, reference=q).q
     if frame in ARMS and axes == AXIS_MASK_VEL:
@@ -130,7 +135,7 @@ def _closed_form(robot: NaoModel, target: Target, q: Floats) -> Floats | None:
 def _judged(robot: NaoModel, target: Target, q: Floats) -> Solution:
     if not np.isfinite(q).all():
         return Solution(q, np.inf)
-    return Solution(q, float(np.linalg.norm(target.errors(robot.fk(q, target.frame)))))
+    return Solution(q, float(np.linalg.norm(target.missing(robot, q))))
 
 
 def _better(one: Solution, other: Solution) -> Solution:

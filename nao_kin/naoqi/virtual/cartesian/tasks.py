@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.vectors import rigid_inverse
 from nao_kin.naoqi.axis_mask import controlled_axes
 from nao_kin.naoqi.spaces import FRAME_ROBOT, FRAME_TORSO, pose_in, robot_frame
 from nao_kin.naoqi.virtual.cartesian import effectors as limbs
@@ -40,6 +41,7 @@ class Scene:
         self.T_world_torso = nao.base.torso(self.q)
         # FRAME_ROBOT moves with the feet; a task takes it where it was at the beginning.
         self.T_world_robot = robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
+        self._standing = nao.base.support
 
     def pose(self, effector: str, space: int) -> Floats:
         """Where an effector is in a space, shape (4, 4)."""
@@ -69,6 +71,10 @@ class Scene:
         if wish.space == FRAME_TORSO:
             return Target(wish.effector, T, axes, np.eye(3))
         R_world_space = self.T_world_robot[:3, :3] if wish.space == FRAME_ROBOT else np.eye(3)
+        if wish.effector in limbs.LEGS and self._standing not in (None, wish.effector):
+            # A leg takes the hip of the other one with it, and so the torso: only the standing foot stays.
+            T_sole_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, self._standing))
+            return Target(wish.effector, T_sole_world @ T, axes, T_sole_world[:3, :3] @ R_world_space, self._standing)
         R_torso_world = T_world_torso[:3, :3].T
         return Target(wish.effector, limbs.in_torso(T_world_torso, T), axes, R_torso_world @ R_world_space)
 
@@ -76,10 +82,13 @@ class Scene:
 def hold_still(nao: VirtualNao, wishes: Sequence[Wish]) -> None:
     """Stand on the foot that is not moved, where one is."""
     moved = [wish.effector for wish in wishes if wish.effector in limbs.LEGS]
-    if nao.base.support is None or len(moved) != 1 or any(wish.effector == limbs.TORSO for wish in wishes):
-        return
-    if nao.base.support == moved[0]:
+    if len(moved) == 1 and nao.base.support == moved[0]:
         nao.base.stand_on(limbs.LEGS[1 - limbs.LEGS.index(moved[0])], nao.joints.q(sensor=False))
+
+
+def moves_legs(wishes: Sequence[Wish]) -> bool:
+    """Whether a task for these wishes moves the legs."""
+    return any(wish.effector in (limbs.TORSO, *limbs.LEGS) for wish in wishes)
 
 
 def needed_joints(nao: VirtualNao, wishes: Sequence[Wish]) -> tuple[str, ...]:
@@ -147,6 +156,7 @@ class PathTask(Task):
 
     def __init__(self, name: str, nao: VirtualNao, wishes: Sequence[Wish]) -> None:
         super().__init__(name, needed_joints(nao, wishes))
+        self.keeps_feet = moves_legs(wishes)
         self._wishes = tuple(wishes)
         self._joints = needed_joints(nao, wishes)
 

@@ -14,7 +14,7 @@ from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.calls import Call
 from nao_kin.naoqi.virtual.cartesian import effectors as limbs
 from nao_kin.naoqi.virtual.cartesian.forms import ToPoses, Wish, positions, single, transforms, wishes
-from nao_kin.naoqi.virtual.cartesian.tasks import PathTask, Scene, TogetherTask, hold_still, needed_joints
+from nao_kin.naoqi.virtual.cartesian.tasks import PathTask, Scene, TogetherTask, hold_still, moves_legs, needed_joints
 from nao_kin.naoqi.virtual.service import Service, method
 from nao_kin.naoqi.virtual.whole_body.balance import Balance
 from nao_kin.naoqi.virtual.whole_body.tasks import MASKS, WholePathTask
@@ -205,4 +205,6 @@ class CartesianControl(Service):
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
         joints = needed_joints(self.nao, found)
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
-        self.nao.start_task(TogetherTask(name, joints, targets, share))
+        task = TogetherTask(name, joints, targets, share)
+        task.keeps_feet = moves_legs(found)
+        self.nao.start_task(task)

@@ -101,6 +101,7 @@ class Walk(Task):
         self.step = self.plan.step(self.walker)
         if self.step is None:
             return False
+        self.keeps_feet = True
         nao.base.stand_on(_FEET["R" if self.step.side == "L" else "L"], q)
         self._take(step_motion(nao.robot, self.step, q, TICK))
         return True

@@ -49,6 +49,8 @@ class GoToBalance(Task):
         fraction: of the joints' largest speeds; None where the duration is given.
     """
 
+    keeps_feet = True
+
     def __init__(
         self, nao: VirtualNao, name: str, support: str, duration: float, fraction: float | None = None
     ) -> None:
@@ -96,6 +98,8 @@ class WholePathTask(Task):
         wishes: of each effector its path, with masks of `MASKS`.
         balance: what is kept.
     """
+
+    keeps_feet = True
 
     def __init__(self, name: str, nao: VirtualNao, wishes: Sequence[Wish], balance: Balance) -> None:
         super().__init__(name, joint_names(nao.robot, "Joints"))
@@ -146,6 +150,7 @@ class EffectorControl(Task):
     """
 
     reactive = True
+    keeps_feet = True
 
     def __init__(self, nao: VirtualNao, balance: Balance) -> None:
         super().__init__("wbEnableEffectorControl", joint_names(nao.robot, "Joints"))
