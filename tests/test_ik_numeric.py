@@ -269,6 +269,40 @@ def test_the_nearest_pose_is_a_minimum_no_step_inside_the_limits_improves(nao: n
         assert ours <= float(scipys.cost) * (1.0 + 1e-6) + 1e-15
 
 
+@pytest.mark.parametrize(("name", "frame"), [("kinova", "j2s6s200_link_5"), ("nao", "LArm"), ("nao", "LLeg")])
+def test_beyond_the_stretched_limb_no_search_of_scipy_ends_nearer(nao: nk.NaoModel, name: str, frame: str) -> None:
+    robot = nao if name == "nao" else nk.load_robot(name)
+    motion, rng = FrameMotion(robot, frame), np.random.default_rng(8)
+    T = robot.fk(robot.random(rng, 8), frame)
+    centre, distance = motion.reach(np.broadcast_to(robot.neutral(), (8, robot.nq)))
+    outwards = T[:, :3, 3] - centre
+    T[:, :3, 3] = centre + outwards * ((distance + 0.05) / np.linalg.norm(outwards, axis=-1))[:, None]
+    found = numeric(robot, frame, T)
+    assert (found.reasons == Reason.OUT_OF_REACH).all()
+    errors = PoseErrors(motion, T, np.repeat([1.0, 0.1], 3))
+    low, high = np.maximum(robot.lower, -np.pi)[motion.joints], np.minimum(robot.upper, np.pi)[motion.joints]
+    for k in range(8):
+
+        def cost(values: np.ndarray, k: int = k) -> np.ndarray:
+            q = found.q[k].copy()
+            q[motion.columns] = values
+            return errors(q[None], np.array([k]))[0][0]
+
+        for start in rng.uniform(low, high, (8, len(low))):
+            other, q = least_squares(cost, start, bounds=(low, high)), found.q[k].copy()
+            q[motion.columns] = other.x
+            if robot.within_limits(q):  # coupled ones are unknown to SciPy
+                assert 0.5 * np.square(cost(found.best[k])).sum() <= other.cost * (1.0 + 1e-6)
+
+
+def test_a_joint_without_limits_is_no_obstacle_and_no_warning(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("turn", kind="continuous"), J("bend", axis=(0.0, 1.0, 0.0), limits=(-0.5, 0.5)))
+    q = np.array([0.3, 1.2])
+    found = numeric(robot, "bend_l", robot.fk(q, "bend_l"))
+    assert found.reason is Reason.JOINT_LIMIT
+    assert found.joints[int(found.obstacles.joint)] == "bend"
+
+
 def test_in_a_batch_some_targets_are_met_and_others_say_why(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(3, 6), "RLeg")
     T[2, :3, 3] *= 3.0

@@ -138,6 +138,29 @@ def test_a_family_is_named() -> None:
     assert found.message == "reached, 1 solution, of the family HIP_LOCK"
 
 
+def test_a_solution_of_a_redundant_limb_is_said_to_be_one_of_many(nao: nk.NaoModel) -> None:
+    found = nk.ik.arm(nao, "L", nao.position(nao.posture("StandInit"), "LArm"))
+    assert found.family is Family.REDUNDANT
+    assert found.message == "reached, one of infinitely many solutions"
+
+
+@pytest.mark.parametrize(
+    ("metres", "words"),
+    [
+        (0.9999999e-3, "1 mm"),
+        (0.99996, "1 m"),
+        (0.99994, "999.9 mm"),
+        (0.9999999e-6, "1 µm"),
+        (999.94e-6, "999.9 µm"),
+        (2e-9, "2 nm"),
+        (0.0, "0 nm"),
+    ],
+)
+def test_a_length_is_rounded_before_its_unit_is_chosen(metres: float, words: str) -> None:
+    found = result(1, obstacles=Obstacles(np.array(-1), np.array(metres), np.zeros(())))
+    assert found.message == f"out of reach by {words}"
+
+
 def test_a_batch_has_a_message_for_each_target() -> None:
     found = result([[0, 1], [5, 6]])
     assert np.shape(found.message) == (2, 2)

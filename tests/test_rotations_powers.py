@@ -176,6 +176,13 @@ def test_powers_of_quaternions_are_powers_of_their_rotations():
     assert worst(quat_exp(quat_log(q)), q) < 2e-15
 
 
+def test_powers_of_unit_quaternions_are_unit_quaternions_however_large_the_exponent():
+    q = many_quaternions(600)
+    for exponent in (1e3, -1e9, 1e15, -1e15):
+        assert worst(np.linalg.norm(quat_power(q, exponent), axis=-1), 1.0) < 1e-14
+    assert np.linalg.norm(quat_power(1.0001 * q, 1e3), axis=-1) == pytest.approx(1.0001**1e3, rel=1e-12)
+
+
 def test_powers_multiply_lengths_and_follow_the_quaternion():
     q = 3.0 * quat_exp([0.0, *(1.9 * AXIS)])  # 3.8 rad, more than half a turn
     assert worst(quat_power(q, 2.0), quat_multiply(q, q)) < 2e-14

@@ -219,6 +219,8 @@ class IKResult:
         if reason is Reason.REACHED:
             count = int(self.count[index])
             families = {Family(int(code)) for code in self.families[index][:count]} - {Family.NONE}
+            if Family.REDUNDANT in families:
+                return "reached, one of infinitely many solutions"
             named = f", of the family {', '.join(sorted(f.name for f in families))}" if families else ""
             return f"reached, {count} {'solution' if count == 1 else 'solutions'}{named}"
         if reason is Reason.OUT_OF_REACH:
@@ -260,9 +262,9 @@ def angle_in_words(radians: float, degrees: bool) -> str:
 
 def length_in_words(metres: float) -> str:
     """A length in the unit in which people say it, to four digits."""
-    size = abs(metres)
+    rounded = abs(float(f"{metres:.3e}"))  # 0.9999999 mm is said as 1 mm, not as 1000 µm
     for unit, scale in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6)):
-        if size >= scale:
+        if rounded >= scale:
             return f"{metres / scale:.4g} {unit}"
     return f"{metres / 1e-9:.4g} nm"
 

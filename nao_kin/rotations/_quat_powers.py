@@ -17,6 +17,8 @@ from nao_kin.rotations._quat_kernels import axis_and_half_angle
 # e to this is about 1e304.
 _LARGEST_SCALAR = 700.0
 _LARGEST_VECTOR = 1e139
+# Rounding leaves a unit quaternion with a logarithm of its length up to this.
+_UNIT = 1e-15
 
 
 def quat_exp(q: ArrayLike) -> Floats:
@@ -85,7 +87,8 @@ def quat_log(q: ArrayLike) -> Floats:
 def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
     """The power qᵗ = exp(t log q) = ‖q‖ᵗ (cos tθ, sin tθ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
 
-    A unit quaternion turns by t times its angle 2θ in [0, 2π]. It follows the quaternion, not the rotation: q and −q
+    A unit quaternion turns by t times its angle 2θ in [0, 2π], and its power is a unit quaternion: a length within 1e-15
+    of 1 counts as 1, for large powers would make rounding of it large too. The power follows the quaternion, not the rotation: q and −q
     have different powers. `power` follows the rotation, by φ ≤ π, and so does `quat_power(quat_canonical(q), t)`.
 
     Args:
@@ -107,6 +110,7 @@ def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
     """
     logarithms, exponents = quat_log(q), as_exponent(t, "exponent")
     common_batch("quaternions and exponents", logarithms.shape[:-1], exponents.shape)
+    logarithms[np.abs(logarithms[..., 0]) <= _UNIT, 0] = 0.0
     return quat_exp(exponents[..., np.newaxis] * logarithms)
 
 

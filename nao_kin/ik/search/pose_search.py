@@ -127,7 +127,7 @@ class PoseSearch:
             beyond = np.where(first, 0.0, self._beyond(targets, reference))
             far = beyond > 0.0
             reasons[far], obstacles.needed[far] = Reason.OUT_OF_REACH, beyond[far]
-            self._restart(found, errors, region, ~far, self._effort.restarts)
+            self._restart(found, errors, region, self._effort.restarts)
             lost = np.flatnonzero(~found.reached & ~far)
             if lost.size:
                 self._explain(found, errors, lost, reasons, obstacles)
@@ -149,14 +149,14 @@ class PoseSearch:
         # What counts as met may lie so far outside.
         return np.where(beyond > 2.0 * self._effort.tolerance, beyond, 0.0)
 
-    def _restart(self, found: Minimum, errors: PoseErrors, region: LimitRegion, worth: Mask, restarts: int) -> None:
-        """Search on from other starts for targets not met and worth it, until one meets the target.
+    def _restart(self, found: Minimum, errors: PoseErrors, region: LimitRegion, restarts: int) -> None:
+        """Search on from other starts for targets not met, until one meets the target.
 
         Which start that is does not depend on how many are run side by side.
         """
         done = 0
         while done < restarts:
-            rows = np.flatnonzero(~found.reached & worth)
+            rows = np.flatnonzero(~found.reached)
             if not rows.size:
                 return
             together = min(restarts - done, max(1, _SIDE_BY_SIDE // rows.size))
@@ -200,10 +200,11 @@ class PoseSearch:
         there = PoseErrors(motion, errors.targets[lost], self._weights)
         free = self._minimum(there, self._free, found.q[lost], np.arange(lost.size))
         restarts = min(self._effort.restarts, _RESTARTS_WITHOUT_LIMITS)
-        self._restart(free, there, self._free, np.ones(lost.size, dtype=np.bool_), restarts)
+        self._restart(free, there, self._free, restarts)
         values = motion.joint_values(free.q)
-        middle = 0.5 * (limited.lower + limited.upper)
-        self._free.unwind(values, np.broadcast_to(np.where(np.isfinite(middle), middle, 0.0), values.shape))
+        bounded = np.isfinite(limited.lower) & np.isfinite(limited.upper)
+        middle = 0.5 * np.where(bounded, limited.lower, 0.0) + 0.5 * np.where(bounded, limited.upper, 0.0)
+        self._free.unwind(values, np.broadcast_to(middle, values.shape))
         worst = limited.worst(values)
         # What ends beside a limit may have a solution on it, and what ends inside is one.
         values[...] = limited.project(values)
