@@ -23,6 +23,7 @@ __all__ = [
     "DegreesWarning",
     "DisagreeingJoints",
     "MissingExtra",
+    "MissingShapeWarning",
     "NaoKinError",
     "NaoKinWarning",
     "NoBrowser",
@@ -69,6 +70,15 @@ class RenamedFrameWarning(NaoKinWarning):
 
     Examples:
         >>> issubclass(nk.errors.RenamedFrameWarning, UserWarning)
+        True
+    """
+
+
+class MissingShapeWarning(NaoKinWarning):
+    """Shapes of links are left out of a geometry model, because their meshes are missing or cannot be read.
+
+    Examples:
+        >>> issubclass(nk.errors.MissingShapeWarning, nk.errors.NaoKinWarning)
         True
     """
 

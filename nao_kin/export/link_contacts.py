@@ -11,10 +11,9 @@ import coal
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._text import abbreviated, quoted
+from nao_kin._text import abbreviated
 from nao_kin.export.variants.placement import transform
-from nao_kin.robot import RobotModel
-from nao_kin.urdf import Box, Collision, Cylinder, Packages, Sphere
+from nao_kin.robot import RobotModel, UnreadableShape, shape_geometry
 
 # Two names, the one that comes first in the alphabet first.
 LinkPair = tuple[str, str]
@@ -37,8 +36,8 @@ class LinkContacts:
         packages = tree.packages
         for collision in tree.collisions:
             try:
-                geometry = _geometry(collision, packages)
-            except _Unreadable as reason:
+                geometry = shape_geometry(collision.geometry, packages)
+            except UnreadableShape as reason:
                 self.notes.append(f"a collision shape of {abbreviated(collision.link)} is left out: {reason}")
                 continue
             geometry.computeLocalAABB()
@@ -88,24 +87,3 @@ class LinkContacts:
         request, result = coal.CollisionRequest(), coal.CollisionResult()
         T_a, T_b = (coal.Transform3s(T[:3, :3], T[:3, 3]) for T in (T_root_shape[a], T_root_shape[b]))
         return bool(coal.collide(self._geometries[a], T_a, self._geometries[b], T_b, request, result))
-
-
-class _Unreadable(Exception):
-    """Why a shape cannot be used."""
-
-
-def _geometry(collision: Collision, packages: Packages) -> Any:
-    shape = collision.geometry
-    if isinstance(shape, Box):
-        return coal.Box(*shape.size)
-    if isinstance(shape, Cylinder):
-        return coal.Cylinder(shape.radius, shape.length)
-    if isinstance(shape, Sphere):
-        return coal.Sphere(shape.radius)
-    path = packages.file(shape.filename)
-    if path is None:
-        raise _Unreadable(f"its mesh {quoted(shape.filename)} is not there")
-    try:
-        return coal.MeshLoader().load(str(path), np.array(shape.scale))
-    except (RuntimeError, ValueError) as error:
-        raise _Unreadable(f"its mesh {quoted(shape.filename)} cannot be read: {abbreviated(error)}") from None

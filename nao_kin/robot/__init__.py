@@ -3,6 +3,7 @@
 from nao_kin.robot.batch_kinematics import CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS, Base
 from nao_kin.robot.coordinates import COUPLING_TOLERANCE, UNIT_TOLERANCE
+from nao_kin.robot.geometry import GeometryKind, UnreadableShape, shape_geometry
 from nao_kin.robot.kinematic_methods import WORLD, KinematicMethods
 from nao_kin.robot.kinematics import Kinematics, expression_named
 from nao_kin.robot.library import load_robot, robot_names
@@ -23,6 +24,7 @@ __all__ = [
     "Base",
     "Expression",
     "FrameIds",
+    "GeometryKind",
     "KinematicMethods",
     "Kinematics",
     "LimitPolicy",
@@ -33,11 +35,13 @@ __all__ = [
     "SerialChain",
     "SharedMotor",
     "Topology",
+    "UnreadableShape",
     "check_robot",
     "expression_named",
     "joints_below",
     "load_robot",
     "robot_names",
     "serial_chain",
+    "shape_geometry",
     "topology",
 ]

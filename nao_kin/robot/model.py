@@ -15,7 +15,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._common.warn import warn_caller
+from nao_kin.errors import BadArgument, MissingShapeWarning, UnknownName
 from nao_kin.robot.answers import Answers
 from nao_kin.robot.batch_kinematics import BatchKinematics
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
@@ -24,6 +25,7 @@ from nao_kin.robot.configuration_methods import ConfigurationMethods
 from nao_kin.robot.coordinates import Coordinates
 from nao_kin.robot.file_methods import FileMethods
 from nao_kin.robot.frames import FrameTable
+from nao_kin.robot.geometry import KINDS, GeometryKind, geometry_model
 from nao_kin.robot.kinematic_methods import KinematicMethods
 from nao_kin.robot.kinematics import Kinematics
 from nao_kin.robot.limits import JointLimits
@@ -161,6 +163,37 @@ class RobotModel(FileMethods, ConfigurationMethods, KinematicMethods):
         if not isinstance(joint, str) or joint not in self._units:
             raise UnknownName("joint", joint, (*self.joint_names, *self.mimics))
         return self._units[joint]
+
+    def geometry(self, kind: GeometryKind) -> pin.GeometryModel:
+        """Return the shapes of the links as a Pinocchio `GeometryModel`, placed on the joints of `model`.
+
+        Pinocchio's visualizers draw it, and its collision library coal computes distances and collisions with it. Each
+        call builds a new one; it holds no collision pairs yet (`addAllCollisionPairs` and `addCollisionPair` add them).
+
+        Args:
+            kind: "visual" for the looks of the links, "collision" for the shapes that stand for them in contacts.
+
+        Returns:
+            One object per shape, named as Pinocchio's own parser names it: the link, "_", and its number from 0.
+
+        Raises:
+            UnknownName: no such kind.
+
+        Warns:
+            MissingShapeWarning: some shapes are left out, because their meshes are missing or cannot be read.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.geometry("collision").ngeoms
+            21
+        """
+        if kind not in KINDS:
+            raise UnknownName("kind of geometry", kind, KINDS)
+        geometry, notes = geometry_model(self.model, self._frames, self.tree, kind)
+        if notes:
+            more = f" (and {len(notes) - 1} more)" if len(notes) > 1 else ""
+            warn_caller(f"{self.name}: {notes[0]}{more}", MissingShapeWarning)
+        return geometry
 
     # --- for the other rooms --------------------------------------------------------------------------------------
 

@@ -1,0 +1,91 @@
+"""The shapes of a robot's links as Pinocchio and its collision library coal have them."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._text import abbreviated, quoted
+from nao_kin.robot.frames import FrameTable
+from nao_kin.urdf import Box, Cylinder, Geometry, MeshFile, Packages, Sphere, UrdfTree, Visual
+
+GeometryKind = Literal["visual", "collision"]
+KINDS: tuple[GeometryKind, ...] = ("visual", "collision")
+
+# Mesh files that Pinocchio's visualizers read themselves, with the scale of their object. They draw any other mesh from
+# the triangles that coal has read, which are scaled already.
+_READ_BY_VISUALIZERS = (".dae", ".obj", ".stl")
+# The colour that Pinocchio gives to a shape without one.
+_GREY = (0.9, 0.9, 0.9, 1.0)
+
+
+class UnreadableShape(Exception):
+    """Why coal cannot have a shape."""
+
+
+def shape_geometry(shape: Geometry, packages: Packages) -> Any:
+    """Return a shape of a URDF as coal's geometry.
+
+    Args:
+        shape: a box, cylinder or sphere, or the name of a mesh file.
+        packages: the search for that file.
+
+    Raises:
+        UnreadableShape: the mesh file is missing or cannot be read.
+    """
+    import coal
+
+    if isinstance(shape, Box):
+        return coal.Box(*shape.size)
+    if isinstance(shape, Cylinder):
+        return coal.Cylinder(shape.radius, shape.length)
+    if isinstance(shape, Sphere):
+        return coal.Sphere(shape.radius)
+    path = packages.file(shape.filename)
+    if path is None:
+        raise UnreadableShape(f"its mesh {quoted(shape.filename)} is not there")
+    try:
+        return coal.MeshLoader().load(str(path), np.array(shape.scale))
+    except (RuntimeError, ValueError) as error:
+        raise UnreadableShape(f"its mesh {quoted(shape.filename)} cannot be read: {abbreviated(error)}") from None
+
+
+def geometry_model(
+    model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: GeometryKind
+) -> tuple[pin.GeometryModel, tuple[str, ...]]:
+    """Return the shapes of a robot as a `GeometryModel`, and one line for each that is left out.
+
+    The objects are named as Pinocchio's own parser names them: the link and the number among its shapes of this kind.
+
+    Args:
+        model: the robot's model, which places the links.
+        frames: its frames by name.
+        tree: the URDF as read.
+        kind: "visual" or "collision".
+    """
+    geometry, packages = pin.GeometryModel(), tree.packages
+    notes = list(tree.visual_notes if kind == "visual" else tree.collision_notes)
+    count: dict[str, int] = {}
+    for row in tree.visuals if kind == "visual" else tree.collisions:
+        number = count[row.link] = count.get(row.link, -1) + 1
+        try:
+            shape = shape_geometry(row.geometry, packages)
+        except UnreadableShape as reason:
+            notes.append(f"a {kind} shape of {abbreviated(row.link)} is left out: {reason}")
+            continue
+        frame_id = frames.id(row.link)
+        link = model.frames[frame_id]
+        T_link_shape = pin.SE3(pin.rpy.rpyToMatrix(*row.origin.rpy), np.array(row.origin.xyz))
+        name = f"{row.link}_{number}"
+        placed = pin.GeometryObject(name, link.parentJoint, frame_id, link.placement * T_link_shape, shape)
+        if isinstance(row.geometry, MeshFile):
+            path = str(packages.file(row.geometry.filename))
+            if PurePath(path).suffix.lower() in _READ_BY_VISUALIZERS:
+                placed.meshPath, placed.meshScale = path, np.array(row.geometry.scale)
+        colour = row.rgba if isinstance(row, Visual) else None
+        placed.meshColor, placed.overrideMaterial = np.array(colour or _GREY), colour is not None
+        geometry.addGeometryObject(placed)
+    return geometry, tuple(notes)
