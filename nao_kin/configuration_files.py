@@ -1,58 +1,103 @@
-"""Configurations from CSV and JSON files.
+"""Configurations from CSV and JSON files, and what the columns of any table of joint values are.
 
 A file names every joint once, in any order: the robot's own joints, or beside them joints that follow another one, as
-NAOqi's 26 Body names do. CSV has the names in its header and one configuration a line, separated by commas, semicolons
-or tabs. JSON holds one object name → value, or a list of such objects.
+NAOqi's 26 Body names do. Names may be followed by a unit in brackets, and be keys of NAOqi's devices; a column of times
+is read beside them. CSV has the names in its header and one configuration a line, separated by commas, semicolons or
+tabs; lines above the header that begin with # are passed over. JSON holds one object name → value, or a list of such
+objects.
 """
 
 from __future__ import annotations
 
-import csv
-import io
+import gzip
 import json
 import math
-from collections.abc import Iterable, Sequence
+import zlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.csv_numbers import Records, delimiter_of, has_pyarrow, plain_floats, quick_numbers
+from nao_kin._common.csv_numbers import Records, csv_head, has_pyarrow, plain_floats, quick_numbers
+from nao_kin._common.headings import JOINT_UNITS, TIME_UNITS, in_si_units, is_index, read_heading, seconds, time_unit_of
 from nao_kin._common.input_text import read_text
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, nearest_names
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
 from nao_kin.robot import LimitPolicy, RobotModel
+
+# What two joints of one motor are made to where their values differ.
+Hips = Literal["average", "left", "right"]
 
 # Characters of a name or a value in a message; the line holds more than it.
 _MOST_SHOWN = 40
 # Characters of a CSV file for which loading pyarrow pays.
 _LARGE = 1 << 20
+# As much of a file as tells what it holds.
+_BEGINNING = 1 << 16
+_TURN = 2.0 * math.pi
 
-__all__ = ["check_joint_names", "finite_numbers", "read_configurations"]
+__all__ = [
+    "Hips",
+    "Log",
+    "TableColumns",
+    "finite_numbers",
+    "limits_advice",
+    "log_columns",
+    "read_configurations",
+    "read_log",
+    "shared_motors",
+    "table_columns",
+    "times_in_seconds",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """Configurations of a file, and their times.
+
+    Attributes:
+        q: configurations, shape (n, nq).
+        times: of the rows, shape (n,) [s]; None where the file has none.
+        many: whether the file holds a list; False for one JSON object.
+        notes: what was understood of the file that it does not say.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> lines = ("time", *nao.joint_names), map(str, (0.5, *nao.posture("Stand")))
+        >>> _ = Path("log.csv").write_text(chr(10).join(map(",".join, lines)))
+        >>> log = nk.configuration_files.read_log(nao, "log.csv")
+        >>> log.q.shape, log.times.tolist()
+        ((1, 25), [0.5])
+    """
+
+    q: Floats
+    times: Floats | None
+    many: bool = True
+    notes: tuple[str, ...] = ()
 
 
 def read_configurations(
     robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "raise", degrees: bool = False
 ) -> tuple[Floats, bool]:
-    """The configurations in a file.
+    """Return the configurations in a file, without the times that `read_log` gives beside them.
 
     Args:
         robot: whose joints the file names.
         path: a CSV or JSON file, or "-" for standard input.
         limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
-        degrees: turning joints are given in degrees.
+        degrees: turning joints are given in degrees where the file does not say their unit.
 
     Returns:
         q, shape (n, nq), and whether the file holds a list: False for one JSON object.
 
     Raises:
-        BadArgument: no file name.
-        BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
-            missing or named twice, a value that is no finite number, two joints of one motor that disagree, a joint
-            outside its limits.
+        BadArgument, BadInputFile: as `read_log`.
 
     Examples:
         >>> import json
@@ -63,6 +108,52 @@ def read_configurations(
         >>> q.shape, many
         ((1, 25), False)
     """
+    log = read_log(robot, path, limits=limits, degrees=degrees)
+    return log.q, log.many
+
+
+def read_log(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    limits: LimitPolicy = "raise",
+    degrees: bool = False,
+    columns: Mapping[str, str | None] | None = None,
+    ignore_other: bool = False,
+    hips: Hips | None = None,
+) -> Log:
+    """Read the configurations in a file, and their times where it has a column of them.
+
+    Args:
+        robot: whose joints the file names.
+        path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input.
+        limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
+        degrees: turning joints are given in degrees where the file does not say their unit.
+        columns: what to read columns as that have other names: name in the file → heading, such as "HeadYaw",
+            "HeadYaw [deg]" or "time [ms]"; None leaves the column out.
+        ignore_other: leave out columns that name no joint and no time.
+        hips: how to settle two joints of one motor whose values differ: "average", or "left" or "right" for the joint
+            of that side; None refuses them.
+
+    Returns:
+        Configurations and times. Times without a unit are seconds, or what their size says of times since 1970.
+
+    Raises:
+        BadArgument: no file name, or `columns` that the file does not have.
+        BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
+            missing or named twice, a value that is no finite number, two joints of one motor that disagree, a joint
+            outside its limits.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> names = (f"{name} [deg]" if "Hand" not in name else name for name in nao.joint_names)
+        >>> _ = Path("log.csv").write_text(";".join(("ms", *names)) + chr(10) + "20" + 25 * ";0,5")
+        >>> log = nk.configuration_files.read_log(nao, "log.csv", columns={"ms": "time [ms]"}, limits="ignore")
+        >>> log.times.tolist(), round(float(log.q[0, 0]), 4)
+        ([0.02], 0.0087)
+    """
+    check_hips(hips)
     name = str(path)
     if not name:
         raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
@@ -70,22 +161,47 @@ def read_configurations(
     if not text or text.isspace():
         raise BadInputFile(name, "empty; expected joint names and values")
     many = True
-    rows: list[list[float]] | Floats
+    numbers: list[list[float]] | Floats
     lines: Sequence[int]
+
+    def understood(headings: Sequence[str], line: int, where: str = "") -> TableColumns:
+        return table_columns(
+            name, headings, robot, line, where, degrees=degrees, columns=columns, ignore_other=ignore_other
+        )
+
     if Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{"):
-        names, rows, lines, many = _from_json(name, text, robot)
+        table, numbers, lines, many = _from_json(name, text, understood)
     else:
-        names, rows, lines = _from_csv(name, text, robot)
-    values = np.asarray(rows, dtype=np.float64).reshape(len(rows), len(names))
-    if degrees:
-        values = np.where([robot.unit(joint) == "rad" for joint in names], np.radians(values), values)
+        table, numbers, lines = _from_csv(name, text, understood)
+    rows = np.asarray(numbers, dtype=np.float64).reshape(len(numbers), len(table.places))
+    raw = rows[:, : len(table.names)]
+    names, values = shared_motors(robot, table.names, in_si_units(raw, table.units), hips)
+    q = _configurations(robot, name, table, dict(zip(names, values.T, strict=True)), raw, lines, limits, many)
+    if not table.timed:
+        return Log(q, None, many)
+    times, note = times_in_seconds(rows[:, -1], table.time_unit)
+    return Log(q, times, many, (note,) if note else ())
+
+
+def _configurations(
+    robot: RobotModel,
+    name: str,
+    table: TableColumns,
+    values: Mapping[str, Floats],
+    raw: Floats,
+    lines: Sequence[int],
+    limits: LimitPolicy,
+    many: bool,
+) -> Floats:
+    """Configurations (n, nq) of values by joint; what is wrong is told with its line and column."""
+    names, degrees = table.names, table.in_degrees
     try:
-        return robot.configuration(dict(zip(names, values.T, strict=True)), limits=limits), many
+        return robot.configuration(values, limits=limits)
     except CouplingViolated as error:
         column = names.index(error.mimic)
-        row = int(np.argmax(values[:, column] == error.mimic_value))
+        row = int(np.argmax(values[error.mimic] == error.mimic_value))
         reason = error.describe(degrees=degrees and robot.unit(error.mimic) == robot.unit(error.primary) == "rad")
-        raise BadInputFile(name, reason, *_place(lines[row], column)) from None
+        raise BadInputFile(name, reason + HIPS_ADVICE, *table.place(lines[row], column)) from None
     except OutsideLimits as error:
         first = error.violations[0]
         more = f" (and {error.count - 1} more)" if error.count > 1 else ""
@@ -93,47 +209,334 @@ def read_configurations(
         row = first.index[0]
         if not lines[row] and many:
             reason = f"configuration {row}: {reason}"
+        reason += limits_advice(robot, table, raw[row])
         # A joint that the file names only through one that follows it has no column of its own.
         column = names.index(first.joint) if first.joint in names else -1
-        raise BadInputFile(name, reason, *_place(lines[row], column)) from None
+        raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
 
 
-def check_joint_names(name: str, names: Sequence[str], robot: RobotModel, line: int = 0, where: str = "") -> None:
-    """Refuse names that do not name every joint of a robot once.
+HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
+
+
+def check_hips(hips: str | None) -> None:
+    """Raise `UnknownName` for what is no rule for two joints of one motor."""
+    if hips is not None and (not isinstance(hips, str) or hips not in get_args(Hips)):
+        raise UnknownName("rule for the hips", hips, get_args(Hips))
+
+
+@dataclass(frozen=True)
+class TableColumns:
+    """Which columns of a table of joint values are read, and as what.
+
+    Attributes:
+        names: the joint of each.
+        units: the unit of each: "rad", "deg", "m", "1" or "%".
+        places: where each stands among all columns of the file, from 0; times, if there are any, are the last.
+        timed: whether the last place is that of times.
+        time_unit: of the times; None where the file does not say it.
+        all: how many columns the file has.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> headings = ["", "time [ms]", *(f"{name} [{nao.unit(name)}]" for name in nao.joint_names)]
+        >>> table = nk.configuration_files.table_columns("log.csv", headings, nao, line=1)
+        >>> table.places[:2], table.places[-1], table.time_unit
+        ((2, 3), 1, 'ms')
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    places: tuple[int, ...]
+    timed: bool = False
+    time_unit: str | None = None
+    all: int = 0
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """What stands in each of the places, for messages."""
+        return (*self.names, "time") if self.timed else self.names
+
+    @property
+    def in_degrees(self) -> bool:
+        """Whether some joint is given in degrees."""
+        return "deg" in self.units
+
+    def place(self, line: int, column: int) -> tuple[int, int]:
+        """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0)."""
+        return line, self.places[column] + 1 if line and column >= 0 else 0
+
+    def count(self, fields: int) -> str:
+        """What is wrong with a row of so many fields; "" for nothing."""
+        if fields == self.all:
+            return ""
+        return f"{fields} values, the header names {self.all} {'joints' if self.all == len(self.names) else 'columns'}"
+
+
+def table_columns(
+    name: str,
+    headings: Sequence[str],
+    robot: RobotModel,
+    line: int = 0,
+    where: str = "",
+    *,
+    degrees: bool = False,
+    columns: Mapping[str, str | None] | None = None,
+    ignore_other: bool = False,
+) -> TableColumns:
+    """Return what the columns of a table are, which must name every joint of a robot once.
+
+    A heading is time, timestamp, t, stamp, the name of a joint, or NAOqi's key of its position, such as
+    Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may stand in brackets behind it. A first column without
+    a name is an index, and left out.
 
     Args:
         name: the file, for the message.
-        names: what it names.
+        headings: of all its columns.
         robot: whose joints they should be; one that follows another may stand for it or beside it.
         line: where they stand in a CSV file, 0 elsewhere.
         where: what the message begins with.
+        degrees: turning joints without a unit are in degrees.
+        columns: heading in the file → what to read it as; None leaves it out.
+        ignore_other: leave out columns of other names.
 
     Raises:
-        BadInputFile: an unknown joint, one named twice, or joints missing.
+        BadArgument: `columns` names a heading that is not there.
+        BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
 
     Examples:
-        >>> nk.configuration_files.check_joint_names("walk.csv", ["HeadYaw"], nk.load_nao(), line=1)
+        >>> nk.configuration_files.table_columns("walk.csv", ["HeadYaw"], nk.load_nao(), line=1)
         Traceback (most recent call last):
             ...
         nao_kin.errors.BadInputFile: walk.csv, line 1: missing joints: HeadPitch, ...
     """
     known = {*robot.joint_names, *robot.mimics}
-    for column, joint in enumerate(names, start=1):
-        if joint not in known:
-            near = ", ".join(nearest_names(joint, [*robot.joint_names, *robot.mimics]))
-            advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
-            what = f"unknown joint {quoted(joint, _MOST_SHOWN)} ({advice})" if joint else "a column without a name"
-            raise BadInputFile(name, where + what, line, column if line else 0)
-        if joint in names[: column - 1]:
-            raise BadInputFile(name, f"{where}joint {quoted(joint)} is given twice", line, column if line else 0)
+    renamed = _renamed(name, headings, columns)
+    names: list[str] = []
+    units: list[str] = []
+    places: list[int] = []
+    time: int | None = None
+    time_unit: str | None = None
+    for place, given in enumerate(heading.strip() for heading in headings):
+        text = renamed.get(given, given)
+        if text is None or (place == 0 and given not in renamed and is_index(given)):
+            continue
+        at = line, place + 1 if line else 0
+        heading = read_heading(text)
+        if heading.name in known:
+            if heading.name in names:
+                raise BadInputFile(name, f"{where}joint {quoted(heading.name)} is given twice", *at)
+            kind = robot.unit(heading.name)
+            usual = "deg" if degrees and kind == "rad" else kind
+            units.append(_unit(name, where, heading.name, heading.unit, JOINT_UNITS.get(kind, (kind,)), usual, at))
+            names.append(heading.name)
+            places.append(place)
+        elif heading.is_time:
+            if time is not None:
+                raise BadInputFile(name, f"{where}two columns of times; columns= (--columns) leaves one out", *at)
+            time = place
+            time_unit = _unit(name, where, "time", heading.unit, tuple(TIME_UNITS), "", at) or None
+        elif not ignore_other:
+            raise BadInputFile(name, where + _unknown(robot, text), *at)
     missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]
     if missing:
         shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise BadInputFile(name, f"{where}missing joints: {shown}", line)
+    timed = time is not None
+    places += [] if time is None else [time]
+    return TableColumns(tuple(names), tuple(units), tuple(places), timed, time_unit, len(headings))
 
 
-def finite_numbers(name: str, fields: Sequence[str], names: Sequence[str], line: int) -> list[float]:
+def _renamed(name: str, headings: Sequence[str], columns: Mapping[str, str | None] | None) -> dict[str, str | None]:
+    renamed = {} if columns is None else dict(columns)
+    there = [heading.strip() for heading in headings]
+    for heading in renamed:
+        if heading not in there:
+            raise BadArgument(str(UnknownName(f"column of {abbreviated(name)}", heading, there)))
+    return renamed
+
+
+def _unit(
+    name: str, where: str, what: str, unit: str | None, units: tuple[str, ...], usual: str, at: tuple[int, int]
+) -> str:
+    if unit is None:
+        return usual
+    if unit not in units:
+        reason = f"{where}unit {quoted(unit, _MOST_SHOWN)} of {what}, expected one of {', '.join(units)}"
+        raise BadInputFile(name, reason, *at)
+    return "deg" if unit == "°" else unit
+
+
+def _unknown(robot: RobotModel, text: str) -> str:
+    """What is wrong with a heading that names no joint."""
+    if not text:
+        return "a column without a name"
+    near = ", ".join(nearest_names(text, [*robot.joint_names, *robot.mimics]))
+    advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
+    return (
+        f"unknown joint {quoted(text, _MOST_SHOWN)} ({advice}); columns= (--columns) says what it is, "
+        "ignore_other=True (--ignore-other) leaves it out"
+    )
+
+
+def log_columns(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    columns: Mapping[str, str | None] | None = None,
+    data: bytes | None = None,
+) -> TableColumns | None:
+    """Return the columns of a CSV table whose rows, by its beginning, are whole configurations of a robot.
+
+    The answer is None for a table of times and some joints, or with empty cells, which is a motion; for what is no such
+    table, cannot be read, or is a pipe.
+
+    Args:
+        robot: whose joints.
+        path: the file.
+        columns: as in `read_log`.
+        data: its content, where that has been read.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.write_motion(nod, "nod.csv")
+        >>> nk.configuration_files.log_columns(nk.load_nao(), "nod.csv") is None
+        True
+    """
+    try:
+        if data is None and Path(path).is_file():
+            opened = gzip.open if Path(path).suffix.lower() == ".gz" else open
+            with opened(path, "rb") as file:
+                data = file.read(_BEGINNING)
+    except (OSError, ValueError, EOFError, zlib.error):
+        return None
+    whole = data is not None and len(data) < _BEGINNING
+    beginning = (data or b"")[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
+    head = csv_head(beginning, at_end=whole)
+    try:
+        table = table_columns(str(path), head.fields, robot, columns=columns, ignore_other=True)
+    except (BadArgument, BadInputFile):
+        return None
+    rows = beginning[head.size :]
+    records = Records(rows if whole else rows[: rows.rfind(b"\n") + 1], head.delimiter, at_end=whole)
+    empty = any(
+        len(fields) == table.all and not all(fields[at].strip() for at in table.places) for _, fields, _ in records
+    )
+    return None if empty else table
+
+
+def shared_motors(
+    robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None
+) -> tuple[tuple[str, ...], Floats]:
+    """Make columns of joints that one motor drives one column.
+
+    Args:
+        robot: whose joints.
+        names: the joint of every column.
+        values: shape (n, columns) [rad, m or ratio].
+        hips: "average", or "left" or "right" for the joint whose name begins with L or R; None leaves all as it is.
+
+    Returns:
+        The names and values, with one column for each motor that several columns are of.
+
+    Examples:
+        >>> names = ["HeadYaw", "LHipYawPitch", "RHipYawPitch"]
+        >>> values = np.array([[0.0, -0.25, -0.75]])
+        >>> names, values = nk.configuration_files.shared_motors(nk.load_nao(), names, values, "average")
+        >>> names, values.tolist()
+        (('HeadYaw', 'LHipYawPitch'), [[0.0, -0.5]])
+    """
+    motors: dict[str, list[int]] = {}
+    for column, name in enumerate(names):
+        mimic = robot.mimics.get(name)
+        if mimic is None or mimic.multiplier != 0.0:
+            motors.setdefault(name if mimic is None else mimic.joint, []).append(column)
+    several = {joint: columns for joint, columns in motors.items() if len(columns) > 1}
+    if hips is None or not several:
+        return tuple(names), values
+    kept = [
+        column
+        for column, name in enumerate(names)
+        if name not in robot.mimics or robot.mimics[name].joint not in several
+    ]
+    merged, kept_names = values[:, kept], [names[column] for column in kept]
+    for joint, columns in several.items():
+        wanted = [column for column in columns if names[column][:1].lower() == hips[0]] if hips != "average" else []
+        driving = []
+        for column in wanted or columns:
+            mimic = robot.mimics.get(names[column])
+            driving.append(values[:, column] if mimic is None else mimic.driver_value(values[:, column]))
+        value = np.mean(driving, axis=0)
+        if joint in kept_names:
+            merged[:, kept_names.index(joint)] = value
+        else:
+            merged, kept_names = np.column_stack([merged, value]), [*kept_names, joint]
+    return tuple(kept_names), merged
+
+
+def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
+    """Return times in seconds, and a note where their size told the unit.
+
+    Args:
+        times: shape (n,).
+        unit: "s", "ms", "us", "µs" or "ns"; None where the file does not say it: "s", but for times since 1970 the one
+            that their size fits.
+
+    Examples:
+        >>> times, note = nk.configuration_files.times_in_seconds(np.array([1.7e12, 1.7e12 + 20.0]), None)
+        >>> times.tolist(), note.partition(",")[0]
+        ([1700000000.0, 1700000000.02], 'times are taken as ms since 1970')
+    """
+    if unit is not None:
+        return seconds(times, unit), ""
+    unit = time_unit_of(times)
+    note = f"times are taken as {unit} since 1970, by their size; a heading such as time [s] says otherwise"
+    return seconds(times, unit), "" if unit == "s" else note
+
+
+def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
+    """Return what a message about a row outside the limits ends with: the options that take it.
+
+    Args:
+        robot: whose joints.
+        table: what the columns are.
+        row: the values as they stand in the file, shape (joints,).
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> table = nk.configuration_files.table_columns("q.csv", nao.joint_names, nao)
+        >>> nk.configuration_files.limits_advice(nao, table, np.degrees(nao.posture("Crouch"))).rpartition("; ")[2]
+        'are these degrees (degrees=True, --deg)?'
+    """
+    advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) takes it'
+    turning = np.array(table.units) == "rad"
+    large = np.abs(row[turning][row[turning] != 0.0]) > _TURN
+    if not large.size or large.mean() < 0.5:
+        return advice
+    values = np.where(turning, np.radians(row), in_si_units(row[None], table.units)[0])
+    names, merged = shared_motors(robot, table.names, values[None], "average")
+    q = robot.configuration(dict(zip(names, merged[0].tolist(), strict=True)), limits="ignore")
+    fits = bool(np.all(robot.within_limits(q)))
+    return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
+
+
+def finite_numbers(
+    name: str,
+    fields: Sequence[str],
+    names: Sequence[str],
+    line: int,
+    *,
+    table: TableColumns | None = None,
+    mark: str = ".",
+) -> list[float]:
     """The numbers that the fields of one CSV record write in decimal digits.
+
+    Args:
+        name: the file, for the message.
+        fields: all fields, or those of `names` alone where there is no `table`.
+        names: what the message calls each number.
+        line: where the record stands.
+        table: which fields are read.
+        mark: of decimal fractions: "." or ",".
 
     Raises:
         BadInputFile: with line and column of the first that is no finite number.
@@ -143,22 +546,17 @@ def finite_numbers(name: str, fields: Sequence[str], names: Sequence[str], line:
         [0.1, -0.002]
     """
     values = []
-    for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=1):
+    for place, joint in zip(range(len(fields)) if table is None else table.places, names, strict=True):
+        field = fields[place]
         try:
-            value = decimal(field)
+            value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise BadInputFile(
-                name, f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number", line, column
-            )
+            reason = f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number"
+            raise BadInputFile(name, reason, line, place + 1)
         values.append(value)
     return values
-
-
-def _place(line: int, column: int) -> tuple[int, int]:
-    """1-based line and column of a CSV field; JSON values have neither (line 0)."""
-    return line, column + 1 if line else 0
 
 
 def _read(name: str) -> str:
@@ -167,44 +565,42 @@ def _read(name: str) -> str:
     return read_text(name, advice)
 
 
-def _from_csv(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]] | Floats, Sequence[int]]:
-    header_line = text.lstrip("\r\n").split("\n", 1)[0]
-    delimiter = delimiter_of(header_line)
-    file = io.StringIO(text, newline="")
-    reader = csv.reader(file, delimiter=delimiter, strict=True)
+def _from_csv(
+    name: str, text: str, understood: Callable[[Sequence[str], int], TableColumns]
+) -> tuple[TableColumns, list[list[float]] | Floats, Sequence[int]]:
+    data = text.encode()
+    head = csv_head(data)
+    if head.problem:
+        raise BadInputFile(name, head.problem, head.line)
+    if not head.fields:
+        raise BadInputFile(name, "empty; expected joint names and values")
+    table = understood(head.fields, head.line)
+    body = data[head.size :]
+    if len(text) > _LARGE and has_pyarrow():
+        numbers = quick_numbers(body, table.all, head.delimiter, table.places, head.mark)
+        if numbers is not None and len(numbers):
+            return table, numbers, _Lines(body, head.delimiter, head.lines)
     # Then `float` reads only decimal digits.
-    plain = text.isascii() and "_" not in text
-    rows, lines, names = [], [], list[str]()
-    try:
-        for fields in reader:
-            if not any(fields) or not any(field.strip() for field in fields):
-                continue
-            if not names:
-                names = [field.strip() for field in fields]
-                check_joint_names(name, names, robot, reader.line_num)
-                if len(text) > _LARGE and has_pyarrow():
-                    numbers = quick_numbers(text[file.tell() :].encode(), len(names), delimiter)
-                    if numbers is not None and len(numbers):
-                        return names, numbers, _Lines(text, delimiter)
-                continue
-            if len(fields) != len(names):
-                reason = f"{len(fields)} values, the header names {len(names)} joints"
-                raise BadInputFile(name, reason, line=reader.line_num)
-            row = plain_floats(fields) if plain else None
-            rows.append(row or finite_numbers(name, fields, names, reader.line_num))
-            lines.append(reader.line_num)
-    except csv.Error as error:
-        raise BadInputFile(name, f"malformed CSV: {error}", line=reader.line_num) from None
+    plain = head.mark == "." and text.isascii() and "_" not in text
+    rows, lines = [], []
+    for number, fields, problem in Records(body, head.delimiter):
+        line = head.lines + number
+        problem = problem or table.count(len(fields))
+        if problem:
+            raise BadInputFile(name, problem, line)
+        row = plain_floats([fields[place] for place in table.places]) if plain else None
+        rows.append(row or finite_numbers(name, fields, table.headings, line, table=table, mark=head.mark))
+        lines.append(line)
     if not rows:
         raise BadInputFile(name, "a header and no configurations")
-    return names, rows, lines
+    return table, rows, lines
 
 
 class _Lines(Sequence[int]):
-    """The line of every row of a CSV text, found when one is asked for."""
+    """The line of every row of a CSV text that begins behind some lines, found when one is asked for."""
 
-    def __init__(self, text: str, delimiter: str) -> None:
-        self._text, self._delimiter = text, delimiter
+    def __init__(self, body: bytes, delimiter: str, before: int) -> None:
+        self._body, self._delimiter, self._before = body, delimiter, before
 
     def __getitem__(self, row: Any) -> Any:
         return self._found[row]
@@ -214,10 +610,12 @@ class _Lines(Sequence[int]):
 
     @cached_property
     def _found(self) -> list[int]:
-        return [line for line, _, _ in Records(self._text.encode(), self._delimiter)][1:]
+        return [self._before + line for line, _, _ in Records(self._body, self._delimiter)]
 
 
-def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list[list[float]], list[int], bool]:
+def _from_json(
+    name: str, text: str, understood: Callable[[Sequence[str], int, str], TableColumns]
+) -> tuple[TableColumns, list[list[float]], list[int], bool]:
     try:
         document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_Constant)
     except json.JSONDecodeError as error:
@@ -228,6 +626,7 @@ def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list
     if not objects:
         raise BadInputFile(name, "a list of no configurations")
     names: list[str] = []
+    table = TableColumns((), (), ())
     rows = []
     for index, entry in enumerate(objects):
         where = f"configuration {index}: " if isinstance(document, list) else ""
@@ -235,17 +634,18 @@ def _from_json(name: str, text: str, robot: RobotModel) -> tuple[list[str], list
             raise BadInputFile(name, f"{where}expected an object of joint values, got {_kind(entry)}")
         if not names:
             names = list(entry)
-            check_joint_names(name, names, robot, 0, where)
+            table = understood(names, 0, where)
+            kept = [(names[place], heading) for place, heading in zip(table.places, table.headings, strict=True)]
         elif entry.keys() != set(names):
             odd = sorted(entry.keys() ^ set(names))
             raise BadInputFile(
                 name, f"{where}names other joints than configuration 0: {abbreviated(', '.join(odd[:3]))}"
             )
-        for joint, value in entry.items():
-            if not _is_finite_number(value):
-                raise BadInputFile(name, f"{where}{joint} is {_kind(value)}, expected a finite number")
-        rows.append([float(entry[joint]) for joint in names])
-    return names, rows, [0] * len(rows), isinstance(document, list)
+        for key, heading in kept:
+            if not _is_finite_number(entry[key]):
+                raise BadInputFile(name, f"{where}{heading} is {_kind(entry[key])}, expected a finite number")
+        rows.append([float(entry[key]) for key, _ in kept])
+    return table, rows, [0] * len(rows), isinstance(document, list)
 
 
 def _is_finite_number(value: Any) -> bool:

@@ -480,7 +480,7 @@ def _columns(**columns: object) -> Callable[[Path], Path]:
         (_text("q.arrow", "HeadYaw"), "not an Arrow IPC file"),
         (_text("q.json", "{}"), "JSON is read whole"),
         (_text("q.csv", "\0" * 100), "unknown joint|NUL|not UTF-8"),
-        (_columns(time=[0.0]), "unknown joint 'time'"),
+        (_columns(battery=[0.0]), r"unknown joint .battery. .*ignore_other=True \(--ignore-other\) leaves it out"),
         (_columns(HeadYaw=["0.0"]), "column 'HeadYaw' holds string, expected numbers"),
         (_columns(HeadYaw=[True]), "column 'HeadYaw' holds bool, expected numbers"),
         (lambda folder: folder / "none.csv", "none.csv: cannot be read: No such file"),

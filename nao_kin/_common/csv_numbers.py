@@ -10,17 +10,25 @@ import csv
 import io
 import itertools
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.scalars import decimal
 
 DELIMITERS = ",;\t"
 # By one thread.
 _PARSED_AT_ONCE = 1 << 20
+# What a line above the header begins with.
+_COMMENTS = ("#", "%", "//")
+# As much of the rows as shows how they write fractions.
+_SHOWN_ROWS = 1 << 16
+_COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
 
 
 def delimiter_of(header: str) -> str:
@@ -28,10 +36,80 @@ def delimiter_of(header: str) -> str:
     return max(DELIMITERS, key=header.count)
 
 
-def quick_numbers(block: bytes, columns: int, delimiter: str) -> Floats | None:
+@dataclass(frozen=True)
+class CsvHead:
+    """What the beginning of a table says of all of it.
+
+    Attributes:
+        fields: the headings; none where there is no text.
+        line: on which line they end.
+        problem: what is wrong with their quoting, "" for nothing.
+        delimiter: between fields.
+        mark: of decimal fractions: "." or ",".
+        lines: lines before the first row.
+        size: bytes before the first row.
+    """
+
+    fields: tuple[str, ...]
+    line: int
+    problem: str
+    delimiter: str
+    mark: str
+    lines: int
+    size: int
+
+
+def csv_head(block: bytes, *, at_end: bool = True) -> CsvHead:
+    """The head of a table: its headings, behind comment lines or, where numbers follow these, in the last of them.
+
+    Args:
+        block: the beginning of the file, without a byte order mark.
+        at_end: it is all of the file.
+    """
+    lines = block.splitlines(keepends=True)
+    above, comment, comment_line = 0, "", 0
+    for number, content in enumerate(lines, start=1):
+        text = content.decode("utf-8", "replace").strip()
+        if text and not text.startswith(_COMMENTS):
+            break
+        above = number
+        if text.lstrip("#%/ "):
+            comment, comment_line = text.lstrip("#%/ "), number
+    size = sum(map(len, lines[:above]))
+    delimiter = delimiter_of(lines[above].decode("utf-8", "replace")) if above < len(lines) else ","
+    last, fields, problem = next(iter(Records(block[size:], delimiter, at_end=at_end)), (0, [], ""))
+    line = above + last if last else 0
+    if comment and fields and all(map(_is_number, fields)):
+        fields, line = next(csv.reader([comment], delimiter=delimiter)), comment_line
+    else:
+        above += last
+        size += sum(map(len, lines[above - last : above]))
+    rows = block[size : size + _SHOWN_ROWS]
+    commas = delimiter != "," and bool(_COMMA_FRACTION.search(rows)) and not _POINT_FRACTION.search(rows)
+    return CsvHead(tuple(fields), line, problem, delimiter, "," if commas else ".", above, size)
+
+
+def _is_number(field: str) -> bool:
+    try:
+        decimal(field.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def quick_numbers(
+    block: bytes, columns: int, delimiter: str, places: Sequence[int] | None = None, mark: str = "."
+) -> Floats | None:
     """The numbers of a block of whole lines, shape (n, columns); None where only the exact way can tell.
 
     Blank lines are no rows. Quotes are left to the exact way. Needs pyarrow.
+
+    Args:
+        block: the lines.
+        columns: fields of a line.
+        delimiter: between them.
+        places: the columns that are read, in this order; None for all.
+        mark: of decimal fractions.
     """
     if b'"' in block:
         return None
@@ -39,16 +117,22 @@ def quick_numbers(block: bytes, columns: int, delimiter: str) -> Floats | None:
     from pyarrow import csv as pyarrow_csv
 
     names = [str(column) for column in range(columns)]
+    read = names if places is None else [names[place] for place in places]
     try:
         table = pyarrow_csv.read_csv(
             pa.BufferReader(block),
             pyarrow_csv.ReadOptions(column_names=names, block_size=_PARSED_AT_ONCE),
             pyarrow_csv.ParseOptions(delimiter=delimiter, quote_char=False),
-            pyarrow_csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()), null_values=[]),
+            pyarrow_csv.ConvertOptions(
+                column_types=dict.fromkeys(read, pa.float64()),
+                include_columns=read,
+                null_values=[],
+                decimal_point=mark,
+            ),
         )
     except pa.ArrowInvalid:
         return None
-    numbers = np.empty((table.num_rows, columns))
+    numbers = np.empty((table.num_rows, len(read)))
     for column, values in enumerate(table.itercolumns()):
         numbers[:, column] = values.to_numpy()
     return numbers if np.isfinite(numbers).all() else None

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import gzip
 import sys
+import zlib
 from pathlib import Path
 
 from nao_kin.errors import BadInputFile
 
 
 def read_text(name: str, advice: str = "") -> str:
-    """The text of a file, or of standard input for "-", without a byte order mark.
+    """The text of a file, unpacked where its name ends in .gz, or of standard input for "-"; no byte order mark.
 
     Args:
         name: which.
@@ -23,8 +25,13 @@ def read_text(name: str, advice: str = "") -> str:
             if sys.stdin is None:
                 raise BadInputFile(name, "closed; there is nothing to read")
             return sys.stdin.buffer.read().decode("utf-8-sig")
+        if Path(name).suffix.lower() == ".gz":
+            with gzip.open(name) as file:
+                return file.read().decode("utf-8-sig")
         return Path(name).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
+    except (EOFError, zlib.error) as error:
+        raise BadInputFile(name, f"no whole gzip file: {error}") from None
     except UnicodeDecodeError as error:
         raise BadInputFile(name, f"not UTF-8 text (byte {error.start}){advice}") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from enum import Enum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -15,10 +15,21 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory, within_limits
+from nao_kin.cli.motion_input import (
+    clamped,
+    is_motion,
+    log_columns,
+    note_clamped,
+    read,
+    refuse_motion_options,
+    trajectory,
+    within_limits,
+)
 from nao_kin.cli.options import (
+    ColumnsOption,
     DegOption,
     HipsOption,
+    IgnoreOtherOption,
     JsonOption,
     PackageDirOption,
     RateOption,
@@ -27,6 +38,7 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    columns_of,
     load,
 )
 from nao_kin.cli.output import print_json, print_note
@@ -35,7 +47,7 @@ from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
     from nao_kin.robot import LimitPolicy, RobotModel
-    from nao_kin.stream import PoseColumns, StreamResult
+    from nao_kin.stream import Configurations, PoseColumns, StreamResult
 
 # One pass of the progress bar; small enough to move often, large enough to cost nothing.
 _CHUNK = 8192
@@ -70,8 +82,11 @@ def register(app: typer.Typer) -> None:
 
 def fk(
     file: Annotated[
-        str | None,
-        typer.Argument(metavar="FILE", help="CSV or JSON file of configurations, or a motion; - for standard input."),
+        list[str] | None,
+        typer.Argument(
+            metavar="FILE",
+            help="CSV or JSON file of configurations, or a motion; - for standard input. With -o, several too.",
+        ),
     ] = None,
     posture: Annotated[
         str | None,
@@ -91,7 +106,9 @@ def fk(
     csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write .parquet, .arrow, .feather, .npy or .csv."),
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV."
+        ),
     ] = None,
     on_error: Annotated[
         ErrorChoice | None, typer.Option("--on-error", help="With -o: what to do with a bad row. Default: stop.")
@@ -99,6 +116,8 @@ def fk(
     dtype: Annotated[
         NumberChoice | None, typer.Option("--dtype", help="With -o: size of the numbers. Default: float64.")
     ] = None,
+    columns: ColumnsOption = None,
+    ignore_other: IgnoreOtherOption = False,
     rate: RateOption = None,
     hips: HipsOption = None,
     timeline: TimelineOption = None,
@@ -111,59 +130,94 @@ def fk(
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
-    Values are radians (hands: 0 closed to 1 open) unless --deg is given. A file names all joints in its header or
-    keys, in any order: the 25 joints, or NAOqi's 26. A motion file of any format (see nao-kin motion) names those that
-    it moves; there is a row for each of its key times, or --rate a second.
+    Values are radians (hands: 0 closed to 1 open) unless --deg or the heading says otherwise, as in HeadYaw [deg]. A
+    file names all joints in its header or keys, in any order: the 25 joints, or NAOqi's 26, also as keys of ALMemory;
+    times are carried to the output. A motion file of any format (see nao-kin motion) names those that it moves; there
+    is a row for each of its key times, or --rate a second.
 
-    With -o, the file may be larger than memory, and also be .npy, .parquet, .arrow or .feather. What is ended
+    With -o, the file may be larger than memory, and also be .csv.gz, .npy, .parquet, .arrow or .feather. What is ended
     half-way goes on where it was when it is called again.
     """
     for option, value in (("--on-error", on_error), ("--dtype", dtype)):
         if output is None and value is not None:
             raise BadArgument(f"{option} is for files; name one with --output")
+    output = "/dev/stdout" if output == "-" else output
+    files = file or []
     if output is not None:
-        _check_output(file, output, json)
+        _check_output(files, output, json)
+    elif len(files) > 1:
+        raise BadArgument(f"{len(files)} files; several go into one --output")
+    one = files[0] if len(files) == 1 else None
     # Standard input may be larger than memory with -o, and is then not looked into.
-    moves = file is not None and not (file == "-" and output is not None) and is_motion(file)
+    moves = one is not None and not (one == "-" and output is not None) and is_motion(one)
     if not moves:
-        only_file = {} if file is None else {"posture": posture}
-        refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
+        refuse_motion_options(
+            one or (files[0] if files else None), **_only(files, posture), rate=rate, timeline=timeline
+        )
+    if not files and (columns or ignore_other):
+        raise BadArgument("--columns and --ignore-other are for a file; name it")
+    from nao_kin import stream
+    from nao_kin.configuration_files import read_log
+
     model = load(version, urdf, robot, package_dir, xacro)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
-    motion_q: Floats | None = None
-    if moves and file is not None:
-        path = trajectory(model, read(model, file, deg=deg, timeline=timeline), posture=posture, hips=hips, rate=rate)
-        motion_q = within_limits(model, file, path, limits, deg=deg)
-    if output is not None and file is not None:
-        from nao_kin import stream
-
+    renamed = columns_of(columns)
+    as_motion = posture is not None or rate is not None or timeline is not None
+    log = None if one is None or as_motion else log_columns(model, one, renamed)
+    moves = moves and log is None
+    timed = log is not None and log.timed
+    if not (moves or timed or (one == "-" and output is not None)):
+        refuse_motion_options(one or (files[0] if files else None), hips=hips)
+    if moves and (renamed or ignore_other):
+        raise BadArgument(
+            f"--columns and --ignore-other are for whole configurations; {quoted(one)} is read as a motion"
+        )
+    rule: Any = "average" if hips is None and timed else hips  # as of a motion
+    rows: Configurations | None = None
+    if moves and one is not None:
+        path = trajectory(model, read(model, one, deg=deg, timeline=timeline), posture=posture, hips=hips, rate=rate)
+        rows = stream.Configurations(within_limits(model, one, path, limits, deg=deg), path.times, one)
+    if output is not None:
         result = stream.fk(
             model,
-            file if motion_q is None else stream.Configurations(motion_q, file),
+            files if rows is None else rows,
             frame or _default_frames(model),
             output,
             reference=reference,
             as_=STYLES[as_],
             dtype=np.float64 if dtype is None else dtype.value,
-            limits=limits if motion_q is None else "ignore",
+            limits=limits if rows is None else "ignore",
             degrees=deg,
             on_error="stop" if on_error is None else on_error.value,
+            columns=renamed,
+            ignore_other=ignore_other,
+            hips=rule if rows is None else None,
             progress=True,
         )
-        _report(result, json)
+        _report(model, result, json)
         return
-    if file is None:
-        q, many = one_configuration(model, posture, joint or [], deg, limits)[None], False
-    elif motion_q is not None:
-        q, many = motion_q, True
+    times: Floats | None = None
+    if rows is not None:
+        q, times, many = rows.q, rows.times, True
+    elif one is not None:
+        found = read_log(
+            model,
+            one,
+            limits="ignore" if clamp else limits,
+            degrees=deg,
+            columns=renamed,
+            ignore_other=ignore_other,
+            hips=rule,
+        )
+        q, times, many = clamped(model, found.q) if clamp else found.q, found.times, found.many
+        for note in found.notes:
+            print_note(note)
     else:
-        from nao_kin.configuration_files import read_configurations
-
-        q, many = read_configurations(model, file, limits=limits, degrees=deg)
+        q, many = one_configuration(model, posture, joint or [], deg, limits)[None], False
     frames = frame or _default_frames(model)
     # Before anything is printed.
     model.frame_ids(frames if reference is None or _is_world(model, reference) else [*frames, reference])
-    printer = PosePrinter(frames, as_, deg)
+    printer = PosePrinter(frames, as_, deg, times)
     poses = _poses(model, q, frames, reference, printer.columns)
     if json:
         printer.print_json(poses, model.name, reference, many=many)
@@ -175,21 +229,29 @@ def fk(
         printer.print_table(poses)
 
 
-def _check_output(file: str | None, output: str, json: bool) -> None:
+def _only(files: list[str], posture: str | None) -> dict[str, str | None]:
+    """The options that go with a motion alone where there is a file."""
+    return {"posture": posture} if files else {}
+
+
+def _check_output(files: list[str], output: str, json: bool) -> None:
     """Refuse a file that could not be written, before anything is loaded."""
-    if file is None:
+    if not files:
         raise BadArgument("--output is for the rows of a file; name the FILE to read")
     atomic.check_writable(output)
     if json and atomic.leads_to_standard_output(output):
         raise BadArgument(f"--output {output} and --json both write to standard output; give one")
 
 
-def _report(result: StreamResult, json: bool) -> None:
-    """What was written, and on standard error what could not be."""
+def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
+    """What was written, and on standard error what could not be, and what was changed."""
     if json:
         print_json(result.as_dict())
     elif not atomic.leads_to_standard_output(result.sink):  # which has the poses, and nothing behind them
         print(result.sink)
+    for note in result.notes:
+        print_note(note)
+    note_clamped(model, result.clamped, result.rows_read)
     if result.rows_resumed:
         print_note(f"the first {result.rows_resumed} rows had been done by an earlier run")
     if result.bad_rows:
@@ -212,7 +274,12 @@ def one_configuration(
         if not model.posture_names:
             raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
         return model.posture(posture, values, limits=limits)
-    except (OutsideLimits, CouplingViolated) as error:
+    except OutsideLimits as error:
+        advice = "; --clamp and --ignore-limits take it"
+        # So large an angle is one in degrees.
+        advice += ", --deg?" if not deg and any(abs(value) > 2.0 * math.pi for value in values.values()) else ""
+        raise BadArgument(error.describe(degrees=deg) + advice) from None
+    except CouplingViolated as error:
         raise BadArgument(error.describe(degrees=deg)) from None
 
 

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
+from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
+    from nao_kin.configuration_files import TableColumns
     from nao_kin.motion import Motion, Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
+    from nao_kin.stream import Clamped
 
 
 def is_motion(file: str) -> bool:
@@ -29,6 +32,19 @@ def is_motion(file: str) -> bool:
         return False  # which is said where it is read
     sys.stdin = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8")
     return is_motion_file("-", data)
+
+
+def log_columns(model: RobotModel, file: str, columns: dict[str, str | None] | None) -> TableColumns | None:
+    """The columns of a file whose rows are whole configurations; None for other files, and input not read yet."""
+    from nao_kin.configuration_files import log_columns
+
+    data = None
+    if file == "-":
+        buffer = getattr(sys.stdin, "buffer", None)
+        if not isinstance(buffer, io.BytesIO):
+            return None
+        data = buffer.getvalue()
+    return log_columns(model, file, columns=columns, data=data)
 
 
 def refuse_motion_options(file: str | None, **given: object) -> None:
@@ -83,6 +99,23 @@ def check_posture(model: RobotModel, posture: str | None) -> None:
         raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
 
 
+def clamped(model: RobotModel, q: Floats) -> Floats:
+    """Configurations moved inside the limits, and a note that says how many, and how far."""
+    from nao_kin import stream
+
+    inside, changes = stream.clamp(model, q)
+    note_clamped(model, changes, len(q))
+    return inside
+
+
+def note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
+    """Say what --clamp has changed."""
+    if changes.rows:
+        unit = model.unit(changes.joint)
+        most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
+        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
+
+
 def within_limits(model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy, *, deg: bool) -> Floats:
     """The configurations of a motion, none outside the limits.
 
@@ -92,7 +125,7 @@ def within_limits(model: RobotModel, file: str, path: Trajectory, limits: LimitP
     if limits == "ignore":
         return path.q
     if limits == "clamp":
-        return model.clamp(path.q)
+        return clamped(model, path.q)
     violations = model.limit_violations(path.q, most=1)
     if violations:
         first = violations[0]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -43,6 +44,14 @@ HipsOption = Annotated[
 TimelineOption = Annotated[
     str | None, typer.Option("--timeline", metavar="NAME", help="Which of several motions in the file; name or number.")
 ]
+ColumnsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--columns",
+        metavar="NAME=HEADING",
+        help="Read a column as if headed so: yaw=HeadYaw, 'ms=time [ms]'; NAME= leaves it out; repeatable.",
+    ),
+]
 IgnoreOtherOption = Annotated[
     bool, typer.Option("--ignore-other", help="Leave out columns that name no joint and no time.")
 ]
@@ -72,7 +81,9 @@ class Command(TyperCommand):
                     raise BadArgument(f"{option} is given {'twice' if times == 2 else f'{times} times'}; give it once")
             # An argument is listed whether it is given or not.
             names = (str(parameter.name) for parameter in order)
-            _check_contradictions({name for name in names if name != "file" or isinstance(values.get(name), str)})
+            _check_contradictions(
+                {name for name in names if name != "file" or isinstance(values.get(name), (str, tuple))}
+            )
         return list(super().parse_args(ctx, args))
 
 
@@ -80,6 +91,24 @@ def _check_contradictions(given: set[str]) -> None:
     for one, other, reason in _CONTRADICTIONS:
         if one in given and other in given:
             raise BadArgument(reason)
+
+
+def columns_of(settings: list[str] | None) -> dict[str, str | None] | None:
+    """What --columns says: name in the file → heading, None to leave the column out.
+
+    Raises:
+        BadArgument: no name and heading.
+    """
+    if not settings:
+        return None
+    columns: dict[str, str | None] = {}
+    for setting in settings:
+        name, sign, heading = setting.rpartition("=")
+        if not sign or name in columns:
+            wrong = "names a column twice" if name in columns else "expected NAME=HEADING, as in yaw=HeadYaw"
+            raise BadArgument(f"--columns {quoted(setting)}: {wrong}")
+        columns[name.strip()] = heading.strip() or None
+    return columns
 
 
 def load(

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -51,11 +51,13 @@ class PosePrinter:
         frames: the names.
         style: how a pose is written.
         degrees: angles in degrees.
+        times: of the rows, shape (n,) [s]; None for none.
     """
 
     frames: Sequence[str]
     style: PoseFormat
     degrees: bool
+    times: Floats | None = None
 
     @property
     def columns(self) -> PoseColumns:
@@ -66,12 +68,14 @@ class PosePrinter:
 
     def print_json(self, pieces: Pieces, robot: str, reference: str | None, *, many: bool) -> None:
         """One document: the poses of the one configuration, or of each of `many`."""
-        head = {
+        head: dict[str, Any] = {
             "robot": robot,
             "reference": reference or "root",
             "as": self.style.value,
             "units": {"length": "m", "angle": "deg" if self.degrees else "rad"},
         }
+        if self.times is not None:
+            head["times"] = self.times.tolist()
         poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in self._rows(pieces))
         if many:
             print_json_list(head, "configurations", poses)
@@ -82,10 +86,11 @@ class PosePrinter:
         """One line per configuration and frame, with a header."""
         from nao_kin.stream import csv_header, pose_lines
 
-        sys.stdout.write(csv_header(self.columns.names))
+        sys.stdout.write(csv_header(self.columns.names, timed=self.times is not None))
         for start, numbers in pieces:
             rows = np.arange(start, start + len(numbers))
-            sys.stdout.write(pose_lines(rows, self.frames, numbers).decode())
+            times = None if self.times is None else self.times[start : start + len(numbers)]
+            sys.stdout.write(pose_lines(rows, self.frames, numbers, times).decode())
 
     def print_table(self, pieces: Pieces) -> None:
         """The poses of one configuration, laid out for a reader."""
@@ -103,10 +108,14 @@ class PosePrinter:
     def print_lines(self, pieces: Pieces) -> None:
         """One line per row and frame as they come: no waiting until a table of many thousand rows is laid out."""
         width = max(5, *map(len, self.frames))
-        print(f"{'row':>7}  {'frame':{width}}" + "".join(f"{name:>11}" for name in self.columns.names))
+        times = [] if self.times is None else [f"{time:.6f}" for time in self.times.tolist()]
+        wide = max(map(len, ("time", *times)))
+        print(f"{'row':>7}" + (f"  {'time':>{wide}}" if times else "") + f"  {'frame':{width}}", end="")
+        print("".join(f"{name:>11}" for name in self.columns.names))
         for index, rows in self._rows(pieces):
+            start = f"{index:>7}" + (f"  {times[index]:>{wide}}" if times else "")
             for name, row in zip(self.frames, rows, strict=True):
-                print(f"{index:>7}  {name:{width}}" + "".join(f"{_fixed(value):>11}" for value in row))
+                print(f"{start}  {name:{width}}" + "".join(f"{_fixed(value):>11}" for value in row))
 
     def _rows(self, pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
         """Index of every configuration, and the numbers of each frame."""

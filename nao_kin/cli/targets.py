@@ -172,7 +172,7 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
         array = np.load(name, allow_pickle=False)
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
+    except (ValueError, EOFError) as error:  # of which the second would end the program as Ctrl-D does
         raise BadInputFile(name, f"no .npy file: {error}") from None
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu" or array.ndim == 0:
         raise BadInputFile(name, "expected an array of numbers, one target in each row")
@@ -195,7 +195,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
         raise BadInputFile(name, wrong, line)
     names = [field.strip() for field in header]
     places = {column: index for index, column in enumerate(names)}
-    wanted = next((columns for columns in _HEADERS[::-1] if set(columns) == {*places} - {"row", "frame"}), None)
+    wanted = next((columns for columns in _HEADERS[::-1] if set(columns) == {*places} - {"row", "time", "frame"}), None)
     if wanted is None or len(places) < len(names):
         known = "x,y,z; r0,r1,r2,r3; x,y,z,roll,pitch,yaw; x,y,z,r0,r1,r2,r3; t11,…,t44"
         raise BadInputFile(name, f"the header names {abbreviated(', '.join(names))}; expected one of {known}", line)

@@ -6,19 +6,22 @@ import os
 import sys
 import threading
 from contextlib import closing
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from nao_kin._common import atomic
+from nao_kin._common.arrays import Floats
 from nao_kin._common.scalars import decimal
 from nao_kin._text import quoted
 from nao_kin.cli.fk import one_configuration
 from nao_kin.cli.live_page import AllowHostOption, HostOption, LivePage, PortOption, TokenOption
 from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory
 from nao_kin.cli.options import (
+    ColumnsOption,
     DegOption,
     HipsOption,
+    IgnoreOtherOption,
     JsonOption,
     PackageDirOption,
     RateOption,
@@ -27,13 +30,13 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    columns_of,
     load,
 )
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.robot import RobotModel
     from nao_kin.viewer import Viewer
 
 _FPS = 30.0
@@ -68,6 +71,8 @@ def view(
     fps: Annotated[
         float | None, typer.Option(metavar="N", help=f"Configurations of FILE per second. Default: {_FPS:g}.")
     ] = None,
+    columns: ColumnsOption = None,
+    ignore_other: IgnoreOtherOption = False,
     rate: RateOption = None,
     hips: HipsOption = None,
     timeline: TimelineOption = None,
@@ -123,16 +128,35 @@ def view(
         only_file = {} if file is None else {"posture": posture}
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
 
+    if file is None and (columns or ignore_other):
+        raise BadArgument("--columns and --ignore-other are for a file; name it")
+
     model = load(version, urdf, robot, package_dir, xacro)
+    renamed = columns_of(columns)
+    # Read before any mesh: what is wrong with the file is said at once.
+    q: Floats | None = None
+    many, speed = False, _FPS if fps is None else fps
+    if file is not None and moves and not (renamed or ignore_other):
+        motion = read(model, file, deg=deg, timeline=timeline)
+        sampling = rate if rate is not None else speed
+        q, many = trajectory(model, motion, posture=posture, hips=hips, rate=sampling).q, True
+        speed = sampling if fps is None else fps
+    elif file is not None:
+        from nao_kin.configuration_files import read_log
+
+        rule: Any = hips
+        log = read_log(model, file, limits="ignore", degrees=deg, columns=renamed, ignore_other=ignore_other, hips=rule)
+        q, many = log.q, log.many
+        for note in log.notes:
+            print_note(note)
+    elif posture is not None or joint:
+        q = one_configuration(model, posture, joint or [], deg, "ignore")[None]
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
-        if moves and file is not None:
-            motion = read(model, file, deg=deg, timeline=timeline)
-            sampling = rate if rate is not None else _FPS if fps is None else fps
-            path = trajectory(model, motion, posture=posture, hips=hips, rate=sampling)
-            viewer.animate(path.q, sampling if fps is None else fps, up=vertical)
-        else:
-            _show(viewer, model, file, posture, joint or [], deg, _FPS if fps is None else fps, vertical)
+        if many and q is not None:
+            viewer.animate(q, speed, up=vertical)
+        elif q is not None or vertical is not None:
+            viewer.display(viewer.q if q is None else q[0], up=vertical)
         if frames is not None:
             viewer.show_frames([name.strip() for name in ",".join(frames).split(",") if name.strip()])
         viewer.camera(camera)
@@ -165,30 +189,6 @@ def _check_files(html: str | None, png: str | None, json: bool) -> None:
             raise BadArgument(f"{option} {path} and --json both write to standard output; give one")
     if html is not None and png is not None and os.path.realpath(html) == os.path.realpath(png):
         raise BadArgument(f"--html and --png name one file, {html}; give two")
-
-
-def _show(
-    viewer: Viewer,
-    model: RobotModel,
-    file: str | None,
-    posture: str | None,
-    joints: list[str],
-    deg: bool,
-    fps: float,
-    up: tuple[float, ...] | None,
-) -> None:
-    if file is not None:
-        from nao_kin.configuration_files import read_configurations
-
-        q, many = read_configurations(model, file, limits="ignore", degrees=deg)
-        if many:
-            viewer.animate(q, fps, up=up)
-        else:
-            viewer.display(q[0], up=up)
-    elif posture is not None or joints:
-        viewer.display(one_configuration(model, posture, joints, deg, "ignore"), up=up)
-    elif up is not None:
-        viewer.display(viewer.q, up=up)
 
 
 def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:

@@ -7,28 +7,29 @@ is small, and that is read exactly: good rows beside a bad one cost nothing more
 
 from __future__ import annotations
 
+import gzip
 import math
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.csv_numbers import (
     Records,
-    delimiter_of,
+    csv_head,
     line_ends,
     plain_floats,
     quick_numbers,
     whole_lines,
 )
-from nao_kin.configuration_files import check_joint_names, finite_numbers
+from nao_kin.configuration_files import finite_numbers
 from nao_kin.errors import BadInputFile
 from nao_kin.robot import RobotModel
-from nao_kin.stream.blocks import Block, Position, Source
+from nao_kin.stream.blocks import Block, Position, Source, TableOptions
 
 BYTES_AT_ONCE = 1 << 22
 _LONGEST_LINE = 1 << 24
@@ -46,16 +47,20 @@ class _Rows:
 
 
 class CsvSource(Source):
-    """Joint names in the header, in any order, and one configuration a line, as `read_configurations` reads them."""
+    """Joint names in the header, in any order, and one configuration a line, as `read_log` reads them.
 
-    def __init__(self, path: str, robot: RobotModel) -> None:
+    A file whose name ends in .gz is unpacked; a place in it is one of what is unpacked.
+    """
+
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path = path
         self._file = _opened(path)
         # What has been read and not yet been given out: at the start, and behind the last whole line.
         self._rest, self._behind = b"", b""
-        self._size = Path(path).stat().st_size if path != "-" and Path(path).is_file() else None
+        packed = path == "-" or path.lower().endswith(".gz") or not Path(path).is_file()
+        self._size = None if packed else Path(path).stat().st_size
         try:
-            self._read_header(robot)
+            self._read_header(robot, options)
         except BaseException:
             self.close()
             raise
@@ -79,7 +84,10 @@ class CsvSource(Source):
             if len(rows.values):
                 some = True
                 lines = _Lines(part, self._delimiter, before)
-                yield Block(rows.values, (offset, line), rows.problems, at_end and not rest, lines)
+                joints = len(self.table.names)
+                times = rows.values[:, joints] if self.table.timed else None
+                values = rows.values[:, :joints]
+                yield Block(values, (offset, line), times, rows.problems, at_end and not rest, lines)
             if at_end and not rest:
                 break
         if not some and start == self.start:
@@ -94,28 +102,26 @@ class CsvSource(Source):
         if self.path != "-":
             self._file.close()
 
-    def _read_header(self, robot: RobotModel) -> None:
+    def _read_header(self, robot: RobotModel, options: TableOptions) -> None:
         head = self._file.read(BYTES_AT_ONCE)
         mark = len(_BOM) if head.startswith(_BOM) else 0
         head = head[mark:]
         if not head.strip():
             raise BadInputFile(self.path, "empty; expected joint names and values")
         ends = len(head) < BYTES_AT_ONCE - mark
+        beginning = csv_head(head, at_end=ends)
+        if beginning.problem:
+            raise BadInputFile(self.path, beginning.problem, beginning.line)
+        if not beginning.fields:
+            raise BadInputFile(self.path, "empty; expected joint names and values")
+        self._delimiter, self._mark = beginning.delimiter, beginning.mark
         try:
-            first = head.lstrip(b"\r\n").split(b"\n", 1)[0].decode("utf-8")
+            head[: beginning.size].decode("utf-8")
         except UnicodeDecodeError as error:
             raise BadInputFile(self.path, f"not UTF-8 text (byte {mark + error.start})") from None
-        self._delimiter = delimiter_of(first)
-        line, fields, reason = next(iter(Records(head, self._delimiter, at_end=ends)), (0, [], ""))
-        if not line:
-            raise BadInputFile(self.path, "empty; expected joint names and values")
-        if reason:
-            raise BadInputFile(self.path, reason, line)
-        self.names = tuple(name.strip() for name in fields)
-        check_joint_names(self.path, self.names, robot, line)
-        used = sum(map(len, head.splitlines(keepends=True)[:line]))
-        self.start = mark + used, line
-        self._rest = head[used:]
+        self.table = options.table(self.path, beginning.fields, robot, beginning.line)
+        self.start = mark + beginning.size, beginning.lines
+        self._rest = head[beginning.size :]
 
     def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
         """Whole lines, of about `BYTES_AT_ONCE`, and whether the file ends with them; what is behind is kept."""
@@ -135,7 +141,7 @@ class CsvSource(Source):
         """The rows of a block, and how much of it they are."""
         if b'"' in block:
             return self._read_exactly(block, at_end=at_end)
-        numbers = quick_numbers(block, len(self.names), self._delimiter)
+        numbers = quick_numbers(block, self.table.all, self._delimiter, self.table.places, self._mark)
         if numbers is not None:
             return len(block), _Rows(numbers, {})
         middle = whole_lines(block[: len(block) // 2])
@@ -151,25 +157,25 @@ class CsvSource(Source):
         """The rows of a block, field by field."""
         records = Records(block, self._delimiter, at_end=at_end)
         # Then `float` takes only decimal digits.
-        plain = block.isascii() and b"_" not in block
+        plain = self._mark == "." and block.isascii() and b"_" not in block
         values: list[list[float]] = []
         problems: dict[int, tuple[int, str]] = {}
-        nothing = [math.nan] * len(self.names)
+        table = self.table
+        nothing = [math.nan] * len(table.places)
         for _, fields, reason in records:
             row: list[float] | None = None
             column = 0
-            if not reason and len(fields) != len(self.names):
-                reason = f"{len(fields)} values, the header names {len(self.names)} joints"
+            reason = reason or table.count(len(fields))
             if not reason:
-                row = plain_floats(fields) if plain else None
+                row = plain_floats([fields[place] for place in table.places]) if plain else None
                 try:
-                    row = row or finite_numbers(self.path, fields, self.names, 1)
+                    row = row or finite_numbers(self.path, fields, table.headings, 1, table=table, mark=self._mark)
                 except BadInputFile as error:
                     column, reason = error.column, error.reason
             if row is None:
                 problems[len(values)] = column, reason
             values.append(row or nothing)
-        return records.consumed, _Rows(np.array(values).reshape(len(values), len(self.names)), problems)
+        return records.consumed, _Rows(np.array(values).reshape(len(values), len(nothing)), problems)
 
 
 @dataclass(frozen=True)
@@ -185,6 +191,8 @@ class _Lines:
 
 
 def _opened(path: str) -> BinaryIO:
+    if path.lower().endswith(".gz"):
+        return cast(BinaryIO, gzip.open(path))
     if path != "-":
         return Path(path).open("rb")
     if sys.stdin is None:

@@ -1,4 +1,4 @@
-"""Poses as lines of CSV: row, frame, and the numbers with as many digits as give them back."""
+"""Poses as lines of CSV: row, time, frame, and the numbers with as many digits as give them back."""
 
 from __future__ import annotations
 
@@ -10,24 +10,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nao_kin._common.arrays import Floats
 from nao_kin._common.csv_numbers import float_texts, has_pyarrow
 
 # Loading pyarrow takes as long as Python takes to write this many numbers.
 _FEW = 20_000
 
 
-def csv_header(columns: Sequence[str]) -> str:
-    """The first line.
+def csv_header(columns: Sequence[str], *, timed: bool = False) -> str:
+    """The first line; `timed` where the rows have times.
 
     Examples:
         >>> nk.stream.csv_header(["x", "y", "z"]).strip()
         'row,frame,x,y,z'
     """
-    return ",".join(("row", "frame", *columns)) + "\n"
+    return ",".join(("row", *(("time",) if timed else ()), "frame", *columns)) + "\n"
 
 
-def pose_lines(rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[Any]) -> bytes:
-    """One line for each of `rows` (n,) and each frame, of numbers (n, frames, k), in UTF-8.
+def pose_lines(
+    rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[Any], times: Floats | None = None
+) -> bytes:
+    """One line for each of `rows` (n,) and each frame, of numbers (n, frames, k) and maybe times (n,), in UTF-8.
 
     The lines are the same whether pyarrow writes them, or Python, which takes longer.
 
@@ -38,20 +41,27 @@ def pose_lines(rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[
     names = [_field(name) for name in frames]
     flat = numbers.reshape(-1, numbers.shape[-1])
     if numbers.size > _FEW and has_pyarrow():
-        return _by_pyarrow(np.repeat(rows, len(names)), names * len(rows), flat)
+        return _by_pyarrow(rows, times, names, flat)
     texts = (map(repr, row) for row in flat.tolist()) if flat.dtype == np.float64 else (map(str, row) for row in flat)
-    heads = (f"{row},{name}," for row in rows.tolist() for name in names)
+    starts = [str(row) for row in rows.tolist()]
+    if times is not None:
+        starts = [f"{row},{time!r}" for row, time in zip(starts, times.tolist(), strict=True)]
+    heads = (f"{start},{name}," for start in starts for name in names)
     return "".join([f"{head}{','.join(text)}\n" for head, text in zip(heads, texts, strict=True)]).encode()
 
 
-def _by_pyarrow(rows: NDArray[np.int64], frames: list[str], numbers: NDArray[Any]) -> bytes:
+def _by_pyarrow(rows: NDArray[np.int64], times: Floats | None, frames: list[str], numbers: NDArray[Any]) -> bytes:
     import pyarrow as pa
     from pyarrow import compute
 
     columns = [float_texts(np.ascontiguousarray(column)) for column in numbers.T]
-    row_texts = compute.cast(pa.array(rows), pa.string())
+    starts = [compute.cast(pa.array(rows), pa.string())]
+    if times is not None:
+        starts.append(float_texts(np.ascontiguousarray(times)))
+    places = pa.array(np.repeat(np.arange(len(rows)), len(frames)))
+    starts = [start.take(places) for start in starts]
     # The last field is empty and its delimiter the end of the line.
-    lines = compute.binary_join_element_wise(row_texts, pa.array(frames, pa.string()), *columns, ",")
+    lines = compute.binary_join_element_wise(*starts, pa.array(frames * len(rows), pa.string()), *columns, ",")
     lines = compute.binary_join_element_wise(lines, "", "\n")
     # The texts of an array stand one behind the other.
     offsets = np.frombuffer(lines.buffers()[1], np.int32)

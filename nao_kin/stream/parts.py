@@ -27,7 +27,7 @@ from nao_kin._common.ending import before_ending
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.stream.blocks import Position
-from nao_kin.stream.results import BadRow
+from nao_kin.stream.results import NOT_CLAMPED, BadRow, Clamped
 
 _RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
 
@@ -42,6 +42,7 @@ class Progress:
         rows_written: rows of the parts so far.
         bad_rows: rows so far from which no configuration could be made.
         first_bad_rows: the first of them.
+        clamped: what clamping has changed so far.
         size: bytes of the last part.
     """
 
@@ -50,6 +51,7 @@ class Progress:
     rows_written: int = 0
     bad_rows: int = 0
     first_bad_rows: tuple[BadRow, ...] = ()
+    clamped: Clamped = NOT_CLAMPED
     size: int = 0
 
 
@@ -168,7 +170,8 @@ class PartFolder:
             if record is None or not part.is_file() or part.stat().st_size != record["size"]:
                 return
             bad = tuple(BadRow(**row) for row in record.pop("first_bad_rows"))
-            self.last = Progress(end=tuple(record.pop("end")), first_bad_rows=bad, **record)
+            clamped = Clamped(**record.pop("clamped"))
+            self.last = Progress(end=tuple(record.pop("end")), first_bad_rows=bad, clamped=clamped, **record)
             self.parts.append(part)
 
     def _clear(self) -> None:

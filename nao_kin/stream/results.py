@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 
 # Bad rows that are kept to be shown; the others are counted.
 MOST_LISTED = 20
@@ -18,6 +23,7 @@ class BadRow:
         line: its line in a CSV file, from 1; 0 in other files, which have none.
         column: its column in a CSV file that is to blame, from 1; 0 for none.
         reason: what is wrong with it.
+        file: which of several files it is from; "" where there is one.
 
     Examples:
         >>> bad = nk.stream.BadRow(row=7, line=9, column=3, reason="no finite number: 'x'")
@@ -29,10 +35,63 @@ class BadRow:
     line: int
     column: int
     reason: str
+    file: str = ""
 
     def __str__(self) -> str:
         place = f"line {self.line}" + (f", column {self.column}" if self.column else "")
-        return f"{place if self.line else f'row {self.row}'}: {self.reason}"
+        place = place if self.line else f"row {self.row}"
+        return f"{f'{self.file}, ' if self.file else ''}{place}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Clamped:
+    """What moving joints to their limits has changed.
+
+    Attributes:
+        rows: how many configurations.
+        most: by how much a joint at most [rad, m or ratio].
+        joint: which one that was; "" for none.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> _, clamped = nk.stream.clamp(nao, nao.configuration({"HeadYaw": [0.0, 3.0]}, limits="ignore"))
+        >>> clamped.rows, clamped.joint, round(clamped.most, 3)
+        (2, 'HeadYaw', 0.914)
+    """
+
+    rows: int = 0
+    most: float = 0.0
+    joint: str = ""
+
+    def and_then(self, other: Clamped) -> Clamped:
+        """Both together."""
+        larger = self if self.most >= other.most else other
+        return Clamped(self.rows + other.rows, larger.most, larger.joint)
+
+
+NOT_CLAMPED = Clamped()
+
+
+def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, Clamped]:
+    """Return `robot.clamp(q)` and what it has changed by more than the tolerance of limits.
+
+    Args:
+        robot: whose limits.
+        q: configurations, shape (n, nq).
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> nk.stream.clamp(nao, nao.posture("Stand")[None])[1].rows
+        0
+    """
+    inside = robot.clamp(q)
+    joints = len(robot.joint_names)
+    off = np.abs(inside[:, -joints:] - np.asarray(q)[:, -joints:])
+    moved = off.max(axis=1, initial=0.0) > LIMIT_TOLERANCE
+    if not moved.any():
+        return inside, Clamped()
+    _, column = np.unravel_index(int(np.argmax(off)), off.shape)
+    return inside, Clamped(int(moved.sum()), float(off.max()), robot.joint_names[int(column)])
 
 
 @dataclass(frozen=True)
@@ -48,6 +107,8 @@ class StreamResult:
         rows_resumed: rows that an earlier run had done already, of those read.
         bad_rows: rows from which no configuration could be made: left out, or written as NaN.
         first_bad_rows: the first of them.
+        clamped: what limits="clamp" has changed.
+        notes: what was understood of the source that it does not say.
 
     Examples:
         >>> from pathlib import Path
@@ -67,6 +128,8 @@ class StreamResult:
     rows_resumed: int
     bad_rows: int
     first_bad_rows: tuple[BadRow, ...]
+    clamped: Clamped = NOT_CLAMPED
+    notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """The same for JSON.
@@ -79,7 +142,16 @@ class StreamResult:
             >>> nk.stream.fk(nao, "q.csv", "LArm", "poses.npy").as_dict()["rows_written"]
             1
         """
-        bad = [{"row": b.row, "line": b.line, "column": b.column, "reason": b.reason} for b in self.first_bad_rows]
+        bad = [
+            {
+                "row": b.row,
+                "line": b.line,
+                "column": b.column,
+                "reason": b.reason,
+                **({"file": b.file} if b.file else {}),
+            }
+            for b in self.first_bad_rows
+        ]
         return {
             "sink": self.sink,
             "frames": list(self.frames),
@@ -89,4 +161,6 @@ class StreamResult:
             "rows_resumed": self.rows_resumed,
             "bad_rows": self.bad_rows,
             "first_bad_rows": bad,
+            "clamped": asdict(self.clamped),
+            "notes": list(self.notes),
         }

@@ -7,10 +7,10 @@ import os
 import stat
 import warnings
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, get_args
 
@@ -20,19 +20,21 @@ from numpy.typing import DTypeLike, NDArray
 from nao_kin import __version__
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
+from nao_kin._common.headings import time_unit_of
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
+from nao_kin.configuration_files import Hips, check_hips, times_in_seconds
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning, UnknownName
 from nao_kin.robot import LimitPolicy, RobotModel, check_robot
-from nao_kin.stream.blocks import Block, Source
+from nao_kin.stream.blocks import Block, Source, TableOptions
 from nao_kin.stream.columns import PoseColumns, PoseStyle
 from nao_kin.stream.joint_columns import JointColumns
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.progress_bar import ProgressBar
 from nao_kin.stream.results import MOST_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import Sink, sink_class
-from nao_kin.stream.sources import open_source
+from nao_kin.stream.sources import found_files, open_source
 from nao_kin.stream.table_sources import Configurations
 
 ErrorPolicy = Literal["stop", "skip", "nan"]
@@ -48,7 +50,7 @@ _TURN = 2.0 * np.pi
 
 def fk(
     robot: RobotModel,
-    source: Path | str | Configurations,
+    source: Path | str | Sequence[Path | str] | Configurations,
     frames: str | Sequence[str] | None,
     sink: Path | str,
     *,
@@ -58,14 +60,18 @@ def fk(
     limits: LimitPolicy = "raise",
     degrees: bool = False,
     on_error: ErrorPolicy = "stop",
+    columns: Mapping[str, str | None] | None = None,
+    ignore_other: bool = False,
+    hips: Hips | None = None,
     progress: bool = False,
 ) -> StreamResult:
     """Poses of frames for every row of a file, however large, written to a file.
 
     The endings of the names say what the files are. A source is CSV (.csv; also without an ending, and "-" for standard
-    input), a NumPy array of configurations (N, nq) (.npy), Parquet (.parquet) or Arrow IPC (.arrow, .feather); tables
-    have one column per joint, in any order. A sink is CSV, Parquet or Arrow with one record for each row and frame (the
-    row, counted from 0, the frame's name, and the numbers of the pose), or a NumPy array of shape (N, frames, 4, 4), or
+    input), packed CSV (.csv.gz), a NumPy array of configurations (N, nq) (.npy), Parquet (.parquet) or Arrow IPC
+    (.arrow, .feather); tables have one column per joint, in any order, and may have one of times. A sink is CSV,
+    Parquet or Arrow with one record for each row and frame (the row, counted from 0, its time [s] if the source has
+    times, the frame's name, and the numbers of the pose), or a NumPy array of shape (N, frames, 4, 4), or
     (N, frames, 7 or 6); without the axis of frames for one name that is no list.
 
     Memory stays the same whatever the size of the files. The sink appears, or is replaced, when it is complete. Until
@@ -75,9 +81,10 @@ def fk(
 
     Args:
         robot: whose joints the source names.
-        source: the file of configurations, or `Configurations` in memory.
+        source: the file of configurations; several, or a pattern such as "logs/*.csv", whose rows are counted on; or
+            `Configurations` in memory.
         frames: a frame name, several, or None for all links, as in `RobotModel.fk`.
-        sink: the file of poses. A device or a pipe is written to when all is done.
+        sink: the file of poses, or "-" for CSV on standard output. A device or a pipe is written to when all is done.
         reference: the frame to express the poses in, as in `RobotModel.fk`.
         as_: the numbers of a pose: "matrix", the 16 entries of the homogeneous matrix, t11 … t44 row by row;
             "position_quaternion", x, y, z, r0, r1, r2, r3, scalar first; "position6d", x, y, z, wx, wy, wz with
@@ -85,9 +92,13 @@ def fk(
         dtype: float64, or float32 for half the size.
         limits: "raise" makes a row with a joint outside its limits a bad one; "clamp" moves it to the limit; "ignore"
             takes it as it is.
-        degrees: turning joints of a source file are in degrees, and so are the angles of the sink.
+        degrees: turning joints of a source file are in degrees where it does not say their unit, and so are the angles
+            of the sink.
         on_error: what to do with a row from which no configuration can be made: "stop" raises, "skip" leaves it out,
             "nan" writes poses of NaN.
+        columns: what to read columns as that have other names, as in `read_log`.
+        ignore_other: leave out columns that name no joint and no time.
+        hips: how to settle two joints of one motor whose values differ, as in `read_log`.
         progress: show a bar with rate and time left on standard error, if it is a terminal.
 
     Returns:
@@ -109,24 +120,28 @@ def fk(
         (1, 2, 4, 4)
     """
     check_robot(robot)
-    source = source if isinstance(source, Configurations) else _path(source, "source")
+    files = source if isinstance(source, Configurations) else _paths(source)
     sink = _path(sink, "sink")
+    sink = "/dev/stdout" if sink == "-" else sink
+    check_hips(hips)
     if on_error not in get_args(ErrorPolicy):
         raise UnknownName("policy for bad rows", on_error, get_args(ErrorPolicy))
     names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else tuple(frames)
     if not names:
         raise BadArgument("no frames; expected at least one name, or None for all links")
-    columns = PoseColumns(as_, degrees)
+    numbers = PoseColumns(as_, degrees)
     kind = _dtype(dtype)
     atomic.check_writable(sink)
-    shape = columns.shape if isinstance(frames, str) else (len(names), *columns.shape)
-    writer = sink_class(sink)(names, columns.names, shape, kind)
+    shape = numbers.shape if isinstance(frames, str) else (len(names), *numbers.shape)
+    sink_kind = sink_class(sink)
     # Names the frame that does not exist, before anything is read.
     robot.fk(robot.neutral(), names, reference=reference)
-    _check_apart(source, sink)
-    with closing(open_source(source, robot)) as opened:
-        joints = JointColumns(robot, opened.names, limits, degrees and not opened.radians, opened.whole)
-        work = _Work(robot, opened, joints, names, reference, columns, writer, on_error)
+    if not isinstance(files, Configurations):
+        _check_apart(files, sink)
+    with closing(open_source(files, robot, TableOptions(degrees, columns, ignore_other))) as opened:
+        joints = [JointColumns(robot, file.table, limits, hips, file.whole) for file in opened.files]
+        writer = sink_kind(names, numbers.names, shape, kind, timed=opened.table.timed)
+        work = _Work(robot, opened, joints, names, reference, numbers, writer, on_error)
         arguments = {
             "frames": list(names),
             "reference": reference,
@@ -135,11 +150,14 @@ def fk(
             "limits": limits,
             "degrees": degrees,
             "bad rows": on_error,
+            "columns": None if columns is None else dict(columns),
+            "other columns": ignore_other,
+            "hips": hips,
             "format": type(writer).__name__,
         }
-        identity = _identity(source)
+        identity = _identity(files)
         run = None if identity is None else {**_provenance(robot), "source": identity, **arguments}
-        return _to_sink(work, source, sink, run, progress)
+        return _to_sink(work, files, sink, run, progress)
 
 
 @dataclass
@@ -147,22 +165,28 @@ class _Work:
     """What is done with every block.
 
     Attributes:
+        joints: what the columns of each file of the source stand for.
         warned: a warning of degrees was given; one is enough, and that of every block would have another number in it.
+        notes: what was understood of the source that it does not say.
     """
 
     robot: RobotModel
     source: Source
-    joints: JointColumns
+    joints: Sequence[JointColumns]
     frames: tuple[str, ...]
     reference: str | None
     columns: PoseColumns
     sink: Sink
     on_error: str
     warned: bool = False
+    notes: list[str] = field(default_factory=list)
+    _time_units: dict[int, str] = field(default_factory=dict)
 
-    def poses(self, block: Block, before: Progress) -> tuple[NDArray[np.int64], Floats, Progress]:
-        """Rows to write and the numbers of their poses (n, frames, k), and how far the run has then come."""
-        q, good = self.joints.configurations(block.values)
+    def poses(self, block: Block, before: Progress) -> tuple[_Poses, Progress]:
+        """The poses of a block, and how far the run has then come."""
+        joints = self.joints[block.file]
+        q, good, clamped = joints.configurations(_without_times_missing(block))
+        times = self._seconds(block)
         # Of a file of several blocks, the kernels answer every row: the same bits wherever a run began. For a file
         # that is one block, loading them need not pay.
         alone = block.last and not before.rows_read
@@ -173,9 +197,11 @@ class _Work:
         if len(bad):
             listed += self._bad_rows(block, bad[: MOST_LISTED - len(listed)], before.rows_read)
             if self.on_error == "stop":
-                self._refuse(listed[0])
+                advice = "" if int(bad[0]) in block.problems else joints.advice(block.values[bad[0]])
+                self._refuse(block, listed[0], advice)
             if self.on_error == "skip":
                 rows = rows[good]
+                times = None if times is None else times[good]
             else:
                 all_numbers = np.full((len(good), *numbers.shape[1:]), np.nan, numbers.dtype)
                 all_numbers[good] = numbers
@@ -186,8 +212,21 @@ class _Work:
             before.rows_written + len(rows),
             before.bad_rows + len(bad),
             listed,
+            before.clamped.and_then(clamped),
         )
-        return rows, numbers, after
+        return _Poses(rows, numbers, times), after
+
+    def _seconds(self, block: Block) -> Floats | None:
+        """The times of a block [s]."""
+        if block.times is None:
+            return None
+        unit = self.joints[block.file].table.time_unit or self._time_units.get(block.file)
+        times, note = times_in_seconds(block.times, unit)
+        if unit is None:
+            # The first block tells, and all that follow are read alike.
+            self._time_units[block.file] = time_unit_of(block.times)
+            self.notes += [note] if note and note not in self.notes else []
+        return times
 
     def _numbers(self, q: Floats, threads: int | None) -> Floats:
         """The numbers of the poses, shape (n, frames, k)."""
@@ -207,20 +246,48 @@ class _Work:
         lines = block.lines() if block.lines is not None and len(bad) else None
         found = []
         for row in bad.tolist():
-            column, reason = block.problems.get(row) or self.joints.problem(block.values[row])
-            if row not in block.problems:
-                column += 1
+            joints = self.joints[block.file]
+            if row in block.problems:
+                column, reason = block.problems[row]
+            elif block.times is not None and not np.isfinite(block.times[row]):
+                column, reason = 0, f"time is {float(block.times[row])}, expected a finite number"
+            else:
+                column, reason = joints.problem(block.values[row])
+                column = joints.table.places[column] + 1 if column >= 0 and not joints.whole else 0
             line = lines[row] if lines is not None else 0
-            found.append(BadRow(before + row, line, column if line else 0, reason))
+            file = self.source.files[block.file].path if len(self.source.files) > 1 else ""
+            found.append(BadRow(before + row, line, column if line else 0, reason, file))
         return tuple(found)
 
-    def _refuse(self, bad: BadRow) -> None:
+    def _refuse(self, block: Block, bad: BadRow, advice: str) -> None:
         reason = bad.reason if bad.line else f"row {bad.row}: {bad.reason}"
-        raise BadInputFile(self.source.path, reason, bad.line, bad.column)
+        raise BadInputFile(self.source.files[block.file].path, reason + advice, bad.line, bad.column)
+
+
+@dataclass(frozen=True)
+class _Poses:
+    """The poses of a block, to be written.
+
+    Attributes:
+        rows: their rows, shape (n,).
+        numbers: shape (n, frames, k).
+        times: shape (n,) [s]; None for none.
+    """
+
+    rows: NDArray[np.int64]
+    numbers: Floats
+    times: Floats | None
+
+
+def _without_times_missing(block: Block) -> Floats:
+    """The values of a block, NaN in rows whose time is not finite."""
+    if block.times is None or np.isfinite(block.times).all():
+        return block.values
+    return np.where(np.isfinite(block.times)[:, None], block.values, np.nan)
 
 
 def _to_sink(
-    work: _Work, source: str | Configurations, sink: str, run: dict[str, Any] | None, progress: bool
+    work: _Work, source: Sequence[str] | Configurations, sink: str, run: dict[str, Any] | None, progress: bool
 ) -> StreamResult:
     folder = None
     try:
@@ -236,7 +303,7 @@ def _to_sink(
             done = _write_parts(work, folder, bar)
             if run is not None and _identity(source) != run["source"]:
                 folder.kept = False
-                raise BadInputFile(work.source.path, "changed while it was read")
+                raise BadInputFile(_changed(run["source"], _identity(source)), "changed while it was read")
             bar.joining()
             with folder.unfinished.open("wb") as file:
                 work.sink.join(folder.parts, file, done.rows_written)
@@ -266,6 +333,8 @@ def _to_sink(
         resumed,
         done.bad_rows,
         done.first_bad_rows,
+        done.clamped,
+        tuple(work.notes),
     )
 
 
@@ -279,10 +348,10 @@ def _write_parts(work: _Work, folder: PartFolder, bar: ProgressBar) -> Progress:
         writing: Future[None] | None = None
         with closing(_read_ahead(work.source.blocks(done.end), work.source.path)) as source:
             for block in source:
-                rows, numbers, done = work.poses(block, done)
+                poses, done = work.poses(block, done)
                 if writing is not None:
                     writing.result()
-                writing = writer.submit(parts.write, rows, numbers, done)
+                writing = writer.submit(parts.write, poses, done)
                 bar.show(done.rows_read, work.source.fraction(done.end))
         if writing is not None:
             writing.result()
@@ -299,11 +368,11 @@ class _PartWriter:
         self._blocks = 0
         self._done: Progress | None = None
 
-    def write(self, rows: NDArray[np.int64], numbers: NDArray[Any], done: Progress) -> None:
+    def write(self, poses: _Poses, done: Progress) -> None:
         """Append a block, with which the run has come so far; the part is finished when it has blocks enough."""
         with self._folder.busy:
             self._file = self._file or self._folder.unfinished.open("wb")
-            self._sink.write(self._file, rows, numbers)
+            self._sink.write(self._file, poses.rows, poses.numbers, poses.times)
             self._blocks += 1
             self._done = done
             if self._blocks == _BLOCKS_OF_PART:
@@ -335,17 +404,26 @@ def _read_ahead(blocks: Iterator[Block], path: str) -> Generator[Block, None, No
             reader.shutdown(cancel_futures=True)
 
 
-def _identity(path: str | Configurations) -> dict[str, Any] | None:
-    """What tells a file from another one and from itself after a change; None for what is no file and read once."""
-    if path == "-" or isinstance(path, Configurations):
+def _identity(source: Sequence[str] | Configurations) -> list[dict[str, Any]] | None:
+    """What tells files from others and from themselves after a change; None for what is no file and read once."""
+    if isinstance(source, Configurations):
         return None
-    try:
-        state = os.stat(path)
-    except OSError:
-        return {"path": os.path.realpath(path), "gone": True}
-    if not stat.S_ISREG(state.st_mode):
-        return None
-    return {"path": os.path.realpath(path), "size": state.st_size, "modified": state.st_mtime_ns}
+    found = []
+    for path in source:
+        try:
+            state = None if path == "-" else os.stat(path)
+        except OSError:
+            found.append({"path": os.path.realpath(path), "gone": True})
+            continue
+        if state is None or not stat.S_ISREG(state.st_mode):
+            return None
+        found.append({"path": os.path.realpath(path), "size": state.st_size, "modified": state.st_mtime_ns})
+    return found
+
+
+def _changed(before: list[dict[str, Any]], now: list[dict[str, Any]] | None) -> str:
+    """The first file that is another one now."""
+    return str(next(file["path"] for file in before if now is None or file not in now))
 
 
 def _provenance(robot: RobotModel) -> dict[str, Any]:
@@ -359,11 +437,18 @@ def _provenance(robot: RobotModel) -> dict[str, Any]:
     return {"version of nao_kin": __version__, "robot": digest.hexdigest()}
 
 
-def _check_apart(source: str | Configurations, sink: str) -> None:
-    if isinstance(source, Configurations) or source == "-":
-        return
-    if os.path.exists(source) and os.path.exists(sink) and os.path.samefile(source, sink):
-        raise BadArgument(f"{abbreviated(sink)} is the source too; the poses need another file")
+def _check_apart(sources: Sequence[str], sink: str) -> None:
+    for source in sources:
+        if source != "-" and os.path.exists(source) and os.path.exists(sink) and os.path.samefile(source, sink):
+            raise BadArgument(f"{abbreviated(sink)} is the source too; the poses need another file")
+
+
+def _paths(source: Path | str | Sequence[Path | str]) -> list[str]:
+    """The files of a name, a pattern, or several of them."""
+    several = [source] if isinstance(source, (str, os.PathLike)) or not isinstance(source, Sequence) else source
+    if not several:
+        raise BadArgument("no source; expected at least one file")
+    return [file for one in several for file in found_files(_path(one, "source"))]
 
 
 def _path(path: Path | str, what: str) -> str:

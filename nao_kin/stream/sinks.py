@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common import atomic
+from nao_kin._common.arrays import Floats
 from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
@@ -31,16 +32,23 @@ class Sink(ABC):
         columns: names of the numbers of a pose.
         shape: shape of the numbers of one row.
         dtype: their kind.
+        timed: the rows have times.
     """
 
     def __init__(
-        self, frames: tuple[str, ...], columns: tuple[str, ...], shape: tuple[int, ...], dtype: np.dtype[Any]
+        self,
+        frames: tuple[str, ...],
+        columns: tuple[str, ...],
+        shape: tuple[int, ...],
+        dtype: np.dtype[Any],
+        *,
+        timed: bool = False,
     ) -> None:
-        self.frames, self.columns, self.shape, self.dtype = frames, columns, shape, dtype
+        self.frames, self.columns, self.shape, self.dtype, self.timed = frames, columns, shape, dtype, timed
 
     @abstractmethod
-    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any]) -> None:
-        """Append poses (n, frames, k) of `rows` (n,) to a part."""
+    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
+        """Append poses (n, frames, k) of `rows` (n,), with times (n,) if there are any, to a part."""
 
     @abstractmethod
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
@@ -50,20 +58,20 @@ class Sink(ABC):
 class CsvSink(Sink):
     """CSV: one line for each row and frame."""
 
-    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any]) -> None:
+    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
         """As `Sink`."""
-        file.write(pose_lines(rows, self.frames, numbers))
+        file.write(pose_lines(rows, self.frames, numbers, times))
 
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
         """As `Sink`."""
-        file.write(csv_header(self.columns).encode())
+        file.write(csv_header(self.columns, timed=self.timed).encode())
         _append(parts, file)
 
 
 class NpySink(Sink):
-    """A NumPy array of shape (rows, *shape)."""
+    """A NumPy array of shape (rows, *shape), which has no place for times."""
 
-    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any]) -> None:
+    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
         """As `Sink`."""
         file.write(np.ascontiguousarray(numbers).reshape(-1).view(np.uint8).data)
 
@@ -78,12 +86,12 @@ class NpySink(Sink):
 class ArrowSink(Sink):
     """An Arrow IPC file: one record for each row and frame."""
 
-    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any]) -> None:
+    def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
         """As `Sink`; a part is a number of streams of one batch."""
         import pyarrow as pa
 
         with pa.ipc.new_stream(file, self._schema()) as writer:
-            writer.write_batch(self._batch(rows, numbers))
+            writer.write_batch(self._batch(rows, numbers, times))
 
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
         """As `Sink`."""
@@ -98,15 +106,17 @@ class ArrowSink(Sink):
 
         frame = pa.dictionary(pa.int32(), pa.string())
         number = pa.from_numpy_dtype(self.dtype)
-        return pa.schema([("row", pa.int64()), ("frame", frame), *((name, number) for name in self.columns)])
+        time = [("time", pa.float64())] if self.timed else []
+        return pa.schema([("row", pa.int64()), *time, ("frame", frame), *((name, number) for name in self.columns)])
 
-    def _batch(self, rows: NDArray[np.int64], numbers: NDArray[Any]) -> Any:
+    def _batch(self, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> Any:
         import pyarrow as pa
 
         places = np.tile(np.arange(len(self.frames), dtype=np.int32), len(rows))
         frame = pa.DictionaryArray.from_arrays(places, pa.array(self.frames, pa.string()))
         columns = [np.ascontiguousarray(column) for column in numbers.reshape(-1, len(self.columns)).T]
-        return pa.record_batch([pa.array(np.repeat(rows, len(self.frames))), frame, *columns], schema=self._schema())
+        heads = [pa.array(np.repeat(of_rows, len(self.frames))) for of_rows in (rows, times) if of_rows is not None]
+        return pa.record_batch([*heads, frame, *columns], schema=self._schema())
 
 
 class ParquetSink(ArrowSink):
@@ -146,7 +156,7 @@ def sink_class(path: str) -> type[Sink]:
         MissingExtra: pyarrow is needed and not installed.
     """
     ending = Path(path).suffix.lower()
-    kind = kind_of(path) if ending not in (".tsv", ".txt") else None
+    kind = kind_of(path) if ending not in (".tsv", ".txt", ".gz") else None
     if kind is None:
         if ending or atomic.replaced_file(path) is not None:
             raise BadArgument(f"cannot write {abbreviated(path)}: the ending names the format; expected {_ENDINGS}")

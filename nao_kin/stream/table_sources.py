@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._text import abbreviated, quoted
-from nao_kin.configuration_files import check_joint_names
+from nao_kin.configuration_files import TableColumns
 from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
-from nao_kin.stream.blocks import Block, Position, Source
+from nao_kin.stream.blocks import Block, Position, Source, TableOptions
 
 ROWS_AT_ONCE = 8192
 _BUFFER = 1 << 18
@@ -24,8 +24,8 @@ class NpySource(Source):
 
     whole = True
 
-    def __init__(self, path: str, robot: RobotModel) -> None:
-        self.path, self.names, self.start = path, robot.joint_names, (0,)
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
+        self.path, self.table, self.start = path, options.of_q(robot), (0,)
         rows = self._rows()
         if rows.ndim != 2 or rows.shape[1] != robot.nq:
             raise BadInputFile(path, f"an array of shape {rows.shape}, expected (N, {robot.nq})")
@@ -60,36 +60,43 @@ class Configurations:
 
     Attributes:
         q: shape (n, nq) [rad, m or ratio], whatever the unit of the poses.
+        times: of the rows, shape (n,) [s]; None for none.
         name: where they are from, for messages.
 
     Examples:
         >>> nao = nk.load_nao()
-        >>> rows = nk.stream.Configurations(nao.random(rng=0, n=3), "three random ones")
+        >>> rows = nk.stream.Configurations(nao.random(rng=0, n=3), name="three random ones")
         >>> nk.stream.fk(nao, rows, "LArm", "poses.npy").rows_read
         3
     """
 
     q: Floats
+    times: Floats | None = None
     name: str = "configurations"
 
 
 class ArraySource(Source):
     """Configurations in memory."""
 
-    whole = radians = True
+    whole = True
 
     def __init__(self, rows: Configurations, robot: RobotModel) -> None:
-        self.path, self.names, self.start = rows.name, robot.joint_names, (0,)
+        self.path, self.start = rows.name, (0,)
         self._rows = as_floats(rows.q, (robot.nq,), "q")
         if self._rows.ndim != 2:
             raise WrongShape("q", f"(n, {robot.nq})", self._rows.shape)
+        self._times = None if rows.times is None else as_floats(rows.times, (), "times")
+        if self._times is not None and self._times.shape != (len(self._rows),):
+            raise WrongShape("times", f"({len(self._rows)},), a time for each configuration", self._times.shape)
+        self.table = replace(TableOptions().of_q(robot), timed=self._times is not None, time_unit="s")
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `Source`."""
         count = len(self._rows)
         for first in range(start[0], count, ROWS_AT_ONCE):
             end = min(first + ROWS_AT_ONCE, count)
-            yield Block(self._rows[first:end], (end,), last=end == count)
+            times = None if self._times is None else self._times[first:end]
+            yield Block(self._rows[first:end], (end,), times, last=end == count)
 
     def fraction(self, place: Position) -> float:
         """As `Source`."""
@@ -99,7 +106,7 @@ class ArraySource(Source):
 class ParquetSource(Source):
     """A Parquet file with one column per joint."""
 
-    def __init__(self, path: str, robot: RobotModel) -> None:
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path, self.start = path, (0,)
         from pyarrow import ArrowException, parquet
 
@@ -110,7 +117,8 @@ class ParquetSource(Source):
         except ArrowException as error:
             raise BadInputFile(path, f"not a Parquet file: {abbreviated(error)}") from None
         self._groups: list[int] = groups
-        self.names = _joints_of(schema, path, robot)
+        self.table = _table_of(schema, path, robot, options)
+        self._columns = [schema.names[place] for place in self.table.places]
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `Source`; groups of rows that lie before it are not read."""
@@ -125,12 +133,12 @@ class ParquetSource(Source):
             # A buffer of its own for each column: without one, whole columns of a group are read.
             with parquet.ParquetFile(self.path, buffer_size=_BUFFER) as file:
                 for group in range(skipped, len(self._groups)):
-                    for batch in file.iter_batches(ROWS_AT_ONCE, row_groups=[group]):
+                    for batch in file.iter_batches(ROWS_AT_ONCE, row_groups=[group], columns=self._columns):
                         rows = batch.slice(min(left_out, batch.num_rows))
                         left_out -= batch.num_rows - rows.num_rows
                         row += rows.num_rows
                         if rows.num_rows:
-                            yield _block_of(rows, (row,), last=row == sum(self._groups))
+                            yield _block_of(rows, self.table, self._columns, (row,), last=row == sum(self._groups))
         except ArrowException as error:
             raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
 
@@ -145,7 +153,7 @@ class ArrowSource(Source):
     A place in it is a number of rows, the batch they end in, and the rows of that batch.
     """
 
-    def __init__(self, path: str, robot: RobotModel) -> None:
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path, self.start = path, (0, 0, 0)
         import pyarrow as pa
 
@@ -155,7 +163,8 @@ class ArrowSource(Source):
         except pa.ArrowException as error:
             raise BadInputFile(path, f"not an Arrow IPC file: {abbreviated(error)}") from None
         self._batches = int(batches)
-        self.names = _joints_of(schema, path, robot)
+        self.table = _table_of(schema, path, robot, options)
+        self._columns = [schema.names[place] for place in self.table.places]
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `Source`; mapped anew for each batch, so that what has been read leaves the memory."""
@@ -172,7 +181,7 @@ class ArrowSource(Source):
                 rows = batch.slice(offset, ROWS_AT_ONCE)
                 row, offset = row + rows.num_rows, offset + rows.num_rows
                 last = offset == batch.num_rows and index + 1 == self._batches
-                yield _block_of(rows, (row, index, offset), last=last)
+                yield _block_of(rows, self.table, self._columns, (row, index, offset), last=last)
             offset = 0
 
     def fraction(self, place: Position) -> float:
@@ -180,29 +189,36 @@ class ArrowSource(Source):
         return place[1] / max(1, self._batches)
 
 
-def _joints_of(schema: Any, path: str, robot: RobotModel) -> tuple[str, ...]:
-    """The columns of a table, when they are the joints of the robot and hold numbers."""
+def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> TableColumns:
+    """What the columns of a table are, when they hold numbers; times may be those of Arrow."""
     import pyarrow as pa
 
-    names = tuple(schema.names)
-    check_joint_names(path, names, robot)
-    for entry in schema:
-        kind = entry.type
-        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+    table = options.table(path, schema.names, robot)
+    for place in table.places:
+        entry, kind = schema.field(place), schema.field(place).type
+        is_time = table.timed and place == table.places[-1]
+        if is_time and pa.types.is_timestamp(kind):
+            table = replace(table, time_unit=kind.unit)
+        elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
             raise BadInputFile(path, f"column {quoted(entry.name)} holds {abbreviated(kind)}, expected numbers")
-    return names
+    return table
 
 
-def _block_of(rows: Any, end: Position, *, last: bool) -> Block:
+def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Position, *, last: bool) -> Block:
     """The rows of a record batch."""
     import pyarrow as pa
 
-    values = np.empty((rows.num_rows, rows.num_columns))
+    values = np.empty((rows.num_rows, len(columns)))
     problems: dict[int, tuple[int, str]] = {}
-    for column, name in enumerate(rows.schema.names):
-        numbers = rows.column(column).cast(pa.float64(), safe=False)
+    for column, (given, name) in enumerate(zip(columns, table.headings, strict=True)):
+        numbers = rows.column(rows.schema.get_field_index(given))
+        if pa.types.is_timestamp(numbers.type):
+            numbers = numbers.cast(pa.int64())
+        numbers = numbers.cast(pa.float64(), safe=False)
         values[:, column] = numbers.to_numpy(zero_copy_only=False)
         if numbers.null_count:
             for row in np.flatnonzero(numbers.is_null().to_numpy(zero_copy_only=False)).tolist():
                 problems.setdefault(row, (0, f"{name} is null, expected a finite number"))
-    return Block(values, end, problems, last)
+    joints = len(table.names)
+    times = values[:, joints] if table.timed else None
+    return Block(values[:, :joints], end, times, problems, last)
