@@ -228,6 +228,18 @@ def test_typed_axes_share_a_body_and_move_it_as_the_robot_does(nao: nk.NaoModel,
         np.testing.assert_allclose(place(data, frame), nao.fk(q, frame), atol=1e-12)
 
 
+def test_why_three_axes_make_no_ball_is_said(nao: nk.NaoModel, tmp_path: Path) -> None:
+    done = nk.export.mjcf(nao, tmp_path / "nao", typed=True, meshes="none")
+    notes = [change for change in done.changes if "stay three hinges" in change]
+    assert [note.split(" stay")[0] for note in notes] == [
+        f"{side}HipYawPitch, {side}HipRoll, {side}HipPitch" for side in "LR"
+    ]
+    assert all(note.endswith("coupling='independent' (--coupling independent) makes a ball of them") for note in notes)
+    robot = made_up(tmp_path, J("a", xyz=(0.5, 0.0, 0.0)), J("b", xyz=(0.5, 0.0, 0.0)))
+    done = nk.export.mjcf(robot, tmp_path / "m", typed=True)
+    assert "no joints have one centre: there is nothing to merge" in done.changes
+
+
 def test_without_couplings_the_hips_are_balls(nao: nk.NaoModel, tmp_path: Path) -> None:
     model = exported(nao, tmp_path / "nao", typed=True, coupling="independent", meshes="none")
     balls = [i for i in range(model.njnt) if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_BALL]

@@ -71,6 +71,14 @@ def test_folders_given_hold_packages_or_are_one(tmp_path: Path, given: str) -> N
     assert packages.file("package://arm_description/meshes/arm.stl") == mesh
 
 
+@pytest.mark.parametrize("below", ["arm-main", "stack/of/stacks/arm-main"])
+def test_folders_given_hold_packages_by_what_they_call_themselves(tmp_path: Path, below: str) -> None:
+    mesh = _package(tmp_path / "x" / below, "arm_description")
+    packages = Packages(tmp_path / "urdf" / "robot.urdf", [tmp_path / "x"])
+    assert packages.file("package://arm_description/meshes/arm.stl") == mesh
+    assert packages.folder("arm_description") == tmp_path / "x" / below
+
+
 def test_the_name_of_a_package_is_the_element_and_no_comment(tmp_path: Path) -> None:
     _package(tmp_path / "src" / "arm-main", "arm_description")
     text = '<package><!-- <name>other</name> --><name kind="x">\n arm_description</name></package>'

@@ -32,8 +32,10 @@ def _load(folder: Path, text: str | bytes, name: str = "robot.urdf") -> nk.Robot
          "1 leftover elements of xacro left out: <xacro:wheel>"),
         (f'<robot name="r" xmlns:x="http://wiki.ros.org/xacro"><x:arg name="n"/>{FIXED}</robot>',
          "1 leftover elements of xacro left out: <xacro:arg>"),
+        (f'<robot name="r">{FIXED}<xacro:wheel name="w"/><xacro:gazebo_color/></robot>',
+         "2 leftover elements of xacro left out: <xacro:wheel>, <xacro:gazebo_color>"),
     ],
-    ids=["property", "definitions", "anywhere, prefix not bound", "another prefix"],
+    ids=["property", "definitions", "anywhere, prefix not bound", "another prefix", "calls of nothing"],
 )  # fmt: skip
 def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str, note: str) -> None:
     robot = _load(tmp_path, text)
@@ -51,6 +53,7 @@ def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str,
         '<xacro:if value="${flag}"><link name="c"/></xacro:if>' + FIXED,
         '<xacro:if value="true"><link name="c"/></xacro:if>' + FIXED,
         f'<xacro:unless value="false">{FIXED}</xacro:unless>',
+        f'{FIXED}<xacro:include filename="arms.xacro"/><xacro:arm side="left"/>',
     ],
     ids=[
         "macro",
@@ -60,6 +63,7 @@ def test_what_xacro_left_behind_is_left_out_and_noted(tmp_path: Path, text: str,
         "condition",
         "condition that holds",
         "everything on a condition",
+        "call of what may be included",
     ],
 )
 def test_a_xacro_source_is_refused_with_what_expands_it(
@@ -67,7 +71,7 @@ def test_a_xacro_source_is_refused_with_what_expands_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "xacro", None)  # as if it were not installed
     text = f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>'
-    with pytest.raises(BadModel, match=r"xacro source with 1 .*nao-kin\[xacro\].* xacro arm\.xacro -o arm\.urdf$"):
+    with pytest.raises(BadModel, match=r"xacro source with [12] .*nao-kin\[xacro\].* xacro arm\.xacro -o arm\.urdf$"):
         _load(tmp_path, text, "arm.xacro")
     with pytest.raises(BadModel, match=r"xacro source with 1 .*; xacro=True \(--xacro\) expands it"):
         _load(tmp_path, text)

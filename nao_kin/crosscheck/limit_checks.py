@@ -204,12 +204,12 @@ def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[floa
     if low >= high and can_move:
         low, high = own.lower, own.upper
     effort = joints[driver].effort
-    return low, high, _tightest(velocity, min), math.inf if effort is None else effort
+    return low, high, _tightest(velocity, min), math.inf if effort is None or effort < 0.0 else effort
 
 
 def _own_bounds(joint: ParsedJoint) -> _Bounds:
     """The limits of one joint alone: none where the file gives no range, or one whose ends are the wrong way round."""
-    velocity = math.inf if joint.velocity is None else joint.velocity
+    velocity = math.inf if joint.velocity is None or joint.velocity < 0.0 else joint.velocity
     lower, upper = joint.lower or 0.0, joint.upper or 0.0
     if joint.continuous or (joint.lower is None and joint.upper is None) or lower > upper:
         lower, upper = _UNLIMITED

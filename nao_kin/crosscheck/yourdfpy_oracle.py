@@ -17,6 +17,9 @@ from nao_kin.robot import RobotModel
 # trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
 _STALE = np.full((4, 4), np.nan)
 
+# Types of joints without a value of their own.
+_STILL = ("fixed", "floating")
+
 
 @dataclass(frozen=True)
 class ParsedJoint:
@@ -62,21 +65,23 @@ class YourdfpyOracle:
         joints = {joint.name: joint for joint in self._oracle.robot.joints}
         # By joints, not by links: a link that shares its name with a joint is called something else in the model.
         tree = robot.tree
-        link_of = {tree.root: self._oracle.base_link}
+        # A floating joint above the root is none of the robot's.
+        self._base = tree.root if tree.root in self._oracle.link_map else self._oracle.base_link
+        link_of = {tree.root: self._base}
         link_of |= {joint.child: joints[joint.name].child for joint in tree.joints}
         link_of |= {joint.name: joints[joint.name].child for joint in tree.joints if joint.kind != "fixed"}
         # A name that the file gives to a link and to a joint means the link.
         link_of |= {name: name for name in tree.shared_names}
         self.joints: Mapping[str, ParsedJoint] = {
-            name: _parsed(joint) for name, joint in joints.items() if joint.type != "fixed"
+            name: _parsed(joint) for name, joint in joints.items() if joint.type not in _STILL
         }
         self._actuated = list(self._oracle.actuated_joint_names)
-        self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type != "fixed"]
+        self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type not in _STILL]
         self._walk, unplaced = self._order()
         known = {name: link for name, link in link_of.items() if name in robot.frame_names}
         self.frames = tuple(name for name, link in known.items() if link not in unplaced)
         self.left_out = tuple(name for name, link in known.items() if link in unplaced)
-        self._place = {self._oracle.base_link: 0} | {child: i for i, (_, child) in enumerate(self._walk, 1)}
+        self._place = {self._base: 0} | {child: i for i, (_, child) in enumerate(self._walk, 1)}
         self._selection = [self._place[known[name]] for name in self.frames]
 
     def poses(self, q: Floats) -> Floats:
@@ -99,9 +104,11 @@ class YourdfpyOracle:
     def _values(self, q: Floats) -> Floats:
         """Values of the joints yourdfpy moves; where it moves one that follows in the model, the model's value."""
         columns = {name: index for index, name in enumerate(self._robot.joint_names)}
-        values = np.empty((len(q), len(self._actuated)))
+        values = np.zeros((len(q), len(self._actuated)))
         for index, name in enumerate(self._actuated):
             mimic = self._robot.mimics.get(name)
+            if name not in self.joints:
+                continue  # a floating joint, which yourdfpy takes for one that moves
             if mimic is None:
                 values[:, index] = q[:, columns[name]]
             else:
@@ -118,7 +125,7 @@ class YourdfpyOracle:
             if slides or (joint.mimic is not None and joint.mimic.joint not in self._actuated):
                 unplaced.add(joint.child)
         walk: list[tuple[str, str]] = []
-        waiting = [self._oracle.base_link]
+        waiting = [self._base]
         while waiting:
             parent = waiting.pop()
             for child in children.get(parent, []):

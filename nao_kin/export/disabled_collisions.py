@@ -48,7 +48,9 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
     q, counts = robot.random(seed, samples), dict.fromkeys(unknown, 0)
     counted = min(samples, _COUNTED)
     for start in range(0, counted, _AT_ONCE):
-        for pair, count in contacts.count(q[start : min(start + _AT_ONCE, counted)], unknown).items():
+        # A pair that has touched once, and been apart too often to touch always, needs no further look.
+        still = {pair for pair in unknown if not counts[pair] or counted - start + counts[pair] > ALWAYS_FROM * counted}
+        for pair, count in contacts.count(q[start : min(start + _AT_ONCE, counted)], still).items():
             counts[pair] += count
     reasons |= {pair: ALWAYS for pair in unknown if counts[pair] > ALWAYS_FROM * counted}
     rest = np.array([*(robot.posture(name) for name in robot.posture_names), *q[counted:]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections import defaultdict
 from collections.abc import Iterator
 from itertools import combinations
@@ -9,12 +10,15 @@ from typing import Any
 
 import coal
 import numpy as np
+from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated
 from nao_kin.export.variants.placement import transform
 from nao_kin.robot import RobotModel, UnreadableShape, shape_geometry
 
+# By how much boxes around shapes are larger than them [m]: coal takes shapes within its tolerance for touching.
+_MARGIN = 1e-5
 # Two names, the one that comes first in the alphabet first.
 LinkPair = tuple[str, str]
 
@@ -50,6 +54,9 @@ class LinkContacts:
         self._T_link_shape = np.array(placements).reshape(-1, 4, 4)
         self._centres = np.array([[*shape.aabb_center, 1.0] for shape in self._geometries]).reshape(-1, 4, 1)
         self._radii = np.array([shape.aabb_radius for shape in self._geometries])
+        boxes = [shape.aabb_local for shape in self._geometries]
+        self._hulls = [_hull(shape) for shape in self._geometries]
+        self._halves = np.array([(box.max_ - box.min_) / 2.0 for box in boxes]).reshape(-1, 3) + _MARGIN
 
     def pairs(self) -> Iterator[LinkPair]:
         """Every two links that have shapes."""
@@ -63,27 +70,64 @@ class LinkContacts:
             pairs: the pairs to look at.
             most: stop looking at a pair after so many.
         """
-        if not pairs or not len(q):
-            return dict.fromkeys(pairs, 0)
+        counts = dict.fromkeys(sorted(pairs), 0)
+        both = [(pair, a, b) for pair in counts for a in self._shapes[pair[0]] for b in self._shapes[pair[1]]]
+        if not both or not len(q):
+            return counts
         T_root_link = self._robot.fk(q, list(self.links))
         T_root_shape = T_root_link[:, self._columns] @ self._T_link_shape
-        spheres = (T_root_shape @ self._centres)[..., :3, 0]
-        return {pair: self._count(pair, T_root_shape, spheres, most) for pair in sorted(pairs)}
+        place = functools.cache(lambda sample, shape: _transform(T_root_shape[sample, shape]))
+        seen: set[tuple[LinkPair, int]] = set()
+        for index, sample in self._near(T_root_shape, np.array([row[1:] for row in both]).T):
+            pair, a, b = both[index]
+            if (most is not None and counts[pair] >= most) or (pair, sample) in seen:
+                continue
+            if self._touch(a, place(sample, a), b, place(sample, b)):
+                seen.add((pair, sample))
+                counts[pair] += 1
+        return counts
 
-    def _count(self, pair: LinkPair, T_root_shape: Floats, spheres: Floats, most: int | None) -> int:
-        touching: set[int] = set()
-        for a in self._shapes[pair[0]]:
-            for b in self._shapes[pair[1]]:
-                # Shapes whose bounding spheres are apart are apart: most of them need no closer look.
-                gaps = np.linalg.norm(spheres[:, a] - spheres[:, b], axis=-1) - self._radii[a] - self._radii[b]
-                for sample in np.flatnonzero(gaps <= 0.0).tolist():
-                    if most is not None and len(touching) >= most:
-                        return len(touching)
-                    if sample not in touching and self._touch(a, b, T_root_shape[sample]):
-                        touching.add(sample)
-        return len(touching)
+    def _near(self, T_root_shape: Floats, shapes: NDArray[np.intp]) -> list[tuple[int, int]]:
+        """Which of several pairs of shapes, shape (2, m), need a closer look in which of the configurations.
 
-    def _touch(self, a: int, b: int, T_root_shape: Floats) -> bool:
-        request, result = coal.CollisionRequest(), coal.CollisionResult()
-        T_a, T_b = (coal.Transform3s(T[:3, :3], T[:3, 3]) for T in (T_root_shape[a], T_root_shape[b]))
-        return bool(coal.collide(self._geometries[a], T_a, self._geometries[b], T_b, request, result))
+        Two shapes are apart where the spheres around them are, or their boxes when seen along an edge of one of them.
+        """
+        a, b = shapes
+        centres = (T_root_shape @ self._centres)[..., :3, 0]
+        gaps = np.linalg.norm(centres[:, a] - centres[:, b], axis=-1) - self._radii[a] - self._radii[b]
+        pair, sample = np.nonzero(gaps.T <= 0.0)
+        a, b = a[pair], b[pair]
+        R_root_a, R_root_b = T_root_shape[sample, a, :3, :3], T_root_shape[sample, b, :3, :3]
+        R_ab = R_root_a.transpose(0, 2, 1) @ R_root_b
+        between = (centres[sample, b] - centres[sample, a])[:, None, :]
+        along_a, along_b = np.abs(between @ R_root_a)[:, 0], np.abs(between @ R_root_b)[:, 0]
+        reach = np.abs(R_ab)
+        is_near = (along_a <= self._halves[a] + np.einsum("nij,nj->ni", reach, self._halves[b])).all(axis=1)
+        is_near &= (along_b <= self._halves[b] + np.einsum("nij,ni->nj", reach, self._halves[a])).all(axis=1)
+        return [*zip(pair[is_near].tolist(), sample[is_near].tolist(), strict=True)]
+
+    def _touch(self, a: int, place_a: Any, b: int, place_b: Any) -> bool:
+        """Whether two shapes touch: not where their convex hulls are apart, which is found much sooner."""
+        return _collide(self._hulls[a], place_a, self._hulls[b], place_b) and (
+            (self._hulls[a] is self._geometries[a] and self._hulls[b] is self._geometries[b])
+            or _collide(self._geometries[a], place_a, self._geometries[b], place_b)
+        )
+
+
+def _transform(T: Floats) -> Any:
+    return coal.Transform3s(T[:3, :3], T[:3, 3])
+
+
+def _collide(a: Any, place_a: Any, b: Any, place_b: Any) -> bool:
+    return bool(coal.collide(a, place_a, b, place_b, coal.CollisionRequest(), coal.CollisionResult()))
+
+
+def _hull(shape: Any) -> Any:
+    """Return the convex hull of a mesh, or the shape itself where it is no mesh or has no hull, as a flat one."""
+    try:
+        shape.buildConvexHull(True, "Qt")
+        hull = shape.convex
+        hull.computeLocalAABB()
+    except (AttributeError, RuntimeError, ValueError):
+        return shape
+    return hull

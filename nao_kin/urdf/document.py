@@ -143,13 +143,19 @@ def _blank(content: bytes) -> int:
     return match.end() if match else 0
 
 
+def _holds_robot(element: ET.Element) -> bool:
+    """Whether links or joints stand inside an element."""
+    return element.find(".//link") is not None or element.find(".//joint") is not None
+
+
 class _Xacro:
     """The elements of xacro in a document.
 
     Attributes:
         count: how much of it is unexpanded: macros, conditions, ${…}.
-        is_unexpanded: whether the document is still a source: it defines macros or calls them where links stand, holds
-            ${…} or $(find …) where a value should be, has links inside an element of xacro, or none at all.
+        is_unexpanded: whether the document is still a source: it defines macros, holds ${…} or $(find …) where a value
+            should be, has links or joints inside an element of xacro, includes files and calls what they may define, or
+            has no link at all.
 
     Args:
         document: the root element.
@@ -165,11 +171,13 @@ class _Xacro:
             if name.startswith("xmlns:") and "xacro" in value
         }
         self._found = [name for element in document.iter() if (name := self._name(element)) is not None]
+        # Without a definition here or in a file that is included, a call is a leftover that nothing can expand.
         called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
+        called = called if "include" in self._found else []
         self.count = sum(
             self._name(element) == "macro"
             or any(_EXPRESSION.search(value) for value in element.attrib.values())
-            or (self._name(element) is not None and (element.find(".//link") is not None or element in called))
+            or (self._name(element) is not None and (_holds_robot(element) or element in called))
             for element in self._used()
         ) + includes * self._found.count("include")
         self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)

@@ -1,7 +1,8 @@
 """Where the files are that a robot's file names: beside it, or in the packages of ROS and the models of Gazebo.
 
-A package is searched in this order: in the folders given, in the folders above the file, in what ROS_PACKAGE_PATH and
-AMENT_PREFIX_PATH name, in what CMAKE_PREFIX_PATH and the paths of Gazebo name. The first place that has the file wins.
+A package is searched in this order: in the folders given, in the folders above the file, by its `package.xml` at any
+depth of the folders given, in what ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name, in what CMAKE_PREFIX_PATH and the paths
+of Gazebo name. The first place that has the file wins.
 """
 
 from __future__ import annotations
@@ -105,6 +106,9 @@ class Packages:
             yield folder / package
             if _is_package(folder, package):
                 yield folder
+        for folder in self._given:
+            if not (folder / package).is_dir():
+                yield from _below(folder, package, _DEEPEST)
         for folder in _listed("ROS_PACKAGE_PATH"):
             yield from _below(folder, package, _DEEPEST)
         for variable, share in _PREFIXES:

@@ -31,6 +31,7 @@ from nao_kin.urdf.xacro_source import expand_xacro, xacro_values
 Owner = tuple[str, str]
 
 _MOVING = ("revolute", "continuous", "prismatic")
+_FLOATING = "floating"
 
 
 def read_urdf(
@@ -114,8 +115,10 @@ class _Reader:
         joint_elements = self._unique("joint")
         renamed = names_apart(links, joint_elements, self.notes)
         joints = {name: self._joint(name, element, renamed) for name, element in joint_elements.items()}
+        root = self._root([renamed.get(name, name) for name in links], joints.values())
+        root, free = self._base(root, joints)
+        links = {name: element for name, element in links.items() if renamed.get(name, name) not in free}
         link_names = [renamed.get(name, name) for name in links]
-        root = self._root(link_names, joints.values())
         try:
             joints = resolve_chains(joints, self.notes)
             order = share_limits(drive_order(joints, root, self.notes), self.notes)
@@ -162,10 +165,10 @@ class _Reader:
 
     def _joint(self, name: str, element: ET.Element, renamed: dict[str, str]) -> UrdfJoint:
         kind = element.get("type", "")
-        if kind not in (*_MOVING, "fixed"):
+        if kind not in (*_MOVING, "fixed", _FLOATING):
             raise _Refused(
-                f"joint {quoted(name)} has type {quoted(kind)}; supported: {', '.join(_MOVING)}, fixed "
-                "(a free base is asked for with base='floating')"
+                f"joint {quoted(name)} has type {quoted(kind)}; supported: {', '.join(_MOVING)}, fixed, and floating "
+                "where it is all that the root link holds"
             )
         ends = []
         for tag in ("parent", "child"):
@@ -174,7 +177,7 @@ class _Reader:
                 raise _Refused(f"joint {quoted(name)} names no {tag} link")
             ends.append(renamed.get(str(end.get("link")), str(end.get("link"))))
         joint = UrdfJoint(name, kind, ends[0], ends[1], self._origin(("joint", name), element.find("origin")))
-        return joint if kind == "fixed" else self._moving_joint(joint, element)
+        return joint if kind in ("fixed", _FLOATING) else self._moving_joint(joint, element)
 
     def _moving_joint(self, joint: UrdfJoint, element: ET.Element) -> UrdfJoint:
         name = joint.name
@@ -282,7 +285,7 @@ class _Reader:
         return value
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
-        """A largest speed or effort; "inf" and no word mean that there is none."""
+        """A largest speed or effort; "inf", a negative number and no word mean that there is none."""
         if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
             return math.inf
         try:
@@ -292,7 +295,8 @@ class _Reader:
                 f"joint {quoted(joint)} has {attribute} {quoted(limit.get(attribute))}, expected a number"
             ) from None
         if value < 0.0:
-            raise _Refused(f"joint {quoted(joint)} has {attribute} {value:g}, expected none or more")
+            self.notes.append(f"joint {quoted(joint)} has {attribute} {value:g}: taken as unlimited")
+            return math.inf
         return value
 
     def _loss(self, joint: str, dynamics: ET.Element, attribute: str) -> float:
@@ -336,6 +340,32 @@ class _Reader:
         if len(reached) != len(links):
             raise _Refused(f"link {quoted(next(n for n in links if n not in reached))} hangs in a loop of joints")
         return roots[0]
+
+    def _base(self, root: str, joints: dict[str, UrdfJoint]) -> tuple[str, tuple[str, ...]]:
+        """Take the link that a floating joint from the root moves as the base, and drop the joint and the root.
+
+        Args:
+            root: the root link.
+            joints: the joints by name; the floating one is taken out.
+
+        Returns:
+            The base, and the links that are dropped.
+        """
+        floating = [joint for joint in joints.values() if joint.kind == _FLOATING]
+        if not floating:
+            return root, ()
+        joint = floating[0]
+        if len(floating) > 1 or [other for other in joints.values() if other.parent == root] != [joint]:
+            raise _Refused(
+                f"joint {quoted(joint.name)} is floating, which is read only where one floating joint is all that the "
+                f"root link {quoted(root)} holds"
+            )
+        del joints[joint.name]
+        self.notes.append(
+            f"joint {quoted(joint.name)} is floating: {quoted(joint.child)} is the base, and {quoted(root)} is left "
+            "out; base='floating' gives it coordinates"
+        )
+        return joint.child, (root,)
 
     def _note_missing_meshes(self) -> None:
         packages = Packages(self.path, self.folders)

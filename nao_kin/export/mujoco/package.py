@@ -123,7 +123,9 @@ def mjcf(
     contents = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode()}
     contents |= {f"{FOLDER}/{mesh}": content for mesh, content in (files.contents if files else {}).items()}
     written = write_folder(folder, contents, force=force)
-    return Exported(Path(folder) / NAME, written, (*coupled, *mended, *_merged(bodies), *lowered, *notes, *apart))
+    return Exported(
+        Path(folder) / NAME, written, (*coupled, *mended, *_merged(bodies, typed), *lowered, *notes, *apart)
+    )
 
 
 def _fill(
@@ -154,10 +156,21 @@ def _fill(
     return (*shapes, *sites, *add_actuators(spec, bodies.joints()))
 
 
-def _merged(bodies: Bodies) -> tuple[str, ...]:
-    if not bodies.between:
-        return ()
-    return (f"{', '.join(sorted(bodies.between))} stand between merged axes: held to the bodies before them",)
+def _merged(bodies: Bodies, typed: bool) -> tuple[str, ...]:
+    """One line for the links between merged axes, and one for each three axes that no ball is made of, and why."""
+    notes = [
+        f"{', '.join(joint.name for joint in body.joints)} stay three hinges of one body, for MuJoCo couples no balls; "
+        "coupling='independent' (--coupling independent) makes a ball of them"
+        for body in bodies.bodies
+        if len(body.joints) == 3
+    ]
+    if bodies.between:
+        notes.append(f"{', '.join(sorted(bodies.between))} stand between merged axes: held to the bodies before them")
+    if typed and not any(
+        len(body.joints) > 1 or "ball" in {joint.kind for joint in body.joints} for body in bodies.bodies
+    ):
+        notes.append("no joints have one centre: there is nothing to merge")
+    return tuple(notes)
 
 
 def _file_name(robot: str) -> str:

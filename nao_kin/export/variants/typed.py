@@ -50,7 +50,10 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
         bound = [name for name in group.joints if name in coupled]
         if bound:
             names = ", ".join(group.joints)
-            changes.append(f"{names} are not merged, for {bound[0]} is coupled; coupling='independent' sets it free")
+            changes.append(
+                f"{names} are not merged, for {bound[0]} is coupled; coupling='independent' (--coupling independent) "
+                "sets it free"
+            )
             continue
         tree = _merged(tree, group, changes)
     return tree, tuple(changes) or ("no three joints have one centre: there is nothing to merge",)
