@@ -11,7 +11,7 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.motion.configurations import HOLD, check_joints, filled, sampling_times
+from nao_kin.motion.configurations import HOLD, MOST_SAMPLES, check_joints, filled, sampling_times
 from nao_kin.motion.motion import Motion
 from nao_kin.robot import RobotModel, check_robot
 
@@ -147,7 +147,7 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
 
     Args:
         motion: which.
-        n: how often, at least once.
+        n: how often, at least once, and at most so often that a joint has 4 million keys.
         gap: time from the end back to the beginning [s]; 0 needs a motion that ends where it begins.
 
     Raises:
@@ -158,7 +158,7 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
         >>> nk.motion.loop(nod, 3).end
         3.0
     """
-    count = whole_number(n, "n", 1)
+    count = whole_number(n, "n", 1, most=max(1, MOST_SAMPLES // max(map(len, motion.keys))))
     # Doubled again and again: each joining copies all keys.
     result, power = None, motion
     while count:
@@ -269,6 +269,10 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
     begin, end = one.end - blend, one.end
     linear = one.interpolation == two.interpolation == "linear"
     dense = (begin, end) if linear else (one.start, second.end)
+    if not (dense[1] - dense[0]) * _BLEND_RATE < MOST_SAMPLES:
+        raise BadArgument(
+            f"a blend over {dense[1] - dense[0]:g} s with {_BLEND_RATE:g} keys per second has more than {MOST_SAMPLES}"
+        )
     count = max(1, int(np.ceil((dense[1] - dense[0]) * _BLEND_RATE)))
     grid = np.unique(np.concatenate([one.key_times, second.key_times, [begin], np.linspace(*dense, count + 1)]))
     share = np.clip((grid - begin) / blend, 0.0, 1.0)
