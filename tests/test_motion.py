@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -428,3 +429,79 @@ def test_names_say_their_side(one: str, other: str) -> None:
 def test_names_without_a_side_stay(name: str) -> None:
     assert other_side(name) == name
     assert side_of(name) is None
+
+
+# What people give in the place of a motion, a robot, a file, a number or a name.
+KINDS: dict[str, Any] = {
+    "nothing": None,
+    "a number": 5,
+    "a huge number": 10**400,
+    "a text": "wave.json",
+    "bytes": b"x",
+    "a list": [None],
+    "an array": np.zeros(3),
+    "a dict": {},
+    "a function": lambda x: None,
+    "a module": nk,
+}
+
+
+def _calls(nao: nk.NaoModel, folder: Path) -> dict[str, tuple[Any, tuple[Any, ...], dict[str, Any]]]:
+    """Every public function of motions with arguments that are right."""
+    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    bezier, ramp = motion.as_bezier(), np.array([0.0, 1.0, 2.0])
+    file, of_motion = str(folder / "nod.json"), nk.motion
+    of_motion.write_motion(motion, file, overwrite=True)
+    written = {"format": "json", "rate": 10.0}
+    return {
+        "check": (of_motion.check, (nao, motion), {"fill": "hold", "rate": 100.0}),
+        "clamp": (of_motion.clamp, (nao, motion), {"fill": "hold"}),
+        "complete": (of_motion.complete, (nao, motion, "hold"), {}),
+        "concatenate": (of_motion.concatenate, ([motion],), {"gap": 0.0, "blend": 0.0}),
+        "is_motion_file": (of_motion.is_motion_file, (file,), {}),
+        "loop": (of_motion.loop, (motion, 2), {"gap": 1.0}),
+        "mirror": (of_motion.mirror, (nao, motion), {}),
+        "mirrored_joints": (of_motion.mirrored_joints, (nao,), {}),
+        "read_motion": (of_motion.read_motion, (file,), {"format": "json", "timeline": None, "robot": nao}),
+        "resample": (of_motion.resample, (motion, 10.0), {}),
+        "reverse": (of_motion.reverse, (motion,), {}),
+        "share_motors": (of_motion.share_motors, (nao, motion, "average"), {}),
+        "slow_down": (of_motion.slow_down, (nao, motion), {"how": "local"}),
+        "smooth_slopes": (of_motion.smooth_slopes, (ramp, ramp), {}),
+        "time_warp": (of_motion.time_warp, (motion, 2.0), {}),
+        "write_motion": (of_motion.write_motion, (motion, file), {**written, "overwrite": True}),
+        "Motion": (nk.Motion, ([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]], "bezier", bezier.handles), {}),
+        "sample": (motion.sample, (0.5,), {}),
+        "speed": (motion.speed, (0.5,), {}),
+        "configurations": (motion.configurations, (nao,), {"rate": 10.0, "fill": "hold", "hips": "average"}),
+    }
+
+
+def test_the_wrong_kind_of_object_is_refused_in_one_line(
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    calls = _calls(nao, tmp_path)
+    drawn = {"plot", "FORMATS", "HIPS", "HOLD", "INTERPOLATIONS", "Hips", "Interpolation", "Trajectory"}
+    drawn |= {"Change", "Mended", "MotionFileWarning", "MotionReport", "MotionViolation"}
+    assert set(nk.motion.__all__) - drawn <= set(calls)
+    for name, (function, arguments, options) in calls.items():
+        function(*arguments, **options)
+        for kind, value in KINDS.items():
+            places = range(len(arguments))
+            for positional, named in [
+                *(((*arguments[:at], value, *arguments[at + 1 :]), options) for at in places),
+                *((arguments, {**options, option: value}) for option in options if option != "overwrite"),
+            ]:
+                try:
+                    function(*positional, **named)
+                except nk.NaoKinError:
+                    pass
+                except Exception as error:  # what the test is for: any other is a fault
+                    pytest.fail(f"{name} with {kind}: {error!r}")
+
+
+@pytest.mark.parametrize("name", ["check", "clamp", "slow_down", "share_motors", "complete", "mirror"])
+def test_a_file_name_in_the_place_of_a_motion_is_told_how_to_be_read(nao: nk.NaoModel, name: str) -> None:
+    with pytest.raises(nk.errors.BadArgument, match="motion must be a Motion, got str; read_motion makes"):
+        getattr(nk.motion, name)(nao, "wave.json")

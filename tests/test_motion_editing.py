@@ -52,16 +52,18 @@ def _between(motion: nk.Motion, count: int = 301) -> Any:
 
 @settings(max_examples=30)
 @given(SEEDS, KINDS)
-def test_mirrored_twice_a_motion_is_itself(seed: int, kind: str) -> None:
+def test_mirrored_twice_a_motion_is_itself(nao: nk.NaoModel, seed: int, kind: str) -> None:
     motion = random_motion(seed, kind, joints=5)
-    assert mirror(mirror(motion)) == motion
+    assert mirror(nao, mirror(nao, motion)) == motion
 
 
 def test_names_and_axes_say_the_same_of_every_joint_of_a_nao(nao: nk.NaoModel) -> None:
     keys = np.random.default_rng(0).normal(size=(3, 26))
     motion = nk.Motion([0.0, 1.0, 2.0], nao.body_order, keys)
-    assert mirror(motion) == mirror(motion, nao)
-    hips = mirror(nk.Motion([0.0], ["LHipYawPitch", "HeadPitch", "LHand"], [[-0.3, 0.1, 0.7]]))
+    signs = [1.0 if name.endswith(("Pitch", "Hand")) else -1.0 for name in nao.body_order]
+    other = [{"L": "R", "R": "L"}.get(name[0], "H") + name[1:] for name in nao.body_order]
+    assert mirror(nao, motion) == nk.Motion([0.0, 1.0, 2.0], other, keys * signs)
+    hips = mirror(nao, nk.Motion([0.0], ["LHipYawPitch", "HeadPitch", "LHand"], [[-0.3, 0.1, 0.7]]))
     assert hips.joint_names == ("RHipYawPitch", "HeadPitch", "RHand")
     assert hips.sample(0.0).tolist() == [-0.3, 0.1, 0.7]
 
@@ -71,7 +73,7 @@ def test_hands_feet_and_head_of_the_mirrored_motion_are_the_mirrored_ones(versio
     nao = nk.load_nao(version)
     q = nao.random(3, 20)
     motion = nk.Motion(np.arange(20.0), nao.body_order, nao.to_body(q))
-    mirrored = mirror(motion, nao).configurations(nao).q
+    mirrored = mirror(nao, motion).configurations(nao).q
     for frame, other in (("LArm", "RArm"), ("RArm", "LArm"), ("LLeg", "RLeg"), ("Head", "Head")):
         assert _close(nao.fk(mirrored, other), MIRROR @ nao.fk(q, frame) @ MIRROR, 1e-12), frame
 
@@ -84,13 +86,11 @@ def test_the_mirror_names_each_joints_other_side(nao: nk.NaoModel) -> None:
     assert pairs["HeadYaw"] == ("HeadYaw", -1.0)
 
 
-def test_names_that_are_no_naos_need_the_robot_whose_they_are(nao: nk.NaoModel) -> None:
+def test_joints_of_another_robot_are_not_mirrored(nao: nk.NaoModel) -> None:
     motion = nk.Motion([0.0], ["LElbowRoll"], [[-0.3]])
-    assert mirror(motion, nao) == nk.Motion([0.0], ["RElbowRoll"], [[0.3]])
-    with pytest.raises(nk.errors.BadArgument, match="name the robot"):
-        mirror(nk.Motion([0.0], ["l_elbow"], [[0.1]]))
+    assert mirror(nao, motion) == nk.Motion([0.0], ["RElbowRoll"], [[0.3]])
     with pytest.raises(nk.errors.UnknownName):
-        mirror(nk.Motion([0.0], ["l_elbow"], [[0.1]]), nao)
+        mirror(nao, nk.Motion([0.0], ["l_elbow"], [[0.1]]))
 
 
 # --- reverse, warp, resample ------------------------------------------------------------------------------------------
@@ -251,6 +251,10 @@ def test_a_closed_loop_needs_no_gap() -> None:
         (lambda m: concatenate([m, m], blend=1.5), "longer than a motion of 1 s"),
         (lambda m: loop(m, 0), "n must be at least 1"),
         (lambda m: loop(m, 1.5), "whole number"),
+        (lambda m: loop(m, 10**30), "n must be at most 2000000"),
+        (lambda m: loop(m, 10**30, gap=1.0), "n must be at most 2000000"),
+        (lambda m: concatenate([time_warp(m, 1e9).as_bezier()] * 2, blend=1.0), "has more than 4000000"),
+        (lambda m: resample(m, 10**400), "rate must be real numbers"),
     ],
 )
 def test_what_cannot_be_joined_is_refused(call: Any, words: str) -> None:
@@ -294,7 +298,7 @@ SHORT = {
     "slow_down uniformly": lambda nao, motion: slow_down(nao, motion, how="uniform").motion,
     "share_motors": lambda nao, motion: share_motors(nao, motion).motion,
     "complete": lambda nao, motion: complete(nao, motion),
-    "mirror": lambda nao, motion: mirror(motion),
+    "mirror": lambda nao, motion: mirror(nao, motion),
     "loop": lambda nao, motion: loop(motion, 3, gap=0.5),
     "resample": lambda nao, motion: resample(motion, 10.0),
     "time_warp": lambda nao, motion: time_warp(motion, 2.0),
@@ -548,11 +552,11 @@ def test_the_mirror_reads_the_axes_of_any_robot(tmp_path: Path) -> None:
     )
     names = ["waist", "left_lift", "right_lift", "left_turn", "right_turn"]
     motion = nk.Motion(np.arange(5.0), names, np.random.default_rng(0).normal(size=(5, 5)) * 0.5)
-    mirrored = mirror(motion, robot)
-    assert mirror(mirrored, robot) == motion
+    mirrored = mirror(robot, motion)
+    assert mirror(robot, mirrored) == motion
     q, images = motion.configurations(robot).q, mirrored.configurations(robot).q
     # The links' frames are not mirrored onto each other, but their origins are.
     for frame, other in (("left_turn", "right_turn"), ("right_turn", "left_turn"), ("left_lift", "right_lift")):
         assert _close(robot.position(images, other), robot.position(q, frame) * (1.0, -1.0, 1.0), 1e-12), frame
     with pytest.raises(nk.errors.BadArgument, match="left_odd and right_odd are no mirror images"):
-        mirror(nk.Motion([0.0], ["left_odd"], [[0.1]]), robot)
+        mirror(robot, nk.Motion([0.0], ["left_odd"], [[0.1]]))

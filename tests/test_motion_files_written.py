@@ -13,8 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.motion import FORMATS, Motion, MotionFileWarning, read_motion, write_motion
+from nao_kin import load_nao
+from nao_kin.errors import BadArgument, NotFinite, UnknownName
+from nao_kin.motion import FORMATS, Motion, MotionFileWarning, read_motion, resample, write_motion
 from nao_kin.parameters import BODY_ORDER
 
 DATA = Path(__file__).parent / "data" / "motions"
@@ -265,7 +266,7 @@ def test_a_motion_that_a_format_cannot_hold_leaves_the_old_file(tmp_path: Path) 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf, "fast", True, 1e12])
 def test_a_rate_is_a_sensible_number(whole_body: Motion, tmp_path: Path, rate: Any) -> None:
-    with pytest.raises(BadArgument, match="rate|samples a second"):
+    with pytest.raises((BadArgument, NotFinite), match="rate|samples a second"):
         write_motion(whole_body, tmp_path / "a.csv", rate=rate)
 
 
@@ -278,6 +279,26 @@ def test_a_name_without_a_known_suffix_needs_a_format(whole_body: Motion, tmp_pa
         write_motion(whole_body, tmp_path / "a.dat", format="webot")
     with pytest.raises(UnknownName, match="nearest: webots"):
         read_motion(tmp_path / "a.dat", format="webot") if (tmp_path / "a.dat").write_text("x") else None
+
+
+@pytest.mark.parametrize("rate", [0.3, 7.0, 33.3, 99.9999995, 100.0, 100.0000005, 100.01])
+def test_a_file_has_a_row_for_each_configuration(tmp_path: Path, rate: float) -> None:
+    motion = Motion([0.5, 1.5], ["HeadYaw"], [[0.0], [1.0]])
+    trajectory = motion.configurations(load_nao(), rate=rate)
+    write_motion(motion, tmp_path / "a.csv", rate=rate)
+    assert np.array_equal(read_motion(tmp_path / "a.csv").times[0], trajectory.times)
+    assert np.array_equal(resample(motion, rate).times[0], trajectory.times)
+    assert (trajectory.times[0], trajectory.times[-1]) == (0.5, 1.5)
+    assert np.diff(trajectory.times).min() > 1e-6 / rate
+
+
+def test_files_and_configurations_have_one_bound(tmp_path: Path) -> None:
+    motion = Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [1.0]])
+    for rate, words in ((5e6, "more than 4000000"), (1e300, "more than 4000000"), (10**400, "real numbers")):
+        with pytest.raises(BadArgument, match=words):
+            write_motion(motion, tmp_path / "a.csv", rate=rate)
+        with pytest.raises(BadArgument, match=words):
+            motion.configurations(load_nao(), rate=rate)
 
 
 def test_a_format_that_is_only_read_is_not_written(whole_body: Motion, tmp_path: Path) -> None:

@@ -421,7 +421,7 @@ def test_the_mirror_is_that_of_motions(page: Page, nao: nk.NaoModel) -> None:
     page.set(q)
     tool(page, "Mirror left and right").click()
     motion = nk.Motion([0.0], nao.body_order, nao.to_body(q)[None])
-    expected = mirror(motion, nao).configurations(nao).q[0]
+    expected = mirror(nao, motion).configurations(nao).q[0]
     assert np.allclose(page.q, expected, rtol=0.0, atol=1e-12)
     assert np.abs(page.poses(nao.link_names) - nao.fk(expected)).max() < 1e-6
 

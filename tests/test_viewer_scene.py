@@ -315,7 +315,7 @@ def test_the_page_knows_the_mirror_image_and_naoqis_order(base: Literal["fixed",
     for row in about["mirror"]:
         mirrored[row["column"]] = row["multiplier"] * q[row["of"]] + row["offset"]
     motion = nk.Motion([0.0], nao.body_order, nao.to_body(q)[None])
-    expected = mirror(motion, nao).configurations(nao).q[0]
+    expected = mirror(nao, motion).configurations(nao).q[0]
     assert np.allclose(mirrored[-25:], expected[-25:], rtol=0.0, atol=1e-12)
 
 

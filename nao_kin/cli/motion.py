@@ -118,7 +118,7 @@ def convert(
         motion = _mended(motions.share_motors(model, motion, hips), changes)  # type: ignore[arg-type]
     if posture is not None:
         motion = motions.complete(model, motion, posture)
-    motion = motions.mirror(motion, model) if mirror else motion
+    motion = motions.mirror(model, motion) if mirror else motion
     motion = motions.reverse(motion) if reverse else motion
     motion = motion if stretch is None else motions.time_warp(motion, stretch)
     motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)

@@ -12,7 +12,7 @@ from nao_kin.motion.configurations import HOLD, check_joints, filled
 from nao_kin.motion.curves import JointCurves, combination
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.monotone import Excesses, Quantity, excesses, pieces_of
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.motion.report import MotionReport, MotionViolation
 from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, check_robot
 from nao_kin.semantics import CoupledLimit
@@ -52,6 +52,7 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
         True
     """
     check_robot(robot)
+    check_motion(motion)
     check_joints(robot, motion)
     number = as_floats(rate, (), "rate")
     if number.shape != () or not number > 0.0:

@@ -21,8 +21,10 @@ if TYPE_CHECKING:
 Hips = Literal["average", "left", "right"]
 HIPS: tuple[Hips, ...] = ("average", "left", "right")
 HOLD = "hold"
-# Configurations at once: 25 joints of them are 800 MB.
-_MOST = 4_000_000
+# Configurations, samples or keys of a joint at once: 25 joints of them are 800 MB.
+MOST_SAMPLES = 4_000_000
+# A last step of less than this share of one is rounding.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,16 +109,20 @@ def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) 
     if rate is None:
         return motion.key_times
     number = as_floats(rate, (), "rate")
-    if number.shape != () or not number > 0.0:
+    if isinstance(rate, bool) or number.shape != () or not number > 0.0:
         raise BadArgument(f"rate must be a number above zero, got {quoted(rate)}")
-    # A duration that is a whole number of steps but for rounding has no short step at its end.
-    steps = np.ceil(motion.duration * float(number) - 1e-9)
-    if steps >= _MOST:
+    steps = motion.duration * float(number)
+    if not steps < MOST_SAMPLES:
         raise BadArgument(
-            f"{motion.duration:g} s at {float(number):g} per second are {steps + 1:.3g} configurations, "
-            f"more than {_MOST}; give a smaller rate"
+            f"{motion.duration:g} s at {float(number):g} per second are {steps:.3g} samples, "
+            f"more than {MOST_SAMPLES}; give a smaller rate"
         )
-    return np.minimum(motion.start + np.arange(int(steps) + 1) / float(number), motion.end)
+    at = motion.start + np.arange(int(steps + _ROUNDING) + 1) / float(number)
+    # A duration that is a whole number of steps but for rounding has no short step at its end.
+    if steps - (len(at) - 1) > _ROUNDING:
+        return np.append(at, motion.end)
+    at[-1] = motion.end
+    return at
 
 
 def filled(robot: RobotModel, fill: str | ArrayLike) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +11,8 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.motion.configurations import HOLD, check_joints, filled, sampling_times
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.configurations import HOLD, MOST_SAMPLES, check_joints, filled, sampling_times
+from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.robot import RobotModel, check_robot
 
 # Values that meet without a gap in time may differ by this.
@@ -28,6 +28,7 @@ def reverse(motion: Motion) -> Motion:
         >>> nk.motion.reverse(turn).sample([0.0, 1.0]).tolist()
         [[0.5], [0.0]]
     """
+    check_motion(motion)
     times = _each(motion.times, lambda column: (motion.start + motion.end) - column[::-1])
     keys = [column[::-1] for column in motion.keys]
     handles = None
@@ -54,6 +55,7 @@ def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | No
         >>> nk.motion.resample(nod, rate=10.0).times[0].size
         11
     """
+    check_motion(motion)
     if rate is None and times is None:
         raise BadArgument("resample needs a rate or times")
     at = sampling_times(motion, rate, times)
@@ -78,6 +80,7 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
         >>> nk.motion.time_warp(nod, 2.0).end
         2.0
     """
+    check_motion(motion)
     if callable(warp):
         move = warp
     else:
@@ -131,13 +134,14 @@ def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0
         >>> nk.motion.concatenate([nod, nod], gap=0.5).end
         2.5
     """
-    if isinstance(motions, Motion) or not all(isinstance(motion, Motion) for motion in motions) or not motions:
+    parts = () if isinstance(motions, Motion) or not isinstance(motions, Iterable) else tuple(motions)
+    if not parts or not all(isinstance(motion, Motion) for motion in parts):
         raise BadArgument("concatenate needs a list of motions, at least one")
     pause, overlap = _number(gap, "gap", least=0.0), _number(blend, "blend", least=0.0)
     if pause and overlap:
         raise BadArgument("gap and blend are two ways from one motion to the next; give one")
-    result = motions[0]
-    for motion in motions[1:]:
+    result = parts[0]
+    for motion in parts[1:]:
         result = _blended(result, motion, overlap) if overlap else _joined(result, motion, pause)
     return result
 
@@ -147,7 +151,7 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
 
     Args:
         motion: which.
-        n: how often, at least once.
+        n: how often, at least once, and at most so often that a joint has 4 million keys.
         gap: time from the end back to the beginning [s]; 0 needs a motion that ends where it begins.
 
     Raises:
@@ -158,7 +162,8 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
         >>> nk.motion.loop(nod, 3).end
         3.0
     """
-    count = whole_number(n, "n", 1)
+    check_motion(motion)
+    count = whole_number(n, "n", 1, most=max(1, MOST_SAMPLES // max(map(len, motion.keys))))
     # Doubled again and again: each joining copies all keys.
     result, power = None, motion
     while count:
@@ -188,6 +193,7 @@ def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) ->
         25
     """
     check_robot(robot)
+    check_motion(motion)
     check_joints(robot, motion)
     angles = dict(zip(robot.joint_names, filled(robot, fill)[robot.nq - len(robot.joint_names) :], strict=True))
     driven = {robot.mimics[name].joint for name in motion.joint_names if name in robot.mimics}
@@ -269,6 +275,10 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
     begin, end = one.end - blend, one.end
     linear = one.interpolation == two.interpolation == "linear"
     dense = (begin, end) if linear else (one.start, second.end)
+    if not (dense[1] - dense[0]) * _BLEND_RATE < MOST_SAMPLES:
+        raise BadArgument(
+            f"a blend over {dense[1] - dense[0]:g} s with {_BLEND_RATE:g} keys per second has more than {MOST_SAMPLES}"
+        )
     count = max(1, int(np.ceil((dense[1] - dense[0]) * _BLEND_RATE)))
     grid = np.unique(np.concatenate([one.key_times, second.key_times, [begin], np.linspace(*dense, count + 1)]))
     share = np.clip((grid - begin) / blend, 0.0, 1.0)

@@ -17,7 +17,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin.errors import WrongShape
 
 Interpolation = Literal["linear", "bezier", "smooth"]
 INTERPOLATIONS: tuple[Interpolation, ...] = ("linear", "bezier", "smooth")
@@ -38,10 +39,20 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
 
     Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
 
+    Args:
+        times: of the keys, ascending, shape (k,).
+        keys: values there, shape (k,).
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: no finite numbers, or not one key for each time.
+
     Examples:
         >>> nk.motion.smooth_slopes(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.0])).tolist()
         [0.0, 0.5, 0.0]
     """
+    times, keys = as_floats(times, (), "times"), as_floats(keys, (), "keys")
+    if times.ndim != 1 or keys.shape != times.shape:
+        raise WrongShape("keys", f"{times.shape[:1] or '(k,)'}, one for each of the times (k,)", keys.shape)
     slopes = np.zeros_like(keys)
     if len(keys) > 2:
         widths = np.diff(times)

@@ -12,7 +12,7 @@ from nao_kin.motion.checking import bends, check, joint_range, shared_motors
 from nao_kin.motion.configurations import HOLD, Hips, check_hips, check_joints, filled, motor_values
 from nao_kin.motion.curves import JointCurves
 from nao_kin.motion.monotone import pieces_of
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.motion.sides import side_of
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
 from nao_kin.semantics import CoupledLimit
@@ -42,6 +42,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
         2.0857
     """
     check_robot(robot)
+    check_motion(motion)
     check_joints(robot, motion)
     boxed, changes = _into_boxes(robot, motion)
     others = filled(robot, fill)[robot.nq - len(robot.joint_names) :]
@@ -85,6 +86,7 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
         [-0.3, -0.3]
     """
     check_robot(robot)
+    check_motion(motion)
     check_joints(robot, motion)
     check_hips(hips)
     apart = {row.of for row in check(robot, motion).violations if row.kind == "motor"}

@@ -6,7 +6,7 @@ import numpy as np
 
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.configurations import check_joints
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.motion.sides import other_side
 from nao_kin.robot import RobotModel, check_robot
 
@@ -15,7 +15,7 @@ _PARALLEL = 1e-3
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
-def mirror(motion: Motion, robot: RobotModel | None = None) -> Motion:
+def mirror(robot: RobotModel, motion: Motion) -> Motion:
     """The motion mirrored at the plane between left and right, y = 0.
 
     What LShoulderPitch did RShoulderPitch does; mirrored twice a motion is itself again. A joint that turns about the
@@ -23,29 +23,24 @@ def mirror(motion: Motion, robot: RobotModel | None = None) -> Motion:
     of the axis of the joint on the other side. A sliding joint slides along M a; ratios, such as a hand's, stay.
 
     Args:
+        robot: whose axes say what changes sign.
         motion: which; names say left and right as in LHand, l_hand, hand_l or left_hand.
-        robot: whose axes say what changes sign; None for those of a NAO: all yaw and roll but HipYawPitch, whose two
-            joints turn toes inward together.
 
     Raises:
         UnknownName: the robot has no such joint.
-        BadArgument: a joint has no other side, or one that is not its mirror image; or, without a robot, a joint whose
-            name is none of a NAO.
+        BadArgument: a joint has no other side, or one that is not its mirror image.
 
     Examples:
         >>> wave = nk.Motion([0.0, 1.0], ["LShoulderRoll"], [[0.0], [0.5]])
-        >>> mirrored = nk.motion.mirror(wave)
+        >>> mirrored = nk.motion.mirror(nk.load_nao(), wave)
         >>> mirrored.joint_names, mirrored.sample(1.0).tolist()
         (('RShoulderRoll',), [-0.5])
     """
-    if robot is not None:
-        check_robot(robot)
-        check_joints(robot, motion)
+    check_robot(robot)
+    check_motion(motion)
+    check_joints(robot, motion)
     names = tuple(other_side(name) for name in motion.joint_names)
-    signs = [
-        _nao_sign(name) if robot is None else _sign(robot, name, other)
-        for name, other in zip(motion.joint_names, names, strict=True)
-    ]
+    signs = [_sign(robot, name, other) for name, other in zip(motion.joint_names, names, strict=True)]
     # Adding zero takes the sign off a negative zero.
     keys = [sign * column + 0.0 for sign, column in zip(signs, motion.keys, strict=True)]
     handles = None
@@ -74,14 +69,6 @@ def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
     """
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}
-
-
-def _nao_sign(name: str) -> float:
-    if name.endswith(("HipYawPitch", "Pitch", "Hand")):
-        return 1.0
-    if name.endswith(("Yaw", "Roll")):
-        return -1.0
-    raise BadArgument(f"{name} is no joint of a NAO; name the robot whose joint it is")
 
 
 def _sign(robot: RobotModel, name: str, other: str) -> float:

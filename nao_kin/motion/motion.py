@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.checked_keys import check_speeds, checked_handles, checked_keys, checked_names, checked_times
 from nao_kin.motion.configurations import HOLD, Hips, Trajectory, configurations
 from nao_kin.motion.interpolation import (
@@ -293,3 +293,9 @@ class Motion:
             f"<Motion of {joints} joint{'s' if joints > 1 else ''}, {count} keys, "
             f"{self.interpolation}, {self.start:g} to {self.end:g} s>"
         )
+
+
+def check_motion(motion: object) -> None:
+    """Raise `BadArgument` for what is no motion."""
+    if not isinstance(motion, Motion):
+        raise BadArgument(f"motion must be a Motion, got {type(motion).__name__}; read_motion makes one of a file")

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._common.optional import need_extra
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import UnknownName
+from nao_kin.motion.checked_keys import checked_names
 from nao_kin.motion.checking import check, joint_range, largest_speed
 from nao_kin.motion.configurations import check_joints
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.robot import RobotModel, check_robot
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
     Raises:
         MissingExtra: matplotlib is not installed.
         UnknownName: the robot or the motion has no such joint.
-        BadArgument: no joints to draw.
+        BadArgument: no joints to draw, or one twice.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -53,13 +54,12 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
     from matplotlib.figure import Figure
 
     check_robot(robot)
+    check_motion(motion)
     check_joints(robot, motion)
-    names = motion.joint_names if joints is None else tuple(joints)
+    names = motion.joint_names if joints is None else checked_names(joints)
     for name in names:
         if name not in motion.joint_names:
             raise UnknownName("joint of the motion", name, motion.joint_names)
-    if not names:
-        raise BadArgument("no joints to draw")
     outside = check(robot, motion).violations
     columns = min(_COLUMNS, len(names))
     rows = math.ceil(len(names) / columns)

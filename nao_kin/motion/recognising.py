@@ -7,7 +7,7 @@ from pathlib import Path
 
 from nao_kin.errors import BadInputFile
 from nao_kin.motion.files import FORMATS
-from nao_kin.motion.files.source import Source
+from nao_kin.motion.files.source import Source, file_name
 
 # Configurations have these endings too; of a file with another one the ending tells.
 _SHARED = (".csv", ".tsv", ".txt", ".json", "")
@@ -28,13 +28,18 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
         path: the file.
         data: its content, where that has been read.
 
+    Raises:
+        BadArgument: path is no text and no Path.
+
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
         >>> nk.motion.write_motion(nod, "nod.csv")
         >>> nk.motion.is_motion_file("nod.csv")
         True
     """
-    suffix = Path(path).suffix.lower()
+    if isinstance(path, str) and not path:
+        return False
+    suffix = Path(file_name(path)).suffix.lower()
     if suffix not in _SHARED and any(suffix in known.suffixes for known in FORMATS.values()):
         return True
     try:

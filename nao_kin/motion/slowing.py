@@ -14,7 +14,7 @@ from nao_kin.motion.configurations import check_joints
 from nao_kin.motion.cutting import cut
 from nao_kin.motion.editing import time_warp
 from nao_kin.motion.monotone import pieces_of
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.robot import RobotModel, check_robot
 
 # Times are rounded when they are added up; a check allows ten times as much.
@@ -49,8 +49,9 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
         (True, True)
     """
     check_robot(robot)
+    check_motion(motion)
     check_joints(robot, motion)
-    if how not in ("local", "uniform"):
+    if not isinstance(how, str) or how not in ("local", "uniform"):
         raise UnknownName("way to slow down", how, ("local", "uniform"))
     knots, factors = _needed(robot, motion)
     if how == "uniform":

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.errors import BadInputFile, UnknownName
 from nao_kin.motion.files import (
     bhuman,
     choregraphe_python,
@@ -23,10 +23,10 @@ from nao_kin.motion.files import (
     webots,
 )
 from nao_kin.motion.files.format import Format
-from nao_kin.motion.files.source import Source, read_bytes
+from nao_kin.motion.files.source import Source, file_name, read_bytes
 from nao_kin.motion.motion import Motion
 from nao_kin.parameters import BODY_ORDER
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 
 _MODULES = (
     csv_table,
@@ -78,9 +78,9 @@ def read_motion(
         >>> nk.motion.read_motion("nod.json").sample(0.5).tolist()
         [0.3]
     """
-    name = str(path)
-    if not name:
-        raise BadArgument("no file name; expected a motion file, or - for standard input")
+    name = file_name(path)
+    if robot is not None:
+        check_robot(robot)
     joints = BODY_ORDER if robot is None else (*robot.joint_names, *robot.mimics)
     which = None if timeline is None else str(timeline)
     source = Source(name, read_bytes(name), joints, degrees, which, ignore_other)
@@ -97,7 +97,7 @@ def format_named(name: str) -> Format:
     Raises:
         UnknownName: there is none.
     """
-    if name not in FORMATS:
+    if not isinstance(name, str) or name not in FORMATS:
         raise UnknownName("motion format", name, tuple(FORMATS))
     return FORMATS[name]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadInputFile, NaoKinWarning, nearest_names
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
 from nao_kin.motion.files.json_document import Constant, JsonDocument
 
 # Characters of a foreign value in a message.
@@ -154,6 +154,19 @@ class Source:
             "motion, leaves it out",
             place,
         )
+
+
+def file_name(path: object) -> str:
+    """A file's name as text.
+
+    Raises:
+        BadArgument: it is none, or empty.
+    """
+    if not isinstance(path, (str, Path)):
+        raise BadArgument(f"path must be the name of a file, got {type(path).__name__}")
+    if not str(path):
+        raise BadArgument("no file name; expected a motion file, or - for standard input")
+    return str(path)
 
 
 def read_bytes(name: str) -> bytes:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.warn import warn_caller
-from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
+from nao_kin.motion.configurations import sampling_times
 from nao_kin.motion.files.source import MotionFileWarning
 from nao_kin.motion.motion import Motion
 from nao_kin.parameters import BODY_ORDER
 
-MOST_ROWS = 10_000_000
 # A time that moves by more than this [s] is worth a word.
 _NOTICED = 1e-6
-# Samples this share of a step before the end count as at the end.
-_ROUNDING = 1e-6
 
 
 def is_hand(joint: str) -> bool:
@@ -39,22 +35,13 @@ def sampled(motion: Motion, rate: float | None, what: str) -> tuple[Floats, Floa
         times (n,) [s] and values (n, joints).
 
     Raises:
-        BadArgument: a rate that is no positive number, or makes more than 10⁷ rows.
+        BadArgument: a rate that is no positive number, or makes more than 4 million rows.
     """
     if rate is None:
         warn_of_curves(motion, what)
         times = motion.key_times
         return times, motion.sample(times)
-    if isinstance(rate, bool) or not isinstance(rate, (int, float, np.number)) or not 0.0 < rate < math.inf:
-        raise BadArgument(f"rate must be a positive number of samples a second, got {quoted(rate)}")
-    steps = motion.duration * float(rate)
-    if not steps < MOST_ROWS:
-        raise BadArgument(f"{motion.duration:g} s at {rate:g} samples a second are more than {MOST_ROWS} rows")
-    times = motion.start + np.arange(math.floor(steps + _ROUNDING) + 1) / float(rate)
-    if motion.end - times[-1] > _ROUNDING / float(rate):
-        times = np.append(times, motion.end)
-    else:
-        times[-1] = motion.end
+    times = sampling_times(motion, rate, None)
     return times, motion.sample(times)
 
 

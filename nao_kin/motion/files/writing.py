@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from nao_kin._common.atomic import check_writable, replaced_file, write_bytes
-from nao_kin._text import abbreviated, quoted
+from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.reading import described_formats, format_named, formats_of_suffix
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.files.source import file_name
+from nao_kin.motion.motion import Motion, check_motion
 
 
 def write_motion(
@@ -43,10 +43,10 @@ def write_motion(
         >>> nk.motion.read_motion("nod.xar").joint_names
         ('HeadPitch',)
     """
-    if not isinstance(motion, Motion):
-        raise BadArgument(f"expected a Motion, got {quoted(motion)}")
+    check_motion(motion)
+    name = file_name(path)
     if format is None:
-        known = formats_of_suffix(os.fspath(path))
+        known = formats_of_suffix(name)
         if not known:
             raise BadArgument(
                 f"no motion format for {abbreviated(path)}; name one with format= or --to, or end it in one of: "
