@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
 _FRAMES_PER_SECOND = 25.0
 
+BehaviorsOption = Annotated[
+    str | None,
+    typer.Option(metavar="FOLDER", help="Choregraphe's behaviours (.xar) for ALBehaviorManager to play."),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -42,6 +47,7 @@ def serve(
     allow_host: AllowHostOption = None,
     token: TokenOption = None,
     awake: Annotated[bool, typer.Option("--awake", help="Begin with stiffness, as after wakeUp.")] = False,
+    behaviors: BehaviorsOption = None,
     log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -57,7 +63,15 @@ def serve(
     if not view:
         page.refuse("add --view")
     with served(
-        version, host=host, port=port, speed=speed, posture=posture, awake=awake, page=page if view else None, log=log
+        version,
+        host=host,
+        port=port,
+        speed=speed,
+        posture=posture,
+        awake=awake,
+        behaviors=behaviors,
+        page=page if view else None,
+        kinds=("log",) if log else ("limp",),
     ) as done:
         if json:
             print(dumps(done))  # one line: whoever reads it waits for its end
@@ -77,8 +91,9 @@ def served(
     speed: float,
     posture: str,
     awake: bool,
+    behaviors: str | None,
     page: LivePage | None,
-    log: bool,
+    kinds: tuple[str, ...],
 ) -> Iterator[dict[str, str]]:
     """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
 
@@ -89,8 +104,10 @@ def served(
         speed: seconds of its time in one second.
         posture: to begin in.
         awake: begin with stiffness, as after wakeUp.
+        behaviors: folder of the behaviours that ALBehaviorManager plays; None for none.
         page: that shows it; None for none.
-        log: print what it says and remarks on standard error; commands to joints without stiffness are always reported.
+        kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "limp" for
+            commands to joints without stiffness.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -103,8 +120,14 @@ def served(
 
     robot = load_nao(version)
     with ExitStack() as running:
-        watcher = _print_log if log else _print_limp
-        nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
+
+        def watcher(change: Change) -> None:
+            if change.kind in kinds:
+                print_note(f"{change.time:.2f} s: {change.value}")
+
+        nao = running.enter_context(
+            VirtualNao(robot, speed=speed, posture=posture, behaviors=behaviors, on_change=watcher)
+        )
         if awake:
             nao.call("ALMotion", "wakeUp")
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
@@ -118,15 +141,6 @@ def served(
             running.callback(follower.join)
             running.callback(ended.set)
         yield done
-
-
-def _print_log(change: Change, kind: str = "log") -> None:
-    if change.kind == kind:
-        print_note(f"{change.time:.2f} s: {change.value}")
-
-
-def _print_limp(change: Change) -> None:
-    _print_log(change, "limp")
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
