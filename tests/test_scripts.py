@@ -428,7 +428,11 @@ def test_python_2_that_python_3_can_read_is_known_by_what_only_it_has(
         ("def", 1, "SyntaxError"),
         ("print 'a' 'b", 1, "SyntaxError"),
         ("import naoqi\nnaoqi.ALProxy('ALMotion')", 0, ""),
-        ("import naoqi\nnaoqi.ALProxy('ALMotin')", 1, "Can't find service: ALMotin; there are: ALAutonomousLife"),
+        (
+            "import naoqi\nnaoqi.ALProxy('ALMotin')",
+            1,
+            "Can't find service: ALMotin; there are: ALAnimationPlayer, ALAutonomousLife",
+        ),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').fly(1)", 1, "ALMotion has no method fly; it has: "),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').getAngles('HeadYawn', True)", 1, "HeadYaw"),
         ("import naoqi\nnaoqi.ALProxy('ALMotion').wbGetNothing()", 1, "no method wbGetNothing"),
@@ -529,6 +533,10 @@ def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
         (("x.py", "--port", "0"), "port must be at least 1, got 0"),
         (("x.py", "--host", " "), "--host is empty; expected an address"),
         (("x.py", "--port", "1", "--asleep"), "--asleep is for a virtual NAO of the script's own; leave out --port"),
+        (
+            ("x.py", "--port", "1", "--behaviors", "."),
+            "--behaviors is for a virtual NAO of the script's",
+        ),
         (("x.py", "--port", "1", "--view"), "--view is for a virtual NAO of the script's own; leave out --port"),
     ],
 )

@@ -10,6 +10,7 @@ from nao_kin._common.scalars import whole_number
 from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
 from nao_kin.cli.options import VersionOption
 from nao_kin.cli.output import print_note
+from nao_kin.cli.serve import BehaviorsOption
 from nao_kin.errors import BadArgument
 
 _HOST, _PORT = "127.0.0.1", 9559
@@ -41,6 +42,7 @@ def run(
     asleep: Annotated[
         bool, typer.Option("--asleep", help="Begin without stiffness, until the script asks for it.")
     ] = False,
+    behaviors: BehaviorsOption = None,
     view: Annotated[bool, typer.Option("--view", help="Show the virtual NAO in a live page.")] = False,
     page_host: PageHostOption = None,
     page_port: PagePortOption = None,
@@ -69,6 +71,7 @@ def run(
             speed=1.0 if speed is None else speed,
             posture="Crouch" if posture is None else posture,
             awake=not asleep,
+            behaviors=behaviors,
             page=page if view else None,
             kinds=("log",) if log else ("limp",),
         ) as where_it_is:
@@ -80,6 +83,7 @@ def run(
             ("--speed", speed is not None),
             ("--posture", posture is not None),
             ("--asleep", asleep),
+            ("--behaviors", behaviors is not None),
             ("--view", view),
             ("--log", log),
         ):

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
 _FRAMES_PER_SECOND = 25.0
 
+BehaviorsOption = Annotated[
+    str | None,
+    typer.Option(metavar="FOLDER", help="Choregraphe's behaviours (.xar) for ALBehaviorManager to play."),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -42,6 +47,7 @@ def serve(
     allow_host: AllowHostOption = None,
     token: TokenOption = None,
     awake: Annotated[bool, typer.Option("--awake", help="Begin with stiffness, as after wakeUp.")] = False,
+    behaviors: BehaviorsOption = None,
     log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -63,6 +69,7 @@ def serve(
         speed=speed,
         posture=posture,
         awake=awake,
+        behaviors=behaviors,
         page=page if view else None,
         kinds=("log",) if log else ("limp", "kernels"),
     ) as done:
@@ -84,6 +91,7 @@ def served(
     speed: float,
     posture: str,
     awake: bool,
+    behaviors: str | None,
     page: LivePage | None,
     kinds: tuple[str, ...],
 ) -> Iterator[dict[str, str]]:
@@ -96,6 +104,7 @@ def served(
         speed: seconds of its time in one second.
         posture: to begin in.
         awake: begin with stiffness, as after wakeUp.
+        behaviors: folder of the behaviours that ALBehaviorManager plays; None for none.
         page: that shows it; None for none.
         kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "limp" for
             commands to joints without stiffness, "kernels" for what it says about its compiled kernels.
@@ -116,7 +125,9 @@ def served(
             if change.kind in kinds:
                 print_note(f"{change.time:.2f} s: {change.value}")
 
-        nao = running.enter_context(VirtualNao(robot, speed=speed, posture=posture, on_change=watcher))
+        nao = running.enter_context(
+            VirtualNao(robot, speed=speed, posture=posture, behaviors=behaviors, on_change=watcher)
+        )
         if awake:
             nao.call("ALMotion", "wakeUp")
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))

@@ -7,6 +7,7 @@ import time as wall
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType, TracebackType
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from nao_kin import NaoModel, load_nao
 from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual.base import Base
 from nao_kin.naoqi.virtual.calls import Call, Monitor, NaoqiError
@@ -70,15 +72,17 @@ class VirtualNao:
         stepped: time moves by `step` alone, and by `call`; no thread runs, and what happens depends on calls and steps
             only.
         posture: the posture to begin in.
+        behaviors: a folder with Choregraphe's behaviours (.xar), which ALBehaviorManager plays; None for none.
         on_change: is called with every `Change`, by whichever thread makes it; it must not wait.
 
     Attributes:
         robot, clock, joints, tasks, base, log: the parts; whoever reads or changes several holds `monitor`.
         services: name → service.
+        behaviors: the folder of behaviours, or None.
         monitor: the lock.
 
     Raises:
-        BadArgument: no NAO, or no speed.
+        BadArgument: no NAO, no speed, or no such folder.
         UnknownName: no such posture.
 
     Examples:
@@ -96,6 +100,7 @@ class VirtualNao:
         speed: float = 1.0,
         stepped: bool = False,
         posture: str = "Crouch",
+        behaviors: Path | str | None = None,
         on_change: Callable[[Change], object] | None = None,
     ) -> None:
         self.robot = load_nao() if robot is None else robot
@@ -105,6 +110,9 @@ class VirtualNao:
         self.monitor = Monitor()
         self.clock = Clock(speed)
         self._on_change = on_change
+        self.behaviors = None if behaviors is None else Path(behaviors)
+        if self.behaviors is not None and not self.behaviors.is_dir():
+            raise BadArgument(f"behaviors must be a folder, got {quoted(str(behaviors))}")
         self.log = Log(lambda: self.clock.now, self._publish)
         q = self.robot.clamp(self.robot.posture(posture))
         self.joints = Joints(self.robot, q)

@@ -5,14 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.services.behaviors import ALAnimationPlayer, ALBehaviorManager
 from nao_kin.naoqi.virtual.services.leds import ALLeds
-from nao_kin.naoqi.virtual.services.life_and_system import ALAutonomousLife, ALBattery, ALPreferenceManager, ALSystem
+from nao_kin.naoqi.virtual.services.life_and_system import (
+    ALAutonomousLife,
+    ALBattery,
+    ALPreferenceManager,
+    ALRobotModel,
+    ALSystem,
+)
 from nao_kin.naoqi.virtual.services.memory import ALMemory
 from nao_kin.naoqi.virtual.services.missing import MISSING
 from nao_kin.naoqi.virtual.services.motion import ALMotion
 from nao_kin.naoqi.virtual.services.posture import ALRobotPosture
 from nao_kin.naoqi.virtual.services.sensors import ALSonar, ALTouch
 from nao_kin.naoqi.virtual.services.speech import ALTextToSpeech
+from nao_kin.naoqi.virtual.services.tracker import ALTracker
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -29,6 +37,10 @@ SERVICES: tuple[type[Service], ...] = (
     ALPreferenceManager,
     ALTouch,
     ALSonar,
+    ALRobotModel,
+    ALTracker,
+    ALBehaviorManager,
+    ALAnimationPlayer,
     *MISSING,
 )
 

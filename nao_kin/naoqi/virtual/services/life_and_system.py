@@ -1,9 +1,10 @@
-"""The small services: ALAutonomousLife, ALSystem, ALBattery and ALPreferenceManager."""
+"""The small services: ALAutonomousLife, ALSystem, ALBattery, ALRobotModel and ALPreferenceManager."""
 
 from __future__ import annotations
 
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import UnknownName
@@ -150,6 +151,37 @@ class ALBattery(Service):
         """Per cent of the charge."""
         value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
         return round(100.0 * arguments.number(value, "the battery's charge"))
+
+
+class ALRobotModel(Service):
+    """What the robot is and has."""
+
+    name = "ALRobotModel"
+
+    @method
+    def getRobotType(self) -> str:
+        """The kind of robot: "Nao"."""
+        return "Nao"
+
+    @method
+    def getConfig(self) -> str:
+        """The robot as an XML document: its URDF; a robot has one of NAOqi's own."""
+        return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
+
+    @method
+    def hasArms(self) -> bool:
+        """Whether it has arms: True."""
+        return True
+
+    @method
+    def hasHands(self) -> bool:
+        """Whether it has hands that open: True."""
+        return True
+
+    @method
+    def hasLegs(self) -> bool:
+        """Whether it has legs: True."""
+        return True
 
 
 class ALPreferenceManager(Service):

@@ -1,0 +1,185 @@
+"""ALBehaviorManager and ALAnimationPlayer: the timelines of Choregraphe's behaviours, played."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nao_kin._common.arrays import Floats
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.motion import Motion, read_motion
+from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.calls import Call
+from nao_kin.naoqi.virtual.interpolation import Interpolation
+from nao_kin.naoqi.virtual.service import Service, method
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
+# The files that Choregraphe writes are called so; a behaviour is named by their folder.
+_FILE = "behavior"
+# What ALAnimationPlayer writes in place of [posture].
+_POSTURES = {"Standing": "Stand", "Sitting": "Sit"}
+
+
+class ALBehaviorManager(Service):
+    """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
+
+    The file dance/behavior_1/behavior.xar is the behaviour dance/behavior_1, the file wave.xar is wave. Its timeline is
+    played: joints go from where they are commanded to its first keys, and through the others. Its boxes and scripts are
+    not run.
+    """
+
+    name = "ALBehaviorManager"
+    absent = tuple(
+        "addDefaultBehavior removeDefaultBehavior setDefaultBehaviors getDefaultBehaviors playDefaultProject "
+        "getBehaviorTags getBehaviorsByTag getTagList getBehaviorNature getSystemBehaviorNames getUserBehaviorNames "
+        "removeBehavior resolveBehaviorName installBehavior".split()
+    )
+
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        self._started: dict[str, Call] = {}
+
+    @method
+    def getInstalledBehaviors(self) -> list[str]:
+        """Names of all behaviours."""
+        return sorted(self._files())
+
+    @method
+    def getBehaviorNames(self) -> list[str]:
+        """The same under its name before NAOqi 1.22."""
+        return self.getInstalledBehaviors()
+
+    @method
+    def isBehaviorInstalled(self, name: Any) -> bool:
+        """Whether there is such a behaviour."""
+        return arguments.text(name, "name") in self._files()
+
+    @method
+    def isBehaviorPresent(self, name: Any) -> bool:
+        """The same under its name before NAOqi 1.22."""
+        return self.isBehaviorInstalled(name)
+
+    @method
+    def runBehavior(self, name: Any) -> Call:
+        """Play a behaviour; returns at its end."""
+        return self.play("runBehavior", name)
+
+    @method
+    def startBehavior(self, name: Any) -> None:
+        """Play a behaviour; returns at once."""
+        self.play("startBehavior", name)
+
+    @method
+    def stopBehavior(self, name: Any) -> None:
+        """End a behaviour where it is; does nothing when it is not played."""
+        call = self._started.get(arguments.text(name, "name"))
+        if call is not None:
+            call.cancel()
+
+    @method
+    def stopAllBehaviors(self) -> None:
+        """End all behaviours where they are."""
+        for call in self._started.values():
+            call.cancel()
+
+    @method
+    def isBehaviorRunning(self, name: Any) -> bool:
+        """Whether a behaviour is played, or waits for its joints."""
+        return arguments.text(name, "name") in self.getRunningBehaviors()
+
+    @method
+    def getRunningBehaviors(self) -> list[str]:
+        """Names of the behaviours that are played."""
+        return sorted(name for name, call in self._started.items() if not call.done())
+
+    @method
+    def isBehaviorLoaded(self, name: Any) -> bool:
+        """The same as isBehaviorRunning: nothing is loaded ahead here."""
+        return self.isBehaviorRunning(name)
+
+    @method
+    def getLoadedBehaviors(self) -> list[str]:
+        """The same as getRunningBehaviors."""
+        return self.getRunningBehaviors()
+
+    @method
+    def preloadBehavior(self, name: Any) -> bool:
+        """Taken and left; whether there is such a behaviour."""
+        return self.isBehaviorInstalled(name)
+
+    def play(self, task: str, name: Any) -> Call:
+        """Start a behaviour, under any name of a task.
+
+        Raises:
+            UnknownName: no such behaviour.
+            BadArgument: it is played already, or there is no folder of behaviours.
+            BadInputFile: it cannot be read, or has no timeline or several.
+        """
+        wanted, files = arguments.text(name, "name"), self._files()
+        if self.nao.behaviors is None:
+            raise BadArgument("no behaviours are installed; nao-kin serve and run take a folder of them, --behaviors")
+        if wanted not in files:
+            raise UnknownName("behaviour", wanted, tuple(files))
+        if self.isBehaviorRunning(wanted):
+            raise BadArgument(f"{wanted} is running already")
+        motion = read_motion(files[wanted], format="xar", robot=self.nao.robot)
+        call = self.nao.start_task(Interpolation(task, motion.joint_names, lambda start: led_in(motion, start)))
+        self._started[wanted] = call
+        return call
+
+    def _files(self) -> dict[str, Path]:
+        folder = self.nao.behaviors
+        if folder is None:
+            return {}
+        found = {}
+        for path in folder.rglob("*.xar"):
+            name = path.relative_to(folder).with_suffix("")
+            found[(name.parent if name.name == _FILE and name.parent.name else name).as_posix()] = path
+        return found
+
+
+class ALAnimationPlayer(Service):
+    """Plays behaviours of ALBehaviorManager; Aldebaran's animations are not part of nao_kin."""
+
+    name = "ALAnimationPlayer"
+    absent = ("runTag", "reset", "declarePathForTags", "addTagForAnimations", "declareTagForAnimations")
+
+    @method
+    def run(self, path: Any) -> Call:
+        """Play a behaviour; returns at its end.
+
+        Args:
+            path: its name; [robot] in it stands for Nao, [posture] for Stand or Sit.
+        """
+        name = arguments.text(path, "path").replace("[robot]", "Nao")
+        if "[posture]" in name:
+            family = self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
+            if family not in _POSTURES:
+                raise BadArgument(f"[posture] stands for Stand or Sit, and the robot's family of postures is {family}")
+            name = name.replace("[posture]", _POSTURES[family])
+        manager = self.nao.services["ALBehaviorManager"]
+        return manager.play("ALAnimationPlayer.run", name)  # type: ignore[attr-defined, no-any-return]
+
+
+def led_in(motion: Motion, start: Floats) -> Motion:
+    """The motion with a key at time zero for each joint that has none: where it is, with level handles.
+
+    Args:
+        motion: of n joints, from time zero or later.
+        start: their values at time zero, shape (n,).
+    """
+    curves = motion.as_bezier()
+    assert curves.handles is not None
+    times, keys, handles = list(curves.times), list(curves.keys), list(curves.handles)
+    for joint, first in enumerate(start):
+        gap = float(times[joint][0])
+        if gap > 0.0:
+            times[joint] = np.concatenate([[0.0], times[joint]])
+            keys[joint] = np.concatenate([[first], keys[joint]])
+            handles[joint] = np.concatenate([np.zeros((1, 2, 2)), handles[joint]])
+            handles[joint][0, 1, 0], handles[joint][1, 0] = gap / 3.0, (-gap / 3.0, 0.0)
+    return Motion(times, motion.joint_names, keys, "bezier", handles)
