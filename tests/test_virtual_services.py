@@ -284,8 +284,6 @@ def test_a_bad_interpolation_is_refused_before_anything_moves(
         ("angleInterpolationBezier", (["HeadYaw"], [[1e30]], [[0.1]]), "must be at most 86400 s (a day)"),
         ("stiffnessInterpolation", ("HeadYaw", 1.0, 1e30), "must be at most 86400 s (a day)"),
         ("positionInterpolations", ("Head", 0, [0.0] * 6, 56, 1e30), "must be at most 86400 s (a day)"),
-        ("wbGoToBalance", ("Legs", 1e30), "duration must be at most 86400 s (a day)"),
-        ("wbGoToBalanceWithSpeed", ("RLeg", 1e-30), "the time to balance must be at most 86400 s (a day)"),
         ("angleInterpolationBezier", ("HeadYaw", [1.0, 2.0], [[0.1]]), "must be a list of 2, one for each time, got 1"),
         ("angleInterpolationBezier", ("HeadYaw", [1.0], 0.1), "must be 1 lists"),
         ("angleInterpolationBezier", ("HeadYaw", [1.0], [[[0.1, [3, 0]]]]), "an angle or [angle, handle, handle]"),

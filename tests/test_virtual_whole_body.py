@@ -201,6 +201,8 @@ REFUSED = [
     (("wbEnableBalanceConstraint", "yes", "Legs"), "isEnable must be True or False"),
     (("wbGoToBalance", "LLeg", 0.0), "duration must be above 0 s"),
     (("wbGoToBalanceWithSpeed", "LLeg", 2.0), "fractionMaxSpeed must be above 0"),
+    (("wbGoToBalance", "Legs", 1e30), "duration must be at most 86400 s (a day), got 1e+30 s"),
+    (("wbGoToBalanceWithSpeed", "RLeg", 1e-30), "the time to balance must be at most 86400 s (a day)"),
     (("wbEnableEffectorControl", "LLeg", True), "unknown effector 'LLeg'"),
     (("wbSetEffectorControl", "Head", [0.0, 0.0]), "targetCoordinate must have shape (..., 3)"),
     (("wbSetEffectorControl", "Head", [[0.0, 0.0, 0.0]]), "targetCoordinate must be three numbers"),
