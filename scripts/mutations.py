@@ -1014,6 +1014,34 @@ _NAOQI = (
         ("parts-of-a-tick-are-lost", "self._rest = max(0.0, self._rest - count)", "self._rest = 0.0"),
     ),
     *_faults(
+        "naoqi/virtual/base.py",
+        "test_virtual_engine.py",
+        (
+            "a-posture-turns-the-robot",
+            "self._T_world_sole = change @ self._T_world_sole",
+            "self._T_world_sole = self._T_world_sole @ change",
+        ),
+        (
+            "the-standing-foot-slides-under-a-lifted-one",
+            "@ T_torso_other)[2, 3] <= _LOWER)",
+            "@ T_torso_other)[2, 3] <= 9.0)",
+        ),
+    ),
+    *_faults(
+        "naoqi/virtual/cartesian/descent.py",
+        "test_virtual_cartesian.py",
+        (
+            "the-turn-of-the-standing-foot-moves-no-point",
+            "J_reference[:3] - np.cross(away, J_reference[3:], axis=0)",
+            "J_reference[:3]",
+        ),
+    ),
+    *_faults(
+        "naoqi/virtual/walk/plans.py",
+        "test_virtual_walk.py",
+        ("a-walk-that-was-stopped-has-arrived", "self.arrived = not self._stopped", "self.arrived = True"),
+    ),
+    *_faults(
         "naoqi/lola.py",
         "test_lola.py",
         ("endless-frames-are-read", "if self._left < 0:", "if self._left < -(10**9):"),

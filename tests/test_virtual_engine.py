@@ -64,7 +64,9 @@ def test_parts_of_a_tick_add_up(virtual: VirtualNao) -> None:
     assert virtual.clock.ticks == 4
 
 
-@pytest.mark.parametrize(("step", "error"), [(-0.01, BadArgument), (float("nan"), NotFinite), ("1", BadArgument)])
+@pytest.mark.parametrize(
+    ("step", "error"), [(-0.01, BadArgument), (float("nan"), NotFinite), ("1", BadArgument), (1e30, BadArgument)]
+)
 def test_no_other_step_is_taken(virtual: VirtualNao, step: object, error: type[Exception]) -> None:
     with pytest.raises(error, match="step"):
         virtual.step(step)  # type: ignore[arg-type]

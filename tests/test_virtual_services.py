@@ -272,6 +272,19 @@ def test_a_bad_interpolation_is_refused_before_anything_moves(
         ("setAngles", ("Body", [0.5] * 25, 0.5), "26 for HeadYaw … RHand, got 25"),
         ("changeAngles", ("HeadYaw", float("nan"), 0.5), "finite"),
         ("angleInterpolationWithSpeed", ("Head", 0.5, -1), "above 0"),
+        (
+            "angleInterpolationWithSpeed",
+            ("Head", 0.5, 1e-30),
+            "the time to the targets must be at most 86400 s",
+        ),
+        (
+            "angleInterpolation",
+            ("HeadYaw", 0.5, 1e30, True),
+            "times of HeadYaw must be at most 86400 s (a day)",
+        ),
+        ("angleInterpolationBezier", (["HeadYaw"], [[1e30]], [[0.1]]), "must be at most 86400 s (a day)"),
+        ("stiffnessInterpolation", ("HeadYaw", 1.0, 1e30), "must be at most 86400 s (a day)"),
+        ("positionInterpolations", ("Head", 0, [0.0] * 6, 56, 1e30), "must be at most 86400 s (a day)"),
         ("angleInterpolationBezier", ("HeadYaw", [1.0, 2.0], [[0.1]]), "must be a list of 2, one for each time, got 1"),
         ("angleInterpolationBezier", ("HeadYaw", [1.0], 0.1), "must be 1 lists"),
         ("angleInterpolationBezier", ("HeadYaw", [1.0], [[[0.1, [3, 0]]]]), "an angle or [angle, handle, handle]"),
@@ -465,7 +478,9 @@ def test_switches_of_what_is_not_simulated_are_kept(
     virtual: VirtualNao, name: str, of: tuple[str, ...], first: bool
 ) -> None:
     assert _motion(virtual, f"get{name}", *of) is first
-    _motion(virtual, f"set{name}", *of, not first)
+    # Aldebaran documents True for these two, and no answer for the others.
+    answers = name in ("CollisionProtectionEnabled", "SmartStiffnessEnabled")
+    assert _motion(virtual, f"set{name}", *of, not first) is (True if answers else None)
     assert _motion(virtual, f"get{name}", *of) is not first
     assert "not simulated" in virtual.log.lines[-1][1]
 

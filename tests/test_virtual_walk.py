@@ -415,6 +415,9 @@ REFUSED = [
     (("moveTo", float("nan"), 0.0, 0.0), "x must be finite"),
     (("moveTo", [[0.1, 0.0]]), "must have shape (..., 3)"),
     (("moveTo", []), "poses [x, y, theta]"),
+    (("moveTo", 1e30, 0.0, 0.0), "a target must be at most 1000 m away along each axis, got x 1e+30 m, y 0 m"),
+    (("setFootSteps", ["LLeg"], [[0, 0.1, 0]], [1e30], False), "a step must take at most 60 s, got 1e+30 s"),
+    (("setFootStepsWithSpeed", ["LLeg"], [[0, 0.1, 0]], [1e-30], False), "a step must take at most 60 s"),
     (("moveTo", 0.1, 0.0, 0.0, [["StepX", 0.1]]), "unknown move parameter 'StepX' (nearest: MaxStepX"),
     (("moveToward", 1.5, 0.0, 0.0), "x must be from -1 to 1, got 1.5"),
     (("getMoveConfig", "Large"), "unknown move configuration 'Large'"),
@@ -443,3 +446,51 @@ def test_what_makes_no_sense_is_refused_before_anything_moves(script: Script, gi
 def test_a_velocity_that_stands_still_makes_no_step() -> None:
     steps, _ = _walked(AtVelocity(np.zeros(3), Gait()), Gait())
     assert steps == []
+
+
+# --- answers ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_walk_that_arrives_is_true(script: Script) -> None:
+    assert script("moveTo", 0.05, 0.0, 0.0) is True
+    assert script("walkTo", [[0.02, 0.0, 0.0], [0.0, 0.0, 0.1]]) is True
+    assert script("moveTo", 0.0, 0.0, 0.0) is True
+    assert script("moveInit") is None
+    assert script("waitUntilMoveIsFinished") is None
+
+
+@pytest.mark.parametrize("interrupt", ["stopMove", "stopWalk", "killMove", "killAll"])
+def test_a_walk_that_is_interrupted_is_false(script: Script, interrupt: str) -> None:
+    walk = script.nao.post("ALMotion", "moveTo", 0.3, 0.0, 0.0)
+    script.nao.step(1.2)
+    answer = script(interrupt)
+    assert answer is (True if interrupt.startswith("stop") else None)
+    script.nao.step(0.01)
+    assert walk.result(0) is False
+
+
+def test_a_walk_that_is_taken_over_is_false_and_the_one_that_takes_it_over_is_true(script: Script) -> None:
+    first = script.nao.post("ALMotion", "moveTo", 0.3, 0.0, 0.0)
+    script.nao.step(1.2)
+    assert script("moveTo", 0.05, 0.0, 0.0) is True
+    assert first.result(0) is False
+
+
+def test_a_walk_on_limp_legs_is_false() -> None:
+    with VirtualNao(stepped=True, posture="StandInit") as nao:
+        assert nao.call("ALMotion", "moveTo", 0.05, 0.0, 0.0) is False
+
+
+def test_stopping_a_robot_that_stands_is_true(script: Script) -> None:
+    assert script("stopMove") is True
+    assert script("stopWalk") is True
+
+
+def test_a_killed_walk_has_no_velocity(script: Script) -> None:
+    script("move", 0.05, 0.0, 0.0)
+    script.nao.step(2.0)
+    assert script("getRobotVelocity")[0] > 0.0
+    ((_, number),) = script("getTaskList")
+    assert script("killTask", number) is True
+    assert script("getRobotVelocity") == [0.0, 0.0, 0.0]
+    assert script("killTask", number) is False

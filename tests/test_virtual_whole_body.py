@@ -76,6 +76,17 @@ def test_the_centre_of_mass_goes_above_the_middle_of_what_supports_it(
     assert np.abs(script.com() - script.soles(*feet).mean(axis=0)).max() < 1e-6
 
 
+def test_going_to_balance_tells_whether_it_is_there(script: Script) -> None:
+    assert script("wbGoToBalance", "LLeg", 0.6) is True
+    assert script("wbGoToBalanceWithSpeed", "Legs", 0.5) is True
+    going = script.nao.post("ALMotion", "wbGoToBalance", "RLeg", 1.0)
+    script.nao.step(0.1)
+    script("killAll")
+    assert going.result(0) is False
+    script("setStiffnesses", "RArm", 0.0)
+    assert script("wbGoToBalance", "RLeg", 0.5) is False
+
+
 def test_with_a_speed_no_joint_is_faster(script: Script) -> None:
     most = 0.1 * script.nao.joints.max_speed * 0.01
     call = script.nao.post("ALMotion", "wbGoToBalanceWithSpeed", "LLeg", 0.1)
@@ -196,6 +207,8 @@ REFUSED = [
     (("wbEnableBalanceConstraint", "yes", "Legs"), "isEnable must be True or False"),
     (("wbGoToBalance", "LLeg", 0.0), "duration must be above 0 s"),
     (("wbGoToBalanceWithSpeed", "LLeg", 2.0), "fractionMaxSpeed must be above 0"),
+    (("wbGoToBalance", "Legs", 1e30), "duration must be at most 86400 s (a day), got 1e+30 s"),
+    (("wbGoToBalanceWithSpeed", "RLeg", 1e-30), "the time to balance must be at most 86400 s (a day)"),
     (("wbEnableEffectorControl", "LLeg", True), "unknown effector 'LLeg'"),
     (("wbSetEffectorControl", "Head", [0.0, 0.0]), "targetCoordinate must have shape (..., 3)"),
     (("wbSetEffectorControl", "Head", [[0.0, 0.0, 0.0]]), "targetCoordinate must be three numbers"),

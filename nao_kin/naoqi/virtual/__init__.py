@@ -45,7 +45,9 @@ What moves joints over time is a `Task`: its name, its resources, and what it do
 A task with `reactive = True` books nothing; later tasks take its joints (`give_up`). `end` is called once at its end,
 killed or not; `value` is what its call answers. Where the same method is called again while its task runs (move), find
 it in `nao.tasks.running` and change it. Commands need not be inside limits: `Joints` clips them and notes it in
-`self.notes`. `nao.base` says where the torso is in the world, and a walk plants feet with `nao.base.plant`.
+`self.notes`. `nao.base` says where the torso is in the world, and a walk plants feet with `nao.base.plant`. A task that
+plans with the standing foot in place sets `keeps_feet = True`; while none does, FRAME_ROBOT stays as long as both soles
+are down.
 """
 
 from nao_kin.naoqi.virtual.base import Base

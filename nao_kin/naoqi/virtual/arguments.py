@@ -12,6 +12,9 @@ from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 
+MOST_SECONDS = 86400.0
+"""The longest time that a call or a step may take: a day [s]."""
+
 
 def number(value: object, what: str) -> float:
     """One finite number.
@@ -52,7 +55,18 @@ def duration(value: object, what: str, *, zero: bool = False) -> float:
     result = number(value, what)
     if result < 0.0 or (result == 0.0 and not zero):
         raise BadArgument(f"{what} must be {'at least' if zero else 'above'} 0 s, got {result:g} s")
+    check_duration(result, what)
     return result
+
+
+def check_duration(seconds: float, what: str) -> None:
+    """Refuse what would take longer than a day, and perhaps never end.
+
+    Raises:
+        BadArgument: it would.
+    """
+    if seconds > MOST_SECONDS:
+        raise BadArgument(f"{what} must be at most {MOST_SECONDS:g} s (a day), got {seconds:g} s")
 
 
 def flag(value: object, what: str) -> bool:
@@ -159,6 +173,7 @@ def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "tim
         if not (steps > 0.0).all():
             at = int(np.argmin(steps > 0.0))
             raise BadArgument(f"{what} of {joint} must ascend, got {row[at]:g} s and then {row[at + 1]:g} s")
+        check_duration(float(row[-1]), f"{what} of {joint}")
 
 
 def check_lengths(lists: Sequence[Floats], times: Sequence[Floats], joints: Sequence[str], what: str) -> None:

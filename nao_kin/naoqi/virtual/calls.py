@@ -42,7 +42,7 @@ class Call(Future[Any]):
     """The answer of a blocking method: there when the robot has done what was asked.
 
     `result(timeout)`, `done()`, `add_done_callback` are those of `concurrent.futures.Future`. A call that was killed
-    ends without an error, as NAOqi's do, and answers None.
+    ends without an error, as NAOqi's do, and answers False where it tells success, else None.
 
     Args:
         stop: how to stop what is under way; None where nothing can.

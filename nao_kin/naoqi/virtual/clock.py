@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.virtual.arguments import number
+from nao_kin.naoqi.virtual.arguments import check_duration, number
 
 TICKS_PER_SECOND = 100
 TICK = 1.0 / TICKS_PER_SECOND
@@ -102,11 +102,12 @@ class Clock:
         """Ticks in so many seconds of robot time; what is less than a tick counts with the next step.
 
         Raises:
-            BadArgument: seconds that are no number, or negative.
+            BadArgument: seconds that are no number, negative, or more than a day.
         """
         dt = number(seconds, "a step")
         if dt < 0.0:
             raise BadArgument(f"a step must not be negative, got {dt:g} s")
+        check_duration(dt, "a step")
         self._rest += dt * TICKS_PER_SECOND
         count = math.floor(self._rest + _SHARE)
         self._rest = max(0.0, self._rest - count)

@@ -9,6 +9,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin.motion import Motion
+from nao_kin.naoqi.virtual.arguments import check_duration
 from nao_kin.naoqi.virtual.clock import TICK
 from nao_kin.naoqi.virtual.tasks import Task
 
@@ -194,8 +195,12 @@ def at_speed(joints: Sequence[str], targets: Floats, start: Floats, speeds: Floa
         targets: shape (n,).
         start: shape (n,).
         speeds: shape (n,) [unit of the joint per s].
+
+    Raises:
+        BadArgument: it would take more than a day.
     """
     duration = float(np.max(np.abs(targets - start) / speeds))
+    check_duration(duration, "the time to the targets")
     if duration == 0.0:
         return Motion([0.0], joints, targets[None])
     return Motion([0.0, duration], joints, np.stack([start, targets]))

@@ -175,13 +175,14 @@ class Service:
     def wait(self, id: Any, timeoutPeriod: Any = 0) -> Call | bool:
         """Wait until a motion task is over, at most some milliseconds, 0 for ever; True if the time ran out first."""
         task = self.nao.tasks.find(arguments.whole(id, "id"))
-        milliseconds = arguments.duration(timeoutPeriod, "timeoutPeriod", zero=True)
+        seconds = arguments.number(timeoutPeriod, "timeoutPeriod") / 1000.0
+        arguments.duration(seconds, "timeoutPeriod", zero=True)
         if task is None:
             return False
         waiting = Call()
         task.call.add_done_callback(lambda _: waiting.finish(False))
-        if milliseconds > 0.0:
-            self.nao.clock.after(milliseconds / 1000.0, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
+        if seconds > 0.0:
+            self.nao.clock.after(seconds, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
         return waiting
 
 

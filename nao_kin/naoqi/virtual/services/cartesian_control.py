@@ -40,7 +40,8 @@ class CartesianControl(Service):
       none faster than the fraction of its maximum speed: not on a straight line in space.
     - A relative target adds to the place, and turns about the axes of the space.
     - Torso moves the legs with the feet where they are; its yaw gives way where the one motor of both hips asks for it.
-      A leg that is moved takes the other hip with it, as on the robot.
+      A leg that is moved takes the other hip with it, as on the robot; in FRAME_WORLD and FRAME_ROBOT the other foot
+      stays in place.
     - What is out of reach raises nothing: the effector goes as near as it can, and the log says so.
     """
 

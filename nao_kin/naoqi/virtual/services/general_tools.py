@@ -158,9 +158,10 @@ class GeneralTools(Service):
         return self._switches.get(("fall manager", ""), True)
 
     @method
-    def setSmartStiffnessEnabled(self, pEnable: Any) -> None:
-        """Kept; stiffness is as it is set here."""
+    def setSmartStiffnessEnabled(self, pEnable: Any) -> bool:
+        """Kept; stiffness is as it is set here. Always True."""
         self._switch("smart stiffness", "", pEnable)
+        return True
 
     @method
     def getSmartStiffnessEnabled(self) -> bool:

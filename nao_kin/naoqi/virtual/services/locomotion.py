@@ -22,6 +22,8 @@ _ARMS = ("LArm", "RArm")
 _FEET = {"LLeg": "L", "RLeg": "R"}
 # The distance between the feet side by side, which MaxStepY is counted from [m].
 _STANCE = 0.1
+# How far a target may be [m], and how long a step may take [s].
+_FARTHEST, _LONGEST_STEP = 1000.0, 60.0
 
 
 class Locomotion(Service):
@@ -57,7 +59,10 @@ class Locomotion(Service):
 
     @method
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
-        """Walk to a pose relative to where the robot is; returns when it stands there.
+        """Walk to a pose relative to where the robot is; returns when it stands.
+
+        True where it arrived; False where the walk was stopped or killed, another command took it over, or a leg has no
+        stiffness.
 
         Args:
             x: forwards [m]; or a list of poses [x, y, theta], each relative to the one before, as Aldebaran's tutorial
@@ -67,8 +72,11 @@ class Locomotion(Service):
             moveConfig: the move configuration.
         """
         if isinstance(x, (list, tuple, np.ndarray)):
-            return self._start("moveTo", ToTargets(_poses(x), gait_of([] if y is None else y)))
+            targets = _poses(x)
+            _check_near(targets)
+            return self._start("moveTo", ToTargets(targets, gait_of([] if y is None else y)))
         target = np.array([arguments.number(v, name) for v, name in ((x, "x"), (y, "y"), (theta, "theta"))])
+        _check_near([target])
         return self._start("moveTo", ToTargets([target], gait_of([] if moveConfig is None else moveConfig)))
 
     @method
@@ -103,12 +111,12 @@ class Locomotion(Service):
 
     @method
     def stopMove(self) -> Call:
-        """Put the feet side by side; returns when the robot stands."""
+        """Put the feet side by side; returns True when the robot stands."""
         walk = self._under_way()
         if walk is None:
-            return _done()
+            return _done(True)
         walk.plan.stop()
-        return walk.follow()
+        return walk.follow(lambda: True)
 
     @method
     def killMove(self) -> None:
@@ -296,6 +304,8 @@ class Locomotion(Service):
         self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clear: Any
     ) -> Call:
         clears = arguments.flag(clear, "clearExisting")
+        if max(durations) > _LONGEST_STEP:
+            raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
         sides = [_FEET[leg] for leg in legs]
         plan = ByFootsteps(list(zip(sides, poses, durations.tolist(), strict=True)), Gait())
         walk = self._under_way()
@@ -305,9 +315,9 @@ class Locomotion(Service):
         return self._start(name, plan)
 
 
-def _done() -> Call:
+def _done(answer: object = None) -> Call:
     call = Call()
-    call.finish()
+    call.finish(answer)
     return call
 
 
@@ -324,6 +334,13 @@ def _poses(value: Any) -> list[Floats]:
     if found.ndim != 2 or not len(found):
         raise BadArgument(f"expected a list of poses [x, y, theta], got {quoted(value, 60)}")
     return [np.array(row) for row in found]
+
+
+def _check_near(targets: Sequence[Floats]) -> None:
+    for target in targets:
+        if max(abs(target[0]), abs(target[1])) > _FARTHEST:
+            place = f"x {target[0]:g} m, y {target[1]:g} m"
+            raise BadArgument(f"a target must be at most {_FARTHEST:g} m away along each axis, got {place}")
 
 
 def _legs(value: Any) -> tuple[str, ...]:

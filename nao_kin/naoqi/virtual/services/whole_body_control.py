@@ -79,7 +79,7 @@ class WholeBodyControl(Service):
 
     @method
     def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
-        """Bring the centre of mass above the middle of what supports it; returns when it is there.
+        """Bring the centre of mass above the middle of what supports it; returns whether it is there.
 
         Args:
             supportLeg: "LLeg", "RLeg" or "Legs" for both.

@@ -42,7 +42,13 @@ class Walker:
 
 
 class Plan(ABC):
-    """What steps a walk makes."""
+    """What steps a walk makes.
+
+    Attributes:
+        arrived: whether it was walked to its end; None where it has none.
+    """
+
+    arrived: bool | None = None
 
     @abstractmethod
     def begin(self, body: Floats) -> None:
@@ -68,6 +74,9 @@ class ToTargets(Plan):
     def __init__(self, targets: Sequence[Floats], gait: Gait) -> None:
         self._targets, self._gait = [np.array(target) for target in targets], gait
         self._closes = bool(self._targets)
+        if self._targets:
+            self.arrived = False
+        self._stopped = False
 
     def begin(self, body: Floats) -> None:
         """Take the targets into the world."""
@@ -78,11 +87,14 @@ class ToTargets(Plan):
         while self._targets and np.abs(seen_from(walker.body, self._targets[0])).max() < _THERE:
             walker.body = self._targets.pop(0)
         if not self._targets and (not self._closes or stands_beside(walker.feet, walker.body)):
+            if self.arrived is not None:
+                self.arrived = not self._stopped
             return None
         return _step_to(walker, self._targets[0] if self._targets else walker.body, self._gait)
 
     def stop(self) -> None:
         """Forget the targets."""
+        self._stopped = self._stopped or bool(self._targets)
         self._targets = []
 
 

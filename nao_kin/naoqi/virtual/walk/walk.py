@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +41,8 @@ class Walk(Task):
 
     def __init__(self, name: str, nao: VirtualNao, plan: Plan) -> None:
         super().__init__(name, joint_names(nao.robot, "Legs"))
-        self.plan = plan
+        self.plan = self._first = plan
+        self._limp = False
         self._motion: Floats = np.empty((0, nao.robot.nq))
         self._at = 0
         self._begun = False
@@ -76,15 +78,15 @@ class Walk(Task):
         self.plan = plan
         if self.started is not None:
             plan.begin(self.walker.body if self._begun else body_of(nao, nao.joints.q(sensor=False)))
-        return self.follow()
+        return self.follow(lambda: self._answer(plan))
 
-    def follow(self) -> Call:
-        """A call that ends with the walk; its `cancel` stops the walk."""
+    def follow(self, answer: Callable[[], object] = lambda: None) -> Call:
+        """Return a call that ends with the walk, with an answer of that moment; its `cancel` stops the walk."""
 
         def end(walk: Future[Any]) -> None:
             error = walk.exception()
             if error is None:
-                call.finish()
+                call.finish(answer())
             else:
                 call.fail(error)
 
@@ -114,6 +116,12 @@ class Walk(Task):
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
         """Note that the walk is over: its call ends a moment later."""
         self.over = True
+        self._limp = self.started is not None and bool((nao.joints.stiffness[self._columns] == 0.0).any())
+        self.value = self._answer(self._first)
+
+    def _answer(self, plan: Plan) -> bool | None:
+        """What the call that gave a plan answers: whether the robot is where it was to go."""
+        return None if plan.arrived is None else plan.arrived and not self._limp
 
     def step_made(self) -> list[tuple[str, Floats, float]]:
         """The step that is made: its side, where the foot comes down relative to the other one, and its duration."""

@@ -11,6 +11,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin.naoqi.axis_mask import AXIS_MASK_ALL, AXIS_MASK_ROT, AXIS_MASK_VEL
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO
+from nao_kin.naoqi.virtual.arguments import check_duration
 from nao_kin.naoqi.virtual.cartesian.descent import RADIAN
 from nao_kin.naoqi.virtual.cartesian.effectors import LEGS, TORSO
 from nao_kin.naoqi.virtual.cartesian.forms import Wish
@@ -57,6 +58,7 @@ class GoToBalance(Task):
         super().__init__(name, joint_names(nao.robot, "Joints"))
         self._support, self._duration, self._fraction = support, duration, fraction
         self._balance = Balance(enabled=True)
+        self.value = False
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Note where the centre of mass is, and where it goes."""
@@ -73,6 +75,7 @@ class GoToBalance(Task):
             ways = np.abs(goal.q - scene.q) / (self._fraction * nao.robot.velocity_limits)
             # The smooth way is 15/8 as fast in its middle as on average.
             self._duration = max(self._duration, 1.875 * float(ways.max()))
+            check_duration(self._duration, "the time to balance")
         nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
@@ -86,7 +89,12 @@ class GoToBalance(Task):
         if found.missing > _NOTEWORTHY:
             self.notes.once("com", "the centre of mass goes as near to its place as it can")
         nao.joints.set(self._columns, nao.robot.to_body(found.q)[self._columns], self.notes)
-        return share >= 1.0 - _ON_TIME
+        done = share >= 1.0 - _ON_TIME
+        if done:
+            away = com_above(nao.robot, found.q, nao.base.torso(found.q)) - self._to
+            stiff = bool((nao.joints.stiffness[self._columns] > 0.0).all())
+            self.value = stiff and float(np.linalg.norm(away)) <= _NOTEWORTHY
+        return done
 
 
 class WholePathTask(Task):
