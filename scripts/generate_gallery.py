@@ -48,13 +48,13 @@ SECTIONS = {
     "Inverse kinematics": ["arm_branches", "look_at", "crouch", "whole_body"],
     "Motions and NAOqi": ["wave", "position6d", "virtual_nao", "log_to_hands"],
     "Robots and other tools": """
-        two_naos romeo own_urdf mujoco_stand urdf_for_simulators ros_package cross_check
+        two_naos meshcat_scene romeo own_urdf mujoco_stand urdf_for_simulators ros_package cross_check
     """.split(),
 }
 INTRODUCTION = """\
 # Gallery
 
-Thirty short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
+Thirty-one short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
 Each runs alone; those that draw take a folder to draw into:
 
 ```text
