@@ -39,8 +39,8 @@ PICTURES = ROOT / "docs" / "images" / "examples"
 # Every example stands in one section, in the order in which they are best read.
 SECTIONS = {
     "Poses": """
-        first_pose posture_and_joints hand_path camera_sees_ball workspace million_configurations hand_velocity
-        coupled_limits versions
+        first_pose posture_and_joints hand_path camera_sees_ball calibrated_camera workspace million_configurations
+        hand_velocity coupled_limits versions
     """.split(),
     "Rotations, screws and joints": """
         two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip
@@ -54,7 +54,7 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Thirty-one short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
+Thirty-two short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
 Each runs alone; those that draw take a folder to draw into:
 
 ```text

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import (
+    JsonOption,
+    OffsetsOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
@@ -25,6 +33,7 @@ def check(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
     samples: Annotated[
         int, typer.Option("--samples", metavar="N", help="Number of configurations, 1 to 100000.")
     ] = 500,
@@ -32,7 +41,7 @@ def check(
     json: JsonOption = False,
 ) -> None:
     """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
-    report = _run(load(version, urdf, robot, package_dir), samples, seed)
+    report = _run(load(version, urdf, robot, package_dir, offsets), samples, seed)
     if json:
         print_json(report.as_dict())
     else:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from nao_kin._common import atomic
-from nao_kin.cli.options import JsonOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import JsonOption, OffsetsOption, RobotOption, UrdfOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -82,6 +82,7 @@ def export(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,
     robot: RobotOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Write a robot for another tool; what differs from the robot is said, line by line."""
     from nao_kin import export as exports
@@ -110,7 +111,7 @@ def export(
     }
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)
-    done = exports.write(load(version, urdf, robot), output, format_, force=force, **chosen)
+    done = exports.write(load(version, urdf, robot, offsets=offsets), output, format_, force=force, **chosen)
     for change in done.changes:
         print_note(change)
     if json:

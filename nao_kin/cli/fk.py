@@ -22,6 +22,7 @@ from nao_kin.cli.options import (
     DegOption,
     HipsOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RateOption,
     RobotOption,
@@ -108,6 +109,7 @@ def fk(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
@@ -128,7 +130,7 @@ def fk(
     if not moves:
         only_file = {} if file is None else {"posture": posture}
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     motion_q: Floats | None = None
     if moves and file is not None:

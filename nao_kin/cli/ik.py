@@ -17,7 +17,16 @@ import typer
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
-from nao_kin.cli.options import DegOption, JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import (
+    DegOption,
+    JsonOption,
+    OffsetsOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_note, print_table, without_sign_of_zero
 from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName
@@ -129,6 +138,7 @@ def ik(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Joint values for a pose: all solutions inside the limits, or the reason why there are none.
 
@@ -148,7 +158,7 @@ def ik(
             raise BadArgument(
                 f"--html {html} and {'--json' if json else '--csv'} both write to standard output; give one"
             )
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     frames = _FEET if frame == LEGS else (frame,)
     model.frame_ids(frames)
     if target is not None:

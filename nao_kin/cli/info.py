@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import (
+    JsonOption,
+    OffsetsOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_table
 
 
@@ -18,10 +26,11 @@ def info(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
     json: JsonOption = False,
 ) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     facts: dict[str, object] = {
         "name": model.name,
         "degrees_of_freedom": model.nv,

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nao_kin._common.scalars import finite_or_none
-from nao_kin.cli.options import DegOption, JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, load
+from nao_kin.cli.options import (
+    DegOption,
+    JsonOption,
+    OffsetsOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_table, without_sign_of_zero
 
 if TYPE_CHECKING:
@@ -36,6 +45,7 @@ def joints(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
 
@@ -44,7 +54,7 @@ def joints(
     """
     from nao_kin.joints import joint_table
 
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     chosen = {name: value for name, value in (("rule", rule), ("tolerance", tolerance)) if value is not None}
     table = joint_table(model, typed=typed or bool(chosen), **chosen)  # type: ignore[arg-type]
     if json:

@@ -15,6 +15,7 @@ from nao_kin.cli.motion_input import check_posture, read
 from nao_kin.cli.options import (
     HipsOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RobotOption,
     TimelineOption,
@@ -95,6 +96,7 @@ def convert(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Write a motion in another format, changed on the way if asked for; what is changed is said.
 
@@ -106,7 +108,7 @@ def convert(
         raise BadArgument("--gap is the pause of --loop; give both")
     sink = "/dev/stdout" if sink == "-" else sink
     _check_sink(sink, force, json)
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     check_posture(model, posture)
     motion = read(model, source, deg=deg, timeline=timeline, format_=from_)
     changes = list[motions.Change]()
@@ -146,11 +148,12 @@ def check(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Limits, coupled limits, speeds, and joints of one motor, between the keys too; exit 1 when one is not kept."""
     from nao_kin import motion as motions
 
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     check_posture(model, posture)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
@@ -174,9 +177,10 @@ def info(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Joints, keys, times and ranges of a motion."""
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
     rows = _joint_rows(model, motion, deg=deg)
     if json:
@@ -205,6 +209,7 @@ def plot(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Draw every joint over time between its limits, in degrees; what is outside in red."""
     from nao_kin.motion import plot as draw
@@ -213,7 +218,7 @@ def plot(
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
     _check_sink(picture, force, json)
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_)
     figure = draw(model, motion, joints=joints, speed=speed)
     content = io.BytesIO()

@@ -25,6 +25,10 @@ PackageDirOption = Annotated[
     list[str] | None,
     typer.Option("--package-dir", metavar="DIR", help="Look here for packages that --urdf names; repeatable."),
 ]
+OffsetsOption = Annotated[
+    str | None,
+    typer.Option("--offsets", metavar="FILE", help="Calibrated joints and frames of the robot, from a TOML file."),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
 RateOption = Annotated[
@@ -73,12 +77,27 @@ def _check_contradictions(given: set[str]) -> None:
             raise BadArgument(reason)
 
 
-def load(version: str, urdf: str | None, robot: str | None, package_dir: list[str] | None = None) -> RobotModel:
-    """The robot that the options name.
+def load(
+    version: str,
+    urdf: str | None,
+    robot: str | None,
+    package_dir: list[str] | None = None,
+    offsets: str | None = None,
+) -> RobotModel:
+    """The robot that the options name, with the offsets of a file.
 
     Raises:
         NaoKinError: no name, or the robot does not load.
     """
+    from nao_kin.robot import read_offsets
+
+    if offsets is None:
+        return _named(version, urdf, robot, package_dir)
+    given = read_offsets(offsets)  # before the robot, which may have to be downloaded
+    return _named(version, urdf, robot, package_dir).with_offsets(**given)
+
+
+def _named(version: str, urdf: str | None, robot: str | None, package_dir: list[str] | None) -> RobotModel:
     from nao_kin import RobotModel, load_nao, load_robot
 
     if urdf is not None:

@@ -20,6 +20,7 @@ from nao_kin.cli.options import (
     DegOption,
     HipsOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RateOption,
     RobotOption,
@@ -93,6 +94,7 @@ def view(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
+    offsets: OffsetsOption = None,
     json: JsonOption = False,
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
@@ -121,7 +123,7 @@ def view(
         only_file = {} if file is None else {"posture": posture}
         refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
 
-    model = load(version, urdf, robot, package_dir)
+    model = load(version, urdf, robot, package_dir, offsets)
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
         if moves and file is not None:
