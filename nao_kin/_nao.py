@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +32,7 @@ from nao_kin.parameters import (
     ros_names,
     version_named,
 )
-from nao_kin.robot import Base, LimitPolicy, RobotModel
+from nao_kin.robot import Base, LimitPolicy, RobotModel, read_offsets
 from nao_kin.semantics import Posture, Semantics, View
 from nao_kin.urdf import UrdfTree, read_urdf
 
@@ -109,23 +111,29 @@ class NaoModel(RobotModel):
         super().__setstate__(state)
 
 
-def load_nao(version: str = "v6", *, base: Base = "fixed") -> NaoModel:
+def load_nao(
+    version: str = "v6", *, base: Base = "fixed", offsets: Mapping[str, Any] | Path | str | None = None
+) -> NaoModel:
     """A NAO H25 as a Pinocchio model with exactly 25 degrees of freedom.
 
     Args:
         version: "v3.2", "v3.3", "v4", "v5" or "v6".
         base: "fixed" holds the trunk at the origin; "floating" adds a free-flyer before the joints.
+        offsets: calibrated joints and frames, `{"joints": {…}, "frames": {…}}` as `RobotModel.with_offsets` takes them,
+            or the path of a TOML file with these two tables.
 
     Raises:
-        UnknownName: no such version.
-        BadArgument: no such base.
+        UnknownName: no such version; offsets of a joint or frame that a NAO does not have.
+        BadArgument: no such base, or offsets that are none, as `RobotModel.with_offsets` says.
+        BadInputFile: the file of offsets cannot be read.
 
     Examples:
         >>> nao = nk.load_nao("v6")
         >>> nao.model.nv, nao.joint_names[:2]
         (25, ('HeadYaw', 'HeadPitch'))
     """
-    return NaoModel(version, base=base)
+    nao = NaoModel(version, base=base)
+    return nao if offsets is None else nao.with_offsets(**read_offsets(offsets))
 
 
 @functools.cache

@@ -39,8 +39,8 @@ PICTURES = ROOT / "docs" / "images" / "examples"
 # Every example stands in one section, in the order in which they are best read.
 SECTIONS = {
     "Poses": """
-        first_pose posture_and_joints hand_path camera_sees_ball workspace million_configurations hand_velocity
-        coupled_limits versions
+        first_pose posture_and_joints hand_path camera_sees_ball calibrated_camera workspace million_configurations
+        hand_velocity coupled_limits versions
     """.split(),
     "Rotations, screws and joints": """
         two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip
@@ -48,13 +48,13 @@ SECTIONS = {
     "Inverse kinematics": ["arm_branches", "look_at", "crouch", "whole_body"],
     "Motions and NAOqi": ["wave", "position6d", "virtual_nao", "log_to_hands"],
     "Robots and other tools": """
-        two_naos romeo own_urdf mujoco_stand urdf_for_simulators ros_package cross_check
+        two_naos meshcat_scene romeo own_urdf mujoco_stand urdf_for_simulators ros_package cross_check
     """.split(),
 }
 INTRODUCTION = """\
 # Gallery
 
-Thirty short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
+Thirty-two short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
 Each runs alone; those that draw take a folder to draw into:
 
 ```text

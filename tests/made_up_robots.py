@@ -58,3 +58,33 @@ def _link(name: str, rng: np.random.Generator) -> str:
 
 def _text(vector: object) -> str:
     return " ".join(repr(float(value)) for value in vector)
+
+
+_SHAPES = """<robot name="shapes">
+  <link name="trunk">
+    <visual><origin xyz="0 0 0.1" rpy="0.3 0 0"/><geometry><box size="0.1 0.2 0.3"/></geometry></visual>
+    <visual><geometry><mesh filename="wedge.{ending}" scale="0.5 -0.5 0.5"/></geometry></visual>
+    <visual><geometry><cylinder radius="0.01" length="0.4"/></geometry></visual>
+    <collision><geometry><cylinder radius="0.03" length="0.2"/></geometry></collision>
+  </link>
+  <link name="arm">
+    <visual><geometry><mesh filename="absent.stl"/></geometry></visual>
+    <visual><origin xyz="0.1 0 0"/><geometry><sphere radius="0.02"/></geometry></visual>
+  </link>
+  <joint name="shoulder" type="revolute">
+    <parent link="trunk"/><child link="arm"/><origin xyz="0 0.2 0" rpy="0 0.4 0"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/>
+  </joint>
+</robot>"""
+
+
+def with_shapes(folder: Path, ending: str) -> nk.RobotModel:
+    """A robot of two links with one shape of each kind, a mesh in mirror writing and one that is missing."""
+    import trimesh
+
+    wedge = trimesh.Trimesh(
+        [[0, 0, 0], [0.2, 0, 0], [0, 0.1, 0], [0, 0, 0.3]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    )
+    wedge.export(folder / f"wedge.{ending}")
+    (folder / "shapes.urdf").write_text(_SHAPES.format(ending=ending))
+    return nk.RobotModel.from_urdf(folder / "shapes.urdf")

@@ -8,36 +8,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from made_up_robots import with_shapes
 
 import nao_kin as nk
 from nao_kin.errors import MissingShapeWarning, UnknownName
-
-SHAPES = """<robot name="shapes">
-  <link name="trunk">
-    <visual><origin xyz="0 0 0.1" rpy="0.3 0 0"/><geometry><box size="0.1 0.2 0.3"/></geometry></visual>
-    <visual><geometry><mesh filename="wedge.{ending}" scale="0.5 -0.5 0.5"/></geometry></visual>
-    <collision><geometry><cylinder radius="0.03" length="0.2"/></geometry></collision>
-  </link>
-  <link name="arm">
-    <visual><geometry><mesh filename="absent.stl"/></geometry></visual>
-    <visual><origin xyz="0.1 0 0"/><geometry><sphere radius="0.02"/></geometry></visual>
-  </link>
-  <joint name="shoulder" type="revolute">
-    <parent link="trunk"/><child link="arm"/><origin xyz="0 0.2 0" rpy="0 0.4 0"/><axis xyz="0 0 1"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/>
-  </joint>
-</robot>"""
-
-
-def _described(robot: nk.RobotModel, tmp_path: Path, ending: str) -> nk.RobotModel:
-    import trimesh
-
-    wedge = trimesh.Trimesh(
-        [[0, 0, 0], [0.2, 0, 0], [0, 0.1, 0], [0, 0, 0.3]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    )
-    wedge.export(tmp_path / f"wedge.{ending}")
-    (tmp_path / "shapes.urdf").write_text(SHAPES.format(ending=ending))
-    return nk.RobotModel.from_urdf(tmp_path / "shapes.urdf")
 
 
 def _placements(robot: nk.RobotModel, geometry: pin.GeometryModel, q: np.ndarray) -> dict[str, np.ndarray]:
@@ -88,7 +62,7 @@ def test_shapes_follow_their_links_mimic_joints_and_the_base_included(base: str)
 
 @pytest.mark.parametrize("ending", ["stl", "ply"])
 def test_a_mirrored_mesh_is_scaled_once_by_whoever_draws_it(nao: nk.NaoModel, tmp_path: Path, ending: str) -> None:
-    robot = _described(nao, tmp_path, ending)
+    robot = with_shapes(tmp_path, ending)
     with pytest.warns(MissingShapeWarning, match=r"^shapes: a visual shape of arm is left out: .*absent\.stl"):
         wedge = robot.geometry("visual").geometryObjects[1]
     # Pinocchio's visualizers multiply what they draw by meshScale: the file's vertices, or those that coal has read.
@@ -105,10 +79,10 @@ def test_a_mirrored_mesh_is_scaled_once_by_whoever_draws_it(nao: nk.NaoModel, tm
 def test_shapes_that_are_missing_are_warned_of_and_the_others_keep_their_numbers(
     nao: nk.NaoModel, tmp_path: Path
 ) -> None:
-    robot = _described(nao, tmp_path, "stl")
+    robot = with_shapes(tmp_path, "stl")
     with pytest.warns(MissingShapeWarning):
         visual = robot.geometry("visual")
-    assert [shape.name for shape in visual.geometryObjects] == ["trunk_0", "trunk_1", "arm_1"]
+    assert [shape.name for shape in visual.geometryObjects] == ["trunk_0", "trunk_1", "trunk_2", "arm_1"]
     q = robot.configuration({"shoulder": 0.7})
     T_arm_sphere = nk.screws.pose(np.eye(3), [0.1, 0.0, 0.0])
     assert np.abs(_placements(robot, visual, q)["arm_1"] - robot.fk(q, "arm") @ T_arm_sphere).max() < 1e-12

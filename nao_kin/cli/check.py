@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, XacroOption, load
+from nao_kin.cli.options import (
+    JsonOption,
+    OffsetsOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    XacroOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
@@ -26,6 +35,7 @@ def check(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
     samples: Annotated[
         int, typer.Option("--samples", metavar="N", help="Number of configurations, 1 to 100000.")
     ] = 500,
@@ -33,7 +43,7 @@ def check(
     json: JsonOption = False,
 ) -> None:
     """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
-    report = _run(load(version, urdf, robot, package_dir, xacro), samples, seed)
+    report = _run(load(version, urdf, robot, package_dir, xacro, offsets), samples, seed)
     if json:
         print_json(report.as_dict())
     else:

@@ -8,7 +8,16 @@ import typer
 
 from nao_kin._common import atomic
 from nao_kin.cli.motion_input import read
-from nao_kin.cli.options import JsonOption, RobotOption, TimelineOption, UrdfOption, VersionOption, XacroOption, load
+from nao_kin.cli.options import (
+    JsonOption,
+    OffsetsOption,
+    RobotOption,
+    TimelineOption,
+    UrdfOption,
+    VersionOption,
+    XacroOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -85,6 +94,7 @@ def export(
     urdf: UrdfOption = None,
     robot: RobotOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Write a robot for another tool; what differs from the robot is said, line by line."""
     from nao_kin import export as exports
@@ -115,7 +125,7 @@ def export(
     exports.check_options(format_, chosen)
     if timeline is not None and motion is None:
         raise BadArgument("--timeline is one of the motions in the file of --motion; give both")
-    model = load(version, urdf, robot, xacro=xacro)
+    model = load(version, urdf, robot, xacro=xacro, offsets=offsets)
     if motion is not None and timeline is not None:
         chosen["motion"] = read(model, motion, deg=False, timeline=timeline)
     done = exports.write(model, output, format_, force=force, **chosen)

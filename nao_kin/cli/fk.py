@@ -31,6 +31,7 @@ from nao_kin.cli.options import (
     HipsOption,
     IgnoreOtherOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RateOption,
     RobotOption,
@@ -127,6 +128,7 @@ def fk(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
@@ -159,7 +161,7 @@ def fk(
     from nao_kin import stream
     from nao_kin.configuration_files import read_log
 
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     renamed = columns_of(columns)
     as_motion = posture is not None or rate is not None or timeline is not None

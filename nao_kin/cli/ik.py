@@ -20,6 +20,7 @@ from nao_kin._text import quoted
 from nao_kin.cli.options import (
     DegOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RobotOption,
     UrdfOption,
@@ -139,6 +140,7 @@ def ik(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Joint values for a pose: all solutions inside the limits, or the reason why there are none.
 
@@ -158,7 +160,7 @@ def ik(
             raise BadArgument(
                 f"--html {html} and {'--json' if json else '--csv'} both write to standard output; give one"
             )
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     frames = _FEET if frame == LEGS else (frame,)
     model.frame_ids(frames)
     if target is not None:

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import typer
 
-from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, XacroOption, load
+from nao_kin.cli.options import (
+    JsonOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    XacroOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_table
 
 
@@ -19,10 +27,11 @@ def info(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
     json: JsonOption = False,
 ) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     facts: dict[str, object] = {
         "name": model.name,
         "degrees_of_freedom": model.nv,

@@ -11,6 +11,7 @@ from nao_kin._common.scalars import finite_or_none
 from nao_kin.cli.options import (
     DegOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RobotOption,
     UrdfOption,
@@ -46,6 +47,7 @@ def joints(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
 
@@ -54,7 +56,7 @@ def joints(
     """
     from nao_kin.joints import joint_table
 
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     chosen = {name: value for name, value in (("rule", rule), ("tolerance", tolerance)) if value is not None}
     table = joint_table(model, typed=typed or bool(chosen), **chosen)  # type: ignore[arg-type]
     if json:

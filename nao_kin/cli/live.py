@@ -13,7 +13,7 @@ from nao_kin._common import atomic
 from nao_kin._common.ending import uninterrupted
 from nao_kin._text import abbreviated
 from nao_kin.cli.live_page import AllowHostOption, HostOption, LivePage, PortOption, TokenOption
-from nao_kin.cli.options import JsonOption, VersionOption, load
+from nao_kin.cli.options import JsonOption, OffsetsOption, VersionOption, load
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -47,6 +47,7 @@ def live(
     token: TokenOption = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the recording if it exists.")] = False,
     version: VersionOption = "v6",
+    offsets: OffsetsOption = None,
     json: JsonOption = False,
 ) -> None:
     """A robot's joints as they are now, in a live page; and recorded, until Ctrl-C or for some seconds.
@@ -70,7 +71,7 @@ def live(
         existing = atomic.replaced_file(record)
         if existing is not None and existing.exists() and not force:
             raise BadArgument(f"{record} exists; --force overwrites it")
-    robot = load(version, None, None)
+    robot = load(version, None, None, offsets=offsets)
     from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
 
     source = LolaSource(lola) if lola is not None else NaoqiSource(str(address))

@@ -16,6 +16,7 @@ from nao_kin.cli.options import (
     HipsOption,
     IgnoreOtherOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RobotOption,
     TimelineOption,
@@ -99,6 +100,7 @@ def convert(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Write a motion in another format, changed on the way if asked for; what is changed is said.
 
@@ -110,7 +112,7 @@ def convert(
         raise BadArgument("--gap is the pause of --loop; give both")
     sink = "/dev/stdout" if sink == "-" else sink
     _check_sink(sink, force, json)
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     check_posture(model, posture)
     motion = read(model, source, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     changes = list[motions.Change]()
@@ -152,11 +154,12 @@ def check(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Limits, coupled limits, speeds, and joints of one motor, between the keys too; exit 1 when one is not kept."""
     from nao_kin import motion as motions
 
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     check_posture(model, posture)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
@@ -182,9 +185,10 @@ def info(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Joints, keys, times and ranges of a motion."""
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     rows = _joint_rows(model, motion, deg=deg)
     if json:
@@ -215,6 +219,7 @@ def plot(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Draw every joint over time between its limits, in degrees; what is outside in red."""
     from nao_kin.motion import plot as draw
@@ -223,7 +228,7 @@ def plot(
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
     _check_sink(picture, force, json)
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     figure = draw(model, motion, joints=joints, speed=speed)
     content = io.BytesIO()

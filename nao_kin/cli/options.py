@@ -32,6 +32,10 @@ XacroOption = Annotated[
         "--xacro", help="Expand the file of --urdf, which runs its author's code; files named .xacro always are."
     ),
 ]
+OffsetsOption = Annotated[
+    str | None,
+    typer.Option("--offsets", metavar="FILE", help="Calibrated joints and frames of the robot, from a TOML file."),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
 RateOption = Annotated[
@@ -117,12 +121,22 @@ def load(
     robot: str | None,
     package_dir: list[str] | None = None,
     xacro: bool = False,
+    offsets: str | None = None,
 ) -> RobotModel:
-    """The robot that the options name.
+    """The robot that the options name, with the offsets of a file.
 
     Raises:
         NaoKinError: no name, or the robot does not load.
     """
+    from nao_kin.robot import read_offsets
+
+    if offsets is None:
+        return _named(version, urdf, robot, package_dir, xacro)
+    given = read_offsets(offsets)  # before the robot, which may have to be downloaded
+    return _named(version, urdf, robot, package_dir, xacro).with_offsets(**given)
+
+
+def _named(version: str, urdf: str | None, robot: str | None, package_dir: list[str] | None, xacro: bool) -> RobotModel:
     from nao_kin import RobotModel, load_nao, load_robot
 
     if urdf is not None:

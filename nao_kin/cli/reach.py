@@ -13,7 +13,16 @@ from nao_kin._common import atomic
 from nao_kin._common.ending import uninterrupted
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.cli.options import JsonOption, PackageDirOption, RobotOption, UrdfOption, VersionOption, XacroOption, load
+from nao_kin.cli.options import (
+    JsonOption,
+    OffsetsOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    XacroOption,
+    load,
+)
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -54,6 +63,7 @@ def reach(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
 ) -> None:
     """Where a hand can be: a voxel map of its positions at random joint values, with manipulability and directions.
 
@@ -62,7 +72,7 @@ def reach(
     """
     asked = _count(samples)
     _check_files(output, html, json)
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     from nao_kin import reach as room
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)

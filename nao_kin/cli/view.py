@@ -23,6 +23,7 @@ from nao_kin.cli.options import (
     HipsOption,
     IgnoreOtherOption,
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RateOption,
     RobotOption,
@@ -100,6 +101,7 @@ def view(
     robot: RobotOption = None,
     package_dir: PackageDirOption = None,
     xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
     json: JsonOption = False,
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
@@ -131,7 +133,7 @@ def view(
     if file is None and (columns or ignore_other):
         raise BadArgument("--columns and --ignore-other are for a file; name it")
 
-    model = load(version, urdf, robot, package_dir, xacro)
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
     renamed = columns_of(columns)
     # Read before any mesh: what is wrong with the file is said at once.
     q: Floats | None = None

@@ -54,14 +54,15 @@ class Step:
 
 
 def steps_of(robot: RobotModel) -> tuple[Step, ...]:
-    """The steps of a robot: a NAO's from the rows of its parameters, any other's from its URDF.
+    """The steps of a robot: a NAO's from its parameters' rows; any other's, and a calibrated NAO's, from its tree.
 
     Examples:
         >>> steps = nk.crosscheck.steps_of(nk.load_nao())
         >>> [step.name for step in steps if step.axis][:2]
         ['HeadYaw', 'HeadPitch']
     """
-    return steps_of_tree(robot.tree) if robot.parameters is None else steps_of_nao(robot.parameters)
+    nominal = robot.parameters is not None and not robot.tree.offsets
+    return steps_of_nao(robot.parameters) if nominal else steps_of_tree(robot.tree)
 
 
 def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:

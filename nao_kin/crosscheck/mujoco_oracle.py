@@ -13,7 +13,7 @@ from nao_kin._common.mujoco_warnings import mujoco_warnings
 from nao_kin._common.optional import need_extra
 from nao_kin._text import abbreviated
 from nao_kin.crosscheck.yourdfpy_oracle import ParsedJoint, YourdfpyOracle
-from nao_kin.errors import BadModel
+from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import matrix_from_euler, quat_from_matrix
 from nao_kin.urdf import file_format
@@ -39,6 +39,8 @@ class MujocoOracle:
 
     def __init__(self, robot: RobotModel) -> None:
         need_extra("the cross-check of an MJCF", "mujoco")
+        if robot.tree.offsets:
+            raise BadArgument("MuJoCo reads the file without the offsets; cross-check the robot without them")
         import mujoco
 
         self._mujoco, self._robot = mujoco, robot

@@ -8,11 +8,13 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin.robot import RobotModel
+from nao_kin.urdf import Origin
 
 # trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
 _STALE = np.full((4, 4), np.nan)
@@ -61,6 +63,8 @@ class YourdfpyOracle:
         with _without_warnings():
             expanded = robot.tree.expanded
             source = io.BytesIO(expanded.encode()) if expanded else str(robot.urdf_path)
+            if robot.tree.offsets:
+                source = _with_offsets(source, robot.tree.offsets)
             self._oracle = yourdfpy.URDF.load(source, load_meshes=False, load_collision_meshes=False)
         joints = {joint.name: joint for joint in self._oracle.robot.joints}
         # By joints, not by links: a link that shares its name with a joint is called something else in the model.
@@ -158,3 +162,16 @@ def _without_warnings() -> Iterator[None]:
         yield
     finally:
         logger.setLevel(level)
+
+
+def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io.BytesIO:
+    """The URDF with the origins of its calibrated joints in place of its own."""
+    document = ET.parse(source).getroot()
+    for joint in document.findall("joint"):
+        place = offsets.get(joint.get("name", ""))
+        if place is not None:
+            for origin in joint.findall("origin"):
+                joint.remove(origin)
+            xyz, rpy = (" ".join(map(repr, values)) for values in (place.xyz, place.rpy))
+            ET.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
+    return io.BytesIO(ET.tostring(document))

@@ -10,6 +10,7 @@ from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitPolicy, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.model_numbers import ModelNumbers
+from nao_kin.robot.offsets import read_offsets
 from nao_kin.robot.questions import Expression, FrameIds, PoseForm
 from nao_kin.robot.serial_chain import SerialChain, joints_below, serial_chain
 from nao_kin.robot.topology import SharedMotor, Topology, topology
@@ -40,6 +41,7 @@ __all__ = [
     "expression_named",
     "joints_below",
     "load_robot",
+    "read_offsets",
     "robot_names",
     "serial_chain",
     "shape_geometry",

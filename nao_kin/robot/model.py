@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -29,10 +29,13 @@ from nao_kin.robot.geometry import KINDS, GeometryKind, geometry_model
 from nao_kin.robot.kinematic_methods import KinematicMethods
 from nao_kin.robot.kinematics import Kinematics
 from nao_kin.robot.limits import JointLimits
+from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.questions import FrameIds
 from nao_kin.robot.semantics_files import checked_semantics
 from nao_kin.semantics import CoupledLimit, Mimic, Semantics
 from nao_kin.urdf import UrdfTree
+
+_Robot = TypeVar("_Robot", bound="RobotModel")
 
 
 class RobotModel(FileMethods, ConfigurationMethods, KinematicMethods):
@@ -164,6 +167,45 @@ class RobotModel(FileMethods, ConfigurationMethods, KinematicMethods):
             raise UnknownName("joint", joint, (*self.joint_names, *self.mimics))
         return self._units[joint]
 
+    def with_offsets(
+        self: _Robot,
+        joints: Mapping[str, ArrayLike] | None = None,
+        frames: Mapping[str, ArrayLike] | None = None,
+    ) -> _Robot:
+        """Return the same robot as calibrated: with offsets of its joints, and frames mounted otherwise.
+
+        Every answer of the new robot knows them: its tree, Pinocchio model, batch kernels, inverse kinematics and
+        exports. A closed form whose geometry no longer holds is refused with the reason; `nk.ik.numeric` takes any
+        robot. Offsets add to those that this robot has already. What was written into `model` is not carried over.
+
+        Args:
+            joints: name → offset δ [rad; m for a joint that slides]. True value = reported value + δ, where the
+                reported value is the one in q: `new.fk(q) == old.fk(q + δ)`. Each joint has its own mounting, so an
+                offset of LHipYawPitch turns the left leg alone; RHipYawPitch has one of its own. Limits are those of
+                the reported values, unchanged.
+            frames: name of a frame that a link carries without a joint between, such as a camera or hand → its true
+                pose in the frame of before, `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or
+                (dx, dy, dz, roll, pitch, yaw), R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad].
+                What the frame carries moves with it.
+
+        Raises:
+            UnknownName: no such joint, or no such frame.
+            BadArgument: a frame that a joint moves; no mapping; no pose.
+            WrongShape, NotFinite: an offset that is no number, or no pose.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> mine = nao.with_offsets(joints={"HeadYaw": 0.01}, frames={"CameraTop": (0, 0, 0.002, 0, 0.02, 0)})
+            >>> q = nao.configuration({"HeadYaw": 0.3})
+            >>> np.allclose(mine.fk(q, "Head"), nao.fk(nao.configuration({"HeadYaw": 0.31}), "Head"))
+            True
+        """
+        tree = with_offsets(self.tree, {} if joints is None else joints, {} if frames is None else frames)
+        notes = (*self.load_notes, *tree.notes[len(self.tree.notes) :])
+        robot = type(self).__new__(type(self))
+        robot.__setstate__({**self.__getstate__(), "tree": tree, "load_notes": notes, "numbers": None})
+        return robot
+
     def geometry(self, kind: GeometryKind) -> pin.GeometryModel:
         """Return the shapes of the links as a Pinocchio `GeometryModel`, placed on the joints of `model`.
 
@@ -234,7 +276,8 @@ class RobotModel(FileMethods, ConfigurationMethods, KinematicMethods):
     def __setstate__(self, state: dict[str, Any]) -> None:
         RobotModel.__init__(self, state["tree"], state["semantics"], base=state["base"])
         self.load_notes = state["load_notes"]
-        restore_numbers(self.model, state["numbers"])
+        if state["numbers"] is not None:
+            restore_numbers(self.model, state["numbers"])
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}: {self.nv} degrees of freedom, {len(self.link_names)} links>"

@@ -89,7 +89,8 @@ def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
 
     A unit quaternion turns by t times its angle 2θ in [0, 2π], and its power is a unit quaternion: a length within
     1e-15 of 1 counts as 1, for large powers would make rounding of it large too. The power follows the quaternion, not
-    the rotation: q and −q have different powers. `power` follows the rotation, by φ ≤ π, and so does `quat_power(quat_canonical(q), t)`.
+    the rotation: q and −q have different powers. `power` follows the rotation, by φ ≤ π, and so does
+    `quat_power(quat_canonical(q), t)`.
 
     Args:
         q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).

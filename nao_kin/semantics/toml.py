@@ -50,6 +50,7 @@ from pathlib import Path
 from typing import Any
 
 from nao_kin._common.arrays import Vector
+from nao_kin._common.toml_file import read_toml
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, nearest_names
 from nao_kin.semantics.meaning import CoupledLimit, Posture, Semantics, View
@@ -70,21 +71,7 @@ def read_semantics(path: Path | str) -> Semantics:
         >>> nk.semantics.read_semantics("robot.toml").end_effectors
         ('gripper',)
     """
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        import tomli as tomllib
-    try:
-        with Path(path).open("rb") as file:
-            document = tomllib.load(file)
-    except TypeError:
-        raise BadArgument(f"expected the path of a TOML file, got {quoted(path)}") from None
-    except OSError as error:
-        raise BadInputFile(str(path), f"cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise BadInputFile(str(path), f"not well-formed TOML: {error}") from None
-    except ValueError as error:  # a path that no system takes, a number of thousands of digits
-        raise BadInputFile(str(path), f"cannot be read: {error}") from None
+    document = read_toml(path)
     try:
         return Semantics(**_members(document, "", _READERS))
     except (_Wrong, BadArgument) as error:

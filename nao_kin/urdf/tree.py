@@ -94,6 +94,7 @@ class UrdfTree:
         collision_notes: what of them cannot be read, one line each.
         package_dirs: folders in which packages that the file names are searched first.
         expanded: the URDF that the file became, where the file is a xacro source; "" where it is what was read.
+        offsets: joints whose origin is calibrated and not that of the file → the origin they have here.
 
     Examples:
         >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
@@ -115,10 +116,11 @@ class UrdfTree:
     collision_notes: tuple[str, ...] = field(default=(), repr=False)
     package_dirs: tuple[Path, ...] = field(default=(), repr=False)
     expanded: str = field(default="", repr=False)
+    offsets: Mapping[str, Origin] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         # One tree serves every robot made of it.
-        for name in ("inertials", "shared_names"):
+        for name in ("inertials", "shared_names", "offsets"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -32,6 +32,8 @@ _TYPED_ARRAYS = {
     "float32": ("Float32Array", 0x17),
     "float64": ("Float64Array", 0x18),
 }
+# A command of meshcat, or a message for the panel, before it is packed.
+Command = Mapping[str, Any]
 _NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
 
 
@@ -110,15 +112,15 @@ def note_last(keys: dict[str, None], key: str) -> None:
 
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
     """A message for the panel."""
-    return _packed({"type": "nao_kin", "kind": kind, **content})
+    return packed({"type": "nao_kin", "kind": kind, **content})
 
 
-def set_transform(path: str, T: Floats) -> bytes:
+def set_transform(path: str, T: Floats) -> Command:
     """Meshcat's command that places a node of the scene in its parent."""
-    return _packed({"type": "set_transform", "path": path, "matrix": [float(entry) for entry in T.T.flat]})
+    return {"type": "set_transform", "path": path, "matrix": [float(entry) for entry in T.T.flat]}
 
 
-def set_object(path: str, shape: Shape, rgba: Rgba) -> bytes:
+def set_object(path: str, shape: Shape, rgba: Rgba) -> Command:
     """Meshcat's command that puts a shape at a node of the scene."""
     name = f"{path}#"
     geometry, material, mesh = (str(uuid.uuid5(_NAMESPACE, name + part)) for part in ("geometry", "material", "mesh"))
@@ -136,12 +138,12 @@ def set_object(path: str, shape: Shape, rgba: Rgba) -> bytes:
         "materials": [appearance],
         "object": {"uuid": mesh, "type": "Mesh", "geometry": geometry, "material": material, "matrix": _matrix(shape)},
     }
-    return _packed({"type": "set_object", "path": path, "object": document})
+    return {"type": "set_object", "path": path, "object": document}
 
 
 def set_animation(
     path: str, values: Floats, fps: float, *, play: bool, repetitions: float, ups: Floats | None = None
-) -> bytes:
+) -> Command:
     """Meshcat's command that loads a clip: the array `joint_values` of one node, (frames, n), one row after another.
 
     Interpolating joint values keeps coupled joints coupled, and turns of more than half a circle whole; keyed
@@ -155,9 +157,7 @@ def set_animation(
     ]
     clip = {"fps": fps, "name": "clip", "tracks": tracks}
     options = {"play": play, "repetitions": repetitions, "clampWhenFinished": True}
-    return _packed(
-        {"type": "set_animation", "path": "", "animations": [{"path": path, "clip": clip}], "options": options}
-    )
+    return {"type": "set_animation", "path": "", "animations": [{"path": path, "clip": clip}], "options": options}
 
 
 def typed_array(array: NDArray[Any]) -> Any:
@@ -170,7 +170,12 @@ def node_name(kind: str, name: str) -> str:
     return f"{kind}:{name.replace('%', '%25').replace('/', '%2F')}"
 
 
-def _packed(message: Mapping[str, Any]) -> bytes:
+def packed(message: Command) -> bytes:
+    """A command or message as it is sent.
+
+    Raises:
+        BadArgument: a text in it has no UTF-8.
+    """
     try:
         return bytes(umsgpack.packb(message))
     except UnicodeEncodeError as error:

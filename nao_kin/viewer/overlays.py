@@ -18,6 +18,7 @@ from nao_kin._common.scalars import whole_number
 from nao_kin._common.vectors import as_vectors, unit
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.motion import Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
@@ -133,6 +134,28 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     return array
 
 
+def clip(
+    robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | ArrayLike, hips: Hips
+) -> tuple[Floats, float]:
+    """Configurations to play, as a fresh array (n, nq), and how many of them in a second.
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
+        UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+    """
+    rate = number(fps, "fps")
+    if rate <= 0.0:
+        raise BadArgument(f"fps must be positive, got {rate:g}")
+    if isinstance(qs, Motion):
+        qs = qs.configurations(robot, rate=rate, fill=fill, hips=hips).q
+    array = np.array(as_floats(qs, (robot.nq,), "qs"))
+    robot.angles(array)  # refuses all that is no configuration
+    if array.ndim != 2 or len(array) == 0:
+        raise WrongShape("qs", f"(n, {robot.nq}) with n ≥ 1", array.shape)
+    check_size(robot, array)
+    return array, rate
+
+
 def check_size(robot: RobotModel, qs: Floats) -> None:
     """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which no page draws.
 
@@ -149,14 +172,25 @@ def check_size(robot: RobotModel, qs: Floats) -> None:
         raise BadArgument(f"{name} is {value:g}; values from {-LARGEST:g} to {LARGEST:g} rad or m are shown")
 
 
-def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
-    """Triads at frames."""
+def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
+    """The frames to draw.
+
+    Raises:
+        BadArgument: no names.
+        UnknownName: no such frame.
+    """
     if not isinstance(names, Iterable):
         raise BadArgument(f"show_frames takes frame names, got {quoted(names)}")
     chosen = [names] if isinstance(names, str) else list(names)
     for name in chosen:
         if name not in robot.frame_names:
             raise UnknownName("frame", name, robot.frame_names)
+    return chosen
+
+
+def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
+    """Triads at frames."""
+    chosen = frame_names(robot, names)
     length = None if size is None else checked_length(size, "size")
     return panel_message("frames", {"names": chosen, "size": length})
 

@@ -20,7 +20,7 @@ from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.urdf import MeshFile, Rgba, UrdfJoint, UrdfTree, Visual
 from nao_kin.viewer.lights import lights_of
 from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, shape_box
-from nao_kin.viewer.messages import node_name, set_object, set_transform
+from nao_kin.viewer.messages import Command, node_name, set_object, set_transform
 
 ROBOT = "robot"
 # What the names of our NAO's meshes end in that its editions differ by.
@@ -105,10 +105,10 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
     return paths
 
 
-def scene_messages(
+def scene_commands(
     robot: RobotModel, tree: UrdfTree, drawables: tuple[Drawable, ...], *, under: str = "", opacity: float = 1.0
-) -> Iterator[tuple[str, bytes]]:
-    """Key and message of everything that stands still: placements and shapes.
+) -> Iterator[tuple[str, Command]]:
+    """Key and command of everything that stands still: placements and shapes.
 
     Args:
         robot: the robot.

@@ -14,8 +14,8 @@ from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import describe, presets_of
-from nao_kin.viewer.messages import RetainedMessages, panel_message, set_transform, typed_array
-from nao_kin.viewer.scene import carriers, link_paths, robot_drawables, scene_messages, width
+from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_transform, typed_array
+from nao_kin.viewer.scene import carriers, link_paths, robot_drawables, scene_commands, width
 
 
 class ShownRobot:
@@ -63,10 +63,10 @@ class ShownRobot:
         self.reaches_aside = width(self._model, self._drawables, presets.start)
         # A page that has another robot of this number, from a program before this one, is to forget it.
         self._put("anew", "robot_removed", {})
-        for key, message in scene_messages(
+        for key, command in scene_commands(
             self._model, tree, self._drawables, under=f"{self._ground}/", opacity=opacity
         ):
-            self._messages.put(f"{self._key}{key}", message)
+            self._messages.put(f"{self._key}{key}", packed(command))
         self._put("about", "robot_added", {"name": name, "about": about})
         self._show(presets.start, None)
 
@@ -121,7 +121,7 @@ class ShownRobot:
         """
         self._check_shown()
         self.T_world_ground = checked_pose(T)
-        self._messages.put(f"{self._key}place", set_transform(self._ground, self.T_world_ground))
+        self._messages.put(f"{self._key}place", packed(set_transform(self._ground, self.T_world_ground)))
 
     def color_links(
         self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""

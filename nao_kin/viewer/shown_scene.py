@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common import atomic
-from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.arrays import Floats
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.multidof import MultiDofModel
 from nao_kin.robot import RobotModel
@@ -24,11 +24,11 @@ from nao_kin.viewer.description import describe, presets_of
 from nao_kin.viewer.drawings import Drawings
 from nao_kin.viewer.lead import Lead
 from nao_kin.viewer.lights import GROUPS
-from nao_kin.viewer.messages import panel_message, set_animation, typed_array
+from nao_kin.viewer.messages import packed, panel_message, set_animation, typed_array
 from nao_kin.viewer.outside import OutsideWarnings
 from nao_kin.viewer.page import static_page
 from nao_kin.viewer.recording import Recording
-from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_messages, width
+from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_commands, width
 from nao_kin.viewer.shown_robot import ShownRobot, checked_pose
 
 # Between robots that stand beside each other [m]; and how many there may be beside the first.
@@ -64,8 +64,8 @@ class ShownScene(Drawings):
         self._lights = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
         self.light_names = (*self._lights, *names)
         self._outside = OutsideWarnings(robot)
-        for key, message in scene_messages(robot, tree, drawables):
-            self._messages.put(key, message)
+        for key, command in scene_commands(robot, tree, drawables):
+            self._messages.put(key, packed(command))
         about = describe(robot, tree, presets, self.notes, drawables)
         self._messages.put("robot", panel_message("robot", {"about": about}))
         self._messages.scene_is_complete()
@@ -175,16 +175,7 @@ class ShownScene(Drawings):
             >>> viewer.save_html("down.html").name
             'down.html'
         """
-        if isinstance(qs, Motion):
-            qs = qs.configurations(self.robot, rate=overlays.number(fps, "fps"), fill=fill, hips=hips).q
-        array = np.array(as_floats(qs, (self.robot.nq,), "qs"))
-        self.robot.angles(array)  # refuses all that is no configuration
-        if array.ndim != 2 or len(array) == 0:
-            raise WrongShape("qs", f"(n, {self.robot.nq}) with n ≥ 1", array.shape)
-        overlays.check_size(self.robot, array)
-        rate = overlays.number(fps, "fps")
-        if rate <= 0.0:
-            raise BadArgument(f"fps must be positive, got {rate:g}")
+        array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
         ups = None if up is None else overlays.directions(up, "up", len(array))
         self._outside.check(array)
         repetitions = math.inf if loop else 1.0
@@ -192,7 +183,7 @@ class ShownScene(Drawings):
         with self._lock:
             self._lead.release()
             self._show_joints(array[0], None if ups is None else ups[0].tolist())
-            self._messages.put("clip", clip)
+            self._messages.put("clip", packed(clip))
 
     def camera(self, name: str) -> None:
         """Look at the robot from one of `camera_names`.

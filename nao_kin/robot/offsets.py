@@ -1,0 +1,145 @@
+"""The joints and frames of one robot as they were calibrated, put into its tree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.poses import split_poses
+from nao_kin._common.toml_file import read_toml
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape, nearest_names
+from nao_kin.rotations import angle_between, check_rotation, exp, matrix_from_rpy, rpy_from_matrix
+from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
+
+_KINDS = ("joints", "frames")
+
+
+def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mapping[str, ArrayLike]) -> UrdfTree:
+    """Return a tree whose joints and frames are calibrated.
+
+    Args:
+        tree: the URDF as read.
+        joints: see `RobotModel.with_offsets`.
+        frames: see there.
+
+    Raises:
+        UnknownName, BadArgument, WrongShape, NotFinite, NotARotation: as there.
+    """
+    moving = {joint.name: joint for joint in tree.moving_joints}
+    fixed = {joint.child: joint for joint in tree.joints if joint.kind == "fixed"}
+    moved = {joint.child: joint for joint in tree.moving_joints}
+    origins: dict[str, Origin] = {}
+    notes = []
+    for name, value in _entries(joints, "joints"):
+        if name not in moving:
+            raise UnknownName("joint", name, tuple(moving))
+        row, offset = moving[name], as_floats(value, (), f"the offset of {name}")
+        if offset.shape != ():
+            raise WrongShape(f"the offset of {name}", "()", offset.shape)
+        origins[name] = _after(row.origin, _travel(row, float(offset)))
+        notes.append(f"joint {name}: offset {float(offset):g}")
+    for name, value in _entries(frames, "frames"):
+        link = tree.shared_names.get(name, name)
+        if link in moved or name in moving:
+            joint = moved[link].name if link in moved else name
+            raise BadArgument(f"frame {quoted(name)} is moved by the joint {joint}; give joints={{{joint!r}: …}}")
+        if link not in fixed:
+            raise UnknownName("frame", name, tuple(fixed))
+        row, T_nominal_true = fixed[link], _pose(value, f"the offset of {name}")
+        origins[row.name] = _after(row.origin, T_nominal_true)
+        x, y, z = 1000.0 * T_nominal_true[:3, 3]
+        turned = np.degrees(angle_between(np.eye(3), T_nominal_true[:3, :3]))
+        notes.append(f"frame {name}: offset ({x:g}, {y:g}, {z:g}) mm and {turned:.4g}°")
+    return replace(
+        tree,
+        joints=tuple(replace(row, origin=origins.get(row.name, row.origin)) for row in tree.joints),
+        notes=(*tree.notes, *notes),
+        offsets={**tree.offsets, **origins},
+    )
+
+
+def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[str, Any]]:
+    """Return the arguments of `RobotModel.with_offsets` from a mapping of both, or from a TOML file.
+
+    The file has a table `joints` of numbers and a table `frames` of six numbers each, or of four rows of four.
+
+    Raises:
+        BadArgument: neither a mapping nor a path, or another entry than joints and frames.
+        BadInputFile: the file cannot be read, is no TOML, or has another entry.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> _ = Path("mine.toml").write_text("joints = {HeadYaw = 0.01}")
+        >>> nk.robot.read_offsets("mine.toml")
+        {'joints': {'HeadYaw': 0.01}}
+    """
+    if isinstance(offsets, Mapping):
+        fault = _fault(offsets)
+        if fault:
+            raise BadArgument(f"offsets: {fault}")
+        return dict(offsets)
+    document = read_toml(offsets)
+    fault = _fault(document)
+    if fault:
+        raise BadInputFile(str(offsets), fault)
+    return document
+
+
+def _fault(document: Mapping[Any, Any]) -> str:
+    """What is wrong with offsets as a document; "" for nothing."""
+    for kind, table in document.items():
+        if kind not in _KINDS:
+            near = ", ".join(nearest_names(str(kind), _KINDS) or _KINDS)
+            return f"unknown entry {quoted(kind)} (nearest: {near})"
+        if not isinstance(table, Mapping):
+            return f"{kind} must be a table of names and offsets, got {quoted(table)}"
+    return ""
+
+
+def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, ArrayLike]]:
+    if not isinstance(offsets, Mapping):
+        raise BadArgument(f"{what} must map names to offsets, got {quoted(offsets)}")
+    return list(offsets.items())
+
+
+def _pose(value: ArrayLike, what: str) -> Floats:
+    """A pose given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
+    array = as_floats(value, (), what)
+    if array.shape == (6,):
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = matrix_from_rpy(array[3:]), array[:3]
+        return T
+    if array.shape != (4, 4):
+        raise WrongShape(what, "(6,) or (4, 4)", array.shape)
+    R, _ = split_poses(array, what)
+    try:
+        check_rotation(R)
+    except NaoKinError as error:
+        raise BadArgument(f"{what}: {error}") from None
+    return np.array(array)
+
+
+def _travel(row: UrdfJoint, value: float) -> Floats:
+    """What a joint does at a value."""
+    T = np.eye(4)
+    if row.kind == "prismatic":
+        T[:3, 3] = value * np.array(row.axis)
+    else:
+        T[:3, :3] = exp(value * np.array(row.axis))
+    return T
+
+
+def _after(origin: Origin, T: Floats) -> Origin:
+    """The pose T in the frame at `origin`."""
+    R = matrix_from_rpy(origin.rpy)
+    xyz, rpy = R @ T[:3, 3] + origin.xyz, rpy_from_matrix(R @ T[:3, :3])
+    # What does not turn keeps the numbers of its file to the last digit.
+    kept = origin.rpy if np.array_equal(T[:3, :3], np.eye(3)) else tuple(np.asarray(rpy, dtype=np.float64).tolist())
+    return Origin(tuple(xyz.tolist()), kept)

@@ -1,0 +1,323 @@
+"""A robot in a meshcat that is running already."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._common.arrays import Floats
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument
+from nao_kin.motion import HOLD, Hips, Motion
+from nao_kin.robot import WORLD, RobotModel, check_robot
+from nao_kin.rotations import matrix_from_rpy
+from nao_kin.urdf import Cylinder, UrdfJoint
+from nao_kin.viewer import overlays
+from nao_kin.viewer.description import presets_of
+from nao_kin.viewer.messages import Command, node_name, packed, set_object, set_transform, typed_array
+from nao_kin.viewer.scene import ROBOT, link_paths, motion, robot_drawables, scene_commands
+
+# The arrows of a frame: rpy of the cylinder's axis z, and colour.
+_ARROWS = {
+    "x": ((0.0, math.pi / 2.0, 0.0), (0.9, 0.15, 0.15, 1.0)),
+    "y": ((-math.pi / 2.0, 0.0, 0.0), (0.1, 0.65, 0.2, 1.0)),
+    "z": ((0.0, 0.0, 0.0), (0.15, 0.35, 0.95, 1.0)),
+}
+_SLENDERNESS = 30.0  # length of an arrow : its radius
+# A browser turns from one key to the next the shorter way round; keys are this close, so that no turn is half a circle.
+_LARGEST_STEP = math.pi / 2.0
+
+
+class MeshcatRobot:
+    """A robot drawn into a scene of meshcat, beside whatever else is in it.
+
+    The scene is any `meshcat.Visualizer`: one that you started, the `viewer` of Pinocchio's `MeshcatVisualizer`, a
+    notebook's, or one of a server on another machine. Every moving joint is a node of the scene, so that the browser
+    composes the poses, and a configuration costs one command for each joint that moved.
+
+    The root link stands at the origin of the node `path`. Move it with meshcat's own
+    `visualizer[path].set_transform(T)`: for a robot with a fixed base that stands on its left sole, T is
+    `robot.fk(q, robot.tree.root, reference="LLeg")`. A floating base is placed in that node by its configuration.
+
+    Args:
+        robot: any robot. Its placements are those of `robot.model` now.
+        visualizer: a `meshcat.Visualizer`.
+        path: name of the node to draw into, below the visualizer's own. A robot that this class has drawn there before
+            is replaced.
+
+    Attributes:
+        robot: the robot on show.
+        path: the node, from the root of the scene.
+        notes: shapes that cannot be shown, one line each.
+
+    Raises:
+        BadArgument: no robot, no `meshcat.Visualizer`, or no path.
+
+    Examples:
+        >>> import meshcat  # doctest: +SKIP
+        >>> nao = nk.load_nao()  # doctest: +SKIP
+        >>> shown = nk.viewer.MeshcatRobot(nao, meshcat.Visualizer())  # doctest: +SKIP
+        >>> shown.display(nao.posture("Crouch"))  # doctest: +SKIP
+    """
+
+    def __init__(self, robot: RobotModel, visualizer: Any, path: str = "nao") -> None:
+        check_robot(robot)
+        self.robot, self._window = robot, _window_of(visualizer)
+        self.path = _path_of(visualizer, path)
+        tree = robot.tree
+        drawables, self.notes = robot_drawables(tree)
+        under = f"{self.path}/"
+        self._paths = {link: f"{under}{path}" for link, path in link_paths(tree).items()}
+        columns = {name: robot.nq - len(robot.joint_names) + index for index, name in enumerate(robot.joint_names)}
+        self._joints = [_MovingJoint(robot, joint, columns, self._paths[joint.child]) for joint in tree.moving_joints]
+        # Path of a node → what it was sent last: a joint's value, or the base's coordinates.
+        self._sent: dict[str, tuple[float, ...]] = {}
+        self._frames: list[str] = []
+        self._plays = self._deleted = False
+        self._send({"type": "delete", "path": f"{under}{ROBOT}"})
+        for _, command in scene_commands(robot, tree, drawables, under=under):
+            self._send(command)
+        self.display(presets_of(robot).start)
+
+    def display(self, q: ArrayLike) -> None:
+        """Show a configuration; ends a clip that `animate` has started.
+
+        Args:
+            q: one configuration, shape (nq,). Joints are shown where they are, outside their limits too.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: q is no configuration, or beyond ±1e6; or the robot was deleted.
+
+        Examples:
+            >>> shown.display(nao.posture("Crouch"))  # doctest: +SKIP
+        """
+        self._check_shown()
+        array = overlays.one_configuration(self.robot, q)
+        self._stop()
+        if self.robot.base == "floating":
+            root = self._paths[self.robot.tree.root]
+            if self._is_new(root, tuple(array[:7].tolist())):
+                self._send(set_transform(root, self.robot.fk(array, self.robot.tree.root, reference=WORLD)))
+        for joint in self._joints:
+            value = float(joint.values(array))
+            if self._is_new(joint.path, (value,)):
+                self._send(set_transform(joint.path, motion(joint.row, value)))
+
+    def animate(
+        self,
+        qs: ArrayLike | Motion,
+        fps: float = 30.0,
+        *,
+        play: bool = True,
+        loop: bool = True,
+        fill: str | ArrayLike = HOLD,
+        hips: Hips = "average",
+    ) -> None:
+        """Give meshcat a clip of configurations, which its own controls play, pause and scrub.
+
+        Between two of them every joint moves at constant speed. Meshcat has one clip in the whole scene: this one
+        replaces another.
+
+        Args:
+            qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
+            fps: configurations per second.
+            play: start at once.
+            loop: play again and again.
+            fill: where joints are that a motion does not name, as in `Motion.configurations`.
+            hips: what one motor does that a motion names twice, as there.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number; or the robot was
+                deleted.
+            UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+
+        Examples:
+            >>> shown.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))  # doctest: +SKIP
+        """
+        self._check_shown()
+        array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
+        self.display(array[0])
+        clips = {
+            joint.path: [_joint_track(joint, array)] for joint in self._joints if np.ptp(joint.values(array)) > 0.0
+        }
+        if self.robot.base == "floating":
+            clips[self._paths[self.robot.tree.root]] = _base_tracks(array)
+        animations = [
+            {"path": path, "clip": {"fps": rate, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
+        ]
+        self._send(_set_animation(animations, play=play, repetitions=math.inf if loop else 1.0))
+        self._plays = True
+
+    def show_frames(self, names: Iterable[str], *, size: float = 0.05) -> None:
+        """Draw frames as triads, x red, y green, z blue, instead of those before; they move with the robot.
+
+        Args:
+            names: frame names; none for none, as `hide_frames` does.
+            size: length of the arrows [m].
+
+        Raises:
+            UnknownName: no such frame.
+            BadArgument, WrongShape, NotFinite: no names, or no positive size; or the robot was deleted.
+
+        Examples:
+            >>> shown.show_frames(["LArm", "CameraTop"])  # doctest: +SKIP
+        """
+        self._check_shown()
+        chosen, length = overlays.frame_names(self.robot, names), overlays.checked_length(size, "size")
+        self.hide_frames()
+        for name in dict.fromkeys(chosen):
+            node = f"{self._carrier(name)}/{node_name('frame', name)}"
+            self._frames.append(node)
+            for axis, (rpy, rgba) in _ARROWS.items():
+                path, R = f"{node}/{axis}", matrix_from_rpy(rpy)
+                T = np.eye(4)
+                T[:3, :3], T[:3, 3] = R, R @ [0.0, 0.0, length / 2.0]
+                self._send(set_object(path, Cylinder(length / _SLENDERNESS, length), rgba))
+                self._send(set_transform(path, T))
+
+    def hide_frames(self) -> None:
+        """Remove the triads of `show_frames`; does nothing when there are none.
+
+        Raises:
+            BadArgument: the robot was deleted.
+
+        Examples:
+            >>> shown.hide_frames()  # doctest: +SKIP
+        """
+        self._check_shown()
+        while self._frames:
+            self._send({"type": "delete", "path": self._frames.pop()})
+
+    def delete(self) -> None:
+        """Remove the robot, its frames and its clip from the scene; does nothing the second time.
+
+        Examples:
+            >>> shown.delete()  # doctest: +SKIP
+        """
+        if not self._deleted:
+            self._stop()
+            self._send({"type": "delete", "path": self.path})
+            self._deleted = True
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _carrier(self, frame: str) -> str:
+        """The node whose frame this is: that of a link, or of the link that a joint moves."""
+        place = self.robot.frame_table[frame]
+        for link in self.robot.link_names:
+            if self.robot.frame_table[link] == place:
+                return self._paths[link]
+        return next(joint.path for joint in self._joints if joint.row.name == frame)
+
+    def _is_new(self, path: str, values: tuple[float, ...]) -> bool:
+        """Note what a node is sent; whether that differs from what it has."""
+        before, self._sent[path] = self._sent.get(path), values
+        return before != values
+
+    def _stop(self) -> None:
+        """End the clip: it would go on moving the nodes, and when it ends it puts them where they were before."""
+        if self._plays:
+            self._send(_set_animation([], play=False, repetitions=1.0))
+            self._sent.clear()
+            self._plays = False
+
+    def _send(self, command: Command) -> None:
+        self._window.send(_Lowered(command))
+
+    def _check_shown(self) -> None:
+        if self._deleted:
+            raise BadArgument(f"the {self.robot.name} at {self.path} was deleted from the scene")
+
+    def __repr__(self) -> str:
+        return f"<MeshcatRobot of {self.robot.name} at {self.path}>"
+
+
+class _MovingJoint:
+    """A joint, the node that it moves, and its value in configurations: multiplier · coordinate + offset."""
+
+    def __init__(self, robot: RobotModel, row: UrdfJoint, columns: dict[str, int], path: str) -> None:
+        self.row, self.path = row, path
+        mimic = robot.mimics.get(row.name)
+        self._column = columns[row.name if mimic is None else mimic.joint]
+        self._multiplier, self._offset = (1.0, 0.0) if mimic is None else (mimic.multiplier, mimic.offset)
+
+    def values(self, q: Floats) -> Floats:
+        """The joint's values in q, shape (..., nq)."""
+        return np.asarray(self._multiplier * q[..., self._column] + self._offset)
+
+
+class _Lowered:
+    """A command in the form that meshcat's client sends."""
+
+    def __init__(self, command: Command) -> None:
+        self._command = command
+
+    def lower(self) -> Command:
+        """The command itself."""
+        return self._command
+
+
+def _window_of(visualizer: Any) -> Any:
+    """What sends a visualizer's commands.
+
+    Raises:
+        BadArgument: no `meshcat.Visualizer`.
+    """
+    import meshcat
+
+    if not isinstance(visualizer, meshcat.Visualizer):
+        inside = isinstance(getattr(visualizer, "viewer", None), meshcat.Visualizer)
+        hint = "; its attribute viewer is one" if inside else ""
+        raise BadArgument(f"visualizer must be a meshcat.Visualizer, got {type(visualizer).__name__}{hint}")
+    return visualizer.window
+
+
+def _path_of(visualizer: Any, path: str) -> str:
+    """The path of a node below a visualizer's, as meshcat's commands have it.
+
+    Raises:
+        BadArgument: no path, or one that names the whole scene.
+    """
+    steps = path.split("/") if isinstance(path, str) else [""]
+    if not all(steps):
+        raise BadArgument(
+            f"path must be names with a slash between two of them, as 'nao' or 'robots/nao', got {quoted(path)}"
+        )
+    packed({"path": path})  # refuses what cannot be sent
+    return str(visualizer[path].path.lower())
+
+
+def _joint_track(joint: _MovingJoint, qs: Floats) -> dict[str, Any]:
+    """The way of a joint's node through configurations, (n, nq), at the times 0, 1, … n − 1."""
+    values = joint.values(qs)
+    times = np.arange(len(values), dtype=np.float64)
+    if joint.row.kind == "prismatic":
+        return _track("position", "vector3", times, values[:, None] * joint.row.axis)
+    steps = max(1, math.ceil(np.abs(np.diff(values)).max() / _LARGEST_STEP))
+    finer = np.linspace(0.0, times[-1], steps * (len(times) - 1) + 1)
+    half = np.interp(finer, times, values) / 2.0
+    turns = np.column_stack([np.sin(half)[:, None] * joint.row.axis, np.cos(half)])
+    return _track("quaternion", "quaternion", finer, turns)
+
+
+def _base_tracks(qs: Floats) -> list[dict[str, Any]]:
+    """The way of a floating base: three.js has quaternions in Pinocchio's order, x, y, z, w."""
+    times = np.arange(len(qs), dtype=np.float64)
+    return [
+        _track("position", "vector3", times, qs[:, :3]),
+        _track("quaternion", "quaternion", times, qs[:, 3:7]),
+    ]
+
+
+def _track(name: str, kind: str, times: Floats, rows: Floats) -> dict[str, Any]:
+    values = typed_array(rows.astype(np.float32).reshape(-1))
+    return {"name": f".{name}", "type": kind, "times": typed_array(times.astype(np.float32)), "values": values}
+
+
+def _set_animation(animations: list[dict[str, Any]], *, play: bool, repetitions: float) -> Command:
+    options = {"play": play, "repetitions": repetitions, "clampWhenFinished": True}
+    return {"type": "set_animation", "path": "", "animations": animations, "options": options}
