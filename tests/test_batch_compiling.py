@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,7 +25,9 @@ ours, pinocchios = nao.fk(q, threads=1), np.array([nao.fk(row) for row in q])
 assert abs(ours - pinocchios).max() < 1e-14
 print("right")
 """
-ANNOUNCED = "nao_kin: compiling the batch kernel (double precision, about ten seconds), once on this machine …\n"
+WHAT = "the batch kernel, double precision (about 10 s)"
+ANNOUNCED = f"nao_kin: compiling {WHAT}, once on this machine …\n"
+WAITING = f"nao_kin: waiting for another process that compiles {WHAT} …\n"
 
 
 def start(code: str, **environment: str) -> subprocess.Popen[str]:
@@ -44,12 +47,12 @@ def outcome(process: subprocess.Popen[str]) -> tuple[str, str]:
     return out, err
 
 
-def test_two_processes_may_compile_at_once_and_the_third_need_not(tmp_path: Path) -> None:
-    both = [start(ASK, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)]
-    for process in both:
-        out, err = outcome(process)
-        assert out == "right\n"
-        assert err in ("", ANNOUNCED)
+def test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not(tmp_path: Path) -> None:
+    outcomes = [outcome(each) for each in [start(ASK, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(3)]]
+    assert [out for out, _ in outcomes] == ["right\n"] * 3
+    said = [err for _, err in outcomes]
+    assert said.count(ANNOUNCED) == 1
+    assert set(said) <= {ANNOUNCED, WAITING, ""}
     out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
     assert (out, err) == ("right\n", "")
 
@@ -62,13 +65,26 @@ sys.path.insert(0, {folder!r})
 import small
 from nao_kin._common.kernel_cache import KeptKernel
 first, second = (
-    KeptKernel(function, "a small kernel", function.__name__, Path({folder!r}), lambda: "float64(float64)")
+    KeptKernel(function, "a small kernel", function.__name__, lambda: "float64(float64)")
     for function in (small.doubled, small.halved)
 )
 assert first(3.0) == 6.0 and second(3.0) == 1.5
 print("right")
 """
-SAID = "nao_kin: compiling a small kernel, once on this machine …\n"
+SAID = "nao_kin: compiling a small kernel (about 10 s), once on this machine …\n"
+
+
+KERNELS = """
+SHARE = 0.5
+
+
+def doubled(x):
+    return 2 * x
+
+
+def halved(x):
+    return SHARE * x
+"""
 
 
 @pytest.fixture
@@ -76,7 +92,7 @@ def small(tmp_path: Path) -> str:
     """A program with two kernels."""
     folder = tmp_path / "sources"
     folder.mkdir()
-    (folder / "small.py").write_text("def doubled(x):\n    return 2 * x\n\n\ndef halved(x):\n    return x / 2\n")
+    (folder / "small.py").write_text(KERNELS)
     return SMALL.format(folder=str(folder))
 
 
@@ -86,7 +102,7 @@ def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path:
     out, err = outcome(start(small, NUMBA_CACHE_DIR=str(occupied)))
     assert out == "right\n"
     assert err.count("NotCachedWarning") == 1
-    assert err.count("nao_kin: compiling a small kernel …\n") == 1
+    assert err.count("nao_kin: compiling a small kernel (about 10 s) …\n") == 1
     assert str(occupied) in err
     assert "NUMBA_CACHE_DIR names another folder" in err
     assert occupied.read_text() == "not a folder"
@@ -143,17 +159,204 @@ def test_without_a_home_or_anybody_who_listens_it_works(small: str, monkeypatch:
     assert nk.batch.cache_folder() is None
 
 
-def test_what_is_kept_for_one_installation_is_not_taken_for_another(tmp_path: Path) -> None:
-    folders = [tmp_path / name for name in "ab"]
-    for folder in folders:
-        folder.mkdir()
-    assert kernel_cache._fingerprint(folders[0]) != kernel_cache._fingerprint(folders[1])
-    (folders[0] / "more.py").write_text("x = 1")
-    kernel_cache._fingerprint.cache_clear()
-    before = kernel_cache._fingerprint(folders[0])
-    (folders[0] / "more.py").write_text("x = 2")
-    kernel_cache._fingerprint.cache_clear()
-    assert kernel_cache._fingerprint(folders[0]) != before
+def test_a_changed_comment_costs_no_compilation_and_a_changed_constant_does(small: str, tmp_path: Path) -> None:
+    cache, source = tmp_path / "cache", tmp_path / "sources" / "small.py"
+    ask = small.replace("== 6.0", "> 0.0").replace("== 1.5", "> 0.0")
+    assert outcome(start(ask, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+    kept = sorted(cache.rglob("*"))
+    source.write_text('"""What this is."""\n# A comment.\n' + KERNELS.replace("(x):", '(x):\n    """Say it."""'))
+    assert outcome(start(ask, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+    assert sorted(cache.rglob("*")) == kept
+    source.write_text(KERNELS.replace("0.5", "0.25"))
+    assert outcome(start(small.replace("1.5", "0.75"), NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+
+
+# A kernel, what it calls and what that calls, each in a module of its own.
+CHAIN = {
+    "first.py": "from second import Numbers, middle\ndef kernel(x: Numbers):\n    return middle(x.one)\n",
+    "second.py": "from typing import NamedTuple\nfrom third import LENGTHS, last\n"
+    "class Numbers(NamedTuple):\n    one: float\n"
+    "def middle(x):\n    return [last(y) for y in (x, LENGTHS[0])][0]\n",
+    "third.py": "import numpy as np\nLENGTHS = np.array([1.0, 2.0])\ndef last(x):\n    return x + 1.0\n",
+    "fourth.py": "def unrelated(x):\n    return x\n",
+}
+FINGERPRINT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import importlib
+from nao_kin._common.kernel_fingerprint import fingerprint
+package = importlib.import_module("made_up.first")
+print(fingerprint(package.kernel, "kernel"))
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "counts"),
+    [
+        ("first.py", "x.one", "-x.one", True),
+        ("second.py", "middle(x):", "middle(x):  # quick", False),
+        ("second.py", "[0]\n", "[1]\n", True),
+        ("second.py", "one: float", "one: float; two: float", True),
+        ("third.py", "x + 1.0", "x + 1.5", True),
+        ("third.py", "2.0]", "2.5]", True),
+        ("third.py", "last(x):", 'last(x):\n    """Add one."""', False),
+        ("fourth.py", "return x", "return -x", False),
+    ],
+)
+def test_a_fingerprint_depends_on_all_that_a_kernel_calls_and_on_nothing_else(
+    tmp_path: Path, file: str, old: str, new: str, counts: bool
+) -> None:
+    digests = []
+    for place, change in (("a", False), ("b", True)):
+        folder = tmp_path / place / "made_up"
+        folder.mkdir(parents=True)
+        for name, text in CHAIN.items():
+            source = text.replace("from second", "from made_up.second").replace("from third", "from made_up.third")
+            if change and name == file:
+                assert old in source
+                source = source.replace(old, new)
+            (folder / name).write_text(source)
+        command = [sys.executable, "-c", FINGERPRINT, str(folder.parent)]
+        digests.append(subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout)
+    assert (digests[0] != digests[1]) == counts
+
+
+# A kernel that is quicker to run as Python once than to compile, in a program that ends at once.
+SLOW_KERNEL = """
+from nao_kin._common.kernel_cache import KeptKernel
+
+
+def total(values):
+    result = 0.0
+    for i in range(200_000):
+        result += values[i % len(values)]
+    values[0] = result
+
+
+def row():
+    from numba import types
+
+    return (types.float64[::1],)
+
+
+kernel = KeptKernel(total, "a slow kernel", "total", row)
+"""
+ONE_ROW = """
+import sys
+sys.path.insert(0, {folder!r})
+import numpy as np, slow
+from nao_kin._common.kernel_cache import first_rows
+values = np.ones(3)
+print(first_rows([slow.kernel], lambda part: slow.kernel.uncompiled(values), 1), values[0], "numba" in sys.modules)
+"""
+BACKGROUND = "nao_kin: compiling a slow kernel (about 10 s) in the background, once on this machine …\n"
+
+
+@pytest.fixture
+def slow(tmp_path: Path) -> str:
+    """A program that needs one row of a kernel."""
+    folder = tmp_path / "sources"
+    folder.mkdir()
+    (folder / "slow.py").write_text(SLOW_KERNEL)
+    return ONE_ROW.format(folder=str(folder))
+
+
+def is_there(path: Path) -> bool:
+    """Whether a file comes to be there within minutes."""
+    end = time.monotonic() + 300.0
+    while not path.exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    return path.exists()
+
+
+def test_a_short_program_is_answered_at_once_and_the_kernel_is_compiled_after_its_end(
+    slow: str, tmp_path: Path
+) -> None:
+    cache = tmp_path / "cache"
+    assert outcome(start(slow, NUMBA_CACHE_DIR=str(cache))) == ("1 200000.0 False\n", BACKGROUND)
+    lock = next(cache.rglob("*.lock"))
+    assert is_there(lock.with_suffix("") / "total")
+    assert not list(cache.rglob("*.tmp.*"))
+    # The next program has nothing to compile, and reads the kernel when it has worked for long enough.
+    assert outcome(start(slow, NUMBA_CACHE_DIR=str(cache))) == ("1 200000.0 False\n", "")
+    again = slow + "slow.kernel.ready()\nslow.kernel(values)\nprint(values[0])"
+    out, err = outcome(start(again, NUMBA_CACHE_DIR=str(cache)))
+    assert (out.splitlines()[0], err) == ("1 200000.0 False", "")
+
+
+@pytest.mark.parametrize(
+    ("before", "environment"),
+    [
+        ("", {"NUMBA_DISABLE_JIT": "1"}),
+        ("sys.frozen = True", {}),
+        ("sys.executable = '/usr/bin/uwsgi'", {}),
+        ("sys.executable = None", {}),
+        ("", {"NUMBA_CACHE_DIR": "/dev/null"}),
+        ("sys.executable = '/nowhere/python3'", {}),
+    ],
+)
+def test_the_answer_comes_where_no_process_can_be_started(
+    slow: str, tmp_path: Path, before: str, environment: dict[str, str]
+) -> None:
+    told = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), **environment}
+    out, err = outcome(start(f"import sys\n{before}\n{slow}", **told))
+    assert out.split()[0] == ("0" if "NUMBA_DISABLE_JIT" in environment else "1")
+    assert err == (BACKGROUND if "nowhere" in before else "")
+
+
+def test_rows_are_run_as_python_until_the_rest_would_take_longer_than_to_compile(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    started: list[str] = []
+    monkeypatch.setattr(kernel_cache.KeptKernel, "compile_in_background", lambda self: started.append(self.name))
+    clock = [0.0]
+    monkeypatch.setattr(kernel_cache.time, "perf_counter", lambda: clock[0])
+
+    def rows(kernel: kernel_cache.KeptKernel, count: int, each: float) -> int:
+        def run(part: slice) -> None:
+            clock[0] += each * (part.stop - part.start)
+
+        return kernel_cache.first_rows([kernel], run, count)
+
+    def kernel() -> kernel_cache.KeptKernel:
+        return kernel_cache.KeptKernel(_identity, "a kernel", "made up", lambda: "float64(float64)", 10.0)
+
+    assert rows(kernel(), 1, 50.0) == 1  # one target is never waited for
+    assert started == ["made up"]
+    assert rows(kernel(), 100, 0.05) == 100
+    assert rows(kernel(), 1000, 0.05) == 1  # 50 s are longer than to compile
+    assert rows(kernel(), 1000, 1e-6) == 1000
+    many = kernel()
+    done = [rows(many, 10, 0.1) for _ in range(15)]
+    assert done[:9] == [10] * 9
+    assert done[-1] < 10  # ten seconds have been spent
+    assert rows(kernel(), 0, 1.0) == 0
+    assert kernel_cache.first_rows([kernel()], lambda part: pytest.fail("ran"), 3, each=4.0) == 0
+
+
+def _identity(x: float) -> float:
+    return x
+
+
+def test_the_lock_of_a_process_that_was_killed_holds_nobody_up(small: str, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    hanging = small.replace(
+        "assert first",
+        "import time; first._by_numba = lambda _: print('has it', flush=True) or time.sleep(600)\nassert first",
+    )
+    holder = start(hanging, NUMBA_CACHE_DIR=str(cache))
+    assert holder.stdout is not None
+    assert holder.stdout.readline() == "has it\n"
+    waiting = start(small, NUMBA_CACHE_DIR=str(cache))
+    assert waiting.stderr is not None
+    assert (
+        waiting.stderr.readline()
+        == "nao_kin: waiting for another process that compiles a small kernel (about 10 s) …\n"
+    )
+    holder.kill()
+    holder.communicate()
+    assert outcome(waiting) == ("right\n", SAID)
 
 
 def test_the_kernel_runs_uncompiled_too() -> None:

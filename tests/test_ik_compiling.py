@@ -6,6 +6,7 @@ import io
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,6 +64,42 @@ def test_one_target_does_not_wait_for_numba() -> None:
         "assert 'numba' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+FIRST_USE = """
+import sys
+import numpy as np, nao_kin as nk
+from nao_kin._common import kernel_cache
+kernel_cache.KeptKernel.compile_in_background = lambda kernel: started.add(kernel.name)
+started = set()
+if ready:
+    nk.ik.warm_up()
+nao = nk.load_nao("v6")
+far = nao.fk(nao.posture("StandInit"), "LArm")
+far[0, 3] += 0.5
+parts = [
+    nk.ik.arm(nao, "L", [0.15, 0.1, 0.1]).q,
+    nk.ik.arm(nao, "L", far).q,
+    nk.ik.whole_body(nao, {"LArm": [0.18, 0.1, 0.25]}).q,
+    *nk.ik.leg(nao, "L", nao.fk(nao.random(3, 20), "LLeg")).q,
+    nk.ik.numeric(nao, "LArm", far, restarts=4).q,
+]
+if not ready:
+    assert "numba" not in sys.modules
+    assert {"ik kernel, arms by place", "ik kernel, arms by pose", "ik kernel, bodies"} <= started, started
+np.save(sys.stdout.buffer, np.vstack(parts))
+"""
+
+
+def test_the_first_targets_on_a_machine_wait_for_no_compiler(tmp_path: Path) -> None:
+    def answered(ready: bool, **environment: str) -> np.ndarray:
+        command = [sys.executable, "-c", f"ready = {ready}\n{FIRST_USE}"]
+        done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, check=True)
+        return np.asarray(np.load(io.BytesIO(done.stdout)))
+
+    first = answered(ready=False, NUMBA_CACHE_DIR=str(tmp_path))
+    assert not list(tmp_path.rglob("*"))
+    np.testing.assert_array_equal(first, answered(ready=True))
 
 
 def test_all_kernels_can_be_made_ready_ahead() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
+import sys
 from functools import cache
 
 from nao_kin._common.optional import need_extra
@@ -46,6 +49,13 @@ def compiles() -> bool:
     import numba
 
     return not numba.config.DISABLE_JIT
+
+
+def may_compile() -> bool:
+    """Whether functions are compiled, as far as that can be seen without importing Numba."""
+    if "numba" in sys.modules:
+        return compiles()
+    return importlib.util.find_spec("numba") is not None and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
 class _Slowness:

@@ -1,35 +1,66 @@
 """Functions compiled by Numba once on a machine, and kept on its disk.
 
-The folder is the user's own cache, so that the package may be installed where nobody can write. Its name changes with
-all that compiled code depends on. Kernels are read from a folder that cannot be written, too, as in an image of a
-container. Where nothing can be kept, they are compiled in every process, with one warning.
+The folder is the user's own cache, so that the package may be installed where nobody can write. The name of a kernel's
+folder is its fingerprint. Kernels are read from a folder that cannot be written, too, as in an image of a container.
+Where nothing can be kept, they are compiled in every process, with one warning.
+
+A kernel that has not been compiled yet need not be waited for: `first_rows` calls its source as Python for as long as
+that is quicker, while a process of its own compiles. A lock for each kernel keeps two processes from compiling the
+same one.
 """
 
 from __future__ import annotations
 
-import hashlib
+import fcntl
+import importlib
+import json
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nao_kin._common.compiler import compiles, note_slowness
+from nao_kin._common.compiler import compiles, may_compile, note_slowness
+from nao_kin._common.kernel_fingerprint import fingerprint
 from nao_kin._common.warn import warn_caller
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import NotCachedWarning
 
-_LOCK = threading.RLock()  # one thread compiles, the others wait
+_THREADS = threading.RLock()  # one thread compiles, the others wait
 _said: set[str] = set()
+_kernels: dict[str, KeptKernel] = {}
+
+# How long it takes to read a kernel, with Numba to be imported first and without [s].
+_IMPORT_SECONDS, _READ_SECONDS = 1.0, 0.2
+# Below this, neither a look at the disk nor a process in the background is worth it [s].
+_WORTH_COMPILING = 0.01
+# A background process that ended without a kernel is not followed by another one for so long [s].
+_PAUSE_SECONDS = 600.0
+# The byte of a lock file that is locked by who compiles, and by who waits to do it in the background.
+_COMPILES, _WAITS = 0, 1
+
+# Leaves the process that started it at once, and ends itself by a signal if it takes longer than anybody would wait.
+# By `sys.path` it finds the same packages, without running the site's or the user's start-up files once more.
+_BACKGROUND = """
+import json, os, signal, sys
+if os.fork():
+    os._exit(0)
+signal.alarm(3600)
+os.nice(10)
+sys.path[:] = json.loads(sys.argv[1])
+from nao_kin._common.kernel_cache import compile_kernel
+compile_kernel(sys.argv[2], sys.argv[3])
+"""
 
 
 @dataclass(frozen=True)
@@ -57,21 +88,26 @@ class KernelState:
 class KeptKernel:
     """A function that is compiled, or read from the disk, when it is first needed.
 
+    Attributes:
+        spent: how long `first_rows` has run it as Python in this process [s].
+
     Args:
         function: plain Python that Numba can compile; run as it stands where Numba is not installed or
             NUMBA_DISABLE_JIT is set.
         what: what is being compiled, for the line on standard error.
         name: name of the file that says that the kernel has been kept.
-        sources: the folder of all files that the function depends on.
-        signature: its types.
+        signature: makes the types of its arguments.
+        seconds: about how long it takes to compile [s].
     """
 
     def __init__(
-        self, function: Callable[..., Any], what: str, name: str, sources: Path, signature: Callable[[], Any]
+        self, function: Callable[..., Any], what: str, name: str, signature: Callable[[], Any], seconds: float = 10.0
     ) -> None:
-        self._function, self._what, self._name = function, what, name
-        self._sources, self._signature = sources, signature
+        self._function, self._name, self._signature = function, name, signature
+        self._what, self._seconds = f"{what} (about {seconds:g} s)", seconds
         self._compiled: Callable[..., Any] | None = None
+        self.spent, self._started = 0.0, False
+        _kernels[name] = self
 
     @property
     def name(self) -> str:
@@ -92,13 +128,14 @@ class KeptKernel:
         if self._compiled is not None:
             return self._compiled
         if not compiles():
-            return self._uncompiled
-        with _LOCK:
+            return self.uncompiled
+        with _THREADS:
             if self._compiled is None:
                 self._compiled = self._made()
             return self._compiled
 
-    def _uncompiled(self, *arguments: Any) -> Any:
+    def uncompiled(self, *arguments: Any) -> Any:
+        """The result of the function, run as Python."""
         started = time.thread_time()
         with np.errstate(all="ignore"):  # compiled code does not warn of infinities
             result = self._function(*arguments)
@@ -110,24 +147,66 @@ class KeptKernel:
         found, started = self._is_kept(), time.perf_counter()
         self.ready()
         seconds = time.perf_counter() - started
-        return KernelState(self._name, seconds, not found, self._folder() if self._is_kept() else None)
+        return KernelState(self._name, seconds, not found, self.folder if self._is_kept() else None)
+
+    def seconds_until_better(self) -> float:
+        """How much longer to run the function as Python rather than wait for the kernel [s].
+
+        The time that has been spent already counts, so that many quick calls are compiled in the end, too.
+        """
+        if self._is_kept():
+            return (_READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.spent
+        return self._seconds - self.spent
+
+    def compile_in_background(self) -> None:
+        """Start a process that compiles it, and that may outlive this one; once, and not while another one compiles."""
+        if self._started or self._is_kept():
+            return
+        self._started = True
+        # The executable of a frozen program, and of one that embeds Python, is no Python.
+        is_python = Path(sys.executable or "").name.startswith("python") and not getattr(sys, "frozen", False)
+        if self.folder is None or not is_python:
+            return
+        with suppress(OSError, subprocess.SubprocessError):
+            self.folder.parent.mkdir(parents=True, exist_ok=True)
+            with _THREADS, _lock_file(self.folder) as lock:
+                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # an error if somebody has a part of it
+                state = os.fstat(lock)
+                if state.st_size and time.time() - state.st_mtime < _PAUSE_SECONDS:
+                    return
+            places = [*(entry for entry in sys.path if isinstance(entry, str)), str(Path(__file__).parents[2])]
+            path = json.dumps([str(Path(entry).absolute()) for entry in places])
+            _say(f"compiling {self._what} in the background, once on this machine …")
+            subprocess.run(
+                [sys.executable, "-I", "-S", "-c", _BACKGROUND, path, self._function.__module__, self._name],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+                timeout=60,
+            )
 
     def _made(self) -> Callable[..., Any]:
-        folder, obstacle = self._folder(), "there is no home directory"
+        folder, obstacle = self.folder, "there is no home directory, or no source of the kernels"
         if folder is not None:
             if self._is_kept():
                 # Whatever is wrong with files that a crash or another program has damaged: they are made anew.
-                with suppress(Exception), _readable(folder) as source:
-                    return self._by_numba(source)
-                shutil.rmtree(folder, ignore_errors=True)
+                with suppress(Exception):
+                    return self._by_numba(folder)
             try:
-                folder.mkdir(parents=True, exist_ok=True)
-                with tempfile.TemporaryFile(dir=folder):
-                    pass
-                _say(f"compiling {self._what}, once on this machine …")
-                made = self._by_numba(folder)
-                (folder / self._name).touch()
-                return made
+                folder.parent.mkdir(parents=True, exist_ok=True)
+                with _locked(folder, f"waiting for another process that compiles {self._what} …"):
+                    if self._is_kept():
+                        with suppress(Exception):
+                            return self._by_numba(folder)
+                        shutil.rmtree(folder, ignore_errors=True)
+                    folder.mkdir(exist_ok=True)
+                    with tempfile.TemporaryFile(dir=folder):
+                        pass
+                    _say(f"compiling {self._what}, once on this machine …")
+                    made = self._by_numba(folder)
+                    (folder / self._name).touch()
+                    return made
             except (OSError, RuntimeError) as error:  # Numba says that a folder is not writable by a RuntimeError
                 obstacle = f"{quoted(str(folder))}: {error}"
         if "warning" not in _said:
@@ -144,24 +223,76 @@ class KeptKernel:
         """The function compiled, or read from a folder; kept there unless it is None."""
         import numba
 
-        before = numba.config.CACHE_DIR
+        signature = self._signature()
+        made = numba.njit(nogil=True, error_model="numpy")(self._function)
         if folder is not None:
-            numba.config.CACHE_DIR = str(folder)  # which Numba reads when it is given a function
-        try:
-            made: Callable[..., Any] = numba.njit(
-                self._signature(), nogil=True, error_model="numpy", cache=folder is not None
-            )(self._function)
-        finally:
-            numba.config.CACHE_DIR = before
-        return made
+            made._cache = _numbas_cache(self._function, folder)
+        made.compile(signature)
+        made.disable_compile()
+        return made  # type: ignore[no-any-return]
 
     def _is_kept(self) -> bool:
-        folder = self._folder()
-        return folder is not None and (folder / self._name).exists()
+        return self.folder is not None and (self.folder / self._name).exists()
 
-    def _folder(self) -> Path | None:
+    @cached_property
+    def folder(self) -> Path | None:
+        """Where it is kept; None where it cannot be."""
         parent = cache_folder()
-        return None if parent is None else parent / _fingerprint(self._sources)
+        if parent is None:
+            return None
+        try:
+            return parent / fingerprint(self._function, self._name)
+        except OSError:
+            return None
+
+
+def first_rows(
+    kernels: Sequence[KeptKernel], run: Callable[[slice], object], count: int, at_once: int = 1, each: float = 0.0
+) -> int:
+    """Run the first rows as Python, for as long as that is quicker than to wait for the compiled kernels.
+
+    Args:
+        kernels: those that the rows need.
+        run: works on the rows of a slice, by `KeptKernel.uncompiled`.
+        count: how many rows there are.
+        at_once: how many are in one slice.
+        each: what a row takes at most as Python, where that may be much [s]; the rows that have been run tell more.
+
+    Returns:
+        How many rows have been worked on; the others are left to the kernels.
+    """
+    lacking = [kernel for kernel in kernels if not kernel.in_memory]
+    if not lacking or not may_compile():
+        return 0
+    done, seconds, left = 0, 0.0, count * each
+    while True:
+        if left + sum(kernel.spent for kernel in lacking) >= _WORTH_COMPILING:
+            if done < count and left >= sum(kernel.seconds_until_better() for kernel in lacking):
+                return done
+            for kernel in lacking if done else ():
+                kernel.compile_in_background()
+        if done == count:
+            return done
+        part, started = slice(done, min(done + at_once, count)), time.perf_counter()
+        run(part)
+        took = time.perf_counter() - started
+        for kernel in lacking:
+            kernel.spent += took / len(lacking)
+        done, seconds = part.stop, seconds + took
+        left = seconds / done * (count - done)
+
+
+def compile_kernel(module: str, name: str) -> None:
+    """Compile a kernel that a module makes, and keep it; one kernel at a time, and none that waits for that already."""
+    importlib.import_module(module)
+    kernel, folder = _kernels[name], _kernels[name].folder
+    if folder is None or not compiles():
+        return
+    with suppress(BlockingIOError, PermissionError), _lock_file(folder) as lock:
+        fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _WAITS)
+        with _lock_file(folder.with_name("background")) as turn:
+            fcntl.lockf(turn, fcntl.LOCK_EX)
+            kernel.warm_up()
 
 
 def cache_folder() -> Path | None:
@@ -186,17 +317,64 @@ def cache_folder() -> Path | None:
 
 
 @contextmanager
-def _readable(folder: Path) -> Iterator[Path]:
-    """The folder, or a copy of it for as long as it is read: Numba reads only where it may write."""
-    if os.access(folder, os.W_OK):
-        yield folder
-        return
-    with tempfile.TemporaryDirectory(prefix="nao_kin_") as name:
-        copy = Path(name) / "kernels"
-        shutil.copytree(folder, copy, copy_function=shutil.copyfile)
-        for path in (copy, *copy.rglob("*")):
-            path.chmod(0o700)
-        yield copy
+def _lock_file(folder: Path) -> Iterator[int]:
+    """The descriptor of the file beside a kernel's folder that is locked while the kernel is compiled.
+
+    The locks are those of POSIX: they end with the process that has them, and a process forked meanwhile has none.
+    """
+    descriptor = os.open(folder.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        yield descriptor
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def _locked(folder: Path, waiting: str) -> Iterator[None]:
+    """Hold the lock of a kernel's folder; say that another process has it, and wait until it lets go or ends."""
+    with _lock_file(folder) as lock:
+        try:
+            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _COMPILES)
+        except (BlockingIOError, PermissionError):
+            _say(waiting)
+            fcntl.lockf(lock, fcntl.LOCK_EX, 1, _COMPILES)
+        except OSError:
+            pass  # a file system without locks: at worst two processes compile the same
+        os.pwrite(lock, b"1", 0)  # when this was last tried
+        yield
+
+
+def _numbas_cache(function: Callable[..., Any], folder: Path) -> Any:
+    """Numba's cache of a compiled function, in a folder whose name says for which source it is.
+
+    Numba's own choice depends on the bytes and line numbers of a function's file, and on nothing that it calls; and
+    it refuses to read where it cannot write.
+    """
+    from numba.core import caching
+
+    class Locator(caching._CacheLocator):  # type: ignore[misc]
+        _py_file = function.__code__.co_filename
+
+        def get_cache_path(self) -> str:
+            return str(folder)
+
+        def get_source_stamp(self) -> str:
+            return folder.name
+
+        def get_disambiguator(self) -> str:
+            return "kernel"
+
+        @classmethod
+        def from_function(cls, function: Callable[..., Any], file: str) -> Locator:
+            return cls()
+
+    class Implementation(caching.CompileResultCacheImpl):  # type: ignore[misc]
+        _locator_classes = (Locator,)
+
+    class Cache(caching.FunctionCache):  # type: ignore[misc]
+        _impl_class = Implementation
+
+    return Cache(function)
 
 
 def _say(message: str) -> None:
@@ -205,14 +383,3 @@ def _say(message: str) -> None:
         with suppress(OSError, ValueError):
             print(f"nao_kin: {message}", file=sys.stderr)  # noqa: T201
     _said.add(message)
-
-
-@cache
-def _fingerprint(sources: Path) -> str:
-    """What compiled kernels depend on, in sixteen letters: Python, Numba, the processor, the place and the sources."""
-    import llvmlite.binding
-    import numba
-
-    parts = [str(sys.implementation.cache_tag), numba.__version__, llvmlite.binding.get_host_cpu_name(), str(sources)]
-    parts += [path.read_text(encoding="utf-8") for path in sorted(sources.rglob("*.py"))]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]

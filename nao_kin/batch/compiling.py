@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,9 +46,8 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
         name = _PRECISIONS[given, computed]
         made = KeptKernel(
             run,
-            f"the batch kernel ({name} precision, about ten seconds)",
+            f"the batch kernel, {name} precision",
             f"batch kernel, {name} precision",
-            Path(__file__).parent,
             lambda: signature(given, computed),
         )
         found = _kernels.setdefault((given, computed), made)

@@ -9,21 +9,19 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from nao_kin._common.kernel_cache import KeptKernel
+from nao_kin._common.both_ways import both_ways as both_ways
+from nao_kin._common.both_ways import register_parts
+from nao_kin._common.kernel_cache import KeptKernel, first_rows
 from nao_kin._common.processors import usable_cores
 
 # A flat sequence of floats that may be written to: a list, or compiled a row of an array.
 Row: TypeAlias = Any
 
 _Numbers = TypeVar("_Numbers", bound=tuple[Any, ...])
-_Function = TypeVar("_Function", bound=Callable[..., Any])
-_FUNCTIONS: list[Callable[..., Any]] = []
 
 # What the names of this room's kernels begin with.
 KERNEL = "ik kernel, "
@@ -32,30 +30,22 @@ KERNEL = "ik kernel, "
 _PER_THREAD = 2000
 
 
-def both_ways(function: _Function) -> _Function:
-    """The function itself, which compiled code may call too."""
-    _FUNCTIONS.append(function)
-    return function
-
-
-def kept(
-    name: str, signature: Callable[[], Any], takes: str = "some seconds"
-) -> Callable[[Callable[..., Any]], KeptKernel]:
+def kept(name: str, signature: Callable[[], Any], seconds: float = 10.0) -> Callable[[Callable[..., Any]], KeptKernel]:
     """A kernel of this room, kept on disk; the signature is made when Numba has been imported.
 
     Args:
         name: what it solves.
         signature: makes the types of its arguments.
-        takes: how long it is compiled, for the message.
+        seconds: about how long it takes to compile [s].
     """
 
     def made(function: Callable[..., Any]) -> KeptKernel:
         def registered() -> Any:
-            _register()
+            register_parts()
             return signature()
 
-        what = f"a kernel of inverse kinematics, {name} ({takes})"
-        return KeptKernel(function, what, f"{KERNEL}{name}", Path(__file__).parent, registered)
+        what = f"a kernel of inverse kinematics, {name}"
+        return KeptKernel(function, what, f"{KERNEL}{name}", registered, seconds)
 
     return made
 
@@ -111,12 +101,34 @@ def kernel_arguments(numbers: Any, ranges: Any) -> tuple[Any, ...]:
     )
 
 
-@cache
-def _register() -> None:
-    from numba.extending import register_jitable
+def run_rows(
+    kernel: KeptKernel,
+    run: Callable[[Callable[..., Any], slice], object],
+    count: int,
+    threads: int | None,
+    per_thread: int = _PER_THREAD,
+    uncompiled: Callable[[slice], object] | None = None,
+    each: float = 0.0,
+) -> None:
+    """Work on rows: by the compiled kernel, but as Python where that is quicker than to wait for the kernel.
 
-    for function in _FUNCTIONS:
-        register_jitable(error_model="numpy", no_cfunc_wrapper=True)(function)
+    Args:
+        kernel: the kernel.
+        run: called with the function to use and a slice of the rows.
+        count: how many rows there are.
+        threads: how many threads may work; see `in_threads`.
+        per_thread: how many rows are worth a thread.
+        uncompiled: works on one row as Python, where there is a quicker way than `run`.
+        each: see `first_rows`.
+    """
+    done = first_rows([kernel], uncompiled or (lambda part: run(kernel.uncompiled, part)), count, each=each)
+    if done < count:
+        function = kernel.ready()  # here, and not in a thread, where nobody listens
+
+        def rest(part: slice) -> None:
+            run(function, slice(done + part.start, done + part.stop))
+
+        in_threads(rest, count - done, threads, per_thread)
 
 
 def in_threads(run: Callable[[slice], None], count: int, threads: int | None, per_thread: int = _PER_THREAD) -> None:

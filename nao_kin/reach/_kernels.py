@@ -1,26 +1,24 @@
 """Compiled loops over samples: drawn numbers → joint values → hand → voxel, and their count.
 
 Plain scalar code for one sample after another, so that what is computed of a sample does not depend on its neighbours.
-Importing this module imports Numba; without it, and with NUMBA_DISABLE_JIT=1, the functions run as they stand.
+Without Numba, and until it is worth waiting for it, the functions run as they stand.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.compiler import has_numba
+from nao_kin._common.both_ways import both_ways, register_parts
 from nao_kin._common.kernel_cache import KeptKernel
 from nao_kin.reach.chain_tables import ChainTables, Integers
 from nao_kin.reach.directions import RESOLUTION
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
 _DISCARDED = np.uint64(11)
 _UNIT = 2.0**-53
 
@@ -33,15 +31,6 @@ class VoxelGrid(NamedTuple):
     shape: tuple[int, int, int]
 
 
-def compiled(function: _Function) -> _Function:
-    """A part of the kernels: compiled with them."""
-    if not has_numba():
-        return function
-    import numba
-
-    return cast(_Function, numba.njit(nogil=True, error_model="numpy")(function))
-
-
 def kept(*arguments: str) -> Callable[[Callable[..., Any]], KeptKernel]:
     """A kernel kept on disk, with arguments of the types that `_signature` has by these names."""
 
@@ -49,10 +38,10 @@ def kept(*arguments: str) -> Callable[[Callable[..., Any]], KeptKernel]:
         name = function.__name__
         return KeptKernel(
             function,
-            "the kernels of reach maps (a few seconds)",
+            "the kernels of reach maps",
             f"reach kernel, {name}",
-            Path(__file__).parent,
             lambda: _signature(arguments),
+            3.0,
         )
 
     return made
@@ -62,6 +51,7 @@ def _signature(arguments: tuple[str, ...]) -> Any:
     """The types of a kernel that gives back nothing."""
     from numba import types
 
+    register_parts()
     row, rows, whole, whole_rows = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
     matrices, number, three = types.float64[:, :, ::1], types.int64, types.UniTuple(types.int64, 3)
     chain = matrices, types.boolean[::1], whole, row, row, number, row, row, whole_rows, rows
@@ -101,7 +91,7 @@ def joint_values(draws: NDArray[np.uint64], chain: ChainTables, values: Floats) 
             values[sample, c] = lower + (upper - lower) * share
 
 
-@compiled
+@both_ways
 def interpolated(bends: Floats, column: int, at: float) -> float:
     """Column of a piecewise linear table, constant outside of it."""
     last = bends.shape[0] - 1
@@ -162,7 +152,7 @@ def hands(values: Floats, chain: ChainTables, positions: Floats, axes: Floats, m
         manipulability[sample] = volume(columns)
 
 
-@compiled
+@both_ways
 def volume(columns: Floats) -> float:
     """√det(J_v J_vᵀ) of the Jacobian with these columns (n, 3); √det(J_vᵀ J_v) for less than three of them.
 
@@ -187,7 +177,7 @@ def volume(columns: Floats) -> float:
     return math.sqrt(total)
 
 
-@compiled
+@both_ways
 def direction_cell(x: float, y: float, z: float) -> int:
     """The HEALPix cell of a unit vector, ring scheme (Górski et al. 2005, section 5)."""
     n = RESOLUTION

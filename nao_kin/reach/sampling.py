@@ -11,7 +11,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.compiler import has_numba
-from nao_kin._common.kernel_cache import KernelState
+from nao_kin._common.kernel_cache import KernelState, first_rows
 from nao_kin._common.processors import usable_cores
 from nao_kin._common.scalars import whole_number
 from nao_kin.errors import BadArgument, WrongShape
@@ -24,6 +24,8 @@ from nao_kin.robot import RobotModel, check_robot
 MOST_VOXELS = 50_000_000
 # Samples between two looks at whether to stop; their arrays fit into a core's own cache.
 _BLOCK = 8192
+# So many are counted as Python at a time, until the kernels are worth waiting for.
+_FEW = 64
 # Philox turns one count into four words.
 _WORDS = 4
 _SECONDS_BETWEEN_REPORTS = 0.1
@@ -162,9 +164,7 @@ class _Counter:
     ) -> None:
         from nao_kin.reach import _kernels
 
-        for kernel in _kernels.KERNELS:
-            kernel.ready()  # here, and not in a thread, where nobody listens
-        self._kernels, self._chain, self._settings = _kernels, chain, settings
+        self._kernels, self._chain, self._settings = _kernels.KERNELS, chain, settings
         self._grid = _kernels.VoxelGrid(settings.voxel, first, shape)
         self._lock = threading.Lock()
         self._ending = threading.Event()
@@ -186,7 +186,13 @@ class _Counter:
         stop: Callable[[], bool] | None,
     ) -> None:
         """Count the samples of these ranges, until all are done or `stop` says so."""
-        blocks = _blocks(ranges)
+        few = _blocks(ranges, _FEW)
+        number = sum(math.ceil((stop - start) / _FEW) for start, stop in ranges)
+        uncompiled = tuple(kernel.uncompiled for kernel in self._kernels)
+        if first_rows(self._kernels, lambda part: self._count_block(next(few), uncompiled), number) < number:
+            for kernel in self._kernels:
+                kernel.ready()  # here, and not in a thread, where nobody listens
+        blocks = _blocks([left for part in ranges for left in without(part, self.done)], _BLOCK)
         asked = sum(stop - start for start, stop in ranges)
         with ThreadPoolExecutor(workers, thread_name_prefix="nao_kin_reach") as pool:
             try:
@@ -208,19 +214,20 @@ class _Counter:
                 block = next(blocks, None)
             if block is None:
                 return
-            self._count_block(block)
+            self._count_block(block, self._kernels)
 
-    def _count_block(self, block: SampleRange) -> None:
-        kernels, chain = self._kernels, self._chain
+    def _count_block(self, block: SampleRange, functions: Sequence[Callable[..., object]]) -> None:
+        joint_values, hands, places, tally = functions
+        chain = self._chain
         size, joints = block[1] - block[0], len(chain.low)
         values, manipulability = np.empty((size, joints)), np.empty(size)
         positions, axes = np.empty((size, 3)), np.empty((size, 3))
         found = np.empty((size, 2), dtype=np.int64)
-        kernels.joint_values(_draws(self._settings.seed, block, joints), chain, values)
-        kernels.hands(values, chain, positions, axes, manipulability)
-        kernels.places(positions, axes, self._grid, found)
+        joint_values(_draws(self._settings.seed, block, joints), chain, values)
+        hands(values, chain, positions, axes, manipulability)
+        places(positions, axes, self._grid, found)
         with self._lock:
-            kernels.tally(found, manipulability, self._settings.step, self.totals)
+            tally(found, manipulability, self._settings.step, self.totals)
             self._done.append(block)
             if len(self._done) > 1000:
                 self._done[:] = union(self._done)
@@ -235,10 +242,10 @@ def _draws(seed: int, block: SampleRange, joints: int) -> np.ndarray[tuple[int, 
     return words.reshape(-1, joints)
 
 
-def _blocks(ranges: Sequence[SampleRange]) -> Iterator[SampleRange]:
+def _blocks(ranges: Sequence[SampleRange], size: int) -> Iterator[SampleRange]:
     for start, stop in ranges:
-        for first in range(start, stop, _BLOCK):
-            yield first, min(first + _BLOCK, stop)
+        for first in range(start, stop, size):
+            yield first, min(first + size, stop)
 
 
 def _edge(voxel: float) -> float:

@@ -281,7 +281,7 @@ def _types() -> Any:
     )  # fmt: skip
 
 
-@kept("bodies", _types, "about a minute")
+@kept("bodies", _types, 60.0)
 def whole_bodies(
     body: Body,
     legs: Legs,

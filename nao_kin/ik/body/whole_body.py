@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import SupportsIndex
 
@@ -32,7 +32,7 @@ from nao_kin.ik.body.whole_body_targets import (
     plan_of,
     standing_feet,
 )
-from nao_kin.ik.compiling import in_threads
+from nao_kin.ik.compiling import run_rows
 from nao_kin.ik.results import Codes, Reason, crossing_in_words
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel
@@ -40,6 +40,8 @@ from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # The second foot as a target of the search that brings the robot to stand.
 _FOOT_WEIGHTS = (1.0, 0.1)
+# What a search from one start takes as Python, before the kernel has been compiled [s].
+_PYTHON_SECONDS = 0.25
 # A joint is at its limit from here on [rad].
 _AT_LIMIT = 1e-6
 
@@ -295,16 +297,16 @@ class _Search:
         )
         edges, begin = problem.edges[some], self.starts.rows(some, restarts=restarts)
 
-        def run(part: slice) -> None:
-            whole_bodies(
+        def solve(function: Callable[..., object], part: slice) -> None:
+            function(
                 body, self.ready.legs, plan, feet_plan, problem.stance, feet[part], targets[part], planes[part],
                 edges[part], near[part], begin[part], as_is, self.tolerance, self.iterations,
                 found.x[part], found.torso[part], found.residuals[part], found.com[part], found.report[part],
             )  # fmt: skip
 
         if n:
-            whole_bodies.ready()
-            in_threads(run, n, min(n, self.threads or usable_cores()))
+            workers, each = min(n, self.threads or usable_cores()), begin.shape[1] * _PYTHON_SECONDS
+            run_rows(whole_bodies, solve, n, workers, each=each)
         return found
 
 

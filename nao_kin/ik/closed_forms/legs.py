@@ -302,7 +302,7 @@ def _arguments() -> tuple[Any, ...]:
     return kernel_arguments(types.NamedUniTuple(leg, 2, Legs), types.NamedUniTuple(ranges, 2, LegsRanges))
 
 
-@kept("both legs", _arguments, "about a minute")
+@kept("both legs", _arguments, 60.0)
 def _pairs(
     limb: Legs,
     ranges: LegsRanges,

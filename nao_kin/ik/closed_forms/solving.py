@@ -23,7 +23,7 @@ from nao_kin.ik.closed_forms.ranges import (
     POSITION_ERROR,
     REASON,
 )
-from nao_kin.ik.compiling import in_threads
+from nao_kin.ik.compiling import run_rows
 from nao_kin.ik.geometry import Limb
 from nao_kin.ik.results import IKResult, Integers, Obstacles
 
@@ -33,8 +33,7 @@ class ClosedForm:
     """A closed form of a limb.
 
     Attributes:
-        solve: the function that solves one target, see `ranges`; None where that is a search, for which Python is too
-            slow.
+        solve: the function that solves one target, see `ranges`; None where that is a search.
         kernel: the same for rows of targets, compiled.
         branches: the most there are.
         searches: whether the kernel searches for the nearest where `solve` finds nothing.
@@ -111,7 +110,7 @@ def found_for(
         if form.solve is not None and not form.kernel.in_memory:
             found = _one(form, limb, targets, joints, enforce)
         else:
-            found = _one_compiled(form, limb, targets, joints, enforce)
+            found = _one_by_kernel(form, limb, targets, joints, enforce)
         rigid = found.report[0, REASON] != NOT_RIGID
     else:
         count = math.prod(batch)
@@ -146,52 +145,56 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
     solve = cast(Callable[..., int], form.solve)
     count = solve(limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, q, values, report)
     if count == 0 and form.searches and report[REASON] != NOT_RIGID:
-        return _one_compiled(form, limb, target, reference, enforce)
+        return _one_by_kernel(form, limb, target, reference, enforce)
     rows = np.array(values[: count * width]).reshape(1, count, width)
     return Found(rows[..., :c], rows[..., c:], np.array([count]), np.array([report]))
 
 
-def _one_compiled(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
-    """One target, by the compiled function, with room for all branches at once."""
-    into = _space(form, 1, len(limb.joints), form.branches)
-    row, near = _plain(target[None]), _plain(reference[None])
-    parts = into.values, into.beside, into.count, into.report
-    form.kernel(limb.numbers, limb.ranges, row, near, enforce, form.branches, *parts)
-    found = int(into.count[0])
-    return Found(into.values[:, :found], into.beside[:, :found], into.count, into.report)
+def _one_by_kernel(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
+    """One target, by the kernel's function, with room for all branches at once."""
+    found = _by_kernel(form, limb, target[None], reference[None], enforce, form.branches, 1)
+    count = int(found.count[0])
+    return Found(found.values[:, :count], found.beside[:, :count], found.count, found.report)
 
 
 def _many(
     form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, threads: int | None
 ) -> Found:
-    """Many targets, by the compiled function."""
-    n, c = references.shape
-    # As the kernel is compiled for: one type of array.
-    targets, references = _plain(targets), _plain(references)
+    """Many targets, by the kernel's function."""
     room = min(form.usual, form.branches) if enforce else form.branches
     while True:
-        found = _space(form, n, c, room)
-
-        def run(part: slice, found: Found = found) -> None:
-            form.kernel(
-                limb.numbers,
-                limb.ranges,
-                targets[part],
-                references[part],
-                enforce,
-                form.branches,
-                found.values[part],
-                found.beside[part],
-                found.count[part],
-                found.report[part],
-            )
-
-        form.kernel.ready()
-        in_threads(run, n, threads)
+        found = _by_kernel(form, limb, targets, references, enforce, room, threads)
         most = int(found.count.max(initial=0))
         if most <= room:
             return Found(found.values[:, :most], found.beside[:, :most], found.count, found.report)
         room = form.branches
+
+
+def _by_kernel(
+    form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, room: int, threads: int | None
+) -> Found:
+    """Targets by the kernel's function, with room for so many branches of each."""
+    n, c = references.shape
+    # As the kernel is compiled for: one type of array.
+    targets, references = _plain(targets), _plain(references)
+    found = _space(form, n, c, room)
+
+    def solve(function: Callable[..., object], part: slice) -> None:
+        function(
+            limb.numbers,
+            limb.ranges,
+            targets[part],
+            references[part],
+            enforce,
+            form.branches,
+            found.values[part],
+            found.beside[part],
+            found.count[part],
+            found.report[part],
+        )
+
+    run_rows(form.kernel, solve, n, threads)
+    return found
 
 
 def _space(form: ClosedForm, n: int, c: int, room: int) -> Found:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.compiling import copied, in_lists, in_threads, kept
+from nao_kin.ik.compiling import copied, in_lists, kept, run_rows
 from nao_kin.ik.search.descent_equations import COST, MET, SETTLED, Bench, Chain, Goal, descend, room_for
 from nao_kin.ik.search.descent_limits import TABLE, Region
 from nao_kin.ik.search.limit_regions import LimitRegion, region_type
@@ -75,22 +76,24 @@ def minimise(
     chain, limits, goal = motion.chain, region.numbers, Goal(errors.weights, tolerance, steps)
     targets = np.ascontiguousarray(motion.in_base(errors.targets[rows], q)).reshape(len(q), 16)
     still = region.still_values(motion.joint_values(q))
-    if len(q) == 1 and not _descents.in_memory:
-        values, report = q[0, motion.columns].tolist(), [0.0] * _REPORT
+    found, reports = np.ascontiguousarray(ends[:, motion.columns]), np.empty((len(q), _REPORT))
+
+    def one_in_lists(part: slice) -> None:
+        values, report = found[part.start].tolist(), [0.0] * _REPORT
         sizes = room_for(len(chain.place), len(values), len(limits.tables) // TABLE)
         bench = Bench(*([0.0] * size for size in sizes))
         lists = in_lists(chain), in_lists(limits), in_lists(goal)
-        descend(*lists, targets[0].tolist(), still[0].tolist(), values, bench, report)
-        found, reports = np.array([values]), np.array([report])
+        descend(*lists, targets[part.start].tolist(), still[part.start].tolist(), values, bench, report)
+        found[part], reports[part] = values, report
+
+    def solve(function: Callable[..., object], part: slice) -> None:
+        numbers = copied(chain), copied(limits), copied(goal)
+        function(*numbers, targets[part], still[part], found[part], reports[part])
+
+    if len(q) == 1 and not _descents.in_memory:
+        one_in_lists(slice(0, 1))
     else:
-        found, reports = np.ascontiguousarray(ends[:, motion.columns]), np.empty((len(q), _REPORT))
-        _descents.ready()
-
-        def run(part: slice) -> None:
-            numbers = copied(chain), copied(limits), copied(goal)
-            _descents(*numbers, targets[part], still[part], found[part], reports[part])
-
-        in_threads(run, len(q), threads, _PER_THREAD)
+        run_rows(_descents, solve, len(q), threads, _PER_THREAD, one_in_lists)
     ends[:, motion.columns] = found
     return Minimum(ends, reports[:, COST].copy(), reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
 

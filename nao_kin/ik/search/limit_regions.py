@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.compiling import copied, in_lists, kept
+from nao_kin.ik.compiling import copied, in_lists, kept, run_rows
 from nao_kin.ik.search.descent_limits import Region, project
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.semantics import CoupledLimit
@@ -111,12 +112,19 @@ class LimitRegion:
         """The nearest values inside the limits, shape (n, joints); joints that do not move stay as they are."""
         rows, still = np.ascontiguousarray(values[:, self.moving]), self.still_values(values)
         found: Floats = np.empty_like(rows)
-        if len(rows) < _FEW and not _projections.in_memory:
+
+        def in_python(part: slice) -> None:
             numbers = in_lists(self.numbers)
-            for row, its_still, its_found in zip(rows.tolist(), still.tolist(), found, strict=True):
+            for row, its_still, its_found in zip(rows[part].tolist(), still[part].tolist(), found[part], strict=True):
                 project(numbers, row, its_still, its_found)
+
+        def solve(function: Callable[..., object], part: slice) -> None:
+            function(copied(self.numbers), rows[part], still[part], found[part])
+
+        if len(rows) < _FEW and not _projections.in_memory:
+            in_python(slice(0, len(rows)))
         else:
-            _projections(copied(self.numbers), rows, still, found)
+            run_rows(_projections, solve, len(rows), 1, uncompiled=in_python)
         inside: Floats = np.array(values, dtype=np.float64)
         inside[:, self.moving] = found
         return inside
