@@ -6,6 +6,7 @@ import typer
 
 from nao_kin.cli.options import (
     JsonOption,
+    OffsetsOption,
     PackageDirOption,
     RobotOption,
     UrdfOption,
