@@ -20,7 +20,7 @@ MODULES = """
 
 # Single tests of the other modules.
 TESTS = """
-    test_two_processes_may_compile_at_once_and_the_third_need_not
+    test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not
     test_warmup_says_what_is_ready_and_where
     test_a_narrow_terminal_cuts_nothing
     test_axes_of_a_merged_joint_meet_in_every_configuration
