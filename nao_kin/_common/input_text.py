@@ -2,10 +2,34 @@
 
 from __future__ import annotations
 
+import os
+import stat
 import sys
 from pathlib import Path
+from typing import BinaryIO
 
 from nao_kin.errors import BadInputFile
+
+# Of a pipe or device, which may have no end.
+MOST_BYTES = 1 << 30
+
+
+def read_bounded(file: BinaryIO, name: str) -> bytes:
+    """All of an open file.
+
+    Raises:
+        BadInputFile: it is no regular file and has more than 2³⁰ bytes.
+    """
+    try:
+        regular = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+    except (OSError, ValueError):  # held in memory
+        regular = True
+    if regular:
+        return file.read()
+    data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise BadInputFile(name, f"more than {MOST_BYTES} bytes and no regular file; it may have no end")
+    return data
 
 
 def read_text(name: str, advice: str = "") -> str:
@@ -22,8 +46,9 @@ def read_text(name: str, advice: str = "") -> str:
         if name == "-":
             if sys.stdin is None:
                 raise BadInputFile(name, "closed; there is nothing to read")
-            return sys.stdin.buffer.read().decode("utf-8-sig")
-        return Path(name).read_text(encoding="utf-8-sig")
+            return read_bounded(sys.stdin.buffer, name).decode("utf-8-sig")
+        with Path(name).open("rb") as file:
+            return read_bounded(file, name).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
