@@ -15,7 +15,7 @@ from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin._common.arrays import Floats
-from nao_kin.motion import HIPS, INTERPOLATIONS, MotionReport, check, share_motors
+from nao_kin.motion import HIPS, INTERPOLATIONS, MotionReport, check, share_motors, slow_down
 from nao_kin.robot import COUPLING_TOLERANCE
 
 # Pairs of a coupled limit, both hips of one motor, and a ratio.
@@ -257,6 +257,34 @@ def test_a_million_keys_are_checked_and_sampled_in_seconds(nao: nk.NaoModel) -> 
     keys = 0.2 * np.sin(times)
     motion = nk.Motion(times, ["HeadYaw", "HeadPitch"], np.stack([keys, keys], axis=-1))
     assert check(nao, motion).ok
+
+
+@pytest.mark.parametrize("multiplier", [-2.0, -0.5, 0.5, 2.0])
+def test_a_follower_is_as_fast_as_its_driver_times_the_size_of_its_multiplier(
+    tmp_path: Path, multiplier: float
+) -> None:
+    robot = made_up(tmp_path, J("drive"), J("one", follows=("drive", multiplier, 0.1)))
+    limit = 2.0 * min(1.0, abs(multiplier))  # of 2 rad/s each, the smaller confines the motor
+    for sign in (-1.0, 1.0):
+        keys = [[0.1], [0.1 + sign * 0.1 * limit]]
+        assert check(robot, nk.Motion([0.0, 0.1001], ["one"], keys)).ok
+        (row,) = check(robot, nk.Motion([0.0, 0.0999], ["one"], keys)).violations
+        assert (row.kind, row.joint, row.lower, row.upper) == ("speed", "one", -limit, limit)
+        slowed = slow_down(robot, nk.Motion([0.0, 0.05], ["one"], keys)).motion
+        assert slowed.end == pytest.approx(0.1, rel=1e-6)
+
+
+def test_a_coupled_limit_names_the_bound_that_is_passed_and_by_how_much(nao: nk.NaoModel) -> None:
+    table = next(table for table in nao.coupled_limits if table.joint == "RAnkleRoll")
+    of = 0.5 * float(table.at[1] + table.at[2])
+    lower, upper = (float(np.interp(of, table.at, bound)) for bound in (table.lower, table.upper))
+    for value, excess in ((lower - 0.02, 0.02), (upper + 0.03, 0.03)):
+        motion = nk.Motion([0.0, 1.0], [table.of, table.joint], [[of, value]] * 2)
+        (row,) = (row for row in check(nao, motion).violations if row.kind == "coupled limit")
+        assert (row.value, row.of_value) == (pytest.approx(value), pytest.approx(of))
+        assert (row.lower, row.upper) == (pytest.approx(lower), pytest.approx(upper))
+        assert row.excess == pytest.approx(excess)
+        assert f"{excess:.3g} rad outside [{row.lower:.6g}, {row.upper:.6g}] rad" in row.describe()
 
 
 def test_two_followers_without_their_driver_are_held_against_each_other(tmp_path: Path) -> None:

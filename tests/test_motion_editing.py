@@ -509,6 +509,47 @@ def test_the_average_of_curves_with_equal_key_times_is_exact(nao: nk.NaoModel) -
     assert _close(mended.sample(t), motion.sample(t).mean(axis=1, keepdims=True), 1e-12)
 
 
+def _handles(rises: Any) -> Any:
+    """Handles of half a second on both sides of three keys, one second apart, with rises (3, 2)."""
+    handles = np.zeros((3, 2, 2))
+    handles[1:, 0, 0], handles[:-1, 1, 0] = -0.5, 0.5
+    handles[..., 1] = rises
+    return handles
+
+
+def test_the_average_of_bezier_curves_has_the_handles_of_both(nao: nk.NaoModel) -> None:
+    rises = ([[0.0, 0.1], [-0.1, 0.05], [0.02, 0.0]], [[0.0, -0.08], [0.03, -0.02], [0.06, 0.0]])
+    keys = [[0.0, -0.1], [-0.2, -0.3], [-0.1, -0.2]]
+    motion = nk.Motion(
+        [0.0, 1.0, 2.0], ["LHipYawPitch", "RHipYawPitch"], keys, "bezier", [_handles(rise) for rise in rises]
+    )
+    mended = share_motors(nao, motion).motion
+    t = _between(motion)
+    assert np.ptp(motion.sample(t), axis=1).max() > 0.1
+    assert _close(mended.sample(t), motion.sample(t).mean(axis=1, keepdims=True), 1e-12)
+
+
+@pytest.mark.parametrize("multiplier", [-2.0, 0.5])
+@pytest.mark.parametrize("rule", HIPS)
+def test_the_handles_of_a_follower_are_scaled_as_its_values(tmp_path: Path, multiplier: float, rule: Any) -> None:
+    robot = made_up(tmp_path, J("left_drive"), J("right_follow", follows=("left_drive", multiplier, 0.1)))
+    rises = np.array([[0.0, 0.1], [-0.1, 0.05], [0.02, 0.0]])
+    drive, follow = np.array([0.0, 0.3, 0.1]), np.array([0.2, 0.4, -0.1])
+    motion = nk.Motion(
+        [0.0, 1.0, 2.0],
+        ["left_drive", "right_follow"],
+        np.stack([drive, follow], axis=-1),
+        "bezier",
+        [_handles(rises), _handles(-0.4 * rises)],
+    )
+    mended = share_motors(robot, motion, rule).motion
+    t = _between(motion)
+    left, right = motion.sample(t).T
+    both = {"left": left, "right": (right - 0.1) / multiplier}
+    wanted = both.get(rule, 0.5 * (both["left"] + both["right"]))
+    assert _close(mended.sample(t), np.stack([wanted, multiplier * wanted + 0.1], axis=-1), 1e-12)
+
+
 def test_changes_are_said_in_degrees_and_as_json(nao: nk.NaoModel) -> None:
     motion = nk.Motion([0.0, 10.0], ["HeadYaw"], [[0.0], [math.radians(129.5)]])
     mended = clamp(nao, motion)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
+import threading
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from nao_kin import load_nao
+from nao_kin.configuration_files import read_configurations
 from nao_kin.errors import BadInputFile
 from nao_kin.motion import Motion, read_motion, write_motion
 
@@ -556,3 +560,29 @@ def test_npz_with_pickles_or_wrong_arrays_is_refused(tmp_path: Path) -> None:
         assert words in str(_refused(tmp_path, file.getvalue(), "a.npz"))
     assert not (tmp_path / "run").exists()
     assert "no npz file" in str(_refused(tmp_path, (tmp_path / "good.npz").read_bytes()[:200], "a.npz"))
+
+
+@pytest.mark.parametrize("reads", ["motion", "configurations"])
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_input_without_an_end_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, reads: str
+) -> None:
+    monkeypatch.setattr("nao_kin._common.input_text.MOST_BYTES", 1 << 20)
+    name, writer = "/dev/zero", None
+    if kind == "pipe":
+        name = str(tmp_path / "endless.csv")
+        os.mkfifo(name)
+        writer = threading.Thread(target=_write_on, args=(name,), daemon=True)
+        writer.start()
+    with pytest.raises(BadInputFile, match="more than 1048576 bytes and no regular file; it may have no end"):
+        read_motion(name) if reads == "motion" else read_configurations(load_nao(), name)
+    if writer is not None:
+        writer.join(300.0)
+        assert not writer.is_alive()
+
+
+def _write_on(name: str) -> None:
+    """Write rows to a pipe until nobody reads it."""
+    with contextlib.suppress(BrokenPipeError), open(name, "wb", buffering=0) as file:
+        while True:
+            file.write(b"0,0\n" * 1000)

@@ -3,11 +3,36 @@
 from __future__ import annotations
 
 import gzip
+import os
+import stat
 import sys
 import zlib
 from pathlib import Path
+from typing import BinaryIO
 
 from nao_kin.errors import BadInputFile
+
+# Of what is unpacked, and of a pipe or device, which may have no end.
+MOST_BYTES = 1 << 30
+
+
+def read_bounded(file: BinaryIO | gzip.GzipFile, name: str) -> bytes:
+    """All of an open file.
+
+    Raises:
+        BadInputFile: it is no regular file, or is unpacked while it is read, and has more than 2³⁰ bytes.
+    """
+    try:
+        regular = not isinstance(file, gzip.GzipFile) and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+    except (OSError, ValueError):  # held in memory
+        regular = True
+    if regular:
+        return file.read()
+    data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        what = "when it is unpacked" if isinstance(file, gzip.GzipFile) else "and no regular file; it may have no end"
+        raise BadInputFile(name, f"more than {MOST_BYTES} bytes {what}")
+    return data
 
 
 def read_text(name: str, advice: str = "") -> str:
@@ -24,11 +49,9 @@ def read_text(name: str, advice: str = "") -> str:
         if name == "-":
             if sys.stdin is None:
                 raise BadInputFile(name, "closed; there is nothing to read")
-            return sys.stdin.buffer.read().decode("utf-8-sig")
-        if Path(name).suffix.lower() == ".gz":
-            with gzip.open(name) as file:
-                return file.read().decode("utf-8-sig")
-        return Path(name).read_text(encoding="utf-8-sig")
+            return read_bounded(sys.stdin.buffer, name).decode("utf-8-sig")
+        with gzip.open(name) if Path(name).suffix.lower() == ".gz" else Path(name).open("rb") as file:
+            return read_bounded(file, name).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
     except (EOFError, zlib.error) as error:

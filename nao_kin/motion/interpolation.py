@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats, as_floats
-from nao_kin.errors import WrongShape
+from nao_kin.errors import BadArgument, WrongShape
 
 Interpolation = Literal["linear", "bezier", "smooth"]
 INTERPOLATIONS: tuple[Interpolation, ...] = ("linear", "bezier", "smooth")
@@ -44,7 +44,7 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
         keys: values there, shape (k,).
 
     Raises:
-        WrongShape, NotFinite, BadArgument: no finite numbers, or not one key for each time.
+        WrongShape, NotFinite, BadArgument: no finite numbers, times that do not ascend, or not one key for each.
 
     Examples:
         >>> nk.motion.smooth_slopes(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.0])).tolist()
@@ -53,6 +53,8 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
     times, keys = as_floats(times, (), "times"), as_floats(keys, (), "keys")
     if times.ndim != 1 or keys.shape != times.shape:
         raise WrongShape("keys", f"{times.shape[:1] or '(k,)'}, one for each of the times (k,)", keys.shape)
+    if not (np.diff(times) > 0.0).all():
+        raise BadArgument("times must ascend")
     slopes = np.zeros_like(keys)
     if len(keys) > 2:
         widths = np.diff(times)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.input_text import read_bounded
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
 from nao_kin.motion.files.json_document import Constant, JsonDocument
@@ -177,10 +178,11 @@ def read_bytes(name: str) -> bytes:
     """
     try:
         if name != "-":
-            return Path(name).read_bytes()
+            with Path(name).open("rb") as file:
+                return read_bounded(file, name)
         if sys.stdin is None:
             raise BadInputFile(name, "closed; there is nothing to read")
-        return sys.stdin.buffer.read()
+        return read_bounded(sys.stdin.buffer, name)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         raise BadInputFile(name, f"cannot be read: {reason or error}") from None
