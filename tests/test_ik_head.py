@@ -103,6 +103,25 @@ def test_the_nearest_look_is_as_good_as_a_fine_scan_finds(nao: nk.NaoModel, came
         assert angle == pytest.approx(float(angles_to(nao, q, camera, point)), abs=1e-9)
 
 
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_no_look_of_a_grid_is_nearer_to_a_point_beside_the_neck(nao: nk.NaoModel, camera: str) -> None:
+    rng = np.random.default_rng(6)
+    towards = rng.normal(size=(60, 3))
+    towards *= rng.uniform(0.005, 0.12, (60, 1)) / np.linalg.norm(towards, axis=1, keepdims=True)
+    points = nao.position(nao.neutral(), "Head") + towards
+    yaws, pitches = np.meshgrid(*(np.linspace(nao.lower[k], nao.upper[k], 200) for k in range(2)))
+    scan = np.zeros((40000, nao.nq))
+    scan[:, 0], scan[:, 1] = yaws.ravel(), pitches.ravel()
+    T = nao.fk(nao.clamp(scan), camera)
+    found = nk.ik.look_at(nao, points, camera)
+    assert (~np.asarray(found.success)).sum() > 30
+    assert nao.within_limits(found.q).all()
+    for point, angle in zip(points, found.residual[:, 1], strict=True):
+        seen = point - T[:, :3, 3]
+        cosines = np.einsum("ni,ni->n", seen, T[:, :3, 0]) / np.linalg.norm(seen, axis=1)
+        assert angle < math.acos(min(1.0, cosines.max())) + 1e-9
+
+
 def test_what_is_in_the_way_is_said(nao: nk.NaoModel) -> None:
     turned = nk.ik.head(nao, rot_z(2.5))
     assert turned.reason is Reason.JOINT_LIMIT

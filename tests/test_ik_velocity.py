@@ -96,21 +96,24 @@ def test_from_the_edges_of_ranges_none_is_left(nao: nk.NaoModel, frame: str, dt:
         assert np.any(found.v, axis=-1).mean() > 0.1
 
 
-def test_redistribution_is_nearly_the_best_there_is() -> None:
-    robot = nk.load_nao("v6")
+@pytest.mark.parametrize("fast", [1.0, 4.0])
+@pytest.mark.parametrize("frame", ["LArm", "LLeg"])
+def test_redistribution_is_the_best_there_is(nao: nk.NaoModel, frame: str, fast: float) -> None:
     rng = np.random.default_rng(6)
-    q, twist = robot.random(rng, 60), rng.normal(size=(60, 6)) * [0.3, 0.3, 0.3, 3.0, 3.0, 3.0]
-    found = velocity(robot, q, twist, "LArm", dt=0.01)
-    jacobian, left = robot.jacobian(q, "LArm"), np.linalg.norm(found.wanted - found.twist, axis=-1)
-    best = np.empty(60)
-    for k in range(60):
-        low = np.maximum(-robot.velocity_limits, (robot.lower - q[k]) / 0.01)
-        high = np.minimum(robot.velocity_limits, (robot.upper - q[k]) / 0.01)
-        best[k] = np.linalg.norm(
-            jacobian[k] @ lsq_linear(jacobian[k], twist[k], (low - 1e-12, high + 1e-12)).x - twist[k]
-        )
-    assert (left >= best - 1e-6).all()
-    assert left.mean() <= 1.05 * best.mean()
+    q, twist = nao.random(rng, 150), fast * rng.normal(size=(150, 6)) * [0.3, 0.3, 0.3, 3.0, 3.0, 3.0]
+    found = velocity(nao, q, twist, frame, dt=0.01, damping=0.0)
+    jacobian, left = nao.jacobian(q, frame), np.linalg.norm(found.wanted - found.twist, axis=-1)
+    low = np.maximum(-nao.velocity_limits, (nao.lower - q) / 0.01)
+    high = np.minimum(nao.velocity_limits, (nao.upper - q) / 0.01)
+    compared = 0
+    for k in range(150):
+        best = lsq_linear(jacobian[k], twist[k], (low[k] - 1e-12, high[k] + 1e-12), tol=1e-12).x
+        if nao.within_limits(q[k] + 0.01 * best):  # coupled limits are unknown to SciPy
+            assert left[k] <= np.linalg.norm(jacobian[k] @ best - twist[k]) + 1e-6
+            compared += 1
+    assert compared > 120
+    assert (left <= np.linalg.norm(twist, axis=-1)).all()  # never worse than standing still
+    assert found.limited.sum() > 30
 
 
 def test_scaling_keeps_the_direction_of_the_twist(nao: nk.NaoModel) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,8 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import common_batch
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.ik.body.quadratic_program import quadratic_program
+from nao_kin.ik.compiling import kept
 from nao_kin.ik.geometry import kept_limb
 from nao_kin.ik.search.pose_search import SearchSpace, search_space
 from nao_kin.ik.velocity_result import TwistMap, VelocityResult
@@ -27,6 +29,14 @@ _MOST_PROJECTIONS = 8
 _ZERO = 1e-12
 # What rounding does to a velocity that is at its limit.
 _ROUNDING = 1e-9
+# What motions that make no twist cost, as a share of the largest squared singular value.
+_LEAST_COST = 1e-10
+# Fewer quadratic programs are solved as Python, if nothing has been compiled yet.
+_FEW = 64
+# A line of a coupled limit that is beyond the limit itself by less [rad] belongs to it.
+_SAME = 1e-12
+
+_Svd = tuple[Floats, Floats, Floats]
 
 
 def velocity(
@@ -57,8 +67,9 @@ def velocity(
             alone that are below ε, 0.02 of the largest, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero
             along directions that are lost, while twists that can be made well are not touched.
         limits: what happens where a joint would be faster than its speed limit, or in the time `dt` leave its range, a
-            coupled one included. "redistribute": it goes as fast as it may, and the other joints make up for it as far
-            as they can; the twist that is left may point elsewhere. "scale": all joints are slowed alike, so that the
+            coupled one included. "redistribute": of all velocities inside the limits those that come nearest to the
+            twist, by a quadratic program: other joints make up for the one as far as they can; the twist that is left
+            may point elsewhere. "scale": all joints are slowed alike, so that the
             twist keeps its direction; a joint that stands at its limit stops all. "ignore": nothing.
         dt: the time [s] for which ranges are looked ahead.
         length: what translation is measured in, for damping and all measures [m]: with the characteristic length of the
@@ -102,14 +113,18 @@ def velocity(
     J = motion.jacobians(q_rows, expressed_in)
     unit = np.array([1.0 / length] * 3 + [1.0] * 3)
     scaled = J * unit[:, None]
-    U, sigma, Vt = np.linalg.svd(scaled, full_matrices=True)
+    svd = np.linalg.svd(scaled, full_matrices=True)
+    U, sigma, Vt = svd
     wanted = twist_rows * unit
     asked = _solved(U, sigma, Vt, damping, wanted)
     if limits == "ignore":
         speeds = asked
     else:
         bounds = _Bounds(space, q_rows, dt)
-        speeds = bounds.scaled(asked) if limits == "scale" else _redistributed(scaled, wanted, asked, damping, bounds)
+        if limits == "scale":
+            speeds = bounds.scaled(asked)
+        else:
+            speeds = _redistributed(scaled, wanted, asked, svd, damping, bounds)
     v = np.zeros((len(q_rows), robot.nv))
     v[:, motion.velocity_columns] = speeds
     changed = np.abs(speeds - asked) > _ROUNDING
@@ -173,6 +188,35 @@ class _Bounds:
         cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > 0.1 * LIMIT_TOLERANCE)
         return np.asarray(np.where(cornered[:, None], 0.0, alike))
 
+    def inequalities(self, rows: NDArray[np.intp]) -> tuple[Floats, Floats]:
+        """Rows A v ≥ b for configurations, shapes (k, r, m) and (k, r), that keep speed limits and ranges for dt.
+
+        From outside its range a joint comes back as fast as it may. Of a coupled limit every segment within reach gives
+        a row, except where its line would cut away what is allowed now: the region need not be convex.
+        """
+        motion, region, dt = self._motion, self._region, self._dt
+        values, fastest = self._values[rows], self._fastest
+        moving = values[:, motion.joints]
+        low = np.clip((region.lower[motion.joints] - moving) / dt, -fastest, fastest)
+        high = np.clip((region.upper[motion.joints] - moving) / dt, -fastest, fastest)
+        k, m = moving.shape
+        A = [np.broadcast_to(np.concatenate([np.eye(m), -np.eye(m)]), (k, 2 * m, m))]
+        b = [low, -high]
+        for line in region.lines():
+            row = np.zeros((k, m))
+            for joint, share in ((line.joint, 1.0), (line.of, -line.slope)):
+                row[:, motion.joints == joint] = line.sign * share
+            # No more than the joints can do, for from outside a limit they come back as fast as they may.
+            ahead = (row * np.where(row > 0.0, high, np.where(row < 0.0, low, 0.0))).sum(axis=-1)
+            reach = np.where(motion.joints == line.of, fastest, 0.0).sum() * dt
+            of = values[:, line.of]
+            now = line.sign * (line.at(of) - line.bound(of)) <= _SAME
+            now &= (line.begins <= of + reach) & (line.ends >= of - reach)
+            needed = np.minimum(line.sign * (line.at(of) - values[:, line.joint]) / dt, ahead)
+            A.append(row[:, None])
+            b.append(np.where(now, needed, -np.inf)[:, None])
+        return np.ascontiguousarray(np.concatenate(A, axis=1)), np.ascontiguousarray(np.concatenate(b, axis=1))
+
     def scaled(self, speeds: Floats) -> Floats:
         """The same velocities, all slowed alike until every joint is inside."""
         rows = np.arange(len(speeds))
@@ -190,33 +234,47 @@ class _Bounds:
         return np.asarray(np.where(np.any(outside, axis=-1, keepdims=True), 0.0, tried))
 
 
-def _redistributed(J: Floats, wanted: Floats, asked: Floats, damping: float | None, bounds: _Bounds) -> Floats:
-    """Velocities inside the bounds: the joint that is farthest outside is held at its own, and the rest solved again.
-
-    One joint is held in each round, so the rounds end.
-    """
+def _redistributed(
+    J: Floats, wanted: Floats, asked: Floats, svd: _Svd, damping: float | None, bounds: _Bounds
+) -> Floats:
+    """The velocities inside the bounds with the least ‖J v − t‖² + ‖Λ Vᵀ v‖², as those asked have it without bounds."""
     speeds: Floats = asked.copy()
-    held: NDArray[np.bool_] = np.zeros(asked.shape, dtype=np.bool_)
-    rows = np.arange(len(asked))
-    for _ in range(asked.shape[1]):
-        allowed = bounds.allowed(speeds[rows], rows)
-        over = np.abs(allowed - speeds[rows])
-        again = np.flatnonzero(over.max(axis=-1, initial=0.0) > _ROUNDING)
-        if not again.size:
-            return speeds
-        rows, allowed, over = rows[again], allowed[again], over[again]
-        worst: NDArray[np.bool_] = np.zeros(over.shape, dtype=np.bool_)
-        worst[np.arange(len(rows)), np.argmax(over, axis=-1)] = True
-        before = held[rows]
-        stuck = np.where(worst, allowed, np.where(before, speeds[rows], 0.0))
-        now: NDArray[np.bool_] = np.asarray(before | worst)
-        held[rows] = now
-        others: Floats = np.where(now[:, None, :], 0.0, J[rows])
-        left = wanted[rows] - np.einsum("nij,nj->ni", J[rows], stuck)
-        U, sigma, Vt = np.linalg.svd(others, full_matrices=True)
-        speeds[rows] = np.where(now, stuck, _solved(U, sigma, Vt, damping, left))
-    speeds[rows] = bounds.allowed(speeds[rows], rows)
+    allowed = bounds.allowed(asked, np.arange(len(asked)))
+    rows = np.flatnonzero(np.abs(allowed - asked).max(axis=-1, initial=0.0) > _ROUNDING)
+    if not rows.size:
+        return speeds
+    _, sigma, Vt = (part[rows] for part in svd)
+    size = sigma.shape[-1]
+    # Motions that are lost or make nothing cost next to nothing, so that there is one minimum.
+    squares = np.repeat(_LEAST_COST * np.square(sigma[:, :1]), Vt.shape[-1], axis=-1)
+    squares[:, :size] += np.square(sigma) + np.square(_dampings(sigma, damping))
+    H = np.ascontiguousarray(np.einsum("nki,nk,nkj->nij", Vt, squares, Vt))
+    g = np.ascontiguousarray(-np.einsum("nij,ni->nj", J[rows], wanted[rows]))
+    A, b = bounds.inequalities(rows)
+    found, solved = np.zeros_like(g), np.zeros(len(rows), dtype=np.bool_)
+    if len(rows) < _FEW and not _programs.in_memory:
+        for k in range(len(rows)):
+            solved[k] = quadratic_program(H[k], g[k], A[k], b[k], b.shape[1], 0, found[k])
+    else:
+        _programs(H, g, A, b, found, solved)
+    speeds[rows] = bounds.allowed(np.where(solved[:, None], found, asked[rows]), rows)
     return speeds
+
+
+def _arguments() -> tuple[Any, ...]:
+    from numba import types
+
+    rows, blocks = types.float64[:, ::1], types.float64[:, :, ::1]
+    return blocks, rows, blocks, rows, rows, types.boolean[::1]
+
+
+@kept("velocities", _arguments)
+def _programs(H: Any, g: Floats, A: Any, b: Floats, found: Floats, solved: NDArray[np.bool_]) -> None:
+    for k in range(len(g)):
+        solved[k] = quadratic_program(H[k], g[k], A[k], b[k], b.shape[1], 0, found[k])
+
+
+VELOCITY_KERNELS = (_programs,)
 
 
 def _dampings(sigma: Floats, damping: float | None) -> Floats:

@@ -15,11 +15,11 @@ from nao_kin.ik.closed_forms.legs import LEGS_KERNELS
 from nao_kin.ik.compiling import KERNEL
 from nao_kin.ik.search.least_squares import DESCENT_KERNELS
 from nao_kin.ik.search.limit_regions import LIMIT_KERNELS
+from nao_kin.ik.velocity import VELOCITY_KERNELS
 
 _LIMBS = (*LEG_KERNELS, *LEGS_KERNELS, *ARM_KERNELS, *HEAD_KERNELS)
-_KERNELS = {
-    kernel.name.removeprefix(KERNEL): kernel for kernel in (*_LIMBS, *LIMIT_KERNELS, *DESCENT_KERNELS, *BODY_KERNELS)
-}
+_SEARCHES = (*LIMIT_KERNELS, *DESCENT_KERNELS, *BODY_KERNELS, *VELOCITY_KERNELS)
+_KERNELS = {kernel.name.removeprefix(KERNEL): kernel for kernel in (*_LIMBS, *_SEARCHES)}
 KERNELS: tuple[str, ...] = tuple(_KERNELS)
 """What is compiled: "legs", "both legs", "arms by pose" …"""
 

@@ -88,7 +88,7 @@ def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
     """The power qᵗ = exp(t log q) = ‖q‖ᵗ (cos tθ, sin tθ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
 
     A unit quaternion turns by t times its angle 2θ in [0, 2π], and its power is a unit quaternion: a length within
-    1e-15 of 1 counts as 1, for large powers would make rounding of it large too. The power follows the quaternion, not
+    1e-15 of 1 counts as 1, for a large exponent would make its rounding large. The power follows the quaternion, not
     the rotation: q and −q have different powers. `power` follows the rotation, by φ ≤ π, and so does
     `quat_power(quat_canonical(q), t)`.
 

@@ -6,7 +6,8 @@ symmetry, at o in the head with the optical axis n, sees the point P in the midd
     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
 
 |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. What the two joints do not make, or their limits do
-not allow, is answered with the nearest: for every yaw the best pitch is known, and the yaw is searched for.
+not allow, is answered with the nearest. For an orientation the best pitch of every yaw is known, and the yaw is
+searched for. The error of a look may have several valleys over yaw and pitch: a grid finds them, and each is searched.
 """
 
 from __future__ import annotations
@@ -33,7 +34,6 @@ from nao_kin.ik.closed_forms.ranges import (
     entered,
     rigid,
     table_range,
-    wrapped,
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
@@ -46,8 +46,8 @@ _ALONE, _YAW_AXIS = float(Family.NONE), float(Family.YAW_AXIS)
 _ON_AXIS = 1e-12
 # Steps of the search for the nearest yaw, and divisions of the best two after it.
 _STEPS, _DIVISIONS = 120, 60
-# Steps of the search around it [rad].
-_FIRST_STEP, _LAST_STEP = 0.02, 1e-10
+# A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
+_YAWS, _PITCHES, _LAST_STEP = 60, 40, 1e-10
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -123,7 +123,7 @@ def solve_head(
     elif admitted(ranges, enforce, q, report):
         count = entered(reference, q, enforce, (0.0, error), _ALONE, found, 0)
     if count == 0:
-        _nearest(head, ranges, wanted, True, enforce, report)
+        _nearest(ranges, wanted, enforce, report)
     concluded(found, JOINTS, count, report)
     return count
 
@@ -170,7 +170,7 @@ def solve_gaze(
                 q[1] = math.atan2(w * r - u * z, u * r + w * z)
                 count = _look(head, ranges, point, _ALONE, reference, enforce, q, found, report, count)
     if count == 0 and far > 0.0:
-        _nearest(head, ranges, point, False, enforce, report)
+        _nearest_look(head, ranges, point, enforce, report)
     concluded(found, JOINTS, count, report)
     return count
 
@@ -226,64 +226,87 @@ def _free_yaw(ranges: Ranges, pitch: float, wanted: float, enforce: bool) -> flo
 
 
 @both_ways
-def _nearest(
-    head: Head, ranges: Ranges, wanted: tuple[float, ...], orientation: bool, enforce: bool, report: Row
-) -> None:
-    """Report the joint values that come nearest, by angle: the yaw by search, for each the best pitch."""
+def _nearest(ranges: Ranges, wanted: tuple[float, ...], enforce: bool, report: Row) -> None:
+    """Report the joint values with the nearest orientation: the yaw by search, for each the best pitch."""
     low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
     step = (high - low) / _STEPS
     best, at = math.inf, low
     for i in range(_STEPS + 1):
-        error = _error_at_yaw(head, ranges, wanted, orientation, enforce, low + i * step)[0]
+        error = _error_at_yaw(ranges, wanted, enforce, low + i * step)[0]
         if error < best:
             best, at = error, low + i * step
     left, right = max(low, at - step), min(high, at + step)
     for _ in range(_DIVISIONS):
         width = _GOLDEN * (right - left)
         one, two = right - width, left + width
-        error_one = _error_at_yaw(head, ranges, wanted, orientation, enforce, one)[0]
-        error_two = _error_at_yaw(head, ranges, wanted, orientation, enforce, two)[0]
+        error_one = _error_at_yaw(ranges, wanted, enforce, one)[0]
+        error_two = _error_at_yaw(ranges, wanted, enforce, two)[0]
         if error_one < error_two:
             right = two
         else:
             left = one
         if min(error_one, error_two) < best:
             best, at = min(error_one, error_two), one if error_one < error_two else two
-    error, pitch = _error_at_yaw(head, ranges, wanted, orientation, enforce, at)
-    step = _FIRST_STEP
-    while not orientation and step > _LAST_STEP:
-        # With the point aside, the best pitch is not quite the one above: look around, along the edge of the range too.
-        best = error
-        for i in range(4):
-            yaw = min(max(at + (step if i == 0 else -step if i == 1 else 0.0), low), high)
-            other = _allowed_pitch(ranges, yaw, pitch + (step if i == 2 else -step if i == 3 else 0.0), enforce)
-            found = gaze_error(head, wanted, yaw, other)
-            if found < error:
-                error, at, pitch = found, yaw, other
-        if error == best:
-            step *= 0.5
+    error, pitch = _error_at_yaw(ranges, wanted, enforce, at)
     report[BEST], report[BEST + 1] = at, pitch
     report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, error
 
 
 @both_ways
-def _error_at_yaw(
-    head: Head, ranges: Ranges, wanted: tuple[float, ...], orientation: bool, enforce: bool, yaw: float
-) -> tuple[float, float]:
+def _error_at_yaw(ranges: Ranges, wanted: tuple[float, ...], enforce: bool, yaw: float) -> tuple[float, float]:
     """The error of the best pitch at a yaw, and that pitch."""
     c, s = math.cos(yaw), math.sin(yaw)
-    if orientation:
-        # The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
-        pitch = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
-    else:
-        pitch = _pitch_towards(head, wanted[0] * c + wanted[1] * s, wanted[2])
+    # The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
+    pitch = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
     if enforce:
         low = _allowed_pitch(ranges, yaw, -math.inf, True)
         high = _allowed_pitch(ranges, yaw, math.inf, True)
         if pitch < low or pitch > high:
-            below, above = _error(head, wanted, orientation, yaw, low), _error(head, wanted, orientation, yaw, high)
+            below, above = orientation_error(wanted, yaw, low), orientation_error(wanted, yaw, high)
             return (below, low) if below < above else (above, high)
-    return _error(head, wanted, orientation, yaw, pitch), pitch
+    return orientation_error(wanted, yaw, pitch), pitch
+
+
+@both_ways
+def _nearest_look(head: Head, ranges: Ranges, point: tuple[float, ...], enforce: bool, report: Row) -> None:
+    """Report the joint values that look nearest to a point: down from the lowest of each valley of a grid."""
+    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
+    least, most = (ranges.lower[1], ranges.upper[1]) if enforce else (-math.pi, math.pi)
+    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, math.inf
+    here, pitch, before = math.inf, 0.0, math.inf
+    for i in range(_YAWS + 2):
+        error, best = math.inf, 0.0
+        if i <= _YAWS:
+            yaw = low + (high - low) * i / _YAWS
+            for k in range(_PITCHES + 1):
+                other = _allowed_pitch(ranges, yaw, least + (most - least) * k / _PITCHES, enforce)
+                found = gaze_error(head, point, yaw, other)
+                if found < error:
+                    error, best = found, other
+        if here <= before and here <= error and here < math.inf:
+            _look_down(head, ranges, point, enforce, low + (high - low) * (i - 1) / _YAWS, pitch, report)
+        here, pitch, before = error, best, here
+
+
+@both_ways
+def _look_down(
+    head: Head, ranges: Ranges, point: tuple[float, ...], enforce: bool, yaw: float, pitch: float, report: Row
+) -> None:
+    """In steps to nearer looks, along the edge of the range too, until they are tiny; report the nearest so far."""
+    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
+    error, step = gaze_error(head, point, yaw, pitch), (high - low) / _YAWS
+    while step > _LAST_STEP:
+        before = error
+        for i in range(9):
+            one = min(max(yaw + step * (i // 3 - 1), low), high)
+            other = _allowed_pitch(ranges, one, pitch + step * (i % 3 - 1), enforce)
+            found = gaze_error(head, point, one, other)
+            if found < error:
+                error, yaw, pitch = found, one, other
+        if error == before:
+            step *= 0.5
+    if error < report[ANGLE_ERROR]:
+        report[BEST], report[BEST + 1], report[ANGLE_ERROR] = yaw, pitch, error
 
 
 @both_ways
@@ -296,26 +319,6 @@ def _allowed_pitch(ranges: Ranges, yaw: float, pitch: float, enforce: bool) -> f
         bounds = table_range(ranges, yaw)
         low, high = min(max(low, bounds[0]), high), max(min(high, bounds[1]), low)
     return min(max(pitch, low), high)
-
-
-@both_ways
-def _pitch_towards(head: Head, x: float, z: float) -> float:
-    """The pitch at which the camera, its axis in a vertical plane, looks as near as it can to a point near it.
-
-    Looking along (x, z) as seen from the camera is best; the camera moves with the pitch, and a few rounds settle it.
-    """
-    nx, nz = head.a00, head.a20
-    pitch = math.atan2(-z, x) - math.atan2(-nz, nx)
-    for _ in range(30):
-        c, s = math.cos(pitch), math.sin(pitch)
-        dx, dz = x - (c * head.forward + s * head.up), z - (c * head.up - s * head.forward)
-        pitch = wrapped(math.atan2(-dz, dx) - math.atan2(-nz, nx))
-    return pitch
-
-
-@both_ways
-def _error(head: Head, wanted: tuple[float, ...], orientation: bool, yaw: float, pitch: float) -> float:
-    return orientation_error(wanted, yaw, pitch) if orientation else gaze_error(head, wanted, yaw, pitch)
 
 
 @both_ways

@@ -50,6 +50,39 @@ class PlaneRegion:
 
 
 @dataclass(frozen=True, eq=False)
+class Line:
+    """A segment of a coupled limit, as a line joint = start + slope (of − begins).
+
+    Attributes:
+        of: the joint that the limit depends on, by its place in `RobotModel.joint_names`.
+        joint: the joint that it limits.
+        sign: 1 for a lower bound, −1 for an upper one.
+        begins: where the segment begins, a value of `of`.
+        ends: where it ends.
+        start: the limit where it begins.
+        slope: of the segment.
+        region: what it belongs to.
+    """
+
+    of: int
+    joint: int
+    sign: float
+    begins: float
+    ends: float
+    start: float
+    slope: float
+    region: PlaneRegion
+
+    def at(self, of: Floats) -> Floats:
+        """The line at values of `of`."""
+        return np.asarray(self.start + self.slope * (of - self.begins))
+
+    def bound(self, of: Floats) -> Floats:
+        """The limit itself at values of `of`."""
+        return self.region.range(of)[0 if self.sign > 0.0 else 1]
+
+
+@dataclass(frozen=True, eq=False)
 class Violations:
     """For each of n configurations, the joint that is farthest outside its limits.
 
@@ -147,6 +180,17 @@ class LimitRegion:
         lower, upper = (np.array(bound[self.moving], dtype=np.float64) for bound in (self.lower, self.upper))
         whole = np.array(tables, dtype=np.int64)
         return Region(lower, upper, winding, whole, at, low, high, bool(self._shared))
+
+    def lines(self) -> list[Line]:
+        """The segments of all coupled limits of joints that move."""
+        found = []
+        for region, of, joint in self._tables:
+            for i in range(len(region.at) - 1):
+                begins, ends = float(region.at[i]), float(region.at[i + 1])
+                for sign, bound in ((1.0, region.lower), (-1.0, region.upper)):
+                    slope = float(bound[i + 1] - bound[i]) / (ends - begins)
+                    found.append(Line(of, joint, sign, begins, ends, float(bound[i]), slope, region))
+        return found
 
     def still_values(self, values: Floats) -> Floats:
         """For each table the value of its joint that does not move, shape (n, t), from those of all, (n, joints)."""

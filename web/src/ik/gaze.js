@@ -1,4 +1,4 @@
-import { clamp, wrapped } from "../math/numbers.js";
+import { clamp } from "../math/numbers.js";
 import { minus, norm } from "../math/vectors.js";
 import { Answer } from "./answer.js";
 import { Neck } from "./neck.js";
@@ -9,11 +9,10 @@ import { LIMIT } from "./tolerances.js";
 
 // Below so many metres from the yaw's axis, every yaw looks at a point as well as another.
 const ON_AXIS = 1e-12;
-// The steps [rad] of the search around the nearest look.
-const FIRST_STEP = 0.02;
+// A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
+const YAWS = 60;
+const PITCHES = 40;
 const LAST_STEP = 1e-10;
-// Rounds in which the pitch settles that a camera needs, which moves with it.
-const ROUNDS = 30;
 
 /**
  * The head, for a point that a camera is to see. The camera at o in the head, with the optical axis n, has a point P of the
@@ -117,52 +116,29 @@ export class Gaze extends Neck {
   }
 
   /**
-   * With the point aside the best pitch of each yaw is not quite the one known: look around, along the edge of the range
-   * too.
+   * The look nearest to a point: down from the lowest of each valley of a grid.
    *
    * @param {Vector} P from the neck
    * @param {boolean} enforce
    */
   #nearestGaze(P, enforce) {
-    /** @param {number[]} values */
-    const errorOf = (values) => this.#error(P, values);
-    /** @type {Nearest} */
-    let best = this.bestYaw(errorOf, (c, s) => this.#pitchTowards(P[0] * c + P[1] * s, P[2]), enforce);
     const [low, high] = this.yawRange(enforce);
-    let step = FIRST_STEP;
-    while (step > LAST_STEP) {
-      const before = best;
-      for (const [dy, dp] of [
-        [step, 0],
-        [-step, 0],
-        [0, step],
-        [0, -step],
-      ]) {
-        const yaw = clamp(best.values[0] + dy, low, high);
-        const values = [yaw, this.allowedPitch(yaw, best.values[1] + dp, enforce)];
-        const error = errorOf(values);
-        if (error < best.error) best = { values, error };
-      }
-      if (best === before) step *= 0.5;
-    }
-    return best;
-  }
-
-  /**
-   * The pitch at which the camera, its axis in a vertical plane, looks as near as it can to a point near that plane.
-   *
-   * @param {number} x of the point from the neck, in the plane
-   * @param {number} z
-   */
-  #pitchTowards(x, z) {
-    const tilt = Math.atan2(-this.nz, this.nx);
-    let pitch = Math.atan2(-z, x) - tilt;
-    for (let i = 0; i < ROUNDS; i++) {
-      const [c, s] = [Math.cos(pitch), Math.sin(pitch)];
-      const [dx, dz] = [x - (c * this.ahead + s * this.up), z - (c * this.up - s * this.ahead)];
-      pitch = wrapped(Math.atan2(-dz, dx) - tilt);
-    }
-    return pitch;
+    const [least, most] = enforce ? [this.lower[1], this.upper[1]] : [-Math.PI, Math.PI];
+    /** @param {number} yaw @param {number} pitch @returns {Nearest} */
+    const look = (yaw, pitch) => {
+      const inside = clamp(yaw, low, high);
+      const values = [inside, this.allowedPitch(inside, pitch, enforce)];
+      return { values, error: this.#error(P, values) };
+    };
+    const pitches = [...Array(PITCHES + 1).keys()].map((k) => least + ((most - least) * k) / PITCHES);
+    const columns = [...Array(YAWS + 1).keys()].map((i) => {
+      const looks = pitches.map((pitch) => look(low + ((high - low) * i) / YAWS, pitch));
+      return looks.reduce((a, b) => (b.error < a.error ? b : a));
+    });
+    const errors = [Infinity, ...columns.map(({ error }) => error), Infinity];
+    const valleys = columns.filter(({ error }, i) => error <= errors[i] && error <= errors[i + 2]);
+    const ends = valleys.map((start) => lookDown(start, (high - low) / YAWS, look));
+    return ends.reduce((a, b) => (b.error < a.error ? b : a));
   }
 
   /**
@@ -178,4 +154,27 @@ export class Gaze extends Neck {
     const [u, w] = [cp * x - sp * P[2] - this.ahead, sp * x + cp * P[2] - this.up];
     return Math.atan2(Math.hypot(w * this.nx - u * this.nz, y), u * this.nx + w * this.nz);
   }
+}
+
+/**
+ * In steps to nearer looks, until they are tiny.
+ *
+ * @param {Nearest} start
+ * @param {number} firstStep [rad]
+ * @param {(yaw: number, pitch: number) => Nearest} look inside the limits
+ */
+function lookDown(start, firstStep, look) {
+  let best = start;
+  let step = firstStep;
+  while (step > LAST_STEP) {
+    const before = best;
+    for (const dy of [-step, 0, step]) {
+      for (const dp of [-step, 0, step]) {
+        const found = look(best.values[0] + dy, best.values[1] + dp);
+        if (found.error < best.error) best = found;
+      }
+    }
+    if (best === before) step *= 0.5;
+  }
+  return best;
 }
