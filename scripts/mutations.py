@@ -87,8 +87,13 @@ _URDF = (
         ),
         (
             "negative-speed-taken",
-            '        if value < 0.0:\n            raise _Refused(f"joint {quoted(joint)} has {attribute}',
-            '        if False:\n            raise _Refused(f"joint {quoted(joint)} has {attribute}',
+            '        if value < 0.0:\n            self.notes.append(f"joint {quoted(joint)} has {attribute}',
+            '        if False:\n            self.notes.append(f"joint {quoted(joint)} has {attribute}',
+        ),
+        (
+            "plain-file-expanded",
+            "        if not asked:\n            raise BadModel",
+            "        if False:\n            raise BadModel",
         ),
         ("range-of-one-value-taken-for-none", "        if lower > upper:", "        if lower >= upper:"),
         ("multiplier-left-out-is-zero", '"multiplier", 1.0)', '"multiplier", 0.0)'),
