@@ -74,7 +74,8 @@ _URDF = (
     ),
     *_faults(
         "urdf/reader.py",
-        "test_urdf_tree.py test_foreign_urdf.py::test_a_file_that_is_no_robot_is_refused_with_the_reason",
+        "test_urdf_tree.py test_foreign_urdf.py::test_a_file_that_is_no_robot_is_refused_with_the_reason "
+        "test_foreign_urdf.py::test_a_negative_speed_or_effort_is_no_limit",
         (
             "speed-read-as-effort",
             'velocity=self._bound(name, limit, "velocity")',
