@@ -74,7 +74,8 @@ _URDF = (
     ),
     *_faults(
         "urdf/reader.py",
-        "test_urdf_tree.py test_foreign_urdf.py::test_a_file_that_is_no_robot_is_refused_with_the_reason",
+        "test_urdf_tree.py test_foreign_urdf.py::test_a_file_that_is_no_robot_is_refused_with_the_reason "
+        "test_foreign_urdf.py::test_a_negative_speed_or_effort_is_no_limit",
         (
             "speed-read-as-effort",
             'velocity=self._bound(name, limit, "velocity")',
@@ -87,8 +88,13 @@ _URDF = (
         ),
         (
             "negative-speed-taken",
-            '        if value < 0.0:\n            raise _Refused(f"joint {quoted(joint)} has {attribute}',
-            '        if False:\n            raise _Refused(f"joint {quoted(joint)} has {attribute}',
+            '        if value < 0.0:\n            self.notes.append(f"joint {quoted(joint)} has {attribute}',
+            '        if False:\n            self.notes.append(f"joint {quoted(joint)} has {attribute}',
+        ),
+        (
+            "plain-file-expanded",
+            "        if not asked:\n            raise BadModel",
+            "        if False:\n            raise BadModel",
         ),
         ("range-of-one-value-taken-for-none", "        if lower > upper:", "        if lower >= upper:"),
         ("multiplier-left-out-is-zero", '"multiplier", 1.0)', '"multiplier", 0.0)'),

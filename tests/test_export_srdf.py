@@ -8,15 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from made_up_robots import J, made_up
 from moveit_rules import violations
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.export.disabled_collisions import adjacent_links
+from nao_kin.export import link_contacts
+from nao_kin.export.disabled_collisions import adjacent_links, disabled_collisions
 from nao_kin.export.link_contacts import LinkContacts
 from nao_kin.export.planning_groups import planning
 from nao_kin.export.srdf_document import srdf_document
@@ -26,6 +29,7 @@ from nao_kin.urdf import Box, Cylinder, MeshFile, Sphere
 VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 DATA = Path(__file__).resolve().parent / "data"
 FEW = 60
+COLLIDE = link_contacts._collide
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +211,34 @@ def test_contacts_are_those_that_pinocchio_finds(nao: nk.NaoModel) -> None:
         expected.update(pair for pair in touching if pair[0] != pair[1])
     found = contacts.count(q, set(contacts.pairs()))
     assert {pair: count for pair, count in found.items() if count} == dict(expected)
+
+
+def test_contacts_of_hollow_meshes_are_those_of_their_triangles(tmp_path: Path) -> None:
+    arms = [trimesh.creation.box((0.6, 0.05, 0.05)), trimesh.creation.box((0.05, 0.05, 0.6))]
+    for arm, place in zip(arms, ((0.3, 0.0, 0.0), (0.6, 0.0, 0.3)), strict=True):
+        arm.apply_translation(place)
+    trimesh.util.concatenate(arms).export(tmp_path / "hook.obj")
+    hook = '<geometry><mesh filename="hook.obj"/></geometry>'
+    first, second = J("a", (0.0, 0.0, 1.0), xyz=(0.5, 0.0, 0.1)), J("b", (0.0, 1.0, 0.0), xyz=(0.3, 0.05, 0.2))
+    robot = made_up(tmp_path, first, second)
+    robot = _shaped(robot, tmp_path, base=hook, a_l=hook, b_l=hook)
+    shape = coal.MeshLoader().load(str(tmp_path / "hook.obj"), np.ones(3))
+    q, expected = robot.random(2, 400), Counter[tuple[str, str]]()
+    for T in robot.fk(q, ["base", "a_l", "b_l"]):
+        places = dict(zip(("base", "a_l", "b_l"), (coal.Transform3s(t[:3, :3], t[:3, 3]) for t in T), strict=True))
+        for one, other in (("a_l", "base"), ("b_l", "base"), ("a_l", "b_l")):
+            request, result = coal.CollisionRequest(), coal.CollisionResult()
+            expected[one, other] += bool(coal.collide(shape, places[one], shape, places[other], request, result))
+    assert all(10 < count < 390 for count in expected.values())
+    contacts = LinkContacts(robot)
+    assert contacts.count(q, set(contacts.pairs())) == expected
+
+
+def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, looks = _before_a_wall(tmp_path, 0.5), []
+    monkeypatch.setattr(link_contacts, "_collide", lambda *shapes: looks.append(shapes) or COLLIDE(*shapes))
+    assert ("base", "b_l") not in disabled_collisions(robot, LinkContacts(robot), samples=10_000, seed=0)
+    assert 0 < len(looks) < 200
 
 
 def test_the_same_seed_gives_the_same_file(nao: nk.NaoModel) -> None:

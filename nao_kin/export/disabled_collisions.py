@@ -21,8 +21,8 @@ ADJACENT, DEFAULT, ALWAYS, NEVER = "Adjacent", "Default", "Always", "Never"
 ALWAYS_FROM = 0.95
 # "Always" is decided by the first of the samples, for they must be counted to the last.
 _COUNTED = 1000
-# So few at once are posed by Pinocchio: no kernel has to be compiled for them.
-_AT_ONCE = 50
+# Configurations looked at together: at first few, for many pairs are soon decided.
+_AT_ONCE, _REST_AT_ONCE = 50, 500
 
 
 def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: int, seed: int) -> dict[LinkPair, str]:
@@ -55,8 +55,8 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
     reasons |= {pair: ALWAYS for pair in unknown if counts[pair] > ALWAYS_FROM * counted}
     rest = np.array([*(robot.posture(name) for name in robot.posture_names), *q[counted:]])
     unseen = {pair for pair in unknown if not counts[pair]}
-    for start in range(0, len(rest), _AT_ONCE):
-        touching = contacts.count(rest[start : start + _AT_ONCE], unseen, most=1)
+    for start in range(0, len(rest), _REST_AT_ONCE):
+        touching = contacts.count(rest[start : start + _REST_AT_ONCE], unseen, most=1)
         unseen = {pair for pair in unseen if not touching[pair]}
     return dict(sorted((reasons | dict.fromkeys(unseen, NEVER)).items()))
 

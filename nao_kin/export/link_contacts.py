@@ -19,6 +19,11 @@ from nao_kin.robot import RobotModel, UnreadableShape, shape_geometry
 
 # By how much boxes around shapes are larger than them [m]: coal takes shapes within its tolerance for touching.
 _MARGIN = 1e-5
+# So few configurations at once are posed by Pinocchio: no kernel has to be compiled for them.
+_POSED_AT_ONCE = 50
+# How many planes between two meshes are tried, and in how few configurations it is not worth while.
+_PLANES, _FEW = 8, 4
+_DISTANCE = coal.DistanceRequest()
 # Two names, the one that comes first in the alphabet first.
 LinkPair = tuple[str, str]
 
@@ -56,6 +61,10 @@ class LinkContacts:
         self._radii = np.array([shape.aabb_radius for shape in self._geometries])
         boxes = [shape.aabb_local for shape in self._geometries]
         self._hulls = [_hull(shape) for shape in self._geometries]
+        self._corners = [
+            None if hull is shape else np.array(hull.points())
+            for hull, shape in zip(self._hulls, self._geometries, strict=True)
+        ]
         self._halves = np.array([(box.max_ - box.min_) / 2.0 for box in boxes]).reshape(-1, 3) + _MARGIN
 
     def pairs(self) -> Iterator[LinkPair]:
@@ -74,21 +83,25 @@ class LinkContacts:
         both = [(pair, a, b) for pair in counts for a in self._shapes[pair[0]] for b in self._shapes[pair[1]]]
         if not both or not len(q):
             return counts
-        T_root_link = self._robot.fk(q, list(self.links))
+        parts = [q[start : start + _POSED_AT_ONCE] for start in range(0, len(q), _POSED_AT_ONCE)]
+        T_root_link = np.concatenate([self._robot.fk(part, list(self.links)) for part in parts])
         T_root_shape = T_root_link[:, self._columns] @ self._T_link_shape
         place = functools.cache(lambda sample, shape: _transform(T_root_shape[sample, shape]))
         seen: set[tuple[LinkPair, int]] = set()
-        for index, sample in self._near(T_root_shape, np.array([row[1:] for row in both]).T):
+        for index, samples in self._near(T_root_shape, np.array([row[1:] for row in both]).T):
             pair, a, b = both[index]
-            if (most is not None and counts[pair] >= most) or (pair, sample) in seen:
+            if most is not None and counts[pair] >= most:
                 continue
-            if self._touch(a, place(sample, a), b, place(sample, b)):
-                seen.add((pair, sample))
-                counts[pair] += 1
+            for sample in samples[~self._apart(a, b, T_root_shape[samples])].tolist():
+                if (most is not None and counts[pair] >= most) or (pair, sample) in seen:
+                    continue
+                if self._touch(a, place(sample, a), b, place(sample, b)):
+                    seen.add((pair, sample))
+                    counts[pair] += 1
         return counts
 
-    def _near(self, T_root_shape: Floats, shapes: NDArray[np.intp]) -> list[tuple[int, int]]:
-        """Which of several pairs of shapes, shape (2, m), need a closer look in which of the configurations.
+    def _near(self, T_root_shape: Floats, shapes: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
+        """Yield the pairs of shapes that need a closer look, each as its place in `shapes` with its configurations.
 
         Two shapes are apart where the spheres around them are, or their boxes when seen along an edge of one of them.
         """
@@ -104,7 +117,36 @@ class LinkContacts:
         reach = np.abs(R_ab)
         is_near = (along_a <= self._halves[a] + np.einsum("nij,nj->ni", reach, self._halves[b])).all(axis=1)
         is_near &= (along_b <= self._halves[b] + np.einsum("nij,ni->nj", reach, self._halves[a])).all(axis=1)
-        return [*zip(pair[is_near].tolist(), sample[is_near].tolist(), strict=True)]
+        pair, sample = pair[is_near], sample[is_near]
+        starts = np.flatnonzero(np.diff(pair, prepend=-1))
+        yield from zip(pair[starts].tolist(), np.split(sample, starts)[1:], strict=True)
+
+    def _apart(self, a: int, b: int, T_root_shape: Floats) -> NDArray[np.bool_]:
+        """Find the configurations in which a plane separates two meshes; in the others they may touch or not.
+
+        The plane between the two hulls in one configuration, held to the first mesh, often separates them in many.
+        """
+        apart, tried = np.zeros(len(T_root_shape), bool), np.zeros(len(T_root_shape), bool)
+        corners_a, corners_b = self._corners[a], self._corners[b]
+        if corners_a is None or corners_b is None or len(apart) < _FEW:
+            return apart
+        T_root_a, T_root_b = T_root_shape[:, a], T_root_shape[:, b]
+        for _ in range(_PLANES):
+            sample = int(np.argmin(apart | tried))
+            if apart[sample] or tried[sample]:
+                break
+            tried[sample] = True
+            result = coal.DistanceResult()
+            places = _transform(T_root_a[sample]), _transform(T_root_b[sample])
+            if coal.distance(self._hulls[a], places[0], self._hulls[b], places[1], _DISTANCE, result) <= _MARGIN:
+                continue
+            normal = T_root_a[sample, :3, :3].T @ (result.getNearestPoint2() - result.getNearestPoint1())
+            normal /= np.linalg.norm(normal)
+            normals = T_root_a[:, :3, :3] @ normal  # the plane's normal in the root's frame, shape (n, 3)
+            origins = ((T_root_b - T_root_a)[:, :3, 3] * normals).sum(axis=1)
+            lowest = ((normals[:, None] @ T_root_b[:, :3, :3])[:, 0] @ corners_b.T).min(axis=1) + origins
+            apart |= lowest > (corners_a @ normal).max() + _MARGIN
+        return apart
 
     def _touch(self, a: int, place_a: Any, b: int, place_b: Any) -> bool:
         """Whether two shapes touch: not where their convex hulls are apart, which is found much sooner."""
