@@ -105,6 +105,15 @@ def test_a_behaviour_is_stopped_where_it_is(virtual: VirtualNao) -> None:
     virtual.call("ALBehaviorManager", "stopBehavior", "none")
 
 
+@pytest.mark.parametrize("name", ["several/1", "several/wave", "several/Dance/wave"])
+def test_one_of_several_timelines_is_played_by_name_or_number(virtual: VirtualNao, name: str) -> None:
+    virtual.call("ALBehaviorManager", "runBehavior", name)
+    last = nk.motion.read_motion(TIMELINES, timeline="wave")
+    joints = [joint for joint in last.joint_names if joint != "RHipYawPitch"]
+    expected = dict(zip(last.joint_names, last.sample(last.end), strict=True))
+    assert _angles(virtual, *joints) == pytest.approx([expected[joint] for joint in joints], abs=1e-6)
+
+
 def test_an_animation_knows_robot_and_posture(virtual: VirtualNao) -> None:
     for posture in ("Stand", "Sit"):
         virtual.call("ALRobotPosture", "goToPosture", posture, 1.0)
@@ -117,7 +126,10 @@ def test_an_animation_knows_robot_and_posture(virtual: VirtualNao) -> None:
 def test_what_cannot_be_played_says_why(virtual: VirtualNao, nao: nk.NaoModel, tmp_path: Path) -> None:
     assert "nearest: hello/behavior_1" in _refused(virtual, "ALBehaviorManager", "runBehavior", "hello/behavior_2")
     assert "broken.xar" in _refused(virtual, "ALBehaviorManager", "startBehavior", "broken")
-    assert "2 timelines" in _refused(virtual, "ALBehaviorManager", "startBehavior", "several")
+    several = _refused(virtual, "ALBehaviorManager", "startBehavior", "several")
+    assert several == "several has several timelines; play one by its number or its box's name, as several/1"
+    assert "no timeline '3'" in _refused(virtual, "ALBehaviorManager", "startBehavior", "several/3")
+    assert "'hello'" in _refused(virtual, "ALBehaviorManager", "startBehavior", "hello")
     assert "unknown behaviour" in _refused(virtual, "ALBehaviorManager", "runBehavior", "../secret")
     with VirtualNao(nao, stepped=True) as bare:
         assert bare.call("ALBehaviorManager", "getInstalledBehaviors") == []

@@ -1028,6 +1028,29 @@ def test_the_small_services_answer(virtual: VirtualNao) -> None:
     assert virtual.call("ALBattery", "getBatteryCharge") == 42
 
 
+def test_abilities_are_switched_off_by_their_services_too(virtual: VirtualNao) -> None:
+    names = [name for name, _, _ in virtual.call("ALAutonomousLife", "getAutonomousAbilitiesStatus")]
+    assert len(names) == 5
+    for name in names:
+        assert virtual.call(f"AL{name}", "isEnabled") is True
+        virtual.call(f"AL{name}", "setEnabled", False)
+        assert virtual.call(f"AL{name}", "isEnabled") is False
+        assert virtual.call("ALAutonomousLife", "getAutonomousAbilityEnabled", name) is False
+        assert virtual.call(f"AL{name}", "isRunning") is False
+        assert virtual.call(f"AL{name}", "isRunning", 1) is False
+    virtual.call("ALBasicAwareness", "startAwareness")
+    assert virtual.call("ALBasicAwareness", "isEnabled") is True
+    virtual.call("ALBasicAwareness", "stopAwareness")
+    assert (
+        virtual.call("ALBasicAwareness", "isEnabled") is virtual.call("ALBasicAwareness", "isAwarenessRunning") is False
+    )
+    virtual.call("ALAutonomousMoves", "setExpressiveListeningEnabled", False)
+    virtual.call("ALAutonomousMoves", "setBackgroundStrategy", "none")
+    assert virtual.call("ALAutonomousMoves", "getExpressiveListeningEnabled") is False
+    assert virtual.call("ALAutonomousMoves", "getBackgroundStrategy") == "none"
+    assert "backToNeutral" in _refused(virtual, "ALAutonomousMoves", "setBackgroundStrategy", "all")
+
+
 def test_preferences_are_kept_by_domain(virtual: VirtualNao) -> None:
     def call(method: str, *arguments: Any) -> Any:
         return virtual.call("ALPreferenceManager", method, *arguments)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.services.abilities import ABILITIES
 from nao_kin.naoqi.virtual.services.behaviors import ALAnimationPlayer, ALBehaviorManager
 from nao_kin.naoqi.virtual.services.leds import ALLeds
 from nao_kin.naoqi.virtual.services.life_and_system import (
@@ -41,6 +42,7 @@ SERVICES: tuple[type[Service], ...] = (
     ALTracker,
     ALBehaviorManager,
     ALAnimationPlayer,
+    *ABILITIES,
     *MISSING,
 )
 

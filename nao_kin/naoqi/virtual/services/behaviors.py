@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.calls import Call
@@ -28,8 +28,8 @@ class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
     The file dance/behavior_1/behavior.xar is the behaviour dance/behavior_1, the file wave.xar is wave. Its timeline is
-    played: joints go from where they are commanded to its first keys, and through the others. Its boxes and scripts are
-    not run.
+    played: joints go from where they are commanded to its first keys, and through the others. Of several timelines,
+    wave/1 is the first, and wave/NAME that of a box. Boxes and scripts are not run.
     """
 
     name = "ALBehaviorManager"
@@ -116,20 +116,31 @@ class ALBehaviorManager(Service):
 
         Raises:
             UnknownName: no such behaviour.
-            BadArgument: it is played already, or there is no folder of behaviours.
-            BadInputFile: it cannot be read, or has no timeline or several.
+            BadArgument: it is played already, has several timelines, or there is no folder of behaviours.
+            BadInputFile: it cannot be read, or has no such timeline.
         """
         wanted, files = arguments.text(name, "name"), self._files()
         if self.nao.behaviors is None:
             raise BadArgument("no behaviours are installed; nao-kin serve and run take a folder of them, --behaviors")
-        if wanted not in files:
+        file = max((file for file in files if f"{wanted}/".startswith(f"{file}/")), key=len, default=None)
+        if file is None:
             raise UnknownName("behaviour", wanted, tuple(files))
         if self.isBehaviorRunning(wanted):
             raise BadArgument(f"{wanted} is running already")
-        motion = read_motion(files[wanted], format="xar", robot=self.nao.robot)
+        motion = self._read(files[file], wanted[len(file) + 1 :], file)
         call = self.nao.start_task(Interpolation(task, motion.joint_names, lambda start: led_in(motion, start)))
         self._started[wanted] = call
         return call
+
+    def _read(self, path: Path, timeline: str, name: str) -> Motion:
+        """The motion of a timeline in a file, of its only one where `timeline` is empty."""
+        try:
+            return read_motion(path, format="xar", timeline=timeline or None, robot=self.nao.robot)
+        except BadInputFile:
+            if timeline:
+                raise
+            read_motion(path, format="xar", timeline=1, robot=self.nao.robot)  # what else is wrong is raised again
+        raise BadArgument(f"{name} has several timelines; play one by its number or its box's name, as {name}/1")
 
     def _files(self) -> dict[str, Path]:
         folder = self.nao.behaviors

@@ -102,6 +102,9 @@ _MISSING: dict[str, dict[str, str]] = {
         "ALRecharge": "goToStation leaveStation lookForStation moveInFrontOfStation dockOnStation getStationPosition",
     },
     "it is not a computer of its own": {
+        "ALBodyTemperature": "areNotificationsEnabled setEnableNotifications getTemperatureDiagnosis",
+        "ALDiagnosis": "getActiveDiagnosis getPassiveDiagnosis getDiagnosis isDiagnosisActive setEnableNotification",
+        "ALFileManager": "fileExists getFileCompleteName getFileContents saveFile setUserSharedFolderPath",
         "ALConnectionManager": "scan services service connect disconnect forget state setServiceInput",
         "ALNotificationManager": "add remove notification notifications",
         "ALStore": "update getCurrentApplications",
