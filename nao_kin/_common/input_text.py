@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from nao_kin._text import abbreviated
 from nao_kin.errors import BadInputFile
 
 
@@ -28,3 +29,5 @@ def read_text(name: str, advice: str = "") -> str:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
         raise BadInputFile(name, f"not UTF-8 text (byte {error.start}){advice}") from None
+    except ValueError as error:  # a NUL in its name
+        raise BadInputFile(abbreviated(name), f"cannot be read: {error}") from None
