@@ -10,6 +10,7 @@ import zlib
 from pathlib import Path
 from typing import BinaryIO
 
+from nao_kin._text import abbreviated
 from nao_kin.errors import BadInputFile
 
 # Of what is unpacked, and of a pipe or device, which may have no end.
@@ -58,3 +59,5 @@ def read_text(name: str, advice: str = "") -> str:
         raise BadInputFile(name, f"no whole gzip file: {error}") from None
     except UnicodeDecodeError as error:
         raise BadInputFile(name, f"not UTF-8 text (byte {error.start}){advice}") from None
+    except ValueError as error:  # a NUL in its name
+        raise BadInputFile(abbreviated(name), f"cannot be read: {error}") from None

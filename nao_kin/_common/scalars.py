@@ -11,6 +11,9 @@ from typing import SupportsIndex
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 
+# More threads, and more searches or steps of one, are a mistake, and would never end.
+MOST_THREADS, MOST_SEARCHES = 10_000, 1_000_000
+
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 

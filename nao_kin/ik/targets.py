@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Literal, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._common.scalars import whole_number
+from nao_kin._common.choices import choice as choice
+from nao_kin._common.scalars import MOST_THREADS, whole_number
 from nao_kin._common.vectors import LARGEST, as_vectors, common_batch, first_index
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, OutsideLimits, UnknownName, WrongShape, at_index
+from nao_kin.errors import BadArgument, NotARotation, NotFinite, OutsideLimits, WrongShape, at_index
 from nao_kin.ik.closed_forms.ranges import RIGID, ROUNDING
 from nao_kin.ik.search.limit_regions import LimitRegion
 from nao_kin.robot import RobotModel
@@ -19,18 +19,6 @@ from nao_kin.rotations import RotationDefects, check_rotation, nearest_rotation
 
 Limits = Literal["enforce", "ignore"]
 _LIMITS = ("enforce", "ignore")
-
-
-def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> str:
-    """One of the valid names.
-
-    Raises:
-        UnknownName: none of them, or no name at all.
-    """
-    names = tuple(valid)
-    if not isinstance(value, str) or value not in names:
-        raise UnknownName(what, value, names, hint)
-    return value
 
 
 def as_poses(T: ArrayLike, what: str) -> Floats:
@@ -186,6 +174,6 @@ def check_threads(threads: SupportsIndex | None) -> int | None:
     """A number of threads, or None.
 
     Raises:
-        BadArgument: no whole number from 1 on.
+        BadArgument: no whole number from 1 to 10 000.
     """
-    return None if threads is None else whole_number(threads, "threads", 1)
+    return None if threads is None else whole_number(threads, "threads", 1, MOST_THREADS)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from nao_kin._common.compiler import has_numba
 from nao_kin._common.kernel_cache import KernelState
-from nao_kin.errors import UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.body.body_search import BODY_KERNELS
 from nao_kin.ik.closed_forms.arm import ARM_KERNELS
 from nao_kin.ik.closed_forms.head import HEAD_KERNELS
@@ -35,13 +35,16 @@ def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
 
     Raises:
         UnknownName: no such kernel.
+        BadArgument: no names.
 
     Examples:
         >>> [state.name for state in nk.ik.warm_up(["heads"])]
         ['ik kernel, heads']
     """
+    if names is not None and not isinstance(names, Iterable):
+        raise BadArgument(f"names must be names of kernels, got {type(names).__name__}")
     wanted = KERNELS if names is None else tuple(names)
     for name in wanted:
-        if name not in _KERNELS:
+        if not isinstance(name, str) or name not in _KERNELS:
             raise UnknownName("kernel", name, KERNELS)
     return tuple(_KERNELS[name].warm_up() for name in wanted) if has_numba() else ()

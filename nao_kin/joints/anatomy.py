@@ -6,7 +6,8 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from nao_kin._text import html_table, text_table
+from nao_kin._text import html_table, quoted, text_table
+from nao_kin.errors import BadArgument
 from nao_kin.joints.kinematic_pairs import KINEMATIC_PAIRS, KinematicPair
 from nao_kin.joints.nao_anatomy import NAO_TWISTS
 
@@ -146,10 +147,15 @@ def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Col
         twists: the revolutes known to turn a limb about its own length, NAO's unless given: such a one is a pivot, any
             other a hinge.
 
+    Raises:
+        BadArgument: the pair is none.
+
     Examples:
         >>> nk.joints.anatomical_kind(("LKneePitch",), nk.joints.kinematic_pair("revolute"))
         'hinge'
     """
+    if not isinstance(pair, KinematicPair):
+        raise BadArgument(f"pair must be a KinematicPair, got {type(pair).__name__}")
     if pair.name == "revolute" and joints[0] in twists:
         return "pivot"
     return _KIND_OF_PAIR.get(pair.name, "")
@@ -158,10 +164,15 @@ def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Col
 def body_part(joint: str) -> str:
     """The part of the body that a joint's name speaks of, as "left hip"; "" when it speaks of none.
 
+    Raises:
+        BadArgument: no name.
+
     Examples:
         >>> nk.joints.body_part("LHipRoll")
         'left hip'
     """
+    if not isinstance(joint, str):
+        raise BadArgument(f"joint must be a name, got {quoted(joint)}")
     lower = joint.lower()
     # The head turns in the neck.
     part = next((part for part in _PARTS if part in lower), "neck" if "head" in lower else "")

@@ -8,7 +8,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin.naoqi.names import joint_names
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 
 
 def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
@@ -31,6 +31,7 @@ def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
         >>> nk.naoqi.limits(nk.load_nao(), "HeadYaw").round(3).tolist()
         [[-2.086, 2.086, 8.268, 1.547]]
     """
+    check_robot(robot)
     column = {name: index for index, name in enumerate(robot.joint_names)}
     rows = []
     for joint in joint_names(robot, names):

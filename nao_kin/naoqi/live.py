@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.vectors import unit
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, NaoKinError
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.motion import Motion
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.lola import LOLA_SOCKET, LolaFrame, lola_frames
 from nao_kin.naoqi.orders import from_order
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 
 PORT = 9559
 _TORSO_ANGLES = [f"Device/SubDeviceList/InertialSensor/Angle{axis}/Sensor/Value" for axis in "XY"]
@@ -301,7 +301,10 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
         >>> nk.naoqi.recorded(found, nk.load_nao()).end
         0.08
     """
-    rows = list(found)
+    check_robot(robot)
+    rows = list(found) if isinstance(found, Iterable) else [found]
+    if not all(isinstance(row, JointReading) for row in rows):
+        raise BadArgument(f"found must be readings of joints, got {quoted(found)}")
     if not rows:
         raise BadArgument("no readings, and so no motion")
     times = np.array([row.time for row in rows])
@@ -318,6 +321,10 @@ def vertical(roll: float, pitch: float) -> Floats:
         >>> nk.naoqi.vertical(roll=0.0, pitch=0.5).round(3).tolist()
         [-0.479, 0.0, 0.878]
     """
+    angles = as_floats([roll, pitch], (2,), "roll and pitch")
+    if angles.shape != (2,):
+        raise WrongShape("roll and pitch", "(2,)", angles.shape)
+    roll, pitch = angles.tolist()
     sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
     return unit(np.array([-sp, sr * cp, cr * cp]), "vertical")[0]
 

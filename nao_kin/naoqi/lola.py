@@ -65,6 +65,8 @@ def decode_lola(content: bytes) -> LolaFrame:
         >>> nk.naoqi.decode_lola(nk.naoqi.encode_lola(frame))["Battery"].tolist()
         [0.5, 0.0, 0.0, 0.0]
     """
+    if not isinstance(content, bytes | bytearray | memoryview):
+        raise BadArgument(f"a LoLA frame must be bytes, got {type(content).__name__}")
     try:
         frame = umsgpack.unpackb(content)
     except (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError) as error:
@@ -88,6 +90,8 @@ def encode_lola(frame: Mapping[str, ArrayLike | tuple[str, ...]]) -> bytes:
         >>> len(nk.naoqi.encode_lola(frame)) > 500
         True
     """
+    if not isinstance(frame, Mapping):
+        raise BadArgument(f"a frame must be a mapping, got {type(frame).__name__}")
     checked = _checked(dict(frame))
     document: dict[str, object] = {}
     for name, values in checked.items():

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.parameters import BODY_ORDER
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
 CHAINS: tuple[str, ...] = ("Head", "LArm", "LLeg", "RLeg", "RArm")
@@ -63,6 +63,7 @@ def chain_names(robot: RobotModel) -> tuple[str, ...]:
         >>> nk.naoqi.chain_names(nk.load_nao())
         ('Head', 'LArm', 'LLeg', 'RLeg', 'RArm')
     """
+    check_robot(robot)
     found = tuple(chain for chain in CHAINS if chain in robot.chains)
     if not found:
         raise BadArgument(f"robot {robot.name} has none of NAOqi's chains {', '.join(CHAINS)}")

@@ -39,8 +39,8 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
         >>> nk.naoqi.run_script("names.py")
         0
     """
-    path = Path(script)
-    if not path.is_file():
+    path = Path(script) if isinstance(script, str | os.PathLike) else None
+    if path is None or "\0" in str(path) or not path.is_file():
         raise BadArgument(f"no script {quoted(str(script))}")
     environment = dict(os.environ)
     environment.pop(ENDPOINT_VARIABLE, None)

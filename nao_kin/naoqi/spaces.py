@@ -100,6 +100,7 @@ def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | 
         >>> nk.naoqi.robot_frame(nao, nao.posture("Stand"))[:2, 3].round(3).tolist()
         [0.005, 0.0]
     """
+    check_robot(robot)
     T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in _FEET], reference=frame_of(robot, _TORSO))
     return _between(_torso_in_world(robot, q, torso_in_world)[..., None, :, :] @ T_torso_feet)
 
@@ -133,6 +134,7 @@ def pose_in(
         >>> nk.naoqi.pose_in(nao, nao.posture("Stand"), "LArm", "FRAME_ROBOT").shape
         (4, 4)
     """
+    check_robot(robot)
     number = space_number(space)
     T_torso_name = robot.fk(q, frame_of(robot, name), reference=frame_of(robot, _TORSO))
     return np.asarray(torso_in(robot, q, number, torso_in_world=torso_in_world) @ T_torso_name)
@@ -158,6 +160,7 @@ def torso_in(
 
 
 def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike | None) -> Floats:
+    check_robot(robot)
     if torso_in_world is None:
         return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, _TORSO)))
     T = as_batch(torso_in_world, (4, 4), "torso_in_world")

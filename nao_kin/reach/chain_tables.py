@@ -123,6 +123,8 @@ def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedCha
         BadArgument: nothing moves the frame in the reference, or a sliding joint has no limits.
     """
     frame = _frame_named(robot, name)
+    if reference is not None and not isinstance(reference, str):
+        raise UnknownName("frame", reference, robot.frame_names)
     is_root = reference is None or (reference == WORLD and WORLD not in robot.frame_names)
     root = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
     base = root if is_root or reference is None else reference

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -22,6 +23,14 @@ from nao_kin.reach.sample_ranges import SampleRange
 
 COLUMNS = ("best", "mean", "count", "coverage")
 _FORMAT = "nao_kin reach map 1"
+# While they are counted, all voxels of the box around the reach take 32 bytes each.
+MOST_VOXELS = 50_000_000
+# What belongs to the whole map takes no more than this.
+_SMALL_PARTS, _MOST_BYTES = ("format.npy", "settings.npy", "ranges.npy"), 1 << 24
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
 
 
 def check_column(name: str) -> None:
@@ -63,7 +72,10 @@ def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...],
         BadInputFile: the file cannot be read, or is no such archive.
     """
     try:
-        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as archive:
+        content = io.BytesIO(Path(path).read_bytes())
+        _check_sizes(content)
+        content.seek(0)
+        with np.load(content, allow_pickle=False) as archive:
             found = {name: archive[name] for name in archive.files}
         if str(found.pop("format")) != _FORMAT:
             raise ValueError("of another format")
@@ -75,6 +87,24 @@ def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...],
     except (ValueError, TypeError, KeyError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error):
         raise BadInputFile(abbreviated(path), "no reach map of nao-kin (.npz), or not all of one") from None
     return settings, ranges, found
+
+
+def _check_sizes(content: io.BytesIO) -> None:
+    """Refuse an archive whose arrays would be larger than those of any map, before one of them is unpacked."""
+    counts = set[int]()
+    with zipfile.ZipFile(content) as archive:
+        for part in archive.infolist():
+            with archive.open(part) as file:
+                shape, _, kind = _HEADERS[np.lib.format.read_magic(file)](file)
+            rows = shape[0] if shape else 1
+            if part.filename not in _SMALL_PARTS:
+                counts.add(rows)
+            elif math.prod(shape) * kind.itemsize > _MOST_BYTES:
+                raise ValueError(part.filename)
+            if math.prod(shape) > 3 * rows or part.file_size > math.prod(shape) * kind.itemsize + _MOST_BYTES:
+                raise ValueError(part.filename)
+    if len(counts) != 1 or max(counts) > MOST_VOXELS:
+        raise ValueError("rows")
 
 
 def _check_arrays(arrays: Mapping[str, NDArray[Any]], samples: int) -> None:

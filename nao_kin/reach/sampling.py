@@ -13,15 +13,14 @@ from nao_kin._common.arrays import Floats, as_floats
 from nao_kin._common.compiler import has_numba
 from nao_kin._common.kernel_cache import KernelState, first_rows
 from nao_kin._common.processors import usable_cores
-from nao_kin._common.scalars import whole_number
+from nao_kin._common.scalars import MOST_THREADS, whole_number
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.reach.chain_tables import ChainTables, Integers, MovedChain, moved_chain
+from nao_kin.reach.files import MOST_VOXELS
 from nao_kin.reach.reach_map import MOST_INDEX, ReachMap, ReachSettings, map_of
 from nao_kin.reach.sample_ranges import SampleRange, asked_range, union, without
 from nao_kin.robot import RobotModel, check_robot
 
-# While they are counted, all voxels of the box around the reach take 32 bytes each.
-MOST_VOXELS = 50_000_000
 # Samples between two looks at whether to stop; their arrays fit into a core's own cache.
 _BLOCK = 8192
 # So many are counted as Python at a time, until the kernels are worth waiting for.
@@ -89,7 +88,7 @@ def workspace(
     """
     check_robot(robot)
     asked = asked_range(samples, shard)
-    workers = usable_cores() if threads is None else whole_number(threads, "threads", 1)
+    workers = usable_cores() if threads is None else whole_number(threads, "threads", 1, MOST_THREADS)
     chain, settings = _prepared(robot, frame, voxel, seed, reference)
     first, shape = _box(chain.centre, chain.radius, settings.voxel)
     done: tuple[SampleRange, ...] = ()

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._common.arrays import as_floats, as_numbers, refuse_non_finite
 from nao_kin._common.compiler import has_numba, note_slowness
-from nao_kin._common.scalars import whole_number
+from nao_kin._common.scalars import MOST_THREADS, whole_number
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.batch_kinematics import CROSSOVER, BatchKinematics, empty_answers
@@ -110,7 +110,7 @@ class Answers:
             WrongShape, NotFinite, BadArgument: as the methods of `RobotModel` say.
         """
         kind = output.precision()
-        threads = None if output.threads is None else whole_number(output.threads, "threads", 1)
+        threads = None if output.threads is None else whole_number(output.threads, "threads", 1, MOST_THREADS)
         arrays = self._arrays(inputs)
         batch, numbers = arrays[0].shape[:-1], question.shape(self._nv)
         shape = (*batch, *(numbers[1:] if one else numbers))

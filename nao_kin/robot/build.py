@@ -56,7 +56,7 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
         BadArgument: no such base.
         BadModel: more joints than Pinocchio can take.
     """
-    if base not in ("fixed", "floating"):
+    if not isinstance(base, str) or base not in ("fixed", "floating"):
         raise BadArgument(f"base must be 'fixed' or 'floating', got {quoted(base)}")
     if len(tree.moving_joints) > MOST_JOINTS:
         raise BadModel(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.robot.model import RobotModel
+from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.semantics import Mimic
 from nao_kin.urdf import UrdfJoint
 
@@ -88,6 +88,7 @@ def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
         >>> len(ids), placement.shape
         (2, (4, 4))
     """
+    check_robot(robot)
     model = robot.model
     place = model.frames[robot.frame_ids([frame])[0]]
     ids, joint_id = [], int(place.parentJoint)

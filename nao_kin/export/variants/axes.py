@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Literal
 
 from nao_kin._common.arrays import Vector
+from nao_kin._common.choices import choice
 from nao_kin._common.free_names import with_underscores
-from nao_kin.errors import UnknownName
 from nao_kin.export.variants.placement import composed, rpy_of
 from nao_kin.rotations import rotation_between
 from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
@@ -42,8 +42,7 @@ def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
         >>> align_axes(nk.load_nao("v6").tree, "aligned")[1][0]
         'LHipYawPitch: its frame is turned until its axis is z; LHipYawPitch_axis stands between torso and LPelvis'
     """
-    if axes not in AXES:
-        raise UnknownName("choice of axes", axes, AXES)
+    choice(axes, AXES, "choice of axes")
     if axes == "published":
         return tree, ()
     taken = {*tree.links, *(joint.name for joint in tree.joints)}

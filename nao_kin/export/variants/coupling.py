@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
-from nao_kin.errors import UnknownName
+from nao_kin._common.choices import choice
 from nao_kin.export.variants.placement import moved
 from nao_kin.urdf import UrdfJoint, UrdfTree
 
@@ -38,8 +38,7 @@ def couple(tree: UrdfTree, coupling: str) -> tuple[UrdfTree, tuple[str, ...]]:
         >>> changes[1]
         'RHipYawPitch no longer follows LHipYawPitch: each is moved alone'
     """
-    if coupling not in COUPLINGS:
-        raise UnknownName("coupling", coupling, COUPLINGS)
+    choice(coupling, COUPLINGS, "coupling")
     if coupling == "mimic" or not tree.mimics:
         return tree, ()
     followers: dict[str, list[str]] = {}

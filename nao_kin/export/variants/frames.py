@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from nao_kin.errors import UnknownName
+from nao_kin._common.choices import choice
 from nao_kin.export.variants.mass import body_of, pseudo_inertia
 from nao_kin.export.variants.placement import HERE, composed
 from nao_kin.semantics import Semantics
@@ -46,8 +46,7 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> tuple[Urdf
         >>> len(nao.tree.links), len(tree.links), tree.root
         (124, 43, 'torso')
     """
-    if frames not in FRAMES:
-        raise UnknownName("choice of frames", frames, FRAMES)
+    choice(frames, FRAMES, "choice of frames")
     if frames == "all":
         return tree, ()
     named = {name for name, _ in semantics.frames()} if frames == "effectors" else set[str]()

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.errors import UnknownName
+from nao_kin._common.choices import choice
 from nao_kin.export.variants.mass import (
     body_of,
     central_tensor,
@@ -74,8 +74,7 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
         >>> abs(nk.RobotModel(tree).mass - nao.mass) < 1e-12
         True
     """
-    if inertia not in INERTIAS:
-        raise UnknownName("choice of inertias", inertia, INERTIAS)
+    choice(inertia, INERTIAS, "choice of inertias")
     if inertia == "published":
         return tree, ()
     bodies, changes = dict(tree.inertials), list[str]()

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._common.choices import choice
+from nao_kin.errors import BadArgument
 from nao_kin.export.variants.frames import merged
 from nao_kin.export.variants.placement import HERE
 from nao_kin.semantics import Semantics, meaning
@@ -41,8 +42,7 @@ def name_frames(tree: UrdfTree, names: str, semantics: Semantics) -> tuple[UrdfT
         >>> [joint.child for joint in tree.joints if joint.name in ("LLeg_effector_fixedjoint", "LAnklePitch")]
         ['LAnklePitch', 'l_sole']
     """
-    if names not in NAMES:
-        raise UnknownName("choice of names", names, NAMES)
+    choice(names, NAMES, "choice of names")
     if names == "naoqi":
         return tree, ()
     new = new_names(semantics, names)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.processors import usable_cores
-from nao_kin._common.scalars import check_tolerance, whole_number
+from nao_kin._common.scalars import MOST_SEARCHES, check_tolerance, whole_number
 from nao_kin._common.vectors import as_vectors, common_batch
 from nao_kin.ik.body.body import SIDES, Ints
 from nao_kin.ik.body.body_errors import POSE
@@ -124,7 +124,10 @@ def whole_body(
     factors = checked_weights(weights)
     check_tolerance(tolerance)
     check_tolerance(margin, "margin")
-    counts = whole_number(restarts, "restarts", 0), whole_number(iterations, "iterations", 1)
+    counts = (
+        whole_number(restarts, "restarts", 0, MOST_SEARCHES),
+        whole_number(iterations, "iterations", 1, MOST_SEARCHES),
+    )
     workers = check_threads(threads)
     given, notes = (ready.rest, ()) if reference is None else _configurations(robot, reference, "reference", enforce)
     at_reference = np.asarray(robot.fk(given, ["LLeg", "RLeg"]))

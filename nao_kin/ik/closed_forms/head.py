@@ -17,7 +17,7 @@ from nao_kin.ik.compiling import kept, limb_arguments
 from nao_kin.ik.geometry import Limb, Y, Z, chain_at_zero, kept_limb, limb_of
 from nao_kin.ik.results import IKResult, Integers
 from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced, refuse_not_rotation
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
@@ -111,6 +111,7 @@ def look_at(
         >>> (np.linalg.inv(nao.fk(result.q, "CameraTop_optical_frame")) @ point)[:2].round(9).tolist()
         [0.0, 0.0]
     """
+    check_robot(robot)
     if not isinstance(camera, str) or camera not in robot.frame_table:
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, camera)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._common.scalars import check_tolerance, whole_number
+from nao_kin._common.scalars import MOST_SEARCHES, check_tolerance, whole_number
 from nao_kin._common.vectors import LARGEST, common_batch
 from nao_kin.errors import BadArgument
 from nao_kin.ik.geometry import kept_limb
@@ -106,9 +106,9 @@ def numeric(
     space, six = kept_limb(robot, search_space, frame), _six_weights(weights)
     check_tolerance(tolerance)
     effort = Effort(
-        whole_number(restarts, "restarts", 0),
+        whole_number(restarts, "restarts", 0, MOST_SEARCHES),
         float(tolerance),
-        whole_number(iterations, "iterations", 1),
+        whole_number(iterations, "iterations", 1, MOST_SEARCHES),
         whole_number(seed, "seed", 0),
         minimise_with_pink if solver == "pink" else minimise,
         check_threads(threads),
