@@ -110,7 +110,7 @@ def export(
     }
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     exports.check_options(format_, chosen)
-    done = exports.write(load(version, urdf, robot), output, format_, force=force, **chosen)
+    done = exports.write(load(version, urdf, robot), output, format_, overwrite=force, **chosen)
     for change in done.changes:
         print_note(change)
     if json:
