@@ -262,11 +262,21 @@ class TableColumns:
         return "deg" in self.units
 
     def place(self, line: int, column: int) -> tuple[int, int]:
-        """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0)."""
+        """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0).
+
+        Examples:
+            >>> nk.configuration_files.TableColumns(("HeadYaw",), ("rad",), (3,)).place(line=7, column=0)
+            (7, 4)
+        """
         return line, self.places[column] + 1 if line and column >= 0 else 0
 
     def count(self, fields: int) -> str:
-        """What is wrong with a row of so many fields; "" for nothing."""
+        """What is wrong with a row of so many fields; "" for nothing.
+
+        Examples:
+            >>> nk.configuration_files.TableColumns(("HeadYaw",), ("rad",), (0,), all=2).count(3)
+            '3 values, the header names 2 columns'
+        """
         if fields == self.all:
             return ""
         return f"{fields} values, the header names {self.all} {'joints' if self.all == len(self.names) else 'columns'}"

@@ -42,9 +42,9 @@ def test_the_command_offers_every_option_of_every_format() -> None:
         assert set(nk.export.options(name)) <= taken, name
 
 
-def test_every_format_takes_force_and_has_a_default_for_each_option() -> None:
+def test_every_format_takes_overwrite_and_has_a_default_for_each_option() -> None:
     for name, function in nk.export.FORMATS.items():
-        assert inspect.signature(function).parameters["force"].default is False, name
+        assert inspect.signature(function).parameters["overwrite"].default is False, name
         assert inspect.Parameter.empty not in nk.export.options(name).values(), name
 
 
@@ -101,7 +101,7 @@ def test_what_cannot_be_is_one_line_and_nothing_is_written(
 def test_a_file_that_is_there_is_replaced_by_force_only(capsys: pytest.CaptureFixture) -> None:
     arguments = ("nao.urdf", "--format", "urdf", "--meshes", "none")
     said(capsys, *arguments)
-    assert refused(capsys, *arguments) == "nao-kin: nao.urdf is there already; force=True (--force) replaces it\n"
+    assert refused(capsys, *arguments) == "nao-kin: nao.urdf is there already; overwrite=True (--force) replaces it\n"
     said(capsys, *arguments, "--force")
 
 

@@ -399,5 +399,5 @@ def test_a_file_that_is_there_is_replaced_only_by_force(tmp_path: Path) -> None:
     with pytest.raises(BadArgument, match="is there already"):
         nk.export.gltf(robot, path)
     assert path.read_bytes() == b"mine"
-    nk.export.gltf(robot, path, force=True)
+    nk.export.gltf(robot, path, overwrite=True)
     assert path.read_bytes().startswith(b"glTF")

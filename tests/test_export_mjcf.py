@@ -376,7 +376,7 @@ def test_the_root_has_the_name_of_a_link_in_its_own_frame(tmp_path: Path) -> Non
         robot = made_up(tmp_path, J("trunk", kind="fixed", xyz=at), J("a", xyz=(0.1, 0.0, 0.0)))
         inertials = {link: body for link, body in robot.tree.inertials.items() if link != "base"}
         bare = nk.RobotModel(replace(robot.tree, inertials=inertials))
-        assert exported(bare, tmp_path / "m", force=True).body(1).name == name
+        assert exported(bare, tmp_path / "m", overwrite=True).body(1).name == name
 
 
 def test_links_between_merged_axes_are_named_with_what_is_fixed_to_them(tmp_path: Path) -> None:
@@ -506,7 +506,7 @@ def test_a_foot_without_a_box_stands_on_what_it_has(tmp_path: Path) -> None:
     for shape, reach in zip(shapes, (0.01, 0.03, 0.05), strict=True):
         tree = replace(robot.tree, collisions=(Collision("hip_l", Origin((0.0, 0.0, -0.1)), shape),))
         standing = nk.RobotModel(tree, Semantics(soles=("hip_l",), postures={"one": Posture({})}))
-        model = exported(standing, tmp_path / "model", force=True)
+        model = exported(standing, tmp_path / "model", overwrite=True)
         assert model.key("one").qpos[2] == pytest.approx(0.3 + 0.1 + reach, abs=1e-12)
 
 
@@ -518,10 +518,10 @@ def test_a_folder_that_is_there_stays(nao: nk.NaoModel, tmp_path: Path) -> None:
     (tmp_path / "there" / "mine.txt").write_text("mine")
     for force in (False, True):
         with pytest.raises(BadArgument, match="there"):
-            nk.export.mjcf(nao, tmp_path / "there", meshes="none", force=force)
+            nk.export.mjcf(nao, tmp_path / "there", meshes="none", overwrite=force)
     assert [file.name for file in tmp_path.rglob("*")] == ["there", "mine.txt"]
     nk.export.mjcf(nao, tmp_path / "new", meshes="none")
-    nk.export.mjcf(nao, tmp_path / "new", meshes="none", force=True)
+    nk.export.mjcf(nao, tmp_path / "new", meshes="none", overwrite=True)
 
 
 @pytest.mark.parametrize(

@@ -297,4 +297,4 @@ def test_bad_options_are_refused_and_nothing_is_written(tmp_path: Path) -> None:
     nk.export.sdf(robot, tmp_path / "m", meshes="none")
     with pytest.raises(BadArgument, match="is there already"):
         nk.export.sdf(robot, tmp_path / "m", meshes="none")
-    nk.export.sdf(robot, tmp_path / "m", meshes="none", force=True)
+    nk.export.sdf(robot, tmp_path / "m", meshes="none", overwrite=True)

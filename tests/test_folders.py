@@ -36,10 +36,10 @@ def test_an_empty_folder_is_filled_and_keeps_its_mode(tmp_path: Path) -> None:
 
 def test_a_folder_is_replaced_only_by_force(tmp_path: Path) -> None:
     write_folder(tmp_path / "nao", FILES)
-    with pytest.raises(BadArgument, match=r"nao is there already; force=True \(--force\) replaces it"):
+    with pytest.raises(BadArgument, match=r"nao is there already; overwrite=True \(--force\) replaces it"):
         write_folder(tmp_path / "nao", {"package.xml": b"new"})
     assert _content(tmp_path / "nao") == FILES
-    write_folder(tmp_path / "nao", FILES | {"package.xml": b"new"}, force=True)
+    write_folder(tmp_path / "nao", FILES | {"package.xml": b"new"}, overwrite=True)
     assert _content(tmp_path / "nao") == FILES | {"package.xml": b"new"}
     assert os.listdir(tmp_path) == ["nao"]
 
@@ -48,7 +48,7 @@ def test_what_somebody_else_has_put_there_stays(tmp_path: Path) -> None:
     write_folder(tmp_path / "nao", FILES)
     (tmp_path / "nao/thesis.tex").write_text("x")
     with pytest.raises(BadArgument, match=r"it holds 1 other files, first 'thesis.tex'"):
-        write_folder(tmp_path / "nao", FILES, force=True)
+        write_folder(tmp_path / "nao", FILES, overwrite=True)
     assert _content(tmp_path / "nao") == FILES | {"thesis.tex": b"x"}
 
 
@@ -66,7 +66,7 @@ def test_a_link_inside_is_not_followed(tmp_path: Path) -> None:
     (tmp_path / "nao").mkdir()
     (tmp_path / "nao/urdf").symlink_to("../elsewhere")
     with pytest.raises(BadArgument, match="first 'urdf'"):
-        write_folder(tmp_path / "nao", FILES, force=True)
+        write_folder(tmp_path / "nao", FILES, overwrite=True)
     assert (tmp_path / "elsewhere/kept").exists()
 
 
@@ -77,7 +77,7 @@ def test_a_folder_that_somebody_works_in_stays_under_their_feet(
     (tmp_path / "nao/src").mkdir(parents=True)
     monkeypatch.chdir("nao")
     for force in (False, True):
-        assert write_folder(".", FILES, force=force) == (Path("package.xml"), Path("urdf/nao.urdf"))
+        assert write_folder(".", FILES, overwrite=force) == (Path("package.xml"), Path("urdf/nao.urdf"))
         assert sorted(os.listdir()) == ["package.xml", "src", "urdf"]
         assert _content(Path.cwd()) == FILES
 
@@ -85,9 +85,9 @@ def test_a_folder_that_somebody_works_in_stays_under_their_feet(
 def test_before_the_work_the_place_is_looked_at(tmp_path: Path) -> None:
     write_folder(tmp_path / "nao", FILES)
     with pytest.raises(BadArgument, match="nao is there already"):
-        check_folder(tmp_path / "nao", force=False)
-    check_folder(tmp_path / "nao", force=True)
-    check_folder(tmp_path / "new", force=False)
+        check_folder(tmp_path / "nao", overwrite=False)
+    check_folder(tmp_path / "nao", overwrite=True)
+    check_folder(tmp_path / "new", overwrite=False)
     assert os.listdir(tmp_path) == ["nao"]
 
 
@@ -102,7 +102,7 @@ def test_a_rename_that_fails_puts_the_old_files_back(tmp_path: Path, monkeypatch
 
     monkeypatch.setattr(Path, "rename", failing)
     with pytest.raises(BadArgument, match="nao: the disk is gone"):
-        write_folder(tmp_path / "nao", dict.fromkeys(FILES, b"new"), force=True)
+        write_folder(tmp_path / "nao", dict.fromkeys(FILES, b"new"), overwrite=True)
     assert _content(tmp_path / "nao") == FILES
     assert os.listdir(tmp_path) == ["nao"]
     assert sorted(os.listdir(tmp_path / "nao")) == ["package.xml", "urdf"]
@@ -120,7 +120,7 @@ def test_a_signal_between_the_renames_waits_for_the_new_folder(tmp_path: Path) -
         "    os.kill(os.getpid(), signal.SIGTERM)\n"
         "    return rename(self, target)\n"
         "Path.rename = slow\n"
-        "folders.write_folder(sys.argv[1], {'package.xml': b'new', 'urdf/nao.urdf': b'new'}, force=True)\n"
+        "folders.write_folder(sys.argv[1], {'package.xml': b'new', 'urdf/nao.urdf': b'new'}, overwrite=True)\n"
         "print('went on')\n"
     )
     done = subprocess.run([sys.executable, "-c", program, str(tmp_path / "nao")], capture_output=True, text=True)
@@ -143,7 +143,7 @@ def test_where_no_folder_can_be_it_is_said_in_one_line(tmp_path: Path) -> None:
             write_folder(path, FILES)  # type: ignore[arg-type]
         assert "\n" not in str(caught.value)
         with pytest.raises(BadArgument) as before:
-            check_folder(path, force=False)  # type: ignore[arg-type]
+            check_folder(path, overwrite=False)  # type: ignore[arg-type]
         assert str(before.value) == str(caught.value)
     assert os.listdir(tmp_path) == ["file"]
 
@@ -159,7 +159,7 @@ def test_a_program_that_is_ended_leaves_the_old_folder(tmp_path: Path, number: s
         "    def items(self):\n"
         "        yield 'package.xml', b'new'\n"
         "        print('begun', flush=True); time.sleep(60)\n"
-        "folders.write_folder(sys.argv[1], Slow({'package.xml': b'', 'urdf/nao.urdf': b''}), force=True)\n"
+        "folders.write_folder(sys.argv[1], Slow({'package.xml': b'', 'urdf/nao.urdf': b''}), overwrite=True)\n"
     )
     with subprocess.Popen(
         [sys.executable, "-c", program, str(tmp_path / "nao")], stdout=subprocess.PIPE, text=True

@@ -13,7 +13,7 @@ from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument
 
 
-def check_replaceable(path: Path | str, *, force: bool) -> None:
+def check_replaceable(path: Path | str, *, overwrite: bool) -> None:
     """Raise what `write_document` would raise for the document alone, before the work whose result it is.
 
     Raises:
@@ -21,12 +21,12 @@ def check_replaceable(path: Path | str, *, force: bool) -> None:
     """
     atomic.check_writable(path)
     target = atomic.replaced_file(path)
-    if target is not None and target.exists() and not force:
+    if target is not None and target.exists() and not overwrite:
         raise is_there(path)
 
 
 def write_document(
-    path: Path | str, content: bytes, beside: Mapping[str, bytes] | None = None, *, force: bool = False
+    path: Path | str, content: bytes, beside: Mapping[str, bytes] | None = None, *, overwrite: bool = False
 ) -> tuple[Path, ...]:
     """Write a document, and files in its folder that it names.
 
@@ -37,7 +37,7 @@ def write_document(
         path: the document.
         content: what it holds.
         beside: name relative to the document's folder, with "/" between folders → content.
-        force: replace what is there.
+        overwrite: replace what is there.
 
     Returns:
         The document, and the files beside it in the given order.
@@ -46,7 +46,7 @@ def write_document(
         BadArgument: no path, a file is there and may not be replaced, or one cannot be written.
     """
     beside = beside or {}
-    check_replaceable(path, force=force)
+    check_replaceable(path, overwrite=overwrite)
     target = atomic.replaced_file(path)
     if target is None:
         if beside:
@@ -55,12 +55,12 @@ def write_document(
         return (Path(path),)
     folder = Path(path).parent
     with atomic.errors_naming(path):
-        fresh = {name: data for name, data in beside.items() if not _is_there(folder / name, data, force)}
+        fresh = {name: data for name, data in beside.items() if not _is_there(folder / name, data, overwrite)}
         _put(folder, fresh, path, content)
     return (Path(path), *(folder / name for name in beside))
 
 
-def _is_there(file: Path, data: bytes, force: bool) -> bool:
+def _is_there(file: Path, data: bytes, overwrite: bool) -> bool:
     """Whether the file is there with this content.
 
     Raises:
@@ -70,7 +70,7 @@ def _is_there(file: Path, data: bytes, force: bool) -> bool:
         return False
     if file.is_file() and file.stat().st_size == len(data) and file.read_bytes() == data:
         return True
-    if not force or not file.is_file():
+    if not overwrite or not file.is_file():
         raise is_there(file, "with another content")
     return False
 

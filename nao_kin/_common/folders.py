@@ -15,17 +15,17 @@ from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument
 
 
-def check_folder(path: Path | str, *, force: bool) -> None:
+def check_folder(path: Path | str, *, overwrite: bool) -> None:
     """Raise what `write_folder` would raise whatever the files are, before the work whose result they are.
 
     Raises:
         BadArgument: no path, a file is there, the folder is there and may not be replaced, or none can be there.
     """
     with errors_naming(path):
-        _target_of(path, force)
+        _target_of(path, overwrite)
 
 
-def write_folder(path: Path | str, files: Mapping[str, bytes], *, force: bool = False) -> tuple[Path, ...]:
+def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: bool = False) -> tuple[Path, ...]:
     """Make `path` a folder with these files and no others.
 
     The files are written to a temporary folder first. A new folder is that one, by one rename; one that is there
@@ -35,7 +35,7 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, force: bool = 
     Args:
         path: the folder; the one it lies in must be there.
         files: name relative to the folder, with "/" between folders → content.
-        force: replace the files of a folder that is there.
+        overwrite: replace the files of a folder that is there.
 
     Returns:
         The files, in the given order.
@@ -44,7 +44,7 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, force: bool = 
         BadArgument: no path, a file is there, the folder is there and may not be replaced, or it cannot be written.
     """
     with errors_naming(path):
-        target = _target_of(path, force)
+        target = _target_of(path, overwrite)
         if target.is_dir():
             _check_names(target, files)
             _swap(target, files)
@@ -77,16 +77,16 @@ def filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
 
 def is_there(path: Path | str, how: str = "already") -> BadArgument:
     """What to raise for a path that is there and may not be replaced."""
-    return BadArgument(f"{abbreviated(path)} is there {how}; force=True (--force) replaces it")
+    return BadArgument(f"{abbreviated(path)} is there {how}; overwrite=True (--force) replaces it")
 
 
-def _target_of(path: Path | str, force: bool) -> Path:
+def _target_of(path: Path | str, overwrite: bool) -> Path:
     """The folder that a path leads to, as far as it may be filled whatever the files are."""
     if not os.fspath(path):
         raise ValueError("no folder name")
     target = Path(os.path.realpath(path))
     if target.is_dir():
-        if not force and next(_files_in(target), None) is not None:
+        if not overwrite and next(_files_in(target), None) is not None:
             raise is_there(target)
     elif os.path.exists(path):
         raise BadArgument(f"cannot write {abbreviated(path)}: it is a file, and a folder is to be written")

@@ -128,7 +128,7 @@ def export(
     model = load(version, urdf, robot, xacro=xacro, offsets=offsets)
     if motion is not None and timeline is not None:
         chosen["motion"] = read(model, motion, deg=False, timeline=timeline)
-    done = exports.write(model, output, format_, force=force, **chosen)
+    done = exports.write(model, output, format_, overwrite=force, **chosen)
     for change in done.changes:
         print_note(change)
     if json:

@@ -25,7 +25,7 @@ FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType(
 
 
 def options(format: str) -> dict[str, Any]:
-    """The options that a format takes, each with its default; "force", which all take, is not among them.
+    """The options that a format takes, each with its default; "overwrite", which all take, is not among them.
 
     Raises:
         UnknownName: no such format.
@@ -35,17 +35,17 @@ def options(format: str) -> dict[str, Any]:
         'mimic'
     """
     parameters = inspect.signature(_function(format)).parameters.values()
-    return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "force"}
+    return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "overwrite"}
 
 
-def write(robot: RobotModel, path: Path | str, format: str, *, force: bool = False, **chosen: Any) -> Exported:
+def write(robot: RobotModel, path: Path | str, format: str, *, overwrite: bool = False, **chosen: Any) -> Exported:
     """Write a robot in a format.
 
     Args:
         robot: any robot.
         path: the file or folder to write.
         format: one of `FORMATS`.
-        force: replace what is there.
+        overwrite: replace what is there.
         **chosen: options of the format.
 
     Raises:
@@ -57,7 +57,7 @@ def write(robot: RobotModel, path: Path | str, format: str, *, force: bool = Fal
         ('the meshes of 41 links are left out',)
     """
     check_options(format, chosen)
-    return _function(format)(robot, path, force=force, **chosen)
+    return _function(format)(robot, path, overwrite=overwrite, **chosen)
 
 
 def check_options(format: str, chosen: Iterable[str]) -> None:

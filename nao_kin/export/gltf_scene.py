@@ -36,7 +36,7 @@ def gltf(
     fps: float = FRAMES_PER_SECOND,
     frames: str = "all",
     names: str = "naoqi",
-    force: bool = False,
+    overwrite: bool = False,
 ) -> Exported:
     """Write a binary glTF 2.0 scene (.glb): the posed robot, each joint a node, and a motion as an animation.
 
@@ -52,7 +52,7 @@ def gltf(
         fps: poses per second in the animation; between them, glTF turns evenly.
         frames: see `urdf`; frames are empty nodes.
         names: see `urdf`.
-        force: replace a file that is there.
+        overwrite: replace a file that is there.
 
     Returns:
         The file, and one line for each look that cannot be read.
@@ -69,7 +69,7 @@ def gltf(
     check_robot(robot)
     if not str(path).lower().endswith((".glb", "/dev/stdout")):
         raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
-    check_replaceable(path, force=force)
+    check_replaceable(path, overwrite=overwrite)
     tree, _ = variant(robot, frames=frames, names=names)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
@@ -85,7 +85,7 @@ def gltf(
     if motion is not None:
         _animate(glb, nodes, moving, values)
     glb.tree["asset"]["generator"] = "nao_kin, trimesh"
-    return Exported(Path(path), write_document(path, glb.content(), force=force), notes)
+    return Exported(Path(path), write_document(path, glb.content(), overwrite=overwrite), notes)
 
 
 def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:

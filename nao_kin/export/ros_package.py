@@ -47,7 +47,7 @@ def ros2(
     inertia: str = "published",
     samples: int = 10_000,
     seed: int = 0,
-    force: bool = False,
+    overwrite: bool = False,
 ) -> Exported:
     """Write a ROS 2 package: the robot's URDF and meshes, its SRDF, and a launch file that shows it in RViz.
 
@@ -71,7 +71,7 @@ def ros2(
         inertia: see `urdf`.
         samples: see `srdf`.
         seed: see `srdf`.
-        force: replace the folder, if it holds nothing but such a package.
+        overwrite: replace the folder, if it holds nothing but such a package.
 
     Returns:
         The folder, its files, and what in them differs from the robot or is left to fill in.
@@ -87,7 +87,7 @@ def ros2(
         ['config', 'launch', 'meshes', 'nao_description', 'rviz', 'urdf']
     """
     check_robot(robot)
-    check_folder(path, force=force)
+    check_folder(path, overwrite=overwrite)
     person = _checked_person(maintainer)
     if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
         raise BadArgument(f"package_version must be three numbers, as 1.0.0, got {quoted(package_version)}")
@@ -131,7 +131,7 @@ def ros2(
     files = {file: text.encode() for file, text in sorted(texts.items())}
     files |= {f"{MESH_FOLDER}/{file}": content for file, content in looks.items()}
     open_ends = [f"package.xml: fill in the {what}" for what in _open(maintainer, said)]
-    written = write_folder(path, files, force=force)
+    written = write_folder(path, files, overwrite=overwrite)
     return Exported(Path(path), written, (*changes, *unsaid, *left_out, *painted, *semantic.changes, *open_ends))
 
 

@@ -27,7 +27,7 @@ def sdf(
     coupling: str = "mimic",
     inertia: str = "physical",
     base: str = "floating",
-    force: bool = False,
+    overwrite: bool = False,
 ) -> Exported:
     """Write the folder of an SDFormat model: model.sdf, model.config and the meshes.
 
@@ -43,7 +43,7 @@ def sdf(
         coupling: see `urdf`.
         inertia: "physical" or "published", see `urdf`; SDFormat has no links without mass.
         base: "floating", or "fixed" to hold the root link in the world.
-        force: replace the folder, if it holds nothing but such a model.
+        overwrite: replace the folder, if it holds nothing but such a model.
 
     Returns:
         model.sdf, all files written, and what in them differs from the robot.
@@ -58,7 +58,7 @@ def sdf(
         ['model.config', 'model.sdf']
     """
     check_robot(robot)
-    check_folder(path, force=force)
+    check_folder(path, overwrite=overwrite)
     for what, given, valid in (("meshes", meshes, MESHES), ("base", base, BASES)):
         if given not in valid:
             raise UnknownName(f"choice of {what}" if what == "meshes" else what, given, valid)
@@ -74,7 +74,7 @@ def sdf(
     )
     files = {"model.config": _config(bodies.name).encode(), "model.sdf": text.encode()}
     files |= {f"{MESH_FOLDER}/{name}": content for name, content in read_files(copied).items()}
-    written = write_folder(path, files, force=force)
+    written = write_folder(path, files, overwrite=overwrite)
     return Exported(Path(path) / "model.sdf", written, (*changes, *unsaid, *left_out))
 
 

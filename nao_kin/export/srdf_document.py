@@ -46,7 +46,7 @@ def srdf(
     base: str | None = None,
     samples: int = 10_000,
     seed: int = 0,
-    force: bool = False,
+    overwrite: bool = False,
 ) -> Exported:
     """Write an SRDF: planning groups, end effectors, postures, and the collision checks that a planner may leave out.
 
@@ -67,7 +67,7 @@ def srdf(
             robot was loaded with.
         samples: how many configurations are tried for contacts.
         seed: of the random numbers; the same seed gives the same file.
-        force: replace a file that is there.
+        overwrite: replace a file that is there.
 
     Returns:
         The file, and one line for everything that an SRDF cannot say.
@@ -83,11 +83,11 @@ def srdf(
         >>> again.chains["LLeg"] == nao.chains["LLeg"], again.posture_names == nao.posture_names
         (True, True)
     """
-    check_replaceable(path, force=force)
+    check_replaceable(path, overwrite=overwrite)
     document = srdf_document(
         robot, names=names, frames=frames, coupling=coupling, base=base, samples=samples, seed=seed
     )
-    return Exported(Path(path), write_document(path, document.text.encode(), force=force), document.changes)
+    return Exported(Path(path), write_document(path, document.text.encode(), overwrite=overwrite), document.changes)
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ def urdf(
     inertia: str = "published",
     typed: bool = False,
     axes: str = "published",
-    force: bool = False,
+    overwrite: bool = False,
 ) -> Exported:
     """Write a robot as a URDF.
 
@@ -58,7 +58,7 @@ def urdf(
             do not.
         axes: "published", as in the robot's file; "aligned" turns the frame of a joint whose axis is oblique until the
             axis is its z axis, for tools that take no other axes than those of the frame. Links stay as they are.
-        force: replace files that are there.
+        overwrite: replace files that are there.
 
     Returns:
         The file, all files written, and what in them differs from the robot.
@@ -74,7 +74,7 @@ def urdf(
         >>> nk.RobotModel.from_urdf("nao.urdf").link_names[0]
         'torso'
     """
-    check_replaceable(path, force=force)
+    check_replaceable(path, overwrite=overwrite)
     tree, changes = variant(
         robot, frames=frames, names=names, coupling=coupling, inertia=inertia, typed=typed, axes=axes
     )
@@ -83,7 +83,7 @@ def urdf(
         changes = (*changes, *massless)
     named, copied, left_out = _named_meshes(tree, meshes)
     text, unsaid = urdf_document(tree, named)
-    files = write_document(path, text.encode(), read_files(copied), force=force)
+    files = write_document(path, text.encode(), read_files(copied), overwrite=overwrite)
     return Exported(Path(path), files, (*changes, *unsaid, *left_out))
 
 

@@ -23,7 +23,13 @@ _GREY = (0.9, 0.9, 0.9, 1.0)
 
 
 class UnreadableShape(Exception):
-    """Why coal cannot have a shape."""
+    """Why coal cannot have a shape.
+
+    Examples:
+        >>> raise nk.robot.UnreadableShape("its mesh 'hand.stl' is not there")
+        Traceback (most recent call last):
+        nao_kin.robot.geometry.UnreadableShape: its mesh 'hand.stl' is not there
+    """
 
 
 def shape_geometry(shape: Geometry, packages: Packages) -> Any:
@@ -35,6 +41,10 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
 
     Raises:
         UnreadableShape: the mesh file is missing or cannot be read.
+
+    Examples:
+        >>> nk.robot.shape_geometry(nk.urdf.Sphere(0.05), nk.urdf.Packages()).radius
+        0.05
     """
     import coal
 

@@ -64,7 +64,12 @@ class Clamped:
     joint: str = ""
 
     def and_then(self, other: Clamped) -> Clamped:
-        """Both together."""
+        """Return the sum of both rows, with the larger amount and its joint.
+
+        Examples:
+            >>> nk.stream.Clamped(2, 0.1, "HeadYaw").and_then(nk.stream.Clamped(1, 0.3, "LHand"))
+            Clamped(rows=3, most=0.3, joint='LHand')
+        """
         larger = self if self.most >= other.most else other
         return Clamped(self.rows + other.rows, larger.most, larger.joint)
 

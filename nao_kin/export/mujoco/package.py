@@ -44,7 +44,7 @@ def mjcf(
     inertia: InertiaChoice = "physical",
     meshes: str = "relative",
     typed: bool = False,
-    force: bool = False,
+    overwrite: bool = False,
 ) -> Exported:
     """A robot for MuJoCo: a folder with its file, `scene.xml` that puts it on a floor, and its meshes in `assets/`.
 
@@ -72,7 +72,7 @@ def mjcf(
             joint, a ball for a spherical one. MuJoCo couples joints of one coordinate only, so that a spherical joint
             with a coupled axis stays three hinges, of one body; with coupling="independent" it is a ball. Links between
             such axes are held to the body before.
-        force: replace a folder that is there.
+        overwrite: replace a folder that is there.
 
     Returns:
         The path of the scene, the files, and what differs from the robot.
@@ -91,7 +91,7 @@ def mjcf(
         (25, 'StandInit', 5.36)
     """
     check_robot(robot)
-    check_folder(folder, force=force)
+    check_folder(folder, overwrite=overwrite)
     for what, value, valid in (
         ("base", base, _BASES),
         ("choice of meshes", meshes, _MESHES),
@@ -122,7 +122,7 @@ def mjcf(
     name = _file_name(tree.name)
     contents = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode()}
     contents |= {f"{FOLDER}/{mesh}": content for mesh, content in (files.contents if files else {}).items()}
-    written = write_folder(folder, contents, force=force)
+    written = write_folder(folder, contents, overwrite=overwrite)
     return Exported(
         Path(folder) / NAME, written, (*coupled, *mended, *_merged(bodies, typed), *lowered, *notes, *apart)
     )
