@@ -43,7 +43,7 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
         UnreadableShape: the mesh file is missing or cannot be read.
 
     Examples:
-        >>> nk.robot.shape_geometry(nk.urdf.Sphere(0.05), nk.urdf.Packages()).radius
+        >>> nk.robot.shape_geometry(nk.urdf.Sphere(0.05), nk.load_nao().tree.packages).radius
         0.05
     """
     import coal
