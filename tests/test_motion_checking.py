@@ -130,6 +130,22 @@ def test_a_coupled_limit_is_left_between_keys_that_keep_it(nao: nk.NaoModel) -> 
     assert row.excess == pytest.approx(pitch - 0.01 - table.upper[1], abs=1e-12)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_coupled_limit_is_told_on_the_side_that_is_passed(nao: nk.NaoModel, side: float) -> None:
+    """HeadYaw at 1.1 leaves HeadPitch a range; half of the way between it and the box is outside the range only."""
+    table = next(table for table in nao.coupled_limits if table.joint == "HeadPitch")
+    lower, upper = (float(end) for end in table.range(np.array(1.1)))
+    column = nao.joint_names.index("HeadPitch")
+    pitch = (upper + nao.upper[column]) / 2 if side > 0 else (lower + nao.lower[column]) / 2
+    motion = nk.Motion([0.0, 1.0, 2.0], ["HeadYaw", "HeadPitch"], [[1.1, 0.0], [1.1, pitch], [1.1, 0.0]])
+    (row,) = check(nao, motion).violations
+    assert (row.kind, row.joint, row.of) == ("coupled limit", "HeadPitch", "HeadYaw")
+    assert (row.value, row.lower, row.upper) == pytest.approx((pitch, lower, upper), abs=1e-12)
+    assert row.excess == pytest.approx(pitch - upper if side > 0 else lower - pitch, abs=1e-12)
+    (violation,) = nao.limit_violations(nao.configuration({"HeadYaw": 1.1, "HeadPitch": pitch}, limits="ignore"))[:1]
+    assert (violation.lower, violation.upper) == pytest.approx((lower, upper), abs=1e-12)
+
+
 def test_a_coupled_limit_looks_at_joints_that_are_not_named(nao: nk.NaoModel) -> None:
     motion = nk.Motion([0.0], ["HeadPitch"], [[0.5]])
     assert check(nao, motion).ok
