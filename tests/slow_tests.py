@@ -14,12 +14,13 @@ MODULES = """
     test_viewer_browser test_viewer_cli test_viewer_closed_forms test_viewer_connection test_viewer_drag
     test_viewer_from_python test_viewer_lights test_viewer_notebook test_viewer_panel test_viewer_pointer
     test_viewer_seeing test_viewer_server test_viewer_standing test_viewer_timeline test_virtual_cartesian
-    test_virtual_server test_virtual_walk test_virtual_whole_body test_wheel
+    test_virtual_server test_virtual_walk test_virtual_whole_body test_wheel test_wrong_kinds
 """.split()
 
 # Single tests of the other modules.
 TESTS = """
-    test_two_processes_may_compile_at_once_and_the_third_need_not
+    test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not
+    test_a_short_program_is_answered_at_once_and_the_kernel_is_compiled_after_its_end
     test_warmup_says_what_is_ready_and_where
     test_a_narrow_terminal_cuts_nothing
     test_axes_of_a_merged_joint_meet_in_every_configuration
