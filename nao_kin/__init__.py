@@ -13,6 +13,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from nao_kin import errors
+from nao_kin._extras import with_remedy
 from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
@@ -102,12 +103,16 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(importlib.import_module(_HOME[name]), name)
-    elif name in __all__:
-        value = importlib.import_module(f"nao_kin.{name}")
-    else:
+    if name not in __all__:
         raise AttributeError(f"module 'nao_kin' has no attribute {name!r}")
+    try:
+        module = importlib.import_module(_HOME.get(name, f"nao_kin.{name}"))
+    except ImportError as error:
+        remedy = with_remedy(str(error))
+        if remedy != str(error):
+            raise ImportError(remedy, name=error.name, path=error.path) from None
+        raise
+    value = getattr(module, name) if name in _HOME else module
     globals()[name] = value
     return value
 

@@ -130,6 +130,13 @@ def missing(purpose: str, name: str, reason: str = "") -> str:
     return f"{purpose} needs {extra.packages[0]}{remedy}; {extra.without}"
 
 
+def with_remedy(problem: str) -> str:
+    """Why a library does not load; with the system's package that brings what is missing, where that is known."""
+    if "libgomp.so.1" not in problem or "libgomp1" in problem:
+        return problem
+    return f"{problem}; install libgomp: apt-get install libgomp1 (Debian, Ubuntu), dnf install libgomp (Fedora)"
+
+
 def command(name: str) -> str:
     """What a person types to get an extra."""
     return f"pip install 'nao-kin[{name}]'"

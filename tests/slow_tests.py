@@ -12,15 +12,15 @@ MODULES = """
     test_reproduce_paper test_scripts test_signals test_stream_resumed test_supervisor test_typed_model
     test_typed_random_robots test_typed_whole_turns test_typed_without_intermediate_links test_viewer_access
     test_viewer_browser test_viewer_cli test_viewer_closed_forms test_viewer_connection test_viewer_drag
-    test_viewer_from_python test_viewer_lights test_viewer_meshcat test_viewer_notebook
-    test_viewer_panel test_viewer_pointer
-    test_viewer_seeing test_viewer_server test_viewer_standing test_viewer_timeline test_virtual_cartesian
-    test_virtual_server test_virtual_walk test_virtual_whole_body test_wheel
+    test_viewer_from_python test_viewer_lights test_viewer_meshcat test_viewer_notebook test_viewer_panel
+    test_viewer_pointer test_viewer_seeing test_viewer_server test_viewer_standing test_viewer_timeline test_virtual_cartesian
+    test_virtual_server test_virtual_walk test_virtual_whole_body test_wheel test_wrong_kinds
 """.split()
 
 # Single tests of the other modules.
 TESTS = """
     test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not
+    test_a_short_program_is_answered_at_once_and_the_kernel_is_compiled_after_its_end
     test_warmup_says_what_is_ready_and_where
     test_a_narrow_terminal_cuts_nothing
     test_axes_of_a_merged_joint_meet_in_every_configuration

@@ -85,3 +85,13 @@ def test_where_pinocchio_does_not_load_the_program_says_so(
     command = [sys.executable, "-m", "nao_kin", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
     assert (done.returncode, done.stderr) == (code, error)
+
+
+def test_a_system_without_libgomp_is_told_the_package_that_brings_it(tmp_path: Path) -> None:
+    lacking = "libgomp.so.1: cannot open shared object file: No such file or directory"
+    (tmp_path / "pinocchio.py").write_text(f"raise ImportError({lacking!r})")
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    for words in (["-m", "nao_kin", "fk", "--posture", "Sit"], ["-c", "import nao_kin as nk; nk.load_nao()"]):
+        done = subprocess.run([sys.executable, *words], capture_output=True, text=True, env=environment)
+        assert done.returncode != 0
+        assert "apt-get install libgomp1" in done.stderr.splitlines()[-1]

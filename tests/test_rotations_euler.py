@@ -21,8 +21,10 @@ from scipy.spatial.transform import Rotation
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.rotations import (
     euler_from_matrix,
+    euler_from_quat,
     matrix_from_euler,
     matrix_from_rpy,
+    quat_from_euler,
     rot_x,
     rot_y,
     rot_z,
@@ -268,3 +270,17 @@ def test_names_that_are_no_text_are_refused_as_unknown(wrong):
         euler_from_matrix(np.eye(3), "zyx", axes=wrong)
     with pytest.raises(UnknownName, match="unknown at_lock"):
         euler_from_matrix(np.eye(3), "zyx", axes="moving", at_lock=wrong)
+
+
+@each_convention
+def test_quaternions_and_three_angles_are_taken_for_each_other(sequence, axes):
+    triples = np.concatenate([many_angles((200, 3)), beside_lock(sequence, np.random.default_rng(0))])
+    q = quat_from_euler(triples, sequence, axes=axes)
+    expected = Rotation.from_euler(scipy_sequence(sequence, axes), triples).as_quat(scalar_first=True)
+    assert np.abs(np.abs(np.einsum("ni,ni->n", q, expected)) - 1.0).max() < 1e-14
+    found = euler_from_quat(-2.0 * q, sequence, axes=axes)
+    for angles in (found.angles, found.other):
+        assert (
+            worst(matrix_from_euler(angles, sequence, axes=axes), matrix_from_euler(triples, sequence, axes=axes))
+            < 1e-14
+        )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 
-from nao_kin._extras import EXTRAS
+from nao_kin._extras import EXTRAS, with_remedy
 from nao_kin._text import abbreviated
 from nao_kin.errors import MissingExtra
 
@@ -25,4 +25,4 @@ def need_extra(purpose: str, name: str, *modules: str) -> None:
             importlib.import_module(module)
         except ImportError as error:
             absent = isinstance(error, ModuleNotFoundError) and error.name in (module, module.partition(".")[0])
-            raise MissingExtra(purpose, name, "" if absent else abbreviated(error)) from None
+            raise MissingExtra(purpose, name, "" if absent else with_remedy(abbreviated(error))) from None

@@ -15,6 +15,7 @@ import typer
 
 import nao_kin
 from nao_kin._common.ending import before_ending
+from nao_kin._extras import with_remedy
 from nao_kin._text import MOST_ECHOED, abbreviated
 from nao_kin.cli import check, doctor, export, fk, ik, info, joints, live, motion, reach, script, serve, view, warmup
 from nao_kin.cli.options import Command
@@ -66,7 +67,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         message = error.format_message() if hasattr(error, "format_message") else str(error)
         return _fail(f"{_LONG.sub(_shortened, message.rstrip('.'))} (see {path} --help)")
     except ImportError as error:
-        return _fail(f"{error} (see nao-kin doctor)")
+        return _fail(f"{with_remedy(str(error))} (see nao-kin doctor)")
     except (KeyboardInterrupt, typer.Abort):
         return 130
     except (BrokenPipeError, SystemExit):

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from nao_kin._common.ending import before_ending, kill_group, uninterrupted
+from nao_kin._extras import with_remedy
 from nao_kin._text import abbreviated
 
 _PROBE = """
@@ -27,7 +28,9 @@ def model_problem(variables: Mapping[str, str]) -> list[str]:
     code, out, problem = _probed(_PROBE, variables)
     if code == 0 and out.startswith("25 "):
         return []
-    return [f"the model could not be tried: {problem}" if code is None else f"the NAO does not load: {problem}"]
+    return [
+        f"the model could not be tried: {problem}" if code is None else f"the NAO does not load: {with_remedy(problem)}"
+    ]
 
 
 def numba_problem(variables: Mapping[str, str]) -> list[str]:

@@ -10,8 +10,10 @@ from nao_kin.rotations._elementary import rot_x, rot_y, rot_z
 from nao_kin.rotations._euler import (
     EulerAngles,
     euler_from_matrix,
+    euler_from_quat,
     matrix_from_euler,
     matrix_from_rpy,
+    quat_from_euler,
     rpy_from_matrix,
 )
 from nao_kin.rotations._exponential import angle_between, exp, log, power
@@ -59,6 +61,7 @@ __all__ = [
     "check_rotation",
     "davenport_angles",
     "euler_from_matrix",
+    "euler_from_quat",
     "euler_rate_jacobian",
     "euler_rate_jacobian_inverse",
     "euler_rodrigues",
@@ -87,6 +90,7 @@ __all__ = [
     "quat_canonical",
     "quat_conjugate",
     "quat_exp",
+    "quat_from_euler",
     "quat_from_matrix",
     "quat_from_xyzw",
     "quat_log",

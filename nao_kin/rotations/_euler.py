@@ -11,6 +11,7 @@ from nao_kin._common.arrays import Floats
 from nao_kin._common.kernels import evaluate
 from nao_kin._common.vectors import as_batch
 from nao_kin.rotations._checks import evaluate_rotations
+from nao_kin.rotations._quaternions import matrix_from_quat, quat_from_matrix
 from nao_kin.rotations._three_angles import (
     REQUIRED,
     AtLock,
@@ -80,6 +81,50 @@ def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED
     if count < 3:
         values = np.concatenate([values, np.zeros((*values.shape[:-1], 3 - count))], axis=-1)
     return evaluate(composition(convention), [values], (3, 3))[0]
+
+
+def quat_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Floats:
+    """Unit quaternion of three turns about coordinate axes, or of one or two.
+
+    Args:
+        angles: as in `matrix_from_euler` [rad].
+        sequence: as in `matrix_from_euler`.
+        axes: as in `matrix_from_euler`.
+
+    Returns:
+        Quaternions (r0, r1, r2, r3), scalar first, in canonical sign, shape (..., 4).
+
+    Raises:
+        UnknownName, BadArgument, WrongShape, NotFinite: as `matrix_from_euler`.
+
+    Examples:
+        >>> nk.rotations.quat_from_euler([0.0, 0.0, np.pi / 2], "xyz", axes="moving").round(4)
+        array([0.7071, 0.    , 0.    , 0.7071])
+    """
+    return quat_from_matrix(matrix_from_euler(angles, sequence, axes=axes))
+
+
+def euler_from_quat(q: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lock: AtLock = "third") -> EulerAngles:
+    """Both triples of angles of the rotation of a quaternion.
+
+    Args:
+        q: quaternions (r0, r1, r2, r3), scalar first, of any length but zero, shape (..., 4).
+        sequence: as in `euler_from_matrix`.
+        axes: as in `euler_from_matrix`.
+        at_lock: as in `euler_from_matrix`.
+
+    Returns:
+        The angles, as of `euler_from_matrix`.
+
+    Raises:
+        ZeroNorm: some quaternion is zero; carries its index.
+        UnknownName, BadArgument, WrongShape, NotFinite: as `euler_from_matrix`.
+
+    Examples:
+        >>> nk.rotations.euler_from_quat([1.0, 0.0, 0.0, 1.0], "zyx", axes="moving").angles.round(4)
+        array([1.5708, 0.    , 0.    ])
+    """
+    return euler_from_matrix(matrix_from_quat(q), sequence, axes=axes, at_lock=at_lock)
 
 
 def euler_from_matrix(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lock: AtLock = "third") -> EulerAngles:
