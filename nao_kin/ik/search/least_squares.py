@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -71,28 +71,56 @@ def minimise(
         Where the searches ended.
     """
     motion = errors.motion
-    ends: Floats = np.array(q)
-    chain, limits, goal = motion.chain, region.numbers, Goal(errors.weights, tolerance, steps)
-    targets = np.ascontiguousarray(motion.in_base(errors.targets[rows], q)).reshape(len(q), 16)
+    targets = motion.in_base(errors.targets[rows], q).reshape(len(q), 16)
     still = region.still_values(motion.joint_values(q))
-    if len(q) == 1 and not _descents.in_memory:
-        values, report = q[0, motion.columns].tolist(), [0.0] * _REPORT
-        sizes = room_for(len(chain.place), len(values), len(limits.tables) // TABLE)
+    goal = Goal(errors.weights, tolerance, steps)
+    found = descended(motion.chain, region, goal, targets, still, q[:, motion.columns], threads)
+    ends: Floats = np.array(q)
+    ends[:, motion.columns] = found.q
+    return replace(found, q=ends)
+
+
+def descended(
+    chain: Chain,
+    region: LimitRegion,
+    goal: Goal,
+    targets: Floats,
+    still: Floats,
+    starts: Floats,
+    threads: int | None = None,
+) -> Minimum:
+    """The same for the m joints of a region, of one frame or of several.
+
+    Args:
+        chain: the way to each of F frames.
+        region: the limits; the starts are inside.
+        goal: weights, tolerance, and the most steps.
+        targets: poses of the frames in the base for each start, shape (n, 16 F).
+        still: as `LimitRegion.still_values` has them, shape (n, t).
+        starts: shape (n, m).
+        threads: how many; None for all cores where that is worthwhile.
+
+    Returns:
+        Where the searches ended; `q` has shape (n, m).
+    """
+    limits, targets = region.numbers, np.array(targets, order="C")  # its own, for kernels take no read-only arrays
+    if len(starts) == 1 and not _descents.in_memory:
+        values, report = starts[0].tolist(), [0.0] * _REPORT
+        sizes = room_for(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
         bench = Bench(*([0.0] * size for size in sizes))
         lists = in_lists(chain), in_lists(limits), in_lists(goal)
         descend(*lists, targets[0].tolist(), still[0].tolist(), values, bench, report)
         found, reports = np.array([values]), np.array([report])
     else:
-        found, reports = np.ascontiguousarray(ends[:, motion.columns]), np.empty((len(q), _REPORT))
+        found, reports = np.array(starts, order="C"), np.empty((len(starts), _REPORT))
         _descents.ready()
 
         def run(part: slice) -> None:
             numbers = copied(chain), copied(limits), copied(goal)
             _descents(*numbers, targets[part], still[part], found[part], reports[part])
 
-        in_threads(run, len(q), threads, _PER_THREAD)
-    ends[:, motion.columns] = found
-    return Minimum(ends, reports[:, COST].copy(), reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
+        in_threads(run, len(starts), threads, _PER_THREAD)
+    return Minimum(found, reports[:, COST].copy(), reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
 
 
 def _arguments() -> tuple[Any, ...]:
@@ -100,7 +128,7 @@ def _arguments() -> tuple[Any, ...]:
 
     row, whole, rows = types.float64[::1], types.int64[::1], types.float64[:, ::1]
     return (
-        types.NamedTuple((row, row, whole, row, row), Chain),
+        types.NamedTuple((whole, row, row, whole, row, row), Chain),
         region_type(),
         types.NamedTuple((row, types.float64, types.int64), Goal),
         rows,
@@ -115,7 +143,7 @@ def _descents(
     chain: Chain, region: Region, goal: Goal, targets: Floats, still: Floats, values: Floats, reports: Floats
 ) -> None:
     n, m, t = len(chain.place), len(region.lower), len(region.tables) // TABLE
-    sizes = room_for(n, m, t)
+    sizes = room_for(len(chain.joints), n, m, t)
     bench = Bench(
         np.empty(sizes[0]), np.empty(sizes[1]), np.empty(sizes[2]), np.empty(sizes[3]), np.empty(sizes[4]),
         np.empty(sizes[5]), np.empty(sizes[6]), np.empty(sizes[7]), np.empty(sizes[8]), np.empty(sizes[9]),
