@@ -109,14 +109,15 @@ def nearest_feet(
     cost = np.concatenate([part.cost for part in found]).reshape(len(began), n)
     rows: NDArray[np.intp] = np.argmin(cost, axis=0) * n + np.arange(n)
     best = np.concatenate([part.q for part in found])[rows]
-    if not enforce:
-        turns = np.round((near - best) * limb.multiplier / (2.0 * math.pi))
-        best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
-    q = np.array(reference)
+    # The limb alone decides, and whole turns do not change it.
+    q = robot.neutral()[None].repeat(n, axis=0)
     q[:, limb.index] = best
     made = np.array(robot.fk(q, list(frames), reference=limb.torso))
     errors = made[..., :3, :3].swapaxes(-1, -2) @ nearest_rotation(T[..., :3, :3])
     away = np.linalg.norm(made[..., :3, 3] - T[..., :3, 3], axis=-1)
+    if not enforce:
+        turns = np.round((near - best) * limb.multiplier / (2.0 * math.pi))
+        best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
     return best, np.stack([away, np.linalg.norm(log(errors), axis=-1)], axis=-1)
 
 
