@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
+from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadModel
@@ -302,6 +303,19 @@ def test_limits_copied_from_joint_to_joint_do_not_lock_the_driver(
     q = robot.configuration({"A": 0.5})
     assert robot.check_limits(q).tolist() == [0.5]
     _agrees_with_yourdfpy(robot)
+
+
+@pytest.mark.parametrize("less", [1e-3, 1e-5, 1e-8])
+def test_a_driving_joint_is_confined_however_little_a_follower_allows_less(tmp_path: Path, less: float) -> None:
+    follower = J("B", follows=("A", 1.0, 0.0), limits=(-1.0 + less, 1.0 - less))
+    robot = made_up(tmp_path, J("A", limits=(-1.0, 1.0)), follower)
+    np.testing.assert_allclose([robot.lower[0], robot.upper[0]], [-1.0 + less, 1.0 - less], rtol=0, atol=1e-12)
+
+
+def test_a_driving_joint_keeps_its_own_limits_where_a_follower_differs_by_rounding(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("A"), J("B", follows=("A", 0.1, 0.0), limits=(-3.0 * 0.1, 0.3)))
+    assert (robot.lower[0], robot.upper[0]) == (-3.0, 3.0)
+    assert robot.load_notes == ()
 
 
 def test_two_followers_that_leave_nothing_together_do_not_lock_the_driver(write: Write) -> None:

@@ -11,7 +11,7 @@ from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, Wr
 from nao_kin.ik import Family, Reason
 from nao_kin.ik.paths.jumps import _cause
 from nao_kin.ik.paths.limb_paths import ArmPath
-from nao_kin.rotations import log, matrix_from_quat
+from nao_kin.rotations import exp, log, matrix_from_quat
 
 SIDES = ("L", "R")
 
@@ -218,6 +218,59 @@ def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel
         assert (found.residual[:, 0] >= 0.999 * beyond).all()
         assert not np.isnan(found.residual).any()
     assert nk.ik.arm(nao, "L", T[0]).count == 0
+
+
+@pytest.mark.parametrize("version", ["v3.2", "v6"])
+@pytest.mark.parametrize("inside", [1e-9, 1e-3])
+def test_a_place_inside_the_fold_is_out_of_reach(version: str, inside: float) -> None:
+    nao = nk.load_nao(version)
+    shoulder = nao.position(nao.neutral(), "LShoulderPitch")
+    folded = nao.position(nao.neutral(), "LElbowYaw") - shoulder, nao.position(nao.neutral(), "LArm")
+    elbow = nao.position(nao.neutral(), "LElbowYaw")
+    upper, lower = float(np.linalg.norm(folded[0])), float(np.linalg.norm(folded[1] - elbow))
+    far = abs(upper - lower) - inside
+    place = shoulder + far * np.array([0.6, 0.0, 0.8])
+    T = np.eye(4)
+    T[:3, 3] = place
+    for found in (nk.ik.arm(nao, "L", place), nk.ik.arm(nao, "L", T), nk.ik.arm(nao, "L", place, direction=[1, 0, 0])):
+        assert found.reason is Reason.OUT_OF_REACH
+        assert float(found.obstacles.needed) == pytest.approx(inside, abs=1e-12)
+
+
+@pytest.mark.parametrize("criterion", ["limits", "nearest", "manipulability"])
+def test_no_member_of_a_random_choice_is_better(nao: nk.NaoModel, criterion: str) -> None:
+    rng = np.random.default_rng(21)
+    places, reference = nao.position(nao.random(rng, 40), "LArm"), nao.random(rng, 40)
+    found = nk.ik.arm(nao, "L", places, criterion=criterion, reference=reference)  # type: ignore[arg-type]
+    columns = list(found.columns)
+
+    def worth(q: Floats, near: Floats) -> Floats:
+        if criterion == "limits":
+            return margin(nao, q, columns)
+        if criterion == "nearest":
+            return np.asarray(-np.square(q - near)[..., columns].sum(axis=-1))
+        J = nao.jacobian(q, "LArm")[..., :3, columns]
+        return np.asarray(np.sqrt(np.linalg.det(J @ J.swapaxes(-1, -2))))
+
+    # From other references the search begins elsewhere.
+    best = np.full(40, -np.inf)
+    for _ in range(12):
+        other = nk.ik.arm(nao, "L", places, criterion=criterion, reference=nao.random(rng, 40))  # type: ignore[arg-type]
+        best = np.maximum(best, worth(np.where(np.isnan(other.q), found.q, other.q), reference))
+    slack = {"limits": 1e-4, "nearest": 1e-3, "manipulability": 1e-5}[criterion]
+    assert (worth(found.q, reference) >= best - slack).all()
+
+
+def test_of_poses_far_away_no_random_start_ends_nearer(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(5)
+    T = nao.fk(nao.random(rng, 60), "LArm")
+    T[:, :3, 3] += 0.5 * rng.normal(size=(60, 3))
+    T[:, :3, :3] = T[:, :3, :3] @ exp(rng.normal(size=(60, 3)))
+    found = nk.ik.arm(nao, "L", T)
+    cost = np.square(found.residual * [1.0, 0.1]).sum(axis=-1)
+    for _ in range(8):
+        other = nk.ik.arm(nao, "L", T, reference=nao.random(rng, 60))
+        assert (cost <= np.square(other.residual * [1.0, 0.1]).sum(axis=-1) * (1.0 + 1e-4) + 1e-15).all()
 
 
 def test_a_message_says_what_is_in_the_way(nao: nk.NaoModel) -> None:

@@ -411,12 +411,20 @@ def test_samples_beyond_a_limit_are_reported_and_only_these(nao: nk.NaoModel) ->
     assert f"LLeg does not reach sample {first} and {beyond.sum() - 1} more: LKneePitch needs" in found.message
     assert set(found.limbs[0].messages) == set(np.flatnonzero(beyond))
     columns = list(found.limbs[0].columns)
-    assert np.isnan(found.q[beyond][:, columns]).all()
-    assert np.isfinite(found.q[~beyond]).all()
+    assert nao.within_limits(found.q).all()  # at the nearest pose
+    np.testing.assert_allclose(found.q[beyond][:, columns[3]], limit, atol=0.02)
+    assert (found.limbs[0].residual[beyond, 0] < 0.05).all()
     assert np.isfinite(found.sampled(50.0)).all()
 
 
-def test_a_limb_without_any_value_cannot_be_played(nao: nk.NaoModel) -> None:
+def test_a_limb_without_any_value_cannot_be_played(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    solve = limb_paths.leg
+
+    def leg(*arguments: Any, **options: Any) -> nk.ik.IKResult:
+        found = solve(*arguments, **options)
+        return dataclasses.replace(found, best=np.full(found.best.shape, np.nan))
+
+    monkeypatch.setattr(limb_paths, "leg", leg)
     T = np.tile(np.eye(4), (3, 1, 1))
     T[:, 2, 3] = -2.0
     found = nk.ik.follow(nao, {"LLeg": T})

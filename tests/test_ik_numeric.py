@@ -425,7 +425,7 @@ def test_the_search_sees_the_same_errors_and_derivatives(nao: nk.NaoModel) -> No
         expected, derivative = errors(q, np.arange(40))
         m, goal = len(motion.joints), Goal(weights, 1e-8, 1)
         for row, target in enumerate(motion.in_base(T, q)):
-            bench = Bench(*(np.zeros(size) for size in room_for(len(motion.chain.place), m, 0)))
+            bench = Bench(*(np.zeros(size) for size in room_for(1, len(motion.chain.place), m, 0)))
             values = q[row, motion.columns]
             cost = errors_at(motion.chain, goal, target.reshape(16), values, bench, bench.e, bench.J)
             np.testing.assert_allclose(bench.e, expected[row], atol=1e-12)

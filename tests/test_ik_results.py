@@ -254,6 +254,26 @@ def test_without_limits_a_member_of_a_family_may_be_whole_turns_away(
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)
 
 
+def test_without_limits_every_nearest_pose_is_within_half_a_turn_of_any_reference(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(3)
+    reference, q = rng.uniform(-6.0, 6.0, (60, nao.nq)), nao.random(rng, 60)
+    hands, feet, beside = nao.fk(q, "LArm"), nao.fk(q, ["LLeg", "RLeg"]), nao.position(nao.neutral(), "Head") + 0.01
+    hands[:, :3, 3] += 0.02
+    feet[..., :3, 3] *= 1.5
+    for found in (
+        nk.ik.arm(nao, "L", hands, reference=reference, limits="ignore"),
+        nk.ik.head(nao, nk.rotations.random_rotation(rng, 60), reference=reference, limits="ignore"),
+        nk.ik.look_at(nao, np.tile(beside, (60, 1)), reference=reference, limits="ignore"),
+        nk.ik.leg(nao, "R", feet[:, 1], reference=reference, limits="ignore"),
+        nk.ik.legs(nao, feet[:, 0], feet[:, 1], reference=reference, limits="ignore"),
+    ):
+        missed = ~np.asarray(found.success)
+        assert missed.sum() > 20
+        away = np.abs(found.q - reference)[missed][:, found.columns]
+        assert away.max() <= math.pi + 1e-9
+        assert away.max() > 0.95 * math.pi
+
+
 def test_without_limits_the_nearest_pose_is_within_half_a_turn_of_the_reference(nao: nk.NaoModel) -> None:
     q = nao.posture("StandInit")
     for joint, value in (("LShoulderPitch", 3.4), ("HeadYaw", -3.4), ("LAnkleRoll", 3.3), ("RAnkleRoll", 3.3)):

@@ -417,7 +417,7 @@ def _answer(
         "residual": {"position": away, "angle_rad": turned} if known else None,
         "count": count,
     }
-    if isinstance(found, LegsResult) and known:
+    if isinstance(found, LegsResult) and not np.isnan(found.yaw_errors[index]).any():
         left, right = found.yaw_errors[index].tolist()
         answer["yaw_errors_rad"] = {"left": left, "right": right}
     if every:

@@ -215,7 +215,7 @@ class IKResult:
         reason = Reason(int(self.reasons[index]))
         needed, limit = float(self.obstacles.needed[index]), float(self.obstacles.limit[index])
         away, turned = (float(error) for error in self.residual[index])
-        nearest = "" if np.isnan(away) else f"; the nearest pose is off by {_errors(away, turned, degrees)}"
+        nearest = "" if np.isnan(away) else f"; the nearest pose is off by {errors_in_words(away, turned, degrees)}"
         if reason is Reason.REACHED:
             count = int(self.count[index])
             families = {Family(int(code)) for code in self.families[index][:count]} - {Family.NONE}
@@ -249,7 +249,7 @@ class IKResult:
         return f"<IKResult of {', '.join(self.joints)}: {reached} of {self.reasons.size} targets reached>"
 
 
-def _errors(away: float, turned: float, degrees: bool) -> str:
+def errors_in_words(away: float, turned: float, degrees: bool) -> str:
     """Errors in position and angle; what is exact, or was not asked for, is left out where the other is there."""
     words = (away, length_in_words(away)), (turned, angle_in_words(turned, degrees))
     return " and ".join(text for error, text in words if error > 0.0) or length_in_words(0.0)

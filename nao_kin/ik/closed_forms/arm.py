@@ -67,7 +67,7 @@ def arm(
             (..., 3), broadcasts with the places.
         criterion: with places alone: "nearest" to the reference, "limits" for the largest distance to the nearest
             limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The choice is
-            searched for on a grid and then by steps down to 1e-9 rad.
+            searched for on a grid, and from its valleys by steps down to 1e-9 rad.
         angle_weight: what one radian counts [m]: 0.1 makes 0.1 rad as bad as 10 mm.
         frame: a frame on the hand; None for the end effector "LArm" or "RArm".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their

@@ -50,9 +50,10 @@ _REDUNDANT = float(Family.REDUNDANT)
 _ITERATIONS = 200
 # A step of damped least squares [rad] after which there are no more.
 _SETTLED = 1e-12
-# Choices of ElbowYaw and WristYaw that are tried each, and how many of the best are searched around.
-_GRID, _BEST = 15, 4
-_LAST_STEP = 1e-9
+# Choices of ElbowYaw and WristYaw that are tried each, and around how many valleys of theirs is searched.
+_GRID, _BEST = 15, 6
+# Steps of that search: the last, what one is shortened by, by how much their directions then turn [rad], and the most.
+_LAST_STEP, _SHORTER, _TURN, _MOST_STEPS = 1e-9, 0.7, 0.3, 400
 # Costs of what is outside the limits, and of choices with which the position cannot be met.
 _OUTSIDE, _IMPOSSIBLE = 1e3, 1e6
 
@@ -66,6 +67,7 @@ def nearest_pose(arm: Arm, ranges: Ranges, target: Row, reference: Row, enforce:
     _, hand = hand_of(arm, target)
     best = np.full(1, math.inf)
     _from_branches(arm, ranges, hand, False, arm.weight, reference, enforce, best, report)
+    _from_corners(arm, ranges, hand, False, arm.weight, enforce, best, report)
 
 
 @both_ways
@@ -73,9 +75,11 @@ def nearest_direction(arm: Arm, ranges: Ranges, target: Row, reference: Row, enf
     """The same for a place and a direction; the angle is that between the directions."""
     circle = circle_of(arm, target)
     best = np.full(1, math.inf)
+    hand = hand_on_circle(arm, circle, 0.0)  # of every turn place and direction are the same
     for quarter in range(4):
         hand = hand_on_circle(arm, circle, 0.5 * math.pi * quarter)
         _from_branches(arm, ranges, hand, True, arm.weight, reference, enforce, best, report)
+    _from_corners(arm, ranges, hand, True, arm.weight, enforce, best, report)
 
 
 @both_ways
@@ -107,6 +111,19 @@ def _from_branches(
     for j in range(JOINTS):
         q[j] = reference[j]
     _descend(arm, ranges, hand, directed, weight, enforce, q, best, report)
+
+
+@both_ways
+def _from_corners(
+    arm: Arm, ranges: Ranges, hand: Hand, directed: bool, weight: float, enforce: bool, best: Floats, report: Row
+) -> None:
+    """Search from eight configurations spread over the ranges: far away all others may end in one dead end."""
+    for corner in range(8):
+        q = np.empty(JOINTS)
+        for j in range(JOINTS):
+            low, high = max(ranges.lower[j], -math.pi), min(ranges.upper[j], math.pi)
+            q[j] = low + (0.25 if (corner >> (j % 3)) & 1 else 0.75) * (high - low)
+        _descend(arm, ranges, hand, directed, weight, enforce, q, best, report)
 
 
 @both_ways
@@ -295,12 +312,8 @@ def solve_position(
     best, start = np.full(1, math.inf), np.empty(JOINTS)
     for j in range(JOINTS):
         start[j] = reference[j]
-    _descend(arm, ranges, hand, True, 0.0, enforce, start.copy(), best, report)
-    for corner in range(8):
-        for j in range(JOINTS):
-            share = 0.25 if (corner >> (j % 3)) & 1 else 0.75
-            start[j] = ranges.lower[j] + share * (ranges.upper[j] - ranges.lower[j])
-        _descend(arm, ranges, hand, True, 0.0, enforce, start.copy(), best, report)
+    _descend(arm, ranges, hand, True, 0.0, enforce, start, best, report)
+    _from_corners(arm, ranges, hand, True, 0.0, enforce, best, report)
     return 0
 
 
@@ -313,39 +326,49 @@ def _searched(arm: Arm, ranges: Ranges, hand: Hand, criterion: float, reference:
         low5, high5 = reference[4] - math.pi, reference[4] + math.pi
     if enforce:
         low3, high3, low5, high5 = ranges.lower[2], ranges.upper[2], ranges.lower[4], ranges.upper[4]
-    starts = np.empty((_BEST + 1, 3))
-    starts[:, 0] = math.inf
     step3, step5 = (high3 - low3) / (_GRID - 1), (high5 - low5) / (_GRID - 1)
+    costs = np.full((_GRID + 2, _GRID + 2), math.inf)
     for i in range(_GRID):
         for j in range(_GRID):
             yaw, wrist = low3 + i * step3, low5 + j * step5
-            cost = _cost(arm, ranges, hand, criterion, reference, enforce, yaw, wrist, q)
+            costs[i + 1, j + 1] = _cost(arm, ranges, hand, criterion, reference, enforce, yaw, wrist, q)
+    starts = np.full((_BEST + 1, 3), math.inf)
+    for i in range(_GRID):
+        for j in range(_GRID):
+            cost = costs[i + 1, j + 1]
+            # The lowest of its neighbours: the best of all lie side by side in one valley.
+            if cost > np.min(costs[i : i + 3, j : j + 3]):
+                continue
             place = _BEST
             while place > 0 and starts[place - 1, 0] > cost:
                 place -= 1
             if place < _BEST:
                 for k in range(_BEST - 1, place, -1):
                     starts[k] = starts[k - 1]
-                starts[place, 0], starts[place, 1], starts[place, 2] = cost, yaw, wrist
+                starts[place, 0], starts[place, 1], starts[place, 2] = cost, low3 + i * step3, low5 + j * step5
     yaw, wrist = min(max(reference[2], low3), high3), min(max(reference[4], low5), high5)
     starts[_BEST, 0] = _cost(arm, ranges, hand, criterion, reference, enforce, yaw, wrist, q)
     starts[_BEST, 1], starts[_BEST, 2] = yaw, wrist
     best, best_yaw, best_wrist = math.inf, yaw, wrist
     for k in range(_BEST + 1):
         cost, yaw, wrist = starts[k, 0], starts[k, 1], starts[k, 2]
-        step = 0.5 * max(step3, step5)
-        while step > _LAST_STEP:
+        if cost == math.inf:
+            continue
+        longest = 0.5 * max(step3, step5)
+        step, turn, count = longest, 0.0, 0
+        while step > _LAST_STEP and count < _MOST_STEPS:
+            count += 1
             better = False
             for i in range(8):
-                angle = 0.25 * math.pi * i
+                angle = 0.25 * math.pi * i + turn
                 one = min(max(yaw + step * math.cos(angle), low3), high3)
                 two = min(max(wrist + step * math.sin(angle), low5), high5)
                 tried = _cost(arm, ranges, hand, criterion, reference, enforce, one, two, q)
                 if tried < cost:
                     cost, yaw, wrist, better = tried, one, two, True
                     break
-            if not better:
-                step *= 0.5
+            # Along a ridge a step may fail in all eight directions: these turn, and after a success steps grow again.
+            step, turn = (min(2.0 * step, longest), turn) if better else (_SHORTER * step, turn + _TURN)
         if cost < best:
             best, best_yaw, best_wrist = cost, yaw, wrist
     return _cost(arm, ranges, hand, criterion, reference, enforce, best_yaw, best_wrist, q)
@@ -412,6 +435,8 @@ def _criterion(arm: Arm, ranges: Ranges, criterion: float, reference: Row, enfor
         least = math.inf
         for j in range(JOINTS):
             width = ranges.upper[j] - ranges.lower[j]
+            if width == math.inf:
+                continue
             least = min(least, (q[j] - ranges.lower[j]) / width, (ranges.upper[j] - q[j]) / width)
         return -least
     return -manipulability(arm, q)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, SupportsIndex
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
 from nao_kin.ik.closed_forms.leg_equations import JOINTS, MOST_BRANCHES, Leg, solve_leg
+from nao_kin.ik.closed_forms.nearest_feet import brought_into_reach, missed, nearest_feet
 from nao_kin.ik.closed_forms.ranges import BESIDE, Ranges, laid_down
 from nao_kin.ik.closed_forms.solving import ClosedForm, solved
 from nao_kin.ik.compiling import kept, limb_arguments
@@ -32,6 +34,9 @@ def leg(
 ) -> IKResult:
     """All joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
 
+    Where the target is not met, `best` and `q` are the nearest joint values that a search finds, inside the limits if
+    these are enforced: with the smallest √(distance² + (0.1 m · angle)²); `residual` has the distance and the angle.
+
     Both legs share the motor of their HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, and
     with it moves the left leg.
 
@@ -49,9 +54,11 @@ def leg(
 
     Returns:
         Solutions to within 1e-10 m and rad, the errors in `residual`: of the rotation nearest to the one of the target,
-        so that rounded poses, to float32 for instance, are met too. A family of solutions is there once, by its
-        member that is inside the limits and nearest to the reference: the hip at lock (`HIP_LOCK`), or the hip on the
-        axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight is straight: its two branches are one.
+        so that rounded poses, to float32 for instance, are met too. For the same reason a straight leg solves a target
+        that is out of its reach by up to 1e-6 m, and `residual` says by how much. A family of solutions is there once,
+        by its member that is inside the limits and nearest to the reference: the hip at lock (`HIP_LOCK`), or the hip
+        on the axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight is straight: its two branches are
+        one.
 
     Raises:
         UnknownName: no such side, frame or policy.
@@ -71,12 +78,37 @@ def leg(
     """
     limb = leg_limb(robot, check_side(side), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")
-    enforce, batch = is_enforced(limits), T.shape[:-2]
+    enforce, workers, batch = is_enforced(limits), check_threads(threads), T.shape[:-2]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     targets = T.reshape(*batch, 16)
-    return solved(
-        _LEG, limb, targets, references, enforce, check_threads(threads), lambda: refuse_not_rigid(T, "T_torso_foot")
-    )
+    refuse = partial(refuse_not_rigid, T, "T_torso_foot")
+    result = solved(_LEG, limb, targets, references, enforce, workers, refuse)
+    away = missed(result)
+    if away.any():
+        near = np.broadcast_to(references[0], (*batch, robot.nq))[away]
+        result.best[away], result.residual[away] = nearest_foot(robot, limb, T[away], near, enforce, workers)
+    return result
+
+
+def nearest_foot(
+    robot: RobotModel, limb: Limb, T: Floats, reference: Floats, enforce: bool, threads: int | None
+) -> tuple[Floats, Floats]:
+    """Coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_feet`."""
+    starts = _branches_in_reach(robot, limb, T)
+    best, errors = nearest_feet(robot, (limb.frame,), limb, T[:, None], reference, starts, enforce, threads)
+    return best, errors[:, 0]
+
+
+def _branches_in_reach(robot: RobotModel, limb: Limb, T: Floats) -> list[Floats]:
+    """The coordinates of all branches for n targets brought into reach, each of shape (n, c); whatever the limits."""
+    targets = brought_into_reach(limb.numbers, T).reshape(-1, 16)
+    references = np.broadcast_to(limb.rest, (len(T), robot.nq)), ()
+    if len(T) == 1:
+        found = solved(_LEG, limb, targets[0], (limb.rest, ()), False, None, lambda: None).branches[None]
+    else:
+        found = solved(_LEG, limb, targets, references, False, None, lambda: None).branches
+    branches = np.where(np.isnan(found), limb.rest[limb.index], found)
+    return list(branches.swapaxes(0, 1))
 
 
 def leg_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:

@@ -31,6 +31,7 @@ from nao_kin.ik.closed_forms.ranges import (
     distance,
     entered,
     excess,
+    falls_short,
     is_inside,
     is_outside,
     locked_pair,
@@ -47,6 +48,8 @@ JOINTS = 6
 _ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
 # A distance [m] that rounding may add to the reach of the leg, and below which the hip is on the axis of AnkleRoll.
 _ROUNDING = 1e-12
+# A straight leg solves targets that are out of reach by up to this [m]: poses rounded to float32, for instance.
+STRETCHED = 1e-6
 # Below this the knee is stretched or folded: its angle is a square root, of which rounding leaves half the digits.
 _STRAIGHT = 1e-7
 # Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
@@ -157,6 +160,23 @@ def foot_of(leg: Leg, target: Row) -> tuple[bool, Foot]:
 
 
 @both_ways
+def within_reach(leg: Leg, foot: Foot) -> tuple[Foot, float]:
+    """The foot with its ankle moved onto the reach of the leg, where it is out of it by up to `STRETCHED`; how far."""
+    far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
+    reached = min(max(far, abs(leg.thigh - leg.tibia)), leg.thigh + leg.tibia)
+    short = abs(far - reached)
+    if short <= _ROUNDING or short > STRETCHED or far == 0.0:
+        return foot, 0.0
+    scale = reached / far
+    return Foot(
+        foot.f00, foot.f01, foot.f02,
+        foot.f10, foot.f11, foot.f12,
+        foot.f20, foot.f21, foot.f22,
+        foot.x * scale, foot.y * scale, foot.z * scale,
+    ), short  # fmt: skip
+
+
+@both_ways
 def knee_of(leg: Leg, foot: Foot, report: Row) -> tuple[float, int]:
     """The angle of the knee, and in how many ways it bends; none where the ankle is out of reach, which is reported."""
     far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
@@ -192,6 +212,7 @@ def solve_leg(
     if not fine:
         report[REASON] = NOT_RIGID
         return 0
+    foot, short = within_reach(leg, foot)
     knee = knee_of(leg, foot, report)
     if knee[1] == 0:
         return 0
@@ -199,6 +220,7 @@ def solve_leg(
     if count == 0 and enforce:
         # Which joint is in the way: all branches, to see which of them is nearest to the limits.
         count = _branches(leg, ranges, foot, knee, reference, True, False, q, found, report)
+    falls_short(found, JOINTS, count, short)
     concluded(found, JOINTS, count, report)
     return count
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import common_batch
+from nao_kin._common.vectors import common_batch, rigid_inverse
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.ik.closed_forms.leg import leg_limb
+from nao_kin.ik.closed_forms.leg import leg_limb, nearest_foot
 from nao_kin.ik.closed_forms.leg_equations import Leg
 from nao_kin.ik.closed_forms.legs_equations import (
     BLAMED,
@@ -42,6 +42,7 @@ from nao_kin.ik.closed_forms.legs_torso import (
     solve_pair,
 )
 from nao_kin.ik.closed_forms.legs_turns import BALANCED, LEFT_FIRST, RIGHT_FIRST
+from nao_kin.ik.closed_forms.nearest_feet import missed, nearest_feet
 from nao_kin.ik.closed_forms.ranges import BESIDE, laid_down
 from nao_kin.ik.closed_forms.solving import ClosedForm, Found, found_for, parts_of_result
 from nao_kin.ik.compiling import kept, kernel_arguments, limb_types
@@ -81,12 +82,16 @@ def legs(
     singularity, where it hardly moves the feet.
 
     Feet that are rounded, to float32 for instance, are not met to that: their hips disagree by some 1e-8 rad, and `q`
-    is the nearest, as follows.
+    is the nearest, as follows. With `base="fixed"` a foot may be out of reach of a straight leg by up to 1e-6 m, as in
+    `leg`.
 
     Otherwise ankles and normals of both soles stay exact, and of all values of HipYawPitch inside the limits that one
     is taken which turns the feet least about the normals through their ankles: `q` is this best, `yaw_errors` are the
     turns, and the reason is that the hips disagree, or what is in the way of one leg alone. A frame that is not on the
     normal through the ankle, as the effectors are, is carried around it, as `foot_residuals` say.
+
+    Where a leg is too short, or its limits leave no such value, `q` is the nearest pose inside the limits that a search
+    finds: with the smallest Σ (distance² + (0.1 m · angle)²) over both feet, and with the torso where it stands.
 
     With `base="floating"` feet and torso are given in the world, and one number of the torso's pose gives way so that
     both feet are met: the least change that does. `q` has the base of a robot whose base floats, otherwise the joints
@@ -152,7 +157,16 @@ def legs(
             wished = _as_in_reference(robot, limb, (left, right), poses, references[0])
         rows[..., TORSO:] = wished.reshape(*wished.shape[:-2], 16)
     found = found_for(_LEGS, limb, rows, references[0], enforce, workers, lambda: _refuse(poses))
-    return _as_result(robot, limb, rows, base == "floating", found, references)
+    result = _as_result(robot, limb, rows, base == "floating", found, references)
+    away = missed(result)
+    if away.any():
+        T = np.stack([np.broadcast_to(pose, (*batch, 4, 4))[away] for pose in poses], axis=1)
+        if result.torso is not None:
+            T = rigid_inverse(result.torso[away])[:, None] @ T
+        near = np.broadcast_to(references[0], (*batch, robot.nq))[away]
+        result.best[away], errors = _nearest(robot, limb, (left, right), T, near, enforce, workers)
+        result.foot_residuals[away], result.residual[away] = errors, errors.max(axis=1)
+    return result
 
 
 def _as_frames(frames: Sequence[str] | None) -> tuple[str, str]:
@@ -174,6 +188,24 @@ def _refuse(poses: tuple[Floats, ...], names: tuple[str, ...] = ("T_left", "T_ri
     """Raise for the first pose that is no rigid transform, as `refuse_not_rigid` does."""
     for T, name in zip(poses, names, strict=True):
         refuse_not_rigid(T, name)
+
+
+def _nearest(
+    robot: RobotModel,
+    limb: Limb,
+    frames: tuple[str, str],
+    T: Floats,
+    reference: Floats,
+    enforce: bool,
+    threads: int | None,
+) -> tuple[Floats, Floats]:
+    """Coordinates nearest to n pairs of feet, as `nearest_feet`, searched for from what is nearest to each foot."""
+    one, other = leg_limb(robot, "L", frames[0]), leg_limb(robot, "R", frames[1])
+    left = nearest_foot(robot, one, T[:, 0], reference, enforce, threads)[0]
+    right = nearest_foot(robot, other, T[:, 1], reference, enforce, threads)[0]
+    hips = left[:, :1], right[:, :1], 0.5 * (left[:, :1] + right[:, :1])
+    starts = [np.concatenate([hip, left[:, 1:], right[:, 1:]], axis=-1) for hip in hips]
+    return nearest_feet(robot, frames, limb, T, reference, starts, enforce, threads)
 
 
 # --- the torso in the world -------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words
+from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, errors_in_words
 
 _SIDES = "left", "right"
 
@@ -22,7 +22,7 @@ class LegsResult(IKResult):
         foot_residuals: errors of the left and the right foot at `best` in position and rotation angle,
             shape (..., 2, 2) [m, rad].
         yaw_errors: how far the left and the right foot are turned about the normals of their soles against their
-            targets, positive to the left, shape (..., 2) [rad].
+            targets, positive to the left, shape (..., 2) [rad]; nan where ankles and normals are not met.
         leg: which leg does not reach its own target, 0 the left and 1 the right one; −1 where none is to blame, shape
             (...).
         torso: the pose of the torso in the world where the feet were given there, shape (..., 4, 4) [m]; else None.
@@ -79,7 +79,10 @@ class LegsResult(IKResult):
             return super().describe(index, degrees=degrees)
         turns = [float(error) for error in self.yaw_errors[index]]
         left, right = (angle_in_words(turn, degrees) for turn in turns)
-        feet = "" if np.isnan(turns[0]) else f"; the feet are turned by {left} (left) and {right} (right)"
+        feet = f"; the feet are turned by {left} (left) and {right} (right)"
+        if np.isnan(turns[0]):
+            off = [errors_in_words(float(away), float(turn), degrees) for away, turn in self.foot_residuals[index]]
+            feet = f"; the nearest feet are off by {off[0]} (left) and {off[1]} (right)"
         if reason is Reason.HIPS_DISAGREE:
             return f"the hips disagree by {angle_in_words(float(self.obstacles.needed[index]), degrees)}{feet}"
         why, *hint = super().describe(index, degrees=degrees).split("; ")

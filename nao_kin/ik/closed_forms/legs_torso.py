@@ -15,22 +15,25 @@ import math
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.closed_forms.leg_equations import Leg, foot_of
+from nao_kin.ik.closed_forms.leg_equations import Leg, foot_of, within_reach
 from nao_kin.ik.closed_forms.legs_equations import (
     BLAMED,
+    JOINTS,
     LEFT,
+    LEFT_FOOT,
     MOVED,
     NEITHER,
     OF_ONE,
     PRIORITY,
     RIGHT,
+    RIGHT_FOOT,
     Legs,
     LegsRanges,
     foot_yaw,
     solve_legs,
 )
 from nao_kin.ik.closed_forms.legs_search import alone, split_turns
-from nao_kin.ik.closed_forms.ranges import NOT_RIGID, REASON
+from nao_kin.ik.closed_forms.ranges import NOT_RIGID, POSITION_ERROR, REASON, falls_short
 from nao_kin.ik.compiling import Row, both_ways
 
 # What of the torso gives way, as a number in a target; nothing where the feet are given in the torso.
@@ -56,8 +59,10 @@ def solve_at_wish(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> int:
     """All joint values that meet both feet, with the torso where it is wished; see `ranges` for the arguments."""
-    move_torso(legs, target, 0.0, q)
-    return solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
+    short = _at_wish(legs, target, q)
+    count = solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
+    _fall_short(short, count, found, report)
+    return count
 
 
 @both_ways
@@ -68,15 +73,50 @@ def solve_pair(
     count = solve_at_wish(legs, ranges, target, reference, enforce, q, found, report)
     if count > 0 or report[REASON] == NOT_RIGID:
         return count
-    moved = 0.0
-    if target[FREE] != NOTHING:
+    moved, short = 0.0, (0.0, 0.0)
+    if target[FREE] == NOTHING:
+        short = _at_wish(legs, target, q)
+    else:
         moved = _moved(legs, ranges, target, reference, enforce, q, found, report)
         move_torso(legs, target, moved, q)
         count = solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
     if count == 0:
         count = split_turns(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
+    _fall_short(short, count, found, report)
     report[MOVED] = moved
     return count
+
+
+@both_ways
+def _at_wish(legs: Legs, target: Row, q: Row) -> tuple[float, float]:
+    """Write the target in the torso where it is wished; with feet in the torso each as `within_reach`, and how far."""
+    move_torso(legs, target, 0.0, q)
+    if target[FREE] != NOTHING:
+        return 0.0, 0.0  # the torso gives way
+    return _into_reach(legs.left, q, IN_TORSO + LEFT), _into_reach(legs.right, q, IN_TORSO + RIGHT)
+
+
+@both_ways
+def _into_reach(leg: Leg, q: Row, first: int) -> float:
+    """Move the foot that begins there as `within_reach` does; how far."""
+    foot = foot_of(leg, q[first : first + 16])[1]
+    moved, short = within_reach(leg, foot)
+    if short > 0.0:
+        x, y, z = moved.x - foot.x, moved.y - foot.y, moved.z - foot.z
+        q[first + 3] += x
+        q[first + 7] += leg.cos_kappa * y - leg.sin_kappa * z
+        q[first + 11] += leg.sin_kappa * y + leg.cos_kappa * z
+    return short
+
+
+@both_ways
+def _fall_short(short: tuple[float, float], count: int, found: Row, report: Row) -> None:
+    """Add to the errors in position what the feet were moved by."""
+    if max(short[0], short[1]) > 0.0:
+        falls_short(found, JOINTS, count, max(short[0], short[1]))
+        report[LEFT_FOOT] += short[0]
+        report[RIGHT_FOOT] += short[1]
+        report[POSITION_ERROR] = max(report[LEFT_FOOT], report[RIGHT_FOOT])
 
 
 @both_ways

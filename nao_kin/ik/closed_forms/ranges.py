@@ -260,6 +260,14 @@ def entered(
 
 
 @both_ways
+def falls_short(found: Row, joints: int, count: int, short: float) -> None:
+    """Add to the errors in position of the branches what their target was moved by to be in reach [m]."""
+    if short > 0.0:
+        for k in range(count):
+            found[k * (joints + BESIDE) + joints + 1] += short
+
+
+@both_ways
 def begun(report: Row) -> None:
     """A report that says nothing yet."""
     report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = NOT_CONVERGED, -1.0, 0.0, 0.0

@@ -1,7 +1,7 @@
-"""Damped least squares for a pose of one frame, scalar code for one start after the other.
+"""Damped least squares for a pose of one frame or of several, scalar code for one start after the other.
 
-With the target (R_t, p_t) and the pose (R, p), ½‖e‖² is made small for e = w · (R_tᵀ (p_t − p); log(Rᵀ R_t)), whose
-derivative is exact: ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
+With the target (R_t, p_t) and the pose (R, p) of each frame, ½‖e‖² is made small for e = w · (R_tᵀ (p_t − p);
+log(Rᵀ R_t)), whose derivative is exact: ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
 
 A step solves (JᵀJ + λ 1) δ = −Jᵀe for the directions that the limits leave open, with λ in proportion to ‖e‖²
 (quadratic convergence also where J is singular), is shortened to 1 rad, and projected onto the limits. λ follows the
@@ -39,16 +39,18 @@ COST, MET, SETTLED, POSITION, ANGLE = range(5)
 
 
 class Chain(NamedTuple):
-    """n joints that m coordinates move, as `SerialChain` has them.
+    """n joints that m coordinates move, as `SerialChain` has them, from the base to each frame in turn.
 
     Attributes:
-        links: the placements, twelve numbers for each, 3×4 by rows.
+        joints: how many are on the way to each frame.
+        links: the placements, one more than joints for each frame, twelve numbers for each, 3×4 by rows.
         slides: 1 for a joint that slides.
         place: which coordinate moves a joint, −1 for none.
         ratio: value of a joint = ratio · coordinate + offset.
         offset: see there.
     """
 
+    joints: Row
     links: Row
     slides: Row
     place: Row
@@ -60,7 +62,7 @@ class Goal(NamedTuple):
     """What counts as met.
 
     Attributes:
-        weights: of the six errors; 0 for what does not matter.
+        weights: of the six errors of each frame; 0 for what does not matter.
         tolerance: of position and angle [m, rad].
         steps: the most.
     """
@@ -93,12 +95,13 @@ class Bench(NamedTuple):
 
 
 @both_ways
-def room_for(joints: int, moving: int, tables: int) -> tuple[int, ...]:
+def room_for(frames: int, joints: int, moving: int, tables: int) -> tuple[int, ...]:
     """How many numbers each part of a `Bench` takes."""
-    size = min(6, moving)
+    rows = 6 * frames
+    size = min(rows, moving)
     return (
-        12, 3 * joints, 3 * joints, 6, 6, 3, 6 * moving, 6 * moving, 6 * moving, moving, moving, moving, moving,
-        2 * max(1, tables), moving, size * size, size,
+        12, 3 * joints, 3 * joints, rows, rows, 3, rows * moving, rows * moving, rows * moving,
+        moving, moving, moving, moving, 2 * max(1, tables), moving, size * size, size,
     )  # fmt: skip
 
 
@@ -107,7 +110,7 @@ def descend(
     chain: Chain, region: Region, goal: Goal, target: Row, still: Row, values: Row, bench: Bench, report: Row
 ) -> None:
     """Search from `values`, which are inside the limits, and leave there where it ended."""
-    m = len(region.lower)
+    m, rows = len(region.lower), len(bench.e)
     cost = errors_at(chain, goal, target, values, bench, bench.e, bench.J)
     damping, growth, settled = FIRST_DAMPING, 2.0, False
     met = is_met(goal, bench.e)
@@ -116,7 +119,7 @@ def descend(
             break
         for j in range(m):
             slope = 0.0
-            for i in range(6):
+            for i in range(rows):
                 slope += bench.J[i * m + j] * bench.e[i]
             bench.wanted[j] = -slope
         restrict(region, values, still, bench)
@@ -130,7 +133,7 @@ def descend(
         project(region, bench.ahead, still, bench.inside)
         # Where projection has changed the step, the model is asked about what is left of it.
         promised, squares = 0.0, 0.0
-        for i in range(6):
+        for i in range(rows):
             change = 0.0
             for j in range(m):
                 change += bench.J[i * m + j] * (bench.inside[j] - values[j])
@@ -140,7 +143,7 @@ def descend(
         slopes = 0.0
         for j in range(m):
             slope = 0.0
-            for i in range(6):
+            for i in range(rows):
                 slope += bench.J_open[i * m + j] * bench.e[i]
             slopes += slope * slope
         settled = slopes <= FLAT * FLAT * squares * 2.0 * cost
@@ -154,9 +157,9 @@ def descend(
                 values[j] = bench.inside[j]
                 if region.winding[j] != 0.0:
                     values[j] -= 2.0 * math.pi * math.floor(values[j] / (2.0 * math.pi) + 0.5)
-            for i in range(6):
+            for i in range(rows):
                 bench.e[i] = bench.e_ahead[i]
-            for i in range(6 * m):
+            for i in range(rows * m):
                 bench.J[i] = bench.J_ahead[i]
             cost = cost_ahead
             met = is_met(goal, bench.e)
@@ -180,22 +183,45 @@ def is_met(goal: Goal, e: Row) -> bool:
 def errors_asked(goal: Goal, e: Row) -> tuple[float, float]:
     """Errors in position and angle of what has a weight [m, rad], from weighted ones."""
     position, angle = 0.0, 0.0
-    for i in range(3):
-        if goal.weights[i] != 0.0:
-            position += (e[i] / goal.weights[i]) * (e[i] / goal.weights[i])
-        if goal.weights[3 + i] != 0.0:
-            angle += (e[3 + i] / goal.weights[3 + i]) * (e[3 + i] / goal.weights[3 + i])
+    for first in range(0, len(e), 6):
+        for i in range(3):
+            if goal.weights[i] != 0.0:
+                position += (e[first + i] / goal.weights[i]) * (e[first + i] / goal.weights[i])
+            if goal.weights[3 + i] != 0.0:
+                angle += (e[first + 3 + i] / goal.weights[3 + i]) * (e[first + 3 + i] / goal.weights[3 + i])
     return math.sqrt(position), math.sqrt(angle)
 
 
 @both_ways
 def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, bench: Bench, e: Row, J: Row) -> float:
-    """Weighted errors and their derivative (6, m) at joint values; half their square."""
+    """Weighted errors (6 for each frame) and their derivative (.., m) at joint values; half their square."""
+    first, m, cost = 0, len(values), 0.0
+    for frame in range(len(chain.joints)):
+        last = first + chain.joints[frame]
+        to_frame(chain, values, bench, frame, first, last)
+        T, at, row = bench.T, 16 * frame, 6 * frame
+        dx, dy, dz = target[at + 3] - T[3], target[at + 7] - T[7], target[at + 11] - T[11]
+        for i in range(at, at + 3):
+            e[row + i - at] = goal.weights[i - at] * (target[i] * dx + target[4 + i] * dy + target[8 + i] * dz)
+        turn_left(T, target, at, bench.turn)
+        for i in range(3):
+            e[row + 3 + i] = goal.weights[3 + i] * bench.turn[i]
+        for i in range(row, row + 6):
+            cost += 0.5 * e[i] * e[i]
+        derivative(chain, goal, target, bench, J, m, frame, first, last)
+        first = last
+    return cost
+
+
+@both_ways
+def to_frame(chain: Chain, values: Row, bench: Bench, frame: int, first: int, last: int) -> None:
+    """The pose of a frame, and axes and origins of the joints on the way to it, onto the bench."""
     T, origins, axes = bench.T, bench.origins, bench.axes
-    joints = len(chain.place)
+    # Before each frame there is one link more than joints.
+    a = 12 * (first + frame)
     for i in range(12):
-        T[i] = chain.links[i]
-    for k in range(joints):
+        T[i] = chain.links[a + i]
+    for k in range(first, last):
         value = chain.offset[k]
         if chain.place[k] >= 0:
             value += chain.ratio[k] * values[chain.place[k]]
@@ -208,30 +234,22 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, bench: Bench, 
             cosine, sine = math.cos(value), math.sin(value)
             for i in range(0, 12, 4):
                 T[i], T[i + 1] = cosine * T[i] + sine * T[i + 1], cosine * T[i + 1] - sine * T[i]
-        a = 12 * (k + 1)
+        a += 12
         for i in range(0, 12, 4):
             x, y, z = T[i], T[i + 1], T[i + 2]
             T[i] = x * chain.links[a] + y * chain.links[a + 4] + z * chain.links[a + 8]
             T[i + 1] = x * chain.links[a + 1] + y * chain.links[a + 5] + z * chain.links[a + 9]
             T[i + 2] = x * chain.links[a + 2] + y * chain.links[a + 6] + z * chain.links[a + 10]
             T[i + 3] += x * chain.links[a + 3] + y * chain.links[a + 7] + z * chain.links[a + 11]
-    dx, dy, dz = target[3] - T[3], target[7] - T[7], target[11] - T[11]
-    for i in range(3):
-        e[i] = goal.weights[i] * (target[i] * dx + target[4 + i] * dy + target[8 + i] * dz)
-    turn_left(T, target, bench.turn)
-    for i in range(3):
-        e[3 + i] = goal.weights[3 + i] * bench.turn[i]
-    derivative(chain, goal, target, bench, J, len(values))
-    cost = 0.0
-    for i in range(6):
-        cost += 0.5 * e[i] * e[i]
-    return cost
 
 
 @both_ways
-def derivative(chain: Chain, goal: Goal, target: Row, bench: Bench, J: Row, m: int) -> None:
-    """∂e/∂q at the pose on the bench."""
+def derivative(
+    chain: Chain, goal: Goal, target: Row, bench: Bench, J: Row, m: int, frame: int, first: int, last: int
+) -> None:
+    """∂e/∂q of a frame whose pose is on the bench."""
     T, turn, w = bench.T, bench.turn, goal.weights
+    at, row = 16 * frame, 6 * frame * m
     u, v, z = turn[0], turn[1], turn[2]
     square = u * u + v * v + z * z
     angle = math.sqrt(square)
@@ -239,14 +257,15 @@ def derivative(chain: Chain, goal: Goal, target: Row, bench: Bench, J: Row, m: i
     c = 1.0 / 12.0 + square / 720.0
     if angle > SMALL_ANGLE:
         c = (1.0 - 0.5 * angle * math.cos(0.5 * angle) / math.sin(0.5 * angle)) / square
-    for i in range(6 * m):
+    for i in range(row, row + 6 * m):
         J[i] = 0.0
-    for k in range(len(chain.place)):
+    for k in range(first, last):
         j = chain.place[k]
         if j < 0:
             continue
         ratio = chain.ratio[k]
         ax, ay, az = ratio * bench.axes[3 * k], ratio * bench.axes[3 * k + 1], ratio * bench.axes[3 * k + 2]
+        j += row
         if chain.slides[k] != 0.0:
             vx, vy, vz = ax, ay, az
         else:
@@ -262,21 +281,21 @@ def derivative(chain: Chain, goal: Goal, target: Row, bench: Bench, J: Row, m: i
             J[4 * m + j] -= w[4] * (by - 0.5 * cy + c * dy)
             J[5 * m + j] -= w[5] * (bz - 0.5 * cz + c * dz)
         for i in range(3):
-            J[i * m + j] -= w[i] * (target[i] * vx + target[4 + i] * vy + target[8 + i] * vz)
+            J[i * m + j] -= w[i] * (target[at + i] * vx + target[at + 4 + i] * vy + target[at + 8 + i] * vz)
 
 
 @both_ways
-def turn_left(T: Row, target: Row, turn: Row) -> None:
-    """log(Rᵀ R_t) of two 3×4 transforms, by the unit quaternion, which is accurate at 0 and at π."""
-    m00 = T[0] * target[0] + T[4] * target[4] + T[8] * target[8]
-    m11 = T[1] * target[1] + T[5] * target[5] + T[9] * target[9]
-    m22 = T[2] * target[2] + T[6] * target[6] + T[10] * target[10]
-    m01 = T[0] * target[1] + T[4] * target[5] + T[8] * target[9]
-    m10 = T[1] * target[0] + T[5] * target[4] + T[9] * target[8]
-    m02 = T[0] * target[2] + T[4] * target[6] + T[8] * target[10]
-    m20 = T[2] * target[0] + T[6] * target[4] + T[10] * target[8]
-    m12 = T[1] * target[2] + T[5] * target[6] + T[9] * target[10]
-    m21 = T[2] * target[1] + T[6] * target[5] + T[10] * target[9]
+def turn_left(T: Row, target: Row, at: int, turn: Row) -> None:
+    """log(Rᵀ R_t) of 3×4 transforms, the target's from `at` on, by the unit quaternion: accurate at 0 and at π."""
+    m00 = T[0] * target[at] + T[4] * target[at + 4] + T[8] * target[at + 8]
+    m11 = T[1] * target[at + 1] + T[5] * target[at + 5] + T[9] * target[at + 9]
+    m22 = T[2] * target[at + 2] + T[6] * target[at + 6] + T[10] * target[at + 10]
+    m01 = T[0] * target[at + 1] + T[4] * target[at + 5] + T[8] * target[at + 9]
+    m10 = T[1] * target[at] + T[5] * target[at + 4] + T[9] * target[at + 8]
+    m02 = T[0] * target[at + 2] + T[4] * target[at + 6] + T[8] * target[at + 10]
+    m20 = T[2] * target[at] + T[6] * target[at + 4] + T[10] * target[at + 8]
+    m12 = T[1] * target[at + 2] + T[5] * target[at + 6] + T[9] * target[at + 10]
+    m21 = T[2] * target[at + 1] + T[6] * target[at + 5] + T[10] * target[at + 9]
     trace = m00 + m11 + m22
     # Four times the products of the largest component with all of them.
     if trace >= max(m00, m11, m22):
@@ -298,19 +317,19 @@ def turn_left(T: Row, target: Row, turn: Row) -> None:
 @both_ways
 def restrict(region: Region, values: Row, still: Row, bench: Bench) -> None:
     """The derivative along the directions that the limits leave open, into `J_open`."""
-    m = len(region.lower)
-    for i in range(6 * m):
+    m, rows = len(region.lower), len(bench.e)
+    for i in range(rows * m):
         bench.J_open[i] = bench.J[i]
     if open_directions(region, values, still, bench.wanted, bench.ahead, bench.inside, bench.is_open, bench.along):
         return
-    for i in range(6):
+    for i in range(rows):
         for j in range(m):
             bench.J_open[i * m + j] *= bench.is_open[j]
     for t in range(len(region.tables) // TABLE):
         x, y = bench.along[2 * t], bench.along[2 * t + 1]
         if x <= 1.0:
             of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
-            for i in range(6):
+            for i in range(rows):
                 part = bench.J_open[i * m + of] * x + bench.J_open[i * m + joint] * y
                 bench.J_open[i * m + of], bench.J_open[i * m + joint] = part * x, part * y
 
@@ -319,13 +338,14 @@ def restrict(region: Region, values: Row, still: Row, bench: Bench) -> None:
 def damped_step(m: int, damping: float, bench: Bench) -> None:
     """−(JᵀJ + λ 1)⁻¹ Jᵀe = −Jᵀ (J Jᵀ + λ 1)⁻¹ e for the open directions, by whichever system is smaller."""
     J, N, y = bench.J_open, bench.normal, bench.right
-    size = min(6, m)
+    rows = len(bench.e)
+    size = min(rows, m)
     trace = 0.0
     for a in range(size):
         for b in range(a + 1):
             total = 0.0
-            if m <= 6:
-                for i in range(6):
+            if m <= rows:
+                for i in range(rows):
                     total += J[i * m + a] * J[i * m + b]
             else:
                 for j in range(m):
@@ -333,8 +353,8 @@ def damped_step(m: int, damping: float, bench: Bench) -> None:
             N[a * size + b] = total
         trace += N[a * size + a]
         y[a] = 0.0
-        if m <= 6:
-            for i in range(6):
+        if m <= rows:
+            for i in range(rows):
                 y[a] += J[i * m + a] * bench.e[i]
         else:
             y[a] = bench.e[a]
@@ -357,10 +377,10 @@ def damped_step(m: int, damping: float, bench: Bench) -> None:
             y[a] -= N[k * size + a] * y[k]
         y[a] /= N[a * size + a]
     for j in range(m):
-        if m <= 6:
+        if m <= rows:
             bench.step[j] = -y[j]
         else:
             total = 0.0
-            for i in range(6):
+            for i in range(rows):
                 total += J[i * m + j] * y[i]
             bench.step[j] = -total

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,15 +72,44 @@ def minimise(
         Where the searches ended.
     """
     motion = errors.motion
-    ends: Floats = np.array(q)
-    chain, limits, goal = motion.chain, region.numbers, Goal(errors.weights, tolerance, steps)
-    targets = np.ascontiguousarray(motion.in_base(errors.targets[rows], q)).reshape(len(q), 16)
+    targets = motion.in_base(errors.targets[rows], q).reshape(len(q), 16)
     still = region.still_values(motion.joint_values(q))
-    found, reports = np.ascontiguousarray(ends[:, motion.columns]), np.empty((len(q), _REPORT))
+    goal = Goal(errors.weights, tolerance, steps)
+    found = descended(motion.chain, region, goal, targets, still, q[:, motion.columns], threads)
+    ends: Floats = np.array(q)
+    ends[:, motion.columns] = found.q
+    return replace(found, q=ends)
+
+
+def descended(
+    chain: Chain,
+    region: LimitRegion,
+    goal: Goal,
+    targets: Floats,
+    still: Floats,
+    starts: Floats,
+    threads: int | None = None,
+) -> Minimum:
+    """The same for the m joints of a region, of one frame or of several.
+
+    Args:
+        chain: the way to each of F frames.
+        region: the limits; the starts are inside.
+        goal: weights, tolerance, and the most steps.
+        targets: poses of the frames in the base for each start, shape (n, 16 F).
+        still: as `LimitRegion.still_values` has them, shape (n, t).
+        starts: shape (n, m).
+        threads: how many; None for all cores where that is worthwhile.
+
+    Returns:
+        Where the searches ended; `q` has shape (n, m).
+    """
+    limits, targets = region.numbers, np.array(targets, order="C")  # its own, for kernels take no read-only arrays
+    found, reports = np.array(starts, order="C"), np.empty((len(starts), _REPORT))
 
     def one_in_lists(part: slice) -> None:
         values, report = found[part.start].tolist(), [0.0] * _REPORT
-        sizes = room_for(len(chain.place), len(values), len(limits.tables) // TABLE)
+        sizes = room_for(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
         bench = Bench(*([0.0] * size for size in sizes))
         lists = in_lists(chain), in_lists(limits), in_lists(goal)
         descend(*lists, targets[part.start].tolist(), still[part.start].tolist(), values, bench, report)
@@ -90,12 +119,11 @@ def minimise(
         numbers = copied(chain), copied(limits), copied(goal)
         function(*numbers, targets[part], still[part], found[part], reports[part])
 
-    if len(q) == 1 and not _descents.in_memory:
+    if len(starts) == 1 and not _descents.in_memory:
         one_in_lists(slice(0, 1))
     else:
-        run_rows(_descents, solve, len(q), threads, _PER_THREAD, one_in_lists)
-    ends[:, motion.columns] = found
-    return Minimum(ends, reports[:, COST].copy(), reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
+        run_rows(_descents, solve, len(starts), threads, _PER_THREAD, one_in_lists)
+    return Minimum(found, reports[:, COST].copy(), reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
 
 
 def _arguments() -> tuple[Any, ...]:
@@ -103,7 +131,7 @@ def _arguments() -> tuple[Any, ...]:
 
     row, whole, rows = types.float64[::1], types.int64[::1], types.float64[:, ::1]
     return (
-        types.NamedTuple((row, row, whole, row, row), Chain),
+        types.NamedTuple((whole, row, row, whole, row, row), Chain),
         region_type(),
         types.NamedTuple((row, types.float64, types.int64), Goal),
         rows,
@@ -118,7 +146,7 @@ def _descents(
     chain: Chain, region: Region, goal: Goal, targets: Floats, still: Floats, values: Floats, reports: Floats
 ) -> None:
     n, m, t = len(chain.place), len(region.lower), len(region.tables) // TABLE
-    sizes = room_for(n, m, t)
+    sizes = room_for(len(chain.joints), n, m, t)
     bench = Bench(
         np.empty(sizes[0]), np.empty(sizes[1]), np.empty(sizes[2]), np.empty(sizes[3]), np.empty(sizes[4]),
         np.empty(sizes[5]), np.empty(sizes[6]), np.empty(sizes[7]), np.empty(sizes[8]), np.empty(sizes[9]),

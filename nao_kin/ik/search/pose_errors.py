@@ -56,6 +56,7 @@ class FrameMotion:
         chain = self._serial_chain
         place = {name: k for k, name in enumerate(self.names)}
         return Chain(
+            joints=np.array([len(chain.drivers)], dtype=np.int64),
             links=chain.placements.reshape(-1).copy(),
             slides=np.array(chain.slides, dtype=np.float64),
             place=np.array([place.get(driver.joint, -1) for driver in chain.drivers], dtype=np.int64),

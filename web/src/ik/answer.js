@@ -25,6 +25,9 @@ export class Answer {
   needed = 0;
   limit = 0;
 
+  /** How far the target was moved to be in reach [m], which the errors of branches include. */
+  short = 0;
+
   /** How far the branch that is blamed is outside the limits [rad]. */
   #excess = Infinity;
 
@@ -91,7 +94,10 @@ export class Answer {
   enter(values, errors, family = "NONE", yaw = 0) {
     if (!errors.every((error) => error <= VERIFIED)) return;
     const near = this.enforce ? [...values] : allTurnedTowards(values, this.reference);
-    const branch = { values: near, errors, family, distance: squaredDistance(this.reference, near), yaw };
+    /** @type {Errors} */
+    const withShort = [errors[0] + this.short, errors[1]];
+    const distance = squaredDistance(this.reference, near);
+    const branch = { values: near, errors: withShort, family, distance, yaw };
     let place = this.branches.length;
     while (place > 0 && this.branches[place - 1].distance > branch.distance) place--;
     this.branches.splice(place, 0, branch);

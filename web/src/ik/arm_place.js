@@ -7,12 +7,16 @@ import { LIMIT } from "./tolerances.js";
 /** @import { Vector } from "../math/types.js" */
 /** @import { Arm } from "./arm.js" */
 
-// Choices of ElbowYaw and WristYaw that are tried each, and how many of the best are searched around.
+// Choices of ElbowYaw and WristYaw that are tried each, and around how many valleys of theirs is searched.
 const GRID = 15;
-const BEST = 4;
+const BEST = 6;
 // The last steps of the search [rad], and of the one around the reference only.
 const LAST_STEP = 1e-9;
 const LAST_STEP_NEAR = 1e-4;
+// What a step is shortened by, by how much the directions then turn [rad], and the most steps.
+const SHORTER = 0.7;
+const TURN = 0.3;
+const MOST_STEPS = 400;
 // Costs of what is outside the limits, and of choices with which the place cannot be met.
 const OUTSIDE = 1e3;
 const IMPOSSIBLE = 1e6;
@@ -67,14 +71,19 @@ export class ArmPlace {
     return this.#memberInside(reference[2], reference[4]);
   }
 
+  /** Of the members on a grid those that no neighbour is better than: the best of all lie side by side in one valley. */
   #bestOfGrid() {
-    const members = [];
-    for (let i = 0; i < GRID; i++) {
-      for (let j = 0; j < GRID; j++) {
-        members.push(this.#member(this.yaws[0] + i * this.stepYaw, this.wrists[0] + j * this.stepWrist));
-      }
-    }
-    return members.sort((a, b) => a.cost - b.cost).slice(0, BEST);
+    const numbers = [...Array(GRID).keys()];
+    const grid = numbers.map((i) =>
+      numbers.map((j) => this.#member(this.yaws[0] + i * this.stepYaw, this.wrists[0] + j * this.stepWrist)),
+    );
+    /** @param {number} i @param {number} j */
+    const around = (i, j) =>
+      grid.slice(Math.max(0, i - 1), i + 2).flatMap((row) => row.slice(Math.max(0, j - 1), j + 2));
+    const lowest = grid.flatMap((row, i) =>
+      row.filter(({ cost }, j) => around(i, j).every((other) => cost <= other.cost)),
+    );
+    return lowest.sort((a, b) => a.cost - b.cost).slice(0, BEST);
   }
 
   /**
@@ -85,11 +94,13 @@ export class ArmPlace {
    */
   #descend(start, lastStep) {
     let best = start;
-    let step = 0.5 * Math.max(this.stepYaw, this.stepWrist);
-    while (step > lastStep) {
-      const better = this.#betterAround(best, step);
-      if (better) best = better;
-      else step *= 0.5;
+    const longest = 0.5 * Math.max(this.stepYaw, this.stepWrist);
+    let [step, turn] = [longest, 0];
+    for (let count = 0; step > lastStep && count < MOST_STEPS; count++) {
+      const better = this.#betterAround(best, step, turn);
+      // Along a ridge a step may fail in all eight directions: these turn, and after a success steps grow again.
+      [step, turn] = better ? [Math.min(2 * step, longest), turn] : [SHORTER * step, turn + TURN];
+      best = better ?? best;
     }
     return best;
   }
@@ -97,10 +108,11 @@ export class ArmPlace {
   /**
    * @param {Member} member
    * @param {number} step
+   * @param {number} turn of the directions
    */
-  #betterAround({ cost, yaw, wrist }, step) {
+  #betterAround({ cost, yaw, wrist }, step, turn) {
     for (let i = 0; i < 8; i++) {
-      const angle = 0.25 * Math.PI * i;
+      const angle = 0.25 * Math.PI * i + turn;
       const tried = this.#memberInside(yaw + step * Math.cos(angle), wrist + step * Math.sin(angle));
       if (tried.cost < cost) return tried;
     }

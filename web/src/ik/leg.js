@@ -19,9 +19,10 @@ const NEAR_AXIS = 1e-5;
 const PARALLEL = 1e-12;
 
 /**
- * A pose of the foot: its orientation, and the place of the ankle from the hip, in axes turned by κ about x.
+ * A pose of the foot: its orientation, and the place of the ankle from the hip, in axes turned by κ about x. A target that
+ * a straight leg hardly reaches is moved onto its reach, by `short`.
  *
- * @typedef {{ F: Rotation, place: Vector }} FootPose
+ * @typedef {{ F: Rotation, place: Vector, short: number }} FootPose
  */
 
 /**
@@ -56,6 +57,7 @@ export class Leg extends Limb {
     const foot = this.footPose(T);
     if (!foot) return answer.blame("NOT_RIGID");
     if (this.isTooFar(foot, answer)) return answer;
+    answer.short = foot.short;
     for (const knee of this.triangle.knees(norm(foot.place))) this.#bend(foot, knee, answer);
     return answer.concluded();
   }
@@ -86,7 +88,11 @@ export class Leg extends Limb {
     const { cos_kappa: c, sin_kappa: s } = this.geometry;
     /** @type {Rotation} */
     const K = [1, 0, 0, 0, c, s, 0, -s, c];
-    return { F: product(K, F), place: turned(K, ankle) };
+    const place = turned(K, ankle);
+    const far = norm(place);
+    const reached = this.triangle.reached(far);
+    if (reached === far || far === 0) return { F: product(K, F), place, short: 0 };
+    return { F: product(K, F), place: times(reached / far, place), short: Math.abs(far - reached) };
   }
 
   /**
@@ -98,7 +104,7 @@ export class Leg extends Limb {
   forward(q) {
     const M = product(product(rotY(q[0]), rotX(q[1] - this.geometry.kappa)), rotY(q[2]));
     const [lx, lz] = this.triangle.ankleFromHip(q[3]);
-    return { F: product(M, ankleRotation(q)), place: turned(M, [lx, 0, lz]) };
+    return { F: product(M, ankleRotation(q)), place: turned(M, [lx, 0, lz]), short: 0 };
   }
 
   /**

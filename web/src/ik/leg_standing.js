@@ -20,6 +20,7 @@ export function standWith(leg, T, hipYawPitch, reference) {
   const foot = leg.footPose(T);
   if (!foot) return answer.blame("NOT_RIGID");
   if (leg.isTooFar(foot, answer)) return answer;
+  answer.short = foot.short;
   // The ankle from the hip, and the sole's normal, in the axes that HipYawPitch turns.
   const back = rotY(-hipYawPitch);
   const [x, y, z] = turned(back, foot.place);

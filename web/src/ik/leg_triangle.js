@@ -1,5 +1,7 @@
 // A distance [m] that rounding may add to the reach.
 const ROUNDING = 1e-12;
+// The ankle of a straight leg may be out of reach by this [m], in a rounded pose for instance.
+const STRETCHED = 1e-6;
 // The angle of the knee below which it is straight.
 const STRAIGHT = 1e-7;
 
@@ -15,6 +17,17 @@ export class LegTriangle {
     /** The largest and the least distance of hip and ankle. */
     this.longest = thigh + tibia;
     this.shortest = Math.abs(thigh - tibia);
+  }
+
+  /**
+   * A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`.
+   *
+   * @param {number} far
+   */
+  reached(far) {
+    const reached = Math.min(Math.max(far, this.shortest), this.longest);
+    const short = Math.abs(far - reached);
+    return short <= ROUNDING || short > STRETCHED ? far : reached;
   }
 
   /**

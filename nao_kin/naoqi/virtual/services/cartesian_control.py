@@ -23,7 +23,10 @@ _NOTEWORTHY = 1e-3
 
 
 # Compiled kernels of nk.ik that effectors need, by a part of their names.
-_KERNELS = {"Arm": ("arms by pose", "arms by place"), "Torso": ("both legs",)}
+_KERNELS = {
+    "Arm": ("arms by pose", "arms by place"),
+    "Torso": ("both legs", "projections onto limits", "damped least squares"),
+}
 
 
 class CartesianControl(Service):
