@@ -23,7 +23,7 @@ from nao_kin.semantics import CoupledLimit
 
 _UNLIMITED = (-math.inf, math.inf)
 # A value that misses a limit by less is on it, by the library's own definition.
-_ON_THE_LIMIT = 1e-9
+_ON_THE_LIMIT = 1e-6
 
 
 class LimitChecks:

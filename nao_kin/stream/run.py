@@ -81,7 +81,7 @@ def fk(
 
     Args:
         robot: whose joints the source names.
-        source: the file of configurations; several, or a pattern such as "logs/*.csv", whose rows are counted on; or
+        source: the file of configurations; several, or a pattern such as `logs/*.csv`, whose rows are counted on; or
             `Configurations` in memory.
         frames: a frame name, several, or None for all links, as in `RobotModel.fk`.
         sink: the file of poses, or "-" for CSV on standard output. A device or a pipe is written to when all is done.
