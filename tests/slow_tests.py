@@ -13,8 +13,8 @@ MODULES = """
     test_typed_random_robots test_typed_whole_turns test_typed_without_intermediate_links test_viewer_access
     test_viewer_browser test_viewer_cli test_viewer_closed_forms test_viewer_connection test_viewer_drag
     test_viewer_from_python test_viewer_lights test_viewer_meshcat test_viewer_notebook test_viewer_panel
-    test_viewer_pointer test_viewer_seeing test_viewer_server test_viewer_standing test_viewer_timeline test_virtual_cartesian
-    test_virtual_server test_virtual_walk test_virtual_whole_body test_wheel test_wrong_kinds
+    test_viewer_pointer test_viewer_seeing test_viewer_server test_viewer_standing test_viewer_timeline
+    test_virtual_cartesian test_virtual_server test_virtual_walk test_virtual_whole_body test_wheel test_wrong_kinds
 """.split()
 
 # Single tests of the other modules.

@@ -322,3 +322,24 @@ def test_chains_that_contradict_are_refused(nao: nk.NaoModel) -> None:
         nao.configuration({"LArn": arm})
     with pytest.raises(BadArgument, match="must be a mapping name → value, got int"):
         nao.posture("Stand", 3, HeadYaw=0.1)  # type: ignore[arg-type]
+
+
+def test_degrees_go_in_and_out_for_turning_joints_alone(nao: nk.NaoModel) -> None:
+    q = nao.configuration({"HeadYaw": 30.0, "LHand": 0.5, "RHipYawPitch": -10.0}, limits="ignore", degrees=True)
+    expected = {"HeadYaw": np.radians(30.0), "LHand": 0.5, "LHipYawPitch": np.radians(-10.0)}
+    np.testing.assert_allclose(q, nao.configuration(expected, limits="ignore"), rtol=0, atol=1e-16)
+    back = nao.angles(q, degrees=True)
+    assert (back["HeadYaw"], back["LHand"], back["LHipYawPitch"]) == pytest.approx((30.0, 0.5, -10.0), abs=1e-13)
+    chain = nao.configuration({"LArm": [[60.0, 10.0, -80.0, -40.0, 5.0, 0.3]] * 2, "RElbowRoll": 40.0}, degrees=True)
+    assert nao.angles(chain, degrees=True)["LShoulderPitch"] == pytest.approx([60.0, 60.0], abs=1e-13)
+    assert nao.angles(chain)["LHand"].tolist() == [0.3, 0.3]
+    with pytest.raises(OutsideLimits, match="HeadYaw"):
+        nao.configuration({"HeadYaw": 130.0}, degrees=True)
+    with pytest.raises(BadArgument, match="HeadYaw"):
+        nao.configuration({"HeadYaw": "thirty"}, degrees=True)
+
+
+def test_joint_values_of_a_mimic_with_an_offset_are_taken_in_degrees_before_the_coupling(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", follows=("a", -2.0, 0.5)))
+    q = robot.configuration({"b": np.degrees(0.1)}, degrees=True)
+    assert q == pytest.approx([(0.1 - 0.5) / -2.0], abs=1e-15)

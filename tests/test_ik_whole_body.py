@@ -18,7 +18,7 @@ from whole_body_samples import Standing, is_above, sensors, standing_poses
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
-from nao_kin.ik import Reason, SupportPolygon, WholeBodyResult, whole_body
+from nao_kin.ik import Reason, WholeBodyResult, whole_body
 from nao_kin.ik.body.body import place_all
 from nao_kin.ik.body.body_errors import COM, GAZE, MOST_ROWS, PLACE, POSE, Plan, errors_at
 from nao_kin.ik.body.body_tables import prepared
@@ -28,6 +28,7 @@ from nao_kin.ik.body.quadratic_program import quadratic_program
 from nao_kin.ik.body.stance import stand_on_both
 from nao_kin.ik.body.whole_body_targets import Target
 from nao_kin.ik.targets import inside_limits
+from nao_kin.robot import SupportPolygon
 
 Floats = NDArray[np.float64]
 FEET = ("LLeg", "RLeg")

@@ -1,6 +1,5 @@
 """Inverse kinematics: joint values for poses, all of them, inside the limits, and the reason where there are none."""
 
-from nao_kin.ik.body.support_polygon import SupportPolygon
 from nao_kin.ik.body.whole_body import whole_body
 from nao_kin.ik.body.whole_body_result import WholeBodyResult
 from nao_kin.ik.closed_forms.arm import arm
@@ -30,7 +29,6 @@ __all__ = [
     "Obstacles",
     "Reason",
     "Stretch",
-    "SupportPolygon",
     "TwistMap",
     "VelocityResult",
     "WholeBodyResult",

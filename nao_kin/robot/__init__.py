@@ -13,6 +13,7 @@ from nao_kin.robot.model_numbers import ModelNumbers
 from nao_kin.robot.offsets import read_offsets
 from nao_kin.robot.questions import Expression, FrameIds, PoseForm
 from nao_kin.robot.serial_chain import SerialChain, joints_below, serial_chain
+from nao_kin.robot.support_polygon import SupportPolygon, polygon_below, sole_corners
 from nao_kin.robot.topology import SharedMotor, Topology, topology
 
 __all__ = [
@@ -35,15 +36,18 @@ __all__ = [
     "RobotModel",
     "SerialChain",
     "SharedMotor",
+    "SupportPolygon",
     "Topology",
     "UnreadableShape",
     "check_robot",
     "expression_named",
     "joints_below",
     "load_robot",
+    "polygon_below",
     "read_offsets",
     "robot_names",
     "serial_chain",
     "shape_geometry",
+    "sole_corners",
     "topology",
 ]

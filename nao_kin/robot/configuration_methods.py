@@ -33,6 +33,7 @@ class ConfigurationMethods(ABC):
     # Where the joints begin in q, and the place of each of them.
     _q_offset: int
     _places: Mapping[str, int]
+    _units: Mapping[str, str]
 
     @property
     @abstractmethod
@@ -138,7 +139,9 @@ class ConfigurationMethods(ABC):
         q[..., self._q_offset :] = self._limits.random(generator, shape)
         return q
 
-    def configuration(self, angles: Mapping[str, ArrayLike], *, limits: LimitPolicy = "raise") -> Floats:
+    def configuration(
+        self, angles: Mapping[str, ArrayLike], *, limits: LimitPolicy = "raise", degrees: bool = False
+    ) -> Floats:
         """The configuration with the given joint values; joints not named are at zero.
 
         A joint that follows another one may be named too: alone it sets the driving joint, beside it the two must
@@ -148,9 +151,10 @@ class ConfigurationMethods(ABC):
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
                 the values of its joints, shape (..., number of joints).
             limits: what to do with a named joint outside its limits: "raise", "clamp" or "ignore".
+            degrees: the values of turning joints are in degrees.
 
         Returns:
-            q, shape (..., nq).
+            q, shape (..., nq), in radians whatever `degrees` says.
 
         Raises:
             UnknownName: no such joint or chain.
@@ -164,6 +168,8 @@ class ConfigurationMethods(ABC):
             >>> nao.angles(q)["RShoulderPitch"]
             1.4
         """
+        if degrees:
+            angles = self._coordinates.in_radians(angles, self._units)
         values = self._coordinates.plain_values(angles)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
             plain = self._neutral.tolist()
@@ -176,21 +182,26 @@ class ConfigurationMethods(ABC):
         q[..., self._q_offset :] = joints
         return self._within(q, limits, given)
 
-    def angles(self, q: ArrayLike) -> dict[str, Floats | float]:
+    def angles(self, q: ArrayLike, *, degrees: bool = False) -> dict[str, Floats | float]:
         """Joint values by name, joints that follow another one not included: the inverse of `configuration`.
 
         Args:
             q: configurations, shape (..., nq).
+            degrees: give the values of turning joints in degrees.
 
         Returns:
-            name → float, or → array of the batch shape.
+            name → float, or → array of the batch shape [rad, m or ratio].
 
         Examples:
             >>> nao = nk.load_nao()
             >>> nao.angles(nao.configuration({"HeadYaw": 0.3}))["HeadYaw"]
             0.3
         """
-        return self._coordinates.by_name(self._checked(q)[..., self._q_offset :])
+        joints = self._checked(q)[..., self._q_offset :]
+        if degrees:
+            turning = [self._units[name] == "rad" for name in self._coordinates.names]
+            joints = np.where(turning, np.degrees(joints), joints)
+        return self._coordinates.by_name(joints)
 
     # --- limits ---------------------------------------------------------------------------------------------------
 

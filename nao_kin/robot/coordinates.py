@@ -88,6 +88,11 @@ class Coordinates:
                 return None
         return values
 
+    def in_radians(self, angles: Mapping[str, ArrayLike], units: Mapping[str, str]) -> dict[str, Floats]:
+        """Joint → values, from values that are in degrees for joints of the unit "rad"; a chain becomes its joints."""
+        given = self._arrays(angles)
+        return {name: np.radians(value) if units[name] == "rad" else value for name, value in given.items()}
+
     def by_name(self, joints: Floats) -> dict[str, Floats | float]:
         """Name → value, or → array of values of the batch shape."""
         if joints.ndim == 1:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.warn import warn_caller
-from nao_kin.errors import BadArgument, MissingShapeWarning, UnknownName
+from nao_kin.errors import BadArgument, MissingShapeWarning, UnknownName, WrongShape
 from nao_kin.robot.answers import Answers
 from nao_kin.robot.batch_kinematics import BatchKinematics
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
@@ -32,6 +32,7 @@ from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.questions import FrameIds
 from nao_kin.robot.semantics_files import checked_semantics
+from nao_kin.robot.support_polygon import SupportPolygon, polygon_below, sole_corners
 from nao_kin.semantics import CoupledLimit, Mimic, Semantics
 from nao_kin.urdf import UrdfTree
 
@@ -236,6 +237,43 @@ class RobotModel(FileMethods, ConfigurationMethods, KinematicMethods):
             more = f" (and {len(notes) - 1} more)" if len(notes) > 1 else ""
             warn_caller(f"{self.name}: {notes[0]}{more}", MissingShapeWarning)
         return geometry
+
+    def support_polygon(
+        self, q: ArrayLike, soles: Sequence[str] | None = None, *, reference: str | None = None
+    ) -> SupportPolygon:
+        """Return the convex hull of the soles that stand, seen along the z axis of a frame on the floor.
+
+        Args:
+            q: one configuration, shape (nq,).
+            soles: frames of the soles that stand; None for all that the robot's semantics name.
+            reference: frame in whose xy plane the polygon lies; None for the first of the soles.
+
+        Returns:
+            The polygon, with vertices in the xy plane of the reference [m]. `com(q)` mapped into that frame has its
+            `signed_distance` from the edge.
+
+        Raises:
+            UnknownName: no such frame.
+            BadArgument: no soles; a sole without outline; soles without area.
+            WrongShape, NotFinite: q is not one configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("StandInit")
+            >>> polygon = nao.support_polygon(q)
+            >>> T_sole_torso = np.linalg.inv(nao.fk(q, nao.semantics.soles[0]))
+            >>> com = T_sole_torso[:3, :3] @ nao.com(q) + T_sole_torso[:3, 3]
+            >>> bool(polygon.signed_distance(com) > 0.02)
+            True
+        """
+        names = self.semantics.soles if soles is None else (soles,) if isinstance(soles, str) else tuple(soles)
+        if not names:
+            raise BadArgument(f"{self.name} has no soles in its semantics; name frames that stand, as in soles=[…]")
+        row = self._checks.checked(q)
+        if row.ndim != 1:
+            raise WrongShape("q", f"({self.nq},), one configuration", row.shape)
+        poses = self.fk(row, names, reference=names[0] if reference is None else reference)
+        return polygon_below((T, sole_corners(self, name)) for T, name in zip(poses, names, strict=True))
 
     # --- for the other rooms --------------------------------------------------------------------------------------
 

@@ -11,10 +11,9 @@ import numpy as np
 from nao_kin._common.arrays import Floats
 from nao_kin.ik.body.body import SIDES, Body
 from nao_kin.ik.body.stance import Legs
-from nao_kin.ik.body.support_polygon import sole_corners
 from nao_kin.ik.closed_forms.leg import leg_limb
 from nao_kin.ik.geometry import Limb, torso_frame
-from nao_kin.robot import ModelNumbers, RobotModel, check_robot
+from nao_kin.robot import ModelNumbers, RobotModel, check_robot, sole_corners
 
 
 class BodyTables:

@@ -11,8 +11,8 @@ import numpy as np
 from nao_kin._common.arrays import Floats
 from nao_kin.ik.body.body import SIDES, Body
 from nao_kin.ik.body.body_errors import COM, GAZE
-from nao_kin.ik.body.support_polygon import SupportPolygon
 from nao_kin.ik.body.whole_body_targets import Target
+from nao_kin.robot import SupportPolygon
 
 
 def target_beyond(body: Body, target: Target, standing: tuple[str, ...], feet: Floats, places: Floats) -> Floats:

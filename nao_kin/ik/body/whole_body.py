@@ -20,7 +20,6 @@ from nao_kin.ik.body.body_search import LACKING, NOT_STANDING, REACHED, START, S
 from nao_kin.ik.body.body_step import BOTH
 from nao_kin.ik.body.body_tables import BodyTables, PreparedRobot, prepared
 from nao_kin.ik.body.out_of_reach import feet_beyond, margin_beyond, target_beyond
-from nao_kin.ik.body.support_polygon import SupportPolygon, polygon_below
 from nao_kin.ik.body.whole_body_result import COM, WholeBodyResult
 from nao_kin.ik.body.whole_body_targets import (
     DEFAULT_POSTURE,
@@ -35,7 +34,7 @@ from nao_kin.ik.body.whole_body_targets import (
 from nao_kin.ik.compiling import run_rows
 from nao_kin.ik.results import Codes, Reason, crossing_in_words
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, SupportPolygon, polygon_below
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # The second foot as a target of the search that brings the robot to stand.

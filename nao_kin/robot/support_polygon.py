@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,9 @@ from numpy.typing import ArrayLike
 from nao_kin._common.arrays import Floats, as_numbers
 from nao_kin._common.vectors import as_vectors
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel
+
+if TYPE_CHECKING:
+    from nao_kin.robot.model import RobotModel
 
 # What a frame on the foot may be above or below the plane of the sole and still be a corner of it [m].
 _FLAT = 1e-6
@@ -31,7 +34,7 @@ class SupportPolygon:
         vertices: counter-clockwise, shape (k, 2) [m].
 
     Examples:
-        >>> square = nk.ik.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
+        >>> square = nk.robot.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
         >>> square.vertices.shape
         (4, 2)
     """
@@ -49,7 +52,7 @@ class SupportPolygon:
         Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
 
         Examples:
-            >>> nk.ik.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]]).vertices.shape
+            >>> nk.robot.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]]).vertices.shape
             (4, 2)
         """
         xy = _places(points).reshape(-1, 2)
@@ -76,7 +79,7 @@ class SupportPolygon:
             BadArgument, WrongShape, NotFinite: no points.
 
         Examples:
-            >>> square = nk.ik.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
+            >>> square = nk.robot.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
             >>> square.signed_distance([[0.5, 0.5], [0.5, -0.2]]).round(3).tolist()
             [0.5, -0.2]
         """
@@ -118,6 +121,10 @@ def sole_corners(robot: RobotModel, sole: str) -> Floats:
     Raises:
         UnknownName: no such frame.
         BadArgument: there are fewer than three of them.
+
+    Examples:
+        >>> nk.robot.sole_corners(nk.load_nao(), "LLeg").shape
+        (4, 3)
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]
@@ -133,5 +140,13 @@ def sole_corners(robot: RobotModel, sole: str) -> Floats:
 
 
 def polygon_below(soles: Iterable[tuple[Floats, Floats]]) -> SupportPolygon:
-    """The support polygon of soles, each as T_world_sole and its corners (k, 3) in the frame of the sole."""
+    """The support polygon of soles, each as T_world_sole and its corners (k, 3) in the frame of the sole.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> feet = nao.fk(nao.posture("Stand"), ["LLeg", "RLeg"])
+        >>> corners = [nk.robot.sole_corners(nao, sole) for sole in ("LLeg", "RLeg")]
+        >>> nk.robot.polygon_below(zip(feet, corners)).vertices.shape[1]
+        2
+    """
     return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))

@@ -1,0 +1,51 @@
+"""The polygon on which a robot stands, beside hulls that SciPy makes of the corners of its soles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.robot import sole_corners
+
+
+@pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero", "Crouch"])
+@pytest.mark.parametrize("soles", [None, ["LLeg"], ["RLeg"], ["RLeg", "LLeg"]])
+def test_it_is_the_hull_of_the_corners_of_the_soles(
+    each_nao: nk.NaoModel, posture: str, soles: list[str] | None
+) -> None:
+    q = each_nao.posture(posture)
+    names = list(each_nao.semantics.soles) if soles is None else soles
+    polygon = each_nao.support_polygon(q, soles)
+    points = []
+    for name in names:
+        T = np.linalg.inv(each_nao.fk(q, names[0])) @ each_nao.fk(q, name)
+        points.append(sole_corners(each_nao, name) @ T[:3, :3].T + T[:3, 3])
+    hull = ConvexHull(np.concatenate(points)[:, :2])
+    area = 0.5 * abs(np.linalg.det(np.stack([polygon.vertices, np.roll(polygon.vertices, -1, axis=0)], axis=1)).sum())
+    assert area == pytest.approx(hull.volume, rel=1e-9)  # of a plane hull SciPy calls the area its volume
+    assert polygon.signed_distance(np.concatenate(points)) == pytest.approx(
+        np.abs(polygon.signed_distance(np.concatenate(points))), abs=1e-12
+    )
+
+
+def test_a_reference_moves_its_vertices(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit")
+    own, torso = nao.support_polygon(q), nao.support_polygon(q, reference="Torso")
+    T = nao.fk(q, nao.semantics.soles[0])
+    moved = np.column_stack([own.vertices, np.zeros(len(own.vertices))]) @ T[:3, :3].T + T[:3, 3]
+    assert np.abs(torso.signed_distance(moved)).max() < 1e-12
+
+
+def test_what_has_no_polygon_is_refused(nao: nk.NaoModel) -> None:
+    q = nao.posture("Stand")
+    with pytest.raises(WrongShape, match="one configuration"):
+        nao.support_polygon(np.stack([q, q]))
+    with pytest.raises(UnknownName, match="LFot"):
+        nao.support_polygon(q, ["LFot"])
+    with pytest.raises(BadArgument, match="no soles"):
+        nao.support_polygon(q, [])
+    with pytest.raises(BadArgument, match="no outline of Head"):
+        nao.support_polygon(q, ["Head"])
