@@ -864,7 +864,7 @@ _WHOLE_BODY = (
         ("active-row-that-pulls-the-wrong-way-kept", "share[i] > 0.0 and force[i]", "share[i] > 1e9 and force[i]"),
     ),
     *_faults(
-        "ik/body/support_polygon.py",
+        "robot/support_polygon.py",
         "test_ik_whole_body.py::test_the_polygon_is_the_hull_of_the_sensors",
         ("distance-outside-by-the-edge-line", "inside, -away))", "inside, inside))"),
     ),

@@ -48,7 +48,8 @@ def scanned(nao: nk.NaoModel, side: str, T: Floats, hips: Floats, *, enforce: bo
         against = np.einsum("ji,njk->nik", T[:3, :3], foot)
         turn = np.arctan2(against[:, 1, 0], against[:, 0, 0])
         rows.append(q)
-        turns.append(np.where(nao.within_limits(q), turn, np.nan) if enforce else turn)
+        inside = (np.abs(nao.clamp(q) - q) <= 1e-9).all(axis=-1)  # of the limits themselves, without the tolerance
+        turns.append(np.where(inside, turn, np.nan) if enforce else turn)
     return np.array(rows), np.array(turns)
 
 

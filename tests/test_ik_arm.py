@@ -372,7 +372,12 @@ def test_by_the_middle_of_the_limits_a_joint_stays_in_its_range_without_limits(n
     place = nao.position(nao.posture("StandInit"), "LArm")
     free = nk.ik.arm(nao, "L", place, criterion="limits", limits="ignore", reference=reference)
     found = nk.ik.arm(nao, "L", place, criterion="limits", reference=reference)
-    np.testing.assert_allclose(free.best, found.best, rtol=0, atol=1e-6)
+    columns = [nao.joint_names.index(name) for name in nao.chains["LArm"][:5]]
+    lower, upper = nao.lower[columns], nao.upper[columns]
+    shares = [np.minimum(q - lower, upper - q) / (upper - lower) for q in (free.best, found.best)]
+    # The ridge along which the least of them is largest is so flat that the joints themselves differ by 2e-3.
+    np.testing.assert_allclose(shares[0].min(), shares[1].min(), rtol=0, atol=1e-6)
+    assert min(map(np.min, shares)) > 0.36
 
 
 def test_without_limits_they_end_no_branch_of_a_path(nao: nk.NaoModel) -> None:

@@ -15,6 +15,9 @@ import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 
+# No camera looks at a point on the axes of the neck.
+IN_THE_NECK = [0.0, 0.0, 0.1265]
+
 
 def said(capsys: pytest.CaptureFixture, *arguments: str, code: int = 0) -> str:
     assert run(["ik", *arguments]) == code
@@ -238,11 +241,18 @@ def test_a_list_prints_a_line_for_each_and_names_what_is_missed(
     assert "nan" not in out
     assert err.splitlines()[0].startswith("nao-kin: target 2: out of reach by ")
     assert err.splitlines()[-1] == "nao-kin: and 2 more of 9 targets"
-    # Only what is a configuration is written as one.
     assert run(["ik", "LLeg", str(tmp_path / "feet.npy"), "--csv"]) == 1
     out, err = capsys.readouterr()
-    assert len(out.splitlines()) == 3
-    assert err.splitlines()[-1] == "nao-kin: targets 2–8 have no row"
+    assert len(out.splitlines()) == 10
+    assert err.splitlines()[-1] == "nao-kin: targets 2–8 have the nearest pose in their row"
+
+
+def test_a_target_without_any_pose_has_no_row(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    np.save(tmp_path / "points.npy", [[1.0, 0.0, 0.2], IN_THE_NECK, IN_THE_NECK])
+    assert run(["ik", "CameraTop", str(tmp_path / "points.npy"), "--csv"]) == 1
+    out, err = capsys.readouterr()
+    assert len(out.splitlines()) == 2
+    assert err.splitlines()[-1] == "nao-kin: targets 1–2 have no row"
 
 
 def test_solutions_are_near_the_reference(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
@@ -319,7 +329,7 @@ def test_every_solution_of_a_list_has_its_line(capsys: pytest.CaptureFixture, tm
 
 def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     page = tmp_path / "leg.html"
-    said(capsys, "LLeg", "--target", "0 0.05 -0.5 0 0 0", "--html", str(page), code=1)
+    said(capsys, "CameraTop", "--target", " ".join(map(str, IN_THE_NECK)), "--html", str(page), code=1)
     assert not page.exists()
     assert "folder" in refused(capsys, "LLeg", "--target", "0 0 0 0 0 0", "--html", str(tmp_path))
     assert "write to standard output" in refused(

@@ -115,6 +115,7 @@ def test_all_kernels_can_be_made_ready_ahead() -> None:
         "ik kernel, projections onto limits",
         "ik kernel, damped least squares",
         "ik kernel, bodies",
+        "ik kernel, velocities",
     ]
     assert [state.name for state in nk.ik.warm_up(["gazes", "legs"])] == ["ik kernel, gazes", "ik kernel, legs"]
     with pytest.raises(UnknownName, match="unknown kernel 'leg'.*legs"):

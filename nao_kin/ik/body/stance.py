@@ -1,9 +1,9 @@
 """Standing: where the torso is when feet stay where they are, and the legs with it.
 
 The leg of the first foot carries the torso: its six joint values are the torso's pose. The leg of a second foot follows
-in closed form (`solve_leg`), the branch nearest to where it was, and asks for a value of HipYawPitch of its own. Both
-hips have one motor, so the torso is moved until both ask for the same: Newton's method on h₂ − h₁ over the joints of
-the first leg. Both feet are then met to rounding.
+in closed form (`solve_leg_exactly`), the branch nearest to where it was, and asks for a value of HipYawPitch of its
+own. Both hips have one motor, so the torso is moved until both ask for the same: Newton's method on h₂ − h₁ over the
+joints of the first leg. Both feet are then met to rounding.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from nao_kin._common.arrays import Floats
 from nao_kin.ik.body.body import Body, add_chain, frame_pose, inverted, multiplied, place_chain
 from nao_kin.ik.body.quadratic_program import cholesky, solve_cholesky
-from nao_kin.ik.closed_forms.leg_equations import JOINTS, MOST_BRANCHES, Leg, solve_leg
+from nao_kin.ik.closed_forms.leg_equations import JOINTS, MOST_BRANCHES, Leg, solve_leg_exactly
 from nao_kin.ik.closed_forms.ranges import BESIDE, BEST, NEEDED, OUT_OF_REACH, REASON, Ranges
 from nao_kin.ik.compiling import both_ways
 
@@ -101,7 +101,7 @@ def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso
         for k in range(JOINTS):
             row = body.legs[1, k]
             values[k] = body.multiplier[row] * x[body.variable[row]] + body.offset[row]
-        count = solve_leg(legs.right, legs.right_ranges, target, values, False, q, found, report)
+        count = solve_leg_exactly(legs.right, legs.right_ranges, target, values, False, q, found, report)
         first[:] = 0.0
         add_chain(body, body.legs[0, JOINTS - 1], 1.0, R, p, first)
         if count == 0:

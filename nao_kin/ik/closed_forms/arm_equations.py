@@ -15,7 +15,6 @@ import math
 from typing import NamedTuple
 
 from nao_kin.ik.closed_forms.ranges import (
-    LIMIT_TOLERANCE,
     NEEDED,
     NOT_ENOUGH_JOINTS,
     NOT_RIGID,
@@ -38,6 +37,7 @@ from nao_kin.ik.closed_forms.ranges import (
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
+from nao_kin.robot import LIMIT_TOLERANCE
 
 JOINTS = 5
 MOST_BRANCHES = 8

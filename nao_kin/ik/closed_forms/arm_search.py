@@ -27,7 +27,6 @@ from nao_kin.ik.closed_forms.arm_equations import (
 from nao_kin.ik.closed_forms.ranges import (
     ANGLE_ERROR,
     BEST,
-    LIMIT_TOLERANCE,
     NOT_ENOUGH_JOINTS,
     POSITION_ERROR,
     REASON,
@@ -42,6 +41,7 @@ from nao_kin.ik.closed_forms.ranges import (
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
+from nao_kin.robot import LIMIT_TOLERANCE
 
 # Criteria of a position, as a number in its target.
 NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0

@@ -18,7 +18,6 @@ from typing import NamedTuple
 from nao_kin.ik.closed_forms.ranges import (
     ANGLE_ERROR,
     BEST,
-    LIMIT_TOLERANCE,
     NEEDED,
     NOT_ENOUGH_JOINTS,
     NOT_RIGID,
@@ -37,6 +36,7 @@ from nao_kin.ik.closed_forms.ranges import (
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
+from nao_kin.robot import LIMIT_TOLERANCE
 
 JOINTS = 2
 MOST_BRANCHES = 4

@@ -17,7 +17,6 @@ import math
 from typing import NamedTuple
 
 from nao_kin.ik.closed_forms.ranges import (
-    LIMIT_TOLERANCE,
     NEEDED,
     NOT_RIGID,
     OUT_OF_REACH,
@@ -41,6 +40,7 @@ from nao_kin.ik.closed_forms.ranges import (
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
+from nao_kin.robot import LIMIT_TOLERANCE
 
 MOST_BRANCHES = 8
 JOINTS = 6
@@ -160,12 +160,12 @@ def foot_of(leg: Leg, target: Row) -> tuple[bool, Foot]:
 
 
 @both_ways
-def within_reach(leg: Leg, foot: Foot) -> tuple[Foot, float]:
-    """The foot with its ankle moved onto the reach of the leg, where it is out of it by up to `STRETCHED`; how far."""
+def within_reach(leg: Leg, foot: Foot, stretched: float) -> tuple[Foot, float]:
+    """The foot with its ankle moved onto the reach of the leg, where it is out of it by up to `stretched`; how far."""
     far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
     reached = min(max(far, abs(leg.thigh - leg.tibia)), leg.thigh + leg.tibia)
     short = abs(far - reached)
-    if short <= _ROUNDING or short > STRETCHED or far == 0.0:
+    if short <= _ROUNDING or short > stretched or far == 0.0:
         return foot, 0.0
     scale = reached / far
     return Foot(
@@ -206,13 +206,44 @@ def solve_leg(
     found: Row,
     report: Row,
 ) -> int:
-    """All branches of a leg for the pose of its frame; see `ranges` for the arguments."""
+    """All branches of a leg for the pose of its frame, rounded poses included; see `ranges` for the arguments."""
+    return _solved(leg, ranges, target, STRETCHED, reference, enforce, q, found, report)
+
+
+@both_ways
+def solve_leg_exactly(
+    leg: Leg,
+    ranges: Ranges,
+    target: Row,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+) -> int:
+    """As `solve_leg`, without the targets that are out of reach by less than `STRETCHED`."""
+    return _solved(leg, ranges, target, 0.0, reference, enforce, q, found, report)
+
+
+@both_ways
+def _solved(
+    leg: Leg,
+    ranges: Ranges,
+    target: Row,
+    stretched: float,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+) -> int:
+    """All branches for a target that is out of reach by up to `stretched`."""
     begun(report)
     fine, foot = foot_of(leg, target)
     if not fine:
         report[REASON] = NOT_RIGID
         return 0
-    foot, short = within_reach(leg, foot)
+    foot, short = within_reach(leg, foot, stretched)
     knee = knee_of(leg, foot, report)
     if knee[1] == 0:
         return 0

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.closed_forms.leg_equations import Leg, foot_of, within_reach
+from nao_kin.ik.closed_forms.leg_equations import STRETCHED, Leg, foot_of, within_reach
 from nao_kin.ik.closed_forms.legs_equations import (
     BLAMED,
     JOINTS,
@@ -100,7 +100,7 @@ def _at_wish(legs: Legs, target: Row, q: Row) -> tuple[float, float]:
 def _into_reach(leg: Leg, q: Row, first: int) -> float:
     """Move the foot that begins there as `within_reach` does; how far."""
     foot = foot_of(leg, q[first : first + 16])[1]
-    moved, short = within_reach(leg, foot)
+    moved, short = within_reach(leg, foot, STRETCHED)
     if short > 0.0:
         x, y, z = moved.x - foot.x, moved.y - foot.y, moved.z - foot.z
         q[first + 3] += x

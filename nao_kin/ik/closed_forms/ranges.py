@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Reason
+from nao_kin.robot import LIMIT_TOLERANCE
 
 # Places in a report.
 REASON, JOINT, NEEDED, LIMIT, EXCESS, POSITION_ERROR, ANGLE_ERROR, BEST = range(8)
@@ -27,8 +28,8 @@ JOINT_LIMIT, COUPLED_LIMIT = float(Reason.JOINT_LIMIT), float(Reason.COUPLED_LIM
 
 # What is beside the joint values in a row of `found`.
 BESIDE = 4
-# As `RobotModel.within_limits` has it.
-LIMIT_TOLERANCE = 1e-9
+# Two distances from the limits of which neither is the larger.
+_ALIKE = 1e-9
 # A branch whose pose is off by more, in m or rad, is no solution.
 VERIFIED = 1e-10
 # How far a rotation may be from one, as everywhere in the library.
@@ -206,7 +207,7 @@ def locked_pair(
         third = sign * (total - first) + shift
         outside = max(0.0, low3 - third, third - high3)
         away = (first - reference[i]) * (first - reference[i]) + (third - reference[j]) * (third - reference[j])
-        if outside < best_outside - LIMIT_TOLERANCE or (outside < best_outside + LIMIT_TOLERANCE and away < best):
+        if outside < best_outside - _ALIKE or (outside < best_outside + _ALIKE and away < best):
             best_outside, best = outside, away
             q[i], q[j] = first, third
 

@@ -14,7 +14,7 @@ from nao_kin.ik.results import Obstacles, Reason
 from nao_kin.ik.search.least_squares import Minimum, Rows, minimise
 from nao_kin.ik.search.limit_regions import LimitRegion
 from nao_kin.ik.search.pose_errors import FrameMotion, PoseErrors
-from nao_kin.robot import RobotModel
+from nao_kin.robot import CROSSOVER, RobotModel
 
 _Kept = dict[tuple[str, int, int], tuple[Floats, Floats]]
 Minimiser = Callable[[PoseErrors, LimitRegion, Floats, Rows, float, int, int | None], Minimum]
@@ -230,5 +230,7 @@ def _candidates(motion: FrameMotion, seed: int, number: int) -> tuple[Floats, Fl
         if len(kept) >= _MOST_KEPT:
             kept.clear()
         drawn = motion.robot.random(np.random.default_rng([seed, number]), _CANDIDATES)
-        found = kept[key] = drawn[:, motion.columns], motion.poses(drawn)
+        # In parts that Pinocchio answers: the first target on a machine waits for no kernel.
+        parts = np.array_split(drawn, _CANDIDATES // (CROSSOVER - 1) + 1)
+        found = kept[key] = drawn[:, motion.columns], np.concatenate([motion.poses(part) for part in parts])
     return found

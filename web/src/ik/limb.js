@@ -1,5 +1,5 @@
 import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards } from "../math/numbers.js";
-import { LIMIT } from "./tolerances.js";
+import { ALIKE, LIMIT } from "./tolerances.js";
 
 /** @import { Rotation } from "../math/types.js" */
 /** @import { Answer } from "./answer.js" */
@@ -153,7 +153,7 @@ export class Limb {
       const third = sign * (total - first) + shift;
       const outside = Math.max(0, low3 - third, third - high3);
       const away = (first - reference[i]) ** 2 + (third - reference[j]) ** 2;
-      if (outside < bestOutside - LIMIT || (outside < bestOutside + LIMIT && away < best)) {
+      if (outside < bestOutside - ALIKE || (outside < bestOutside + ALIKE && away < best)) {
         [bestOutside, best] = [outside, away];
         [values[i], values[j]] = [first, third];
       }
