@@ -20,6 +20,7 @@ from nao_kin.ik.closed_forms.ranges import (
     NOT_RIGID,
     OUT_OF_REACH,
     REASON,
+    ROUNDING,
     VERIFIED,
     Ranges,
     admitted,
@@ -37,7 +38,6 @@ from nao_kin.ik.closed_forms.ranges import (
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
-from nao_kin.robot import LIMIT_TOLERANCE
 
 JOINTS = 5
 MOST_BRANCHES = 8
@@ -423,7 +423,7 @@ def _cost_of_pitch(
             return math.inf  # the two triples belong to one family
         other_triple(q)
     outside = excess(ranges, q) if enforce else 0.0
-    return distance(reference, q, JOINTS, enforce) if outside <= LIMIT_TOLERANCE else 1e3 * (1.0 + outside)
+    return distance(reference, q, JOINTS, enforce) if outside <= ROUNDING else 1e3 * (1.0 + outside)
 
 
 @both_ways

@@ -30,6 +30,7 @@ from nao_kin.ik.closed_forms.ranges import (
     NOT_ENOUGH_JOINTS,
     POSITION_ERROR,
     REASON,
+    ROUNDING,
     Ranges,
     begun,
     blame,
@@ -41,7 +42,6 @@ from nao_kin.ik.closed_forms.ranges import (
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
-from nao_kin.robot import LIMIT_TOLERANCE
 
 # Criteria of a position, as a number in its target.
 NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0
@@ -416,7 +416,7 @@ def _cost(
             q[1] = wrapped(math.atan2(hand.y, across) - math.atan2(my, mx))
             q[2], q[3], q[4] = yaw, roll, wrist
             outside = excess(ranges, q) if enforce else 0.0
-            if outside > LIMIT_TOLERANCE:
+            if outside > ROUNDING:
                 cost = _OUTSIDE * (1.0 + outside)
             else:
                 cost = _criterion(arm, ranges, criterion, reference, enforce, q)

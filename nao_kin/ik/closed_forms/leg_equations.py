@@ -21,6 +21,7 @@ from nao_kin.ik.closed_forms.ranges import (
     NOT_RIGID,
     OUT_OF_REACH,
     REASON,
+    ROUNDING,
     VERIFIED,
     Ranges,
     admitted,
@@ -40,7 +41,6 @@ from nao_kin.ik.closed_forms.ranges import (
 )
 from nao_kin.ik.compiling import Row, both_ways
 from nao_kin.ik.results import Family
-from nao_kin.robot import LIMIT_TOLERANCE
 
 MOST_BRANCHES = 8
 JOINTS = 6
@@ -440,7 +440,7 @@ def _cost_of_roll(
             return math.inf  # the two triples belong to one family
         other_triple(leg, q)
     outside = excess(ranges, q) if enforce else 0.0
-    return distance(reference, q, JOINTS, enforce) if outside <= LIMIT_TOLERANCE else 1e3 * (1.0 + outside)
+    return distance(reference, q, JOINTS, enforce) if outside <= ROUNDING else 1e3 * (1.0 + outside)
 
 
 @both_ways

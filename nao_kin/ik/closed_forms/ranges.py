@@ -28,8 +28,8 @@ JOINT_LIMIT, COUPLED_LIMIT = float(Reason.JOINT_LIMIT), float(Reason.COUPLED_LIM
 
 # What is beside the joint values in a row of `found`.
 BESIDE = 4
-# Two distances from the limits of which neither is the larger.
-_ALIKE = 1e-9
+# What rounding may add to an angle [rad]; a search passes a limit by no more.
+ROUNDING = 1e-9
 # A branch whose pose is off by more, in m or rad, is no solution.
 VERIFIED = 1e-10
 # How far a rotation may be from one, as everywhere in the library.
@@ -207,7 +207,7 @@ def locked_pair(
         third = sign * (total - first) + shift
         outside = max(0.0, low3 - third, third - high3)
         away = (first - reference[i]) * (first - reference[i]) + (third - reference[j]) * (third - reference[j])
-        if outside < best_outside - _ALIKE or (outside < best_outside + _ALIKE and away < best):
+        if outside < best_outside - ROUNDING or (outside < best_outside + ROUNDING and away < best):
             best_outside, best = outside, away
             q[i], q[j] = first, third
 

@@ -2,7 +2,7 @@ import { clamp, squaredDistance, wrapped } from "../math/numbers.js";
 import { rotX, turned } from "../math/rotations.js";
 import { distance, dot } from "../math/vectors.js";
 import { Answer } from "./answer.js";
-import { LIMIT } from "./tolerances.js";
+import { ROUNDING } from "./tolerances.js";
 
 /** @import { Vector } from "../math/types.js" */
 /** @import { Arm } from "./arm.js" */
@@ -174,7 +174,7 @@ export class ArmPlace {
   /** @param {number[]} values */
   #cost(values) {
     const outside = this.answer.enforce ? this.arm.excess(values) : 0;
-    if (outside > LIMIT) return OUTSIDE * (1 + outside);
+    if (outside > ROUNDING) return OUTSIDE * (1 + outside);
     return squaredDistance(this.answer.reference, values);
   }
 }

@@ -1,5 +1,5 @@
 import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards } from "../math/numbers.js";
-import { ALIKE, LIMIT } from "./tolerances.js";
+import { LIMIT, ROUNDING } from "./tolerances.js";
 
 /** @import { Rotation } from "../math/types.js" */
 /** @import { Answer } from "./answer.js" */
@@ -153,7 +153,7 @@ export class Limb {
       const third = sign * (total - first) + shift;
       const outside = Math.max(0, low3 - third, third - high3);
       const away = (first - reference[i]) ** 2 + (third - reference[j]) ** 2;
-      if (outside < bestOutside - ALIKE || (outside < bestOutside + ALIKE && away < best)) {
+      if (outside < bestOutside - ROUNDING || (outside < bestOutside + ROUNDING && away < best)) {
         [bestOutside, best] = [outside, away];
         [values[i], values[j]] = [first, third];
       }
@@ -169,7 +169,7 @@ export class Limb {
   familyCost(values, { reference, enforce }) {
     const outside = enforce ? this.excess(values) : 0;
     const near = enforce ? values : allTurnedTowards(values, reference);
-    return outside <= LIMIT ? squaredDistance(reference, near) : OUTSIDE * (1 + outside);
+    return outside <= ROUNDING ? squaredDistance(reference, near) : OUTSIDE * (1 + outside);
   }
 }
 
