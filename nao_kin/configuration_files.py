@@ -12,6 +12,7 @@ from __future__ import annotations
 import gzip
 import json
 import math
+import os
 import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from nao_kin._common.input_text import read_text
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
-from nao_kin.robot import LimitPolicy, RobotModel
+from nao_kin.robot import LimitPolicy, RobotModel, check_robot
 
 # What two joints of one motor are made to where their values differ.
 Hips = Literal["average", "left", "right"]
@@ -412,6 +413,9 @@ def log_columns(
         >>> nk.configuration_files.log_columns(nk.load_nao(), "nod.csv") is None
         True
     """
+    check_robot(robot)
+    if not isinstance(path, (str, os.PathLike)):
+        raise BadArgument(f"path must be a path, got {quoted(path)}")
     try:
         if data is None and Path(path).is_file():
             opened = gzip.open if Path(path).suffix.lower() == ".gz" else open

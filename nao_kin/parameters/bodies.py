@@ -6,7 +6,9 @@ Masses, centres of mass and inertia tensors are as published: left and right are
 from __future__ import annotations
 
 from nao_kin._common.arrays import Vector
+from nao_kin._common.choices import choice
 from nao_kin.parameters.rows import (
+    VERSIONS,
     InertialRow,
     ShapeRow,
     Version,
@@ -92,7 +94,7 @@ def colours_of(version: Version) -> dict[str, tuple[float, float, float, float]]
         >>> sorted(nk.parameters.colours_of("v6"))
         ['accent', 'black', 'dark', 'grey', 'led', 'white']
     """
-    return COLOURS | ({"accent": _V6_ACCENT} if version == "v6" else {})
+    return COLOURS | ({"accent": _V6_ACCENT} if choice(version, VERSIONS, "NAO version") == "v6" else {})
 
 
 def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, VisualRow]:

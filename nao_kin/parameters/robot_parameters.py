@@ -10,7 +10,8 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from nao_kin._common.arrays import Vector
-from nao_kin.errors import UnknownName
+from nao_kin._text import quoted
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.parameters.bodies import COLLISION_SHAPES
 from nao_kin.parameters.overlay import with_versions
 from nao_kin.parameters.ranges import COUPLED_LIMITS
@@ -252,6 +253,17 @@ def version_named(name: str) -> Version:
         if wanted == number or ("." not in number and wanted == f"{number}.0"):
             return version
     raise UnknownName("NAO version", name, VERSIONS)
+
+
+def checked_parameters(parameters: object) -> NaoParameters:
+    """`parameters`, when they are the numbers of a version.
+
+    Raises:
+        BadArgument: they are not.
+    """
+    if not isinstance(parameters, NaoParameters):
+        raise BadArgument(f"parameters must be those that nao_parameters gives, got {quoted(parameters)}")
+    return parameters
 
 
 def nao_parameters(version: str = "v6") -> NaoParameters:

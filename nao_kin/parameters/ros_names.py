@@ -6,7 +6,7 @@ That description has no V6; its names follow the same rules there.
 from __future__ import annotations
 
 from nao_kin.parameters.frames import CAMERAS
-from nao_kin.parameters.robot_parameters import NaoParameters
+from nao_kin.parameters.robot_parameters import NaoParameters, checked_parameters
 
 # Bodies that have a second name here.
 _BODIES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
@@ -38,7 +38,7 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         >>> names["CameraTop"], names["CameraTop_fixed"], names["LHandThumb1"]
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
-    digits = f"{parameters.version.removeprefix('v').replace('.', '')}0"[:2]
+    digits = f"{checked_parameters(parameters).version.removeprefix('v').replace('.', '')}0"[:2]
     names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | _BODIES | _ANKLES
     for frame in parameters.frames:
         if frame.ros_name is not None:

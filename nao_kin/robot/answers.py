@@ -51,7 +51,7 @@ class Output:
             try:
                 if kind == self.dtype:
                     return kind
-            except TypeError:  # no name of a type at all
+            except (TypeError, ValueError):  # no name of a type at all
                 break
         raise BadArgument(f"dtype must be float64 or float32, got {quoted(self.dtype)}")
 

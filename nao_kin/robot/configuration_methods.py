@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Mapping
@@ -11,11 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.scalars import whole_number
+from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, OutsideLimits, UnknownName
 from nao_kin.robot.checks import ConfigurationChecks
 from nao_kin.robot.coordinates import Coordinates, checked_mapping
 from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
 
+# More would not fit in any memory.
+_MOST_DRAWN = 10**10
 # An error about a batch carries the violations of this many configurations, and counts the rest.
 _MOST_LISTED = 100
 
@@ -135,6 +139,8 @@ class ConfigurationMethods(ABC):
             raise BadArgument(f"random needs a generator or a seed, and a number or a shape: {error}") from None
         if any(length < 0 for length in shape):
             raise BadArgument(f"n must not be negative, got {n}")
+        if math.prod(shape) > _MOST_DRAWN:
+            raise BadArgument(f"n must not exceed {_MOST_DRAWN} configurations, got {quoted(n)}")
         q = self._neutrals(shape)
         q[..., self._q_offset :] = self._limits.random(generator, shape)
         return q

@@ -14,7 +14,7 @@ from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.checks import ConfigurationChecks
 from nao_kin.robot.frames import FrameTable
 from nao_kin.robot.kinematics import Kinematics, expression_named
-from nao_kin.robot.limits import LimitPolicy
+from nao_kin.robot.limits import LimitPolicy, check_policy
 from nao_kin.robot.questions import Expression, PoseForm, Question, check_expression, check_pose_form
 
 WORLD = "world"
@@ -93,6 +93,9 @@ class KinematicMethods(ABC):
         """
         one = isinstance(frame, str)
         ids = self._frames.ids((frame,) if one else frame)  # type: ignore[arg-type]
+        if not _are_names(as_, limits):
+            check_pose_form(as_)
+            check_policy(limits)
         if as_ == "matrix" and _is_plain(q, dtype, out, threads):
             q = self._checks.posed(q) if limits == "ignore" else self._within(self._checks.checked(q), limits)
             if self._is_root(reference):
@@ -365,6 +368,11 @@ class KinematicMethods(ABC):
         one = isinstance(frame, str)
         question = Question(kind, self._frames.ids((frame,) if one else frame), form=expressed_in)  # type: ignore[arg-type]
         return self._answers.answer(question, inputs, output, one=one)
+
+
+def _are_names(form: object, limits: object) -> bool:
+    """Whether both are texts, for an array would be compared with a name entry by entry."""
+    return isinstance(form, str) and isinstance(limits, str)
 
 
 def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool:

@@ -15,6 +15,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.choices import choice
 from nao_kin._common.warn import warn_caller
 from nao_kin.errors import BadArgument, MissingShapeWarning, UnknownName, WrongShape
 from nao_kin.robot.answers import Answers
@@ -230,8 +231,7 @@ class RobotModel(FileMethods, ConfigurationMethods, KinematicMethods):
             >>> nao.geometry("collision").ngeoms
             21
         """
-        if kind not in KINDS:
-            raise UnknownName("kind of geometry", kind, KINDS)
+        choice(kind, KINDS, "kind of geometry")
         geometry, notes = geometry_model(self.model, self._frames, self.tree, kind)
         if notes:
             more = f" (and {len(notes) - 1} more)" if len(notes) > 1 else ""
@@ -266,6 +266,8 @@ class RobotModel(FileMethods, ConfigurationMethods, KinematicMethods):
             >>> bool(polygon.signed_distance(com) > 0.02)
             True
         """
+        if soles is not None:
+            self.frame_ids((soles,) if isinstance(soles, str) else soles)
         names = self.semantics.soles if soles is None else (soles,) if isinstance(soles, str) else tuple(soles)
         if not names:
             raise BadArgument(f"{self.name} has no soles in its semantics; name frames that stand, as in soles=[…]")

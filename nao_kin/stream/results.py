@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
+from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
 
 # Bad rows that are kept to be shown; the others are counted.
 MOST_LISTED = 20
@@ -89,6 +89,7 @@ def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, Clamped]:
         >>> nk.stream.clamp(nao, nao.posture("Stand")[None])[1].rows
         0
     """
+    check_robot(robot)
     inside = robot.clamp(q)
     joints = len(robot.joint_names)
     off = np.abs(inside[:, -joints:] - np.asarray(q)[:, -joints:])
