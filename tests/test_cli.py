@@ -274,7 +274,8 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--as", "euler"), "'euler' is not one of"),
         (("fk", "--bogus"), "No such option"),
         (("bogus",), "No such command 'bogus'"),
-        (("fk", "a.csv", "b.csv"), "nexpected extra argument"),
+        (("fk", "a.csv", "b.csv"), "2 files; several go into one --output"),
+        (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
     ],
 )
 def test_bad_input_is_one_line_on_standard_error(

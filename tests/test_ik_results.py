@@ -254,6 +254,19 @@ def test_without_limits_a_member_of_a_family_may_be_whole_turns_away(
     np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-9)
 
 
+def test_without_limits_every_branch_is_within_half_a_turn_of_any_reference(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(5)
+    reference, q = rng.uniform(-6.0, 6.0, (60, nao.nq)), nao.random(rng, 60)
+    for found in (
+        nk.ik.arm(nao, "R", nao.fk(q, "RArm"), reference=reference, limits="ignore"),
+        nk.ik.head(nao, nao.rotation(q, "Head"), reference=reference, limits="ignore"),
+        nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=reference, limits="ignore"),
+    ):
+        away = np.abs(found.solutions - reference[:, None])[..., found.columns]
+        assert np.nanmax(away) <= math.pi + 1e-9
+        assert np.nanmax(away) > 0.95 * math.pi
+
+
 def test_without_limits_every_nearest_pose_is_within_half_a_turn_of_any_reference(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(3)
     reference, q = rng.uniform(-6.0, 6.0, (60, nao.nq)), nao.random(rng, 60)

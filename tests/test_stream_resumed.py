@@ -455,6 +455,8 @@ def test_the_file_is_what_is_printed(walk: Path, tmp_path: Path) -> None:
         "rows_resumed": 0,
         "bad_rows": 0,
         "first_bad_rows": [],
+        "clamped": {"rows": 0, "most": 0.0, "joint": ""},
+        "notes": [],
     }
 
 

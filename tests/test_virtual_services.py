@@ -1074,7 +1074,7 @@ def test_preferences_are_kept_by_domain(virtual: VirtualNao) -> None:
         (
             "setPositions",
             (["LArm", "Torso"], 0, [[0.1] * 6] * 2, 0.5, 7),
-            {"arms by pose", "arms by place", "both legs"},
+            {"arms by pose", "arms by place", "both legs", "projections onto limits", "damped least squares"},
         ),
         ("moveTo", (0.1, 0.0, 0.0), {"both legs"}),
         ("moveIsActive", (), set()),

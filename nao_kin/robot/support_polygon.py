@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_numbers
 from nao_kin._common.vectors import as_vectors
@@ -112,7 +112,7 @@ def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return hull
 
 
-def sole_corners(robot: RobotModel, sole: str) -> Floats:
+def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
     """Points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot that lie in the plane of the sole.
 
     Of a NAO these are its four pressure sensors, through which the floor carries it: a rectangle of 100 × 53 mm, well
@@ -123,8 +123,8 @@ def sole_corners(robot: RobotModel, sole: str) -> Floats:
         BadArgument: there are fewer than three of them.
 
     Examples:
-        >>> nk.robot.sole_corners(nk.load_nao(), "LLeg").shape
-        (4, 3)
+        >>> nk.robot.sole_corners(nk.load_nao(), "LLeg").shape  # four sensors, and the frame of the sole
+        (5, 3)
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]
@@ -139,7 +139,7 @@ def sole_corners(robot: RobotModel, sole: str) -> Floats:
     return corners
 
 
-def polygon_below(soles: Iterable[tuple[Floats, Floats]]) -> SupportPolygon:
+def polygon_below(soles: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> SupportPolygon:
     """The support polygon of soles, each as T_world_sole and its corners (k, 3) in the frame of the sole.
 
     Examples:

@@ -186,7 +186,14 @@ class Service:
         return waiting
 
 
-KERNELS: tuple[str, ...] = ("both legs", "arms by pose", "arms by place", "bodies")
+KERNELS: tuple[str, ...] = (
+    "both legs",
+    "projections onto limits",
+    "damped least squares",
+    "arms by pose",
+    "arms by place",
+    "bodies",
+)
 """The compiled kernels of `nk.ik` that calls need: those of the walk first, which scripts need most."""
 
 _ready: set[str] = set()
