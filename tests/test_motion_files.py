@@ -501,3 +501,21 @@ def test_a_missing_file_and_a_folder_are_one_line(tmp_path: Path) -> None:
 def test_a_robot_says_whose_joints_may_occur(tmp_path: Path, nao: Any) -> None:
     assert _motion(tmp_path, "time,LHipYawPitch\n0,0\n", "a.csv", robot=nao).joint_names == ("LHipYawPitch",)
     assert "unknown joint 'Tail'" in str(_refused(tmp_path, "time,Tail\n0,0\n", "a.csv", robot=nao))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "timestamp,HeadYaw [deg],LHand [%]\n0,10,40\n0.5,20,\n",
+        "# by a recorder\n\nt [ms];HeadYaw (deg);LHand\n0;10,0;0,4\n500;20,0;\n",
+        ",stamp [us],Device/SubDeviceList/HeadYaw/Position/Sensor/Value [deg],LHand [%]\n0,0,10,40\n1,500000,20,\n",
+        "# time [s],HeadYaw [deg],LHand\n0,10,0.4\n0.5,20,\n",
+    ],
+)
+def test_headings_of_motions_are_those_of_logs(tmp_path: Path, text: str) -> None:
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    motion = read_motion(tmp_path / "log.csv")
+    assert motion.joint_names == ("HeadYaw", "LHand")
+    assert [times.tolist() for times in motion.times] == [[0.0, 0.5], [0.0]]
+    np.testing.assert_allclose(motion.keys[0], np.radians([10.0, 20.0]), rtol=1e-15)
+    assert motion.keys[1].tolist() == [0.4]

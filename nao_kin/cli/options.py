@@ -83,11 +83,12 @@ class Command(TyperCommand):
                 if times > 1 and not getattr(parameter, "multiple", False):
                     option = " or ".join([*parameter.opts, *parameter.secondary_opts])
                     raise BadArgument(f"{option} is given {'twice' if times == 2 else f'{times} times'}; give it once")
-            # An argument is listed whether it is given or not.
-            names = (str(parameter.name) for parameter in order)
-            _check_contradictions(
-                {name for name in names if name != "file" or isinstance(values.get(name), (str, tuple))}
-            )
+            # An argument is listed whether it is given or not; one that takes several is then empty, or no tuple.
+            names = {str(parameter.name) for parameter in order}
+            file = values.get("file")
+            if not isinstance(file, str) and not (isinstance(file, tuple) and file):
+                names.discard("file")
+            _check_contradictions(names)
         return list(super().parse_args(ctx, args))
 
 

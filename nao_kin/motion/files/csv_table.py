@@ -1,6 +1,7 @@
 """CSV: a header with units, a column of times, a column for each joint; an empty cell is no key.
 
-The delimiter is a comma, a semicolon or a tab; straight lines lie between the keys.
+The delimiter is a comma, a semicolon or a tab; straight lines lie between the keys. Headings, comment lines above them
+and decimal commas are read as those of logs are.
 
     time [s], HeadYaw [deg], LHand [%]
     0.0, 0, 40
@@ -13,11 +14,14 @@ import csv
 import io
 import math
 import re
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.csv_numbers import delimiter_of, plain_floats
+from nao_kin._common.csv_numbers import CsvHead, csv_head, plain_floats
+from nao_kin._common.headings import JOINT_UNITS, TIME_UNITS, is_index, read_heading, seconds, time_unit_of
 from nao_kin._common.scalars import decimal
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
@@ -27,19 +31,26 @@ from nao_kin.motion.files.tables import is_hand, sampled, warn_of_curves
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
 
-_HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
-_TIME_NAMES = ("time", "t")
-_TIME_UNITS = {"s": 1.0, "ms": 1e-3}
-_HAND_UNITS = {"1": 1.0, "%": 0.01}
-_DEGREES = math.pi / 180.0
-_UNITS = {"rad": 1.0, "deg": _DEGREES, "°": _DEGREES, "m": 1.0}
+_SCALES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0, "m": 1.0, "1": 1.0, "%": 0.01}
+
+
+class _Column(NamedTuple):
+    """A column that is read: the joint or the times, their unit ("" where that of times is not said), and where."""
+
+    name: str
+    unit: str
+    place: int
+    is_time: bool
+    heading: str
 
 
 def recognises(source: Source) -> bool:
-    """Whether the first line that is not blank names a time column."""
-    header = next((line for line in source.lines if line.strip()), "")
-    headings = map(_HEADING.fullmatch, map(str.strip, header.split(delimiter_of(header))))
-    return any(match is not None and match["name"].lower() in _TIME_NAMES for match in headings)
+    """Whether the header names a time column."""
+    return any(read_heading(field).is_time for field in _head(source).fields)
+
+
+def _head(source: Source) -> CsvHead:
+    return csv_head(source.text.encode("utf-8", "replace"))
 
 
 def read(source: Source) -> Motion:
@@ -48,59 +59,63 @@ def read(source: Source) -> Motion:
     Raises:
         BadInputFile: with line and column.
     """
-    text = source.text
-    header_line = text.lstrip("\r\n").split("\n", 1)[0]
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter_of(header_line), strict=True)
+    head = _head(source)
+    if head.problem:
+        raise source.error(f"malformed CSV: {head.problem}", Place(head.line))
+    if not head.fields:
+        raise source.error("empty; expected a header with a time column")
+    columns, other = _columns(source, head)
+    rows, lines = [], []
+    rest = source.text.encode("utf-8", "replace")[head.size :].decode()
+    reader = csv.reader(io.StringIO(rest, newline=""), delimiter=head.delimiter, strict=True)
     # Then `float` reads only decimal digits.
-    plain = text.isascii() and "_" not in text
-    header: list[str] = []
-    rows, lines, header_at = [], [], 0
+    plain = rest.isascii() and "_" not in rest
     try:
         for fields in reader:
             if not any(fields) or not any(field.strip() for field in fields):
                 continue
-            if not header:
-                header, header_at = fields, reader.line_num
-                names, scales, time = _headings(source, header, header_at)
-                other = {column for column, name in enumerate(names) if column != time and name not in source.joints}
-                continue
-            if len(fields) != len(header):
-                raise source.error(
-                    f"{len(fields)} values, the header names {len(header)} columns", Place(reader.line_num)
-                )
-            if other:
-                fields = ["" if column in other else field for column, field in enumerate(fields)]
+            line = head.lines + reader.line_num
+            if len(fields) != len(head.fields):
+                raise source.error(f"{len(fields)} values, the header names {len(head.fields)} columns", Place(line))
+            fields = [fields[column.place] for column in columns]
+            if head.mark != ".":
+                fields = [field.replace(head.mark, ".") for field in fields]
             row = plain_floats(fields) if plain else None
-            rows.append(row or _cells(source, fields, header, reader.line_num))
-            lines.append(reader.line_num)
+            rows.append(row or _cells(source, fields, columns, line))
+            lines.append(line)
     except csv.Error as error:
-        raise source.error(f"malformed CSV: {error}", Place(reader.line_num)) from None
-    if not header:
-        raise source.error("empty; expected a header with a time column")
+        raise source.error(f"malformed CSV: {error}", Place(head.lines + reader.line_num)) from None
     if not rows:
-        raise source.error("a header and no keys", Place(header_at))
-    return _motion(source, names, np.array(rows) * scales, time, lines, header_at)
-
-
-def _motion(source: Source, names: list[str], table: Floats, time: int, lines: list[int], header_at: int) -> Motion:
-    times = table[:, time]
-    if np.isnan(times).any():
-        raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], time + 1))
-    check_times(source, times, lambda row: Place(lines[row], time + 1), negative=True)
-    tracks = []
-    for column, joint in enumerate(names):
-        if column != time:
-            rows = np.flatnonzero(~np.isnan(table[:, column]))
-            # All joints that have a key in every row share one array.
-            own = times if len(rows) == len(times) else times[rows]
-            tracks.append(Track(joint, own, table[rows, column], place=Place(header_at, column + 1)))
+        raise source.error("a header and no keys", Place(head.line))
+    tracks = [
+        Track(column.name, np.zeros(0), np.zeros(0), place=Place(head.line, column.place + 1)) for column in other
+    ]
+    tracks += _tracks(source, columns, np.array(rows), lines, head.line)
     return motion_of(source, tracks, negative=True)
 
 
-def _cells(source: Source, fields: list[str], header: list[str], line: int) -> list[float]:
+def _tracks(source: Source, columns: list[_Column], table: Floats, lines: list[int], header_at: int) -> list[Track]:
+    time = next(index for index, column in enumerate(columns) if column.is_time)
+    times, at = table[:, time], columns[time].place + 1
+    if np.isnan(times).any():
+        raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], at))
+    times = seconds(times, columns[time].unit or time_unit_of(times))
+    check_times(source, times, lambda row: Place(lines[row], at), negative=True)
+    tracks = []
+    for column, values in zip(columns, table.T, strict=True):
+        if not column.is_time:
+            rows = np.flatnonzero(~np.isnan(values))
+            # All joints that have a key in every row share one array.
+            own = times if len(rows) == len(times) else times[rows]
+            keys = values[rows] * _SCALES[column.unit]
+            tracks.append(Track(column.name, own, keys, place=Place(header_at, column.place + 1)))
+    return tracks
+
+
+def _cells(source: Source, fields: list[str], columns: list[_Column], line: int) -> list[float]:
     """The numbers of a row, NaN where a cell is empty."""
     values = []
-    for column, (heading, field) in enumerate(zip(header, fields, strict=True), start=1):
+    for column, field in zip(columns, fields, strict=True):
         try:
             value = decimal(field) if field.strip() else math.nan
         except ValueError:
@@ -108,37 +123,39 @@ def _cells(source: Source, fields: list[str], header: list[str], line: int) -> l
         if math.isinf(value):
             shown = quoted(field.strip(), MOST_SHOWN)
             raise source.error(
-                f"{heading.strip()[:MOST_SHOWN]} is {shown}, expected a finite number", Place(line, column)
+                f"{column.heading[:MOST_SHOWN]} is {shown}, expected a finite number", Place(line, column.place + 1)
             )
         values.append(value)
     return values
 
 
-def _headings(source: Source, header: list[str], line: int) -> tuple[list[str], Floats, int]:
-    """Names and scales of the columns, and which one is time."""
-    names, scales, times = [], [], []
-    for column, heading in enumerate(header):
-        place = Place(line, column + 1)
-        match = _HEADING.fullmatch(heading.strip())
-        if match is None:
-            raise source.error(f"heading {quoted(heading.strip(), MOST_SHOWN)}, expected a name and [unit]", place)
-        name, unit = match["name"], match["unit"]
-        if name.lower() in _TIME_NAMES:
-            units, usual = _TIME_UNITS, "s"
-            times.append(column)
+def _columns(source: Source, head: CsvHead) -> tuple[list[_Column], list[_Column]]:
+    """The columns that are read, times and joints each once, and those that are left out."""
+    found, other = list[_Column](), list[_Column]()
+    for place, field in enumerate(head.fields):
+        if place == 0 and is_index(field):
+            continue
+        heading, at = read_heading(field), Place(head.line, place + 1)
+        name, unit = heading.name, heading.unit
+        if heading.is_time:
+            units: Iterable[str] = TIME_UNITS
         else:
-            source.check_joint(name, place)
-            if name in names:
-                raise source.error(f"joint {name} is given twice", place)
-            units, usual = (_HAND_UNITS, "1") if is_hand(name) else (_UNITS, "deg" if source.degrees else "rad")
-            unit = unit if name in source.joints else None
+            source.check_joint(name, at)
+            if name not in source.joints:
+                other.append(_Column(name, "", place, False, ""))
+                continue
+            if name in (column.name for column in found):
+                raise source.error(f"joint {name} is given twice", at)
+            units = JOINT_UNITS["1"] if is_hand(name) else (*JOINT_UNITS["rad"], *JOINT_UNITS["m"])
+            usual = "1" if is_hand(name) else "deg" if source.degrees else "rad"
+            unit = usual if unit is None else unit
         if unit is not None and unit not in units:
-            raise source.error(f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}", place)
-        names.append(name)
-        scales.append(units[usual if unit is None else unit])
-    if len(times) != 1:
-        raise source.error(f"{len(times)} columns of times, expected one, headed time [s] or time [ms]", Place(line))
-    return names, np.array(scales), times[0]
+            raise source.error(f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}", at)
+        found.append(_Column(name, unit or "", place, heading.is_time, field.strip()))
+    times = sum(column.is_time for column in found)
+    if times != 1:
+        raise source.error(f"{times} columns of times, expected one, headed time [s] or time [ms]", Place(head.line))
+    return found, other
 
 
 def write(motion: Motion, rate: float | None) -> bytes:
@@ -156,7 +173,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
     else:
         times, table = sampled(motion, rate, "CSV")
     for joint in motion.joint_names:
-        if not re.fullmatch(r"[^\[\](),;\t\r\n\"]*", joint) or joint != joint.strip() or joint.lower() in _TIME_NAMES:
+        if not re.fullmatch(r"[^\[\](),;\t\r\n\"]*", joint) or joint != joint.strip() or read_heading(joint).is_time:
             raise BadArgument(f"a CSV header cannot hold the joint {quoted(joint)}")
     header = ["time [s]", *(f"{joint} [{'1' if is_hand(joint) else 'rad'}]" for joint in motion.joint_names)]
     lines = [",".join(header)]
