@@ -1069,6 +1069,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *SCREWS,
     *_MULTIDOF,
     *_BATCH,
+    *_THIN,
     *_WHOLE_BODY,
     *_IK,
     *_CROSSCHECK,

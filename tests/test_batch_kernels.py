@@ -205,7 +205,8 @@ def test_compact_poses_hold_at_every_half_turn_and_lock(tmp_path: Path, as_: str
 
 def test_exact_half_turns_have_the_canonical_sign(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a"), base="floating")
-    axes = np.array([[i, j, k] for i in (-0.6, 0.0, 0.8) for j in (-0.8, 0.0, 0.6) for k in (-0.6, 0.0, 0.6)])
+    parts = (-0.8, -0.6, 0.0, 0.6, 0.8)
+    axes = np.array([[i, j, k] for i in parts for j in parts for k in parts])
     axes = np.concatenate([np.eye(3), -np.eye(3), axes[np.abs((axes**2).sum(-1) - 1.0) < 1e-15]])
     q = np.tile(robot.neutral(), (len(axes), 1))
     q[:, 3:6], q[:, 6] = axes, 0.0  # the base as (x, y, z, w)
