@@ -21,7 +21,7 @@ import numpy as np
 
 from nao_kin._common.arrays import Floats
 from nao_kin._common.csv_numbers import CsvHead, csv_head, plain_floats
-from nao_kin._common.headings import JOINT_UNITS, TIME_UNITS, is_index, read_heading, seconds, time_unit_of
+from nao_kin._common.headings import JOINT_UNITS, TIME_UNITS, in_si_units, is_index, read_heading, seconds, time_unit_of
 from nao_kin._common.scalars import decimal
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
@@ -30,8 +30,6 @@ from nao_kin.motion.files.source import MOST_SHOWN, Place, Source
 from nao_kin.motion.files.tables import is_hand, sampled, warn_of_curves
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
-
-_SCALES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0, "m": 1.0, "1": 1.0, "%": 0.01}
 
 
 class _Column(NamedTuple):
@@ -102,13 +100,12 @@ def _tracks(source: Source, columns: list[_Column], table: Floats, lines: list[i
     times = seconds(times, columns[time].unit or time_unit_of(times))
     check_times(source, times, lambda row: Place(lines[row], at), negative=True)
     tracks = []
-    for column, values in zip(columns, table.T, strict=True):
+    for column, values in zip(columns, in_si_units(table, [column.unit for column in columns]).T, strict=True):
         if not column.is_time:
             rows = np.flatnonzero(~np.isnan(values))
             # All joints that have a key in every row share one array.
             own = times if len(rows) == len(times) else times[rows]
-            keys = values[rows] * _SCALES[column.unit]
-            tracks.append(Track(column.name, own, keys, place=Place(header_at, column.place + 1)))
+            tracks.append(Track(column.name, own, values[rows], place=Place(header_at, column.place + 1)))
     return tracks
 
 
