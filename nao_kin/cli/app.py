@@ -17,8 +17,8 @@ import nao_kin
 from nao_kin._common.ending import before_ending
 from nao_kin._extras import with_remedy
 from nao_kin._text import MOST_ECHOED, abbreviated
-from nao_kin.cli import check, doctor, export, fk, ik, info, joints, live, motion, reach, script, serve, view, warmup
-from nao_kin.cli.options import Command
+from nao_kin.cli import check, doctor, export, fk, ik, info, joints, live, motion, reach, script, serve, view, warmup  # noqa: F401
+from nao_kin.cli.options import COMMANDS, Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
 
@@ -34,8 +34,10 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (info, joints, fk, ik, check, reach, view, export, serve, script, live, warmup, doctor):
-    _command.register(app)
+_ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export", "serve", "run", "live", "warmup", "doctor")
+for _name in _ORDER:
+    _function, _example = COMMANDS[_name]
+    app.command(_name, epilog=_example)(_function)
 app.add_typer(motion.app)
 for _registered in (*app.registered_commands, *motion.app.registered_commands):
     _registered.cls = Command

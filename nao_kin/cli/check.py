@@ -15,6 +15,7 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_table
@@ -24,11 +25,7 @@ if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("check", epilog="Example: nao-kin check --version v5 --samples 100 --json")(check)
-
-
+@command("check", "Example: nao-kin check --version v5 --samples 100 --json")
 def check(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,

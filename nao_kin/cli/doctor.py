@@ -19,8 +19,9 @@ from typing import Any
 
 import typer
 
-from nao_kin._extras import ALL, EXTRAS, Extra, command
-from nao_kin.cli.options import JsonOption
+from nao_kin._extras import ALL, EXTRAS, Extra
+from nao_kin._extras import command as install_command
+from nao_kin.cli.options import JsonOption, command
 from nao_kin.cli.output import print_json, print_table
 from nao_kin.cli.probes import model_problem, numba_problem
 
@@ -39,11 +40,7 @@ _LIBRARIES = {
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("doctor", epilog="Example: nao-kin doctor --json")(doctor)
-
-
+@command("doctor", "Example: nao-kin doctor --json")
 def doctor(json: JsonOption = False) -> None:
     """Versions, where each library comes from, extras, known clashes, and a browser; exit 1 when something is wrong."""
     state = inspect_installation()
@@ -59,7 +56,9 @@ def doctor(json: JsonOption = False) -> None:
             [(extra.name, extra.version or "absent", extra.brings) for extra in state.extras],
         )
         if any(extra.version is None for extra in state.extras):
-            print(f"{command('NAME')} adds an extra, {command(ALL)} all of them. Nothing else needs them.\n")
+            print(
+                f"{install_command('NAME')} adds an extra, {install_command(ALL)} all of them. Nothing else needs them.\n"
+            )
         for problem in state.problems:
             print(f"problem: {problem}")
         if not state.problems:

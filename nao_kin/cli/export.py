@@ -16,19 +16,14 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command(
-        "export", epilog="Example: nao-kin export nao.urdf --format urdf --frames none --inertia physical --version v6"
-    )(export)
-
-
+@command("export", "Example: nao-kin export nao.urdf --format urdf --frames none --inertia physical --version v6")
 def export(
     output: Annotated[str, typer.Argument(metavar="OUTPUT", help="The file or folder, - for standard output.")],
     format_: Annotated[

@@ -40,6 +40,7 @@ from nao_kin.cli.options import (
     VersionOption,
     XacroOption,
     columns_of,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_note
@@ -76,11 +77,7 @@ _EXAMPLES = (
 )
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("fk", epilog=_EXAMPLES)(fk)
-
-
+@command("fk", _EXAMPLES)
 def fk(
     file: Annotated[
         list[str] | None,

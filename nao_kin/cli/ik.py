@@ -26,6 +26,7 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_note, print_table, without_sign_of_zero
@@ -93,11 +94,7 @@ class Asked:
     numeric: bool
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("ik", epilog=_EXAMPLES)(ik)
-
-
+@command("ik", _EXAMPLES)
 def ik(
     frame: Annotated[
         str, typer.Argument(metavar="FRAME", help="LLeg, RLeg, LArm, RArm, Head, a camera, Legs, or any other frame.")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import typer
-
 from nao_kin.cli.options import (
     JsonOption,
     OffsetsOption,
@@ -12,16 +10,13 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_table
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("info", epilog="Example: nao-kin info --version v5 --json")(info)
-
-
+@command("info", "Example: nao-kin info --version v5 --json")
 def info(
     version: VersionOption = "v6",
     urdf: UrdfOption = None,

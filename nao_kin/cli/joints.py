@@ -17,6 +17,7 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_table, without_sign_of_zero
@@ -26,11 +27,7 @@ if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("joints", epilog="Example: nao-kin joints --typed --deg")(joints)
-
-
+@command("joints", "Example: nao-kin joints --typed --deg")
 def joints(
     typed: Annotated[bool, typer.Option("--typed", help="Merge revolutes that share a centre into one joint.")] = False,
     rule: Annotated[

@@ -13,7 +13,7 @@ from nao_kin._common import atomic
 from nao_kin._common.ending import uninterrupted
 from nao_kin._text import abbreviated
 from nao_kin.cli.live_page import AllowHostOption, HostOption, LivePage, PortOption, TokenOption
-from nao_kin.cli.options import JsonOption, OffsetsOption, VersionOption, load
+from nao_kin.cli.options import JsonOption, OffsetsOption, VersionOption, command, load
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
@@ -23,11 +23,7 @@ if TYPE_CHECKING:
 _RATE = 25.0
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("live", epilog="Example: nao-kin live tcp://nao.local:9559 --record wave.json")(live)
-
-
+@command("live", "Example: nao-kin live tcp://nao.local:9559 --record wave.json")
 def live(
     address: Annotated[
         str | None, typer.Argument(metavar="[tcp://HOST:PORT]", help="A robot, or a virtual NAO, over NAOqi.")

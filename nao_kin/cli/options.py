@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -70,6 +71,20 @@ _CONTRADICTIONS = (
     ("clamp", "ignore_limits", "--clamp and --ignore-limits contradict each other; give one"),
     ("file", "joint", "a file gives whole configurations; leave out --posture and --joint"),
 )
+
+
+# What the program consists of: the name of each command, its function and its example.
+COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
+
+
+def command(name: str, example: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make a function a command of the program."""
+
+    def entered(function: Callable[..., None]) -> Callable[..., None]:
+        COMMANDS[name] = function, example
+        return function
+
+    return entered
 
 
 class Command(TyperCommand):

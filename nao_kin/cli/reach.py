@@ -21,6 +21,7 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_note
@@ -35,11 +36,7 @@ if TYPE_CHECKING:
 _ENDINGS = (".npz", ".vtk", ".ply")
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("reach", epilog="Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html")(reach)
-
-
+@command("reach", "Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html")
 def reach(
     frame: Annotated[str, typer.Argument(metavar="FRAME", help="A frame, or a chain for its end effector.")],
     samples: Annotated[str, typer.Option(metavar="N", help="How many configurations, such as 200000 or 1e7.")] = "1e6",

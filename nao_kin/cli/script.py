@@ -8,7 +8,7 @@ import typer
 
 from nao_kin._common.scalars import whole_number
 from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
-from nao_kin.cli.options import VersionOption
+from nao_kin.cli.options import VersionOption, command
 from nao_kin.cli.output import print_note
 from nao_kin.cli.serve import BehaviorsOption
 from nao_kin.errors import BadArgument
@@ -16,13 +16,7 @@ from nao_kin.errors import BadArgument
 _HOST, _PORT = "127.0.0.1", 9559
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("run", epilog="Example: nao-kin run wave.py --view; nao-kin run wave.py --port 9559 -- --ip nao.local")(
-        run
-    )
-
-
+@command("run", "Example: nao-kin run wave.py --view; nao-kin run wave.py --port 9559 -- --ip nao.local")
 def run(
     script: Annotated[str, typer.Argument(metavar="SCRIPT", help="A Python script that drives a NAO.")],
     arguments: Annotated[

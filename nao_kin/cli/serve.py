@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
-from nao_kin.cli.options import JsonOption, VersionOption
+from nao_kin.cli.options import JsonOption, VersionOption, command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument
 
@@ -28,11 +28,7 @@ BehaviorsOption = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("serve", epilog="Example: nao-kin serve --speed 10 --log")(serve)
-
-
+@command("serve", "Example: nao-kin serve --speed 10 --log")
 def serve(
     port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 for a free one.")] = 9559,
     host: Annotated[

@@ -32,6 +32,7 @@ from nao_kin.cli.options import (
     VersionOption,
     XacroOption,
     columns_of,
+    command,
     load,
 )
 from nao_kin.cli.output import print_json, print_note
@@ -44,11 +45,7 @@ _FPS = 30.0
 _BROWSER_SECONDS = 30.0
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("view", epilog="Example: nao-kin view --posture StandInit --html nao.html")(view)
-
-
+@command("view", "Example: nao-kin view --posture StandInit --html nao.html")
 def view(
     file: Annotated[
         str | None,

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import typer
-
 from nao_kin._common.compiler import need_numba
-from nao_kin.cli.options import JsonOption
+from nao_kin.cli.options import JsonOption, command
 from nao_kin.cli.output import print_json, print_table
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("warmup", epilog="Example: nao-kin warmup")(warmup)
-
-
+@command("warmup", "Example: nao-kin warmup")
 def warmup(json: JsonOption = False) -> None:
     """Compile the kernels for large batches, reach maps and inverse kinematics ahead, once on a machine.
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from nao_kin.errors import BadInputFile
-from nao_kin.motion.files import FORMATS
+from nao_kin.motion.files.reading import FORMATS, looks_like
 from nao_kin.motion.files.source import Source, file_name
 
 # Configurations have these endings too; of a file with another one the ending tells.
@@ -49,7 +48,7 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
     if not beginning or _CONFIGURATIONS.match(beginning):
         return False
     source = Source(str(path), beginning, ())
-    return any(_recognised(name, source) for name in FORMATS)
+    return any(looks_like(known, source) for known in FORMATS.values())
 
 
 def _beginning(path: Path | str) -> bytes:
@@ -65,10 +64,3 @@ def _cut(data: bytes) -> bytes:
     if len(data) <= _HEAD or _JSON.match(data):
         return data
     return data[: data.rfind(b"\n", 0, _HEAD) + 1] or data[:_HEAD]
-
-
-def _recognised(name: str, source: Source) -> bool:
-    try:
-        return FORMATS[name].recognises(source)
-    except BadInputFile:
-        return False

@@ -164,4 +164,4 @@ def _ease(stream: ConfigStream, row: Fields, block: Fields) -> Ease:
     return "linear"
 
 
-FORMAT = Format("bhuman", (".cfg",), "B-Human's key frames", recognises, read)
+BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", recognises, read)

@@ -242,4 +242,4 @@ def write(motion: Motion, rate: float | None) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-FORMAT = Format("python", (".py",), "Choregraphe's Python export", recognises, read, write)
+PYTHON = Format("python", (".py",), "Choregraphe's Python export", recognises, read, write)

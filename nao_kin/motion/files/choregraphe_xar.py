@@ -200,4 +200,4 @@ def _frames(motion: Motion) -> tuple[int, list[Floats]]:
     return fps, [np.rint(own * fps) for own in motion.times]
 
 
-FORMAT = Format("xar", (".xar",), "Choregraphe's timelines", recognises, read, write)
+XAR = Format("xar", (".xar",), "Choregraphe's timelines", recognises, read, write)

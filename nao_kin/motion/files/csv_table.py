@@ -179,4 +179,4 @@ def write(motion: Motion, rate: float | None) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-FORMAT = Format("csv", (".csv", ".tsv", ".txt"), "a table with units in its header", recognises, read, write)
+CSV = Format("csv", (".csv", ".tsv", ".txt"), "a table with units in its header", recognises, read, write)

@@ -216,4 +216,4 @@ def _object(row: Floats) -> str:
     return json.dumps(positions)
 
 
-FORMAT = Format("hulks", (".json",), "HULKs' key frames", recognises, read, write)
+HULKS = Format("hulks", (".json",), "HULKs' key frames", recognises, read, write)

@@ -112,4 +112,4 @@ def write(motion: Motion, rate: float | None) -> bytes:
     return (text + f'\n ],\n "stiffness": [\n{full}\n ]}}\n').encode()
 
 
-FORMAT = Format("motion2", (".motion2",), "HULKs' older positions", recognises, read, write)
+MOTION2 = Format("motion2", (".motion2",), "HULKs' older positions", recognises, read, write)

@@ -219,4 +219,4 @@ def write(motion: Motion, rate: float | None) -> bytes:
     return ("{" + ",\n ".join(lines) + "}\n").encode()
 
 
-FORMAT = Format("json", (".json",), "names, times, keys and handles, without loss", recognises, read, write)
+JSON = Format("json", (".json",), "names, times, keys and handles, without loss", recognises, read, write)

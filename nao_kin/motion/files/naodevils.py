@@ -82,4 +82,4 @@ def _ease(stream: ConfigStream, row: Fields) -> Ease:
     return _EASES[word.text]
 
 
-FORMAT = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", recognises, read)
+NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", recognises, read)

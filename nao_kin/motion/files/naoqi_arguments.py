@@ -171,4 +171,4 @@ def _rows(rows: list[list[Any]]) -> str:
     return "[\n" + ",\n".join(f"  {json.dumps(row)}" for row in rows) + "]"
 
 
-FORMAT = Format("naoqi", (".json",), "arguments of angleInterpolation", recognises, read, write)
+NAOQI = Format("naoqi", (".json",), "arguments of angleInterpolation", recognises, read, write)

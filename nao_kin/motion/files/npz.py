@@ -118,4 +118,4 @@ def write(motion: Motion, rate: float | None) -> bytes:
     return file.getvalue()
 
 
-FORMAT = Format("npz", (".npz",), "NumPy arrays, without loss", recognises, read, write)
+NPZ = Format("npz", (".npz",), "NumPy arrays, without loss", recognises, read, write)

@@ -8,41 +8,26 @@ from types import MappingProxyType
 
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadInputFile, UnknownName
-from nao_kin.motion.files import (
-    bhuman,
-    choregraphe_python,
-    choregraphe_xar,
-    csv_table,
-    hulks,
-    hulks_motion2,
-    json_keys,
-    naodevils,
-    naoqi_arguments,
-    npz,
-    runswift,
-    webots,
-)
+from nao_kin.motion.files.bhuman import BHUMAN
+from nao_kin.motion.files.choregraphe_python import PYTHON
+from nao_kin.motion.files.choregraphe_xar import XAR
+from nao_kin.motion.files.csv_table import CSV
 from nao_kin.motion.files.format import Format
+from nao_kin.motion.files.hulks import HULKS
+from nao_kin.motion.files.hulks_motion2 import MOTION2
+from nao_kin.motion.files.json_keys import JSON
+from nao_kin.motion.files.naodevils import NAODEVILS
+from nao_kin.motion.files.naoqi_arguments import NAOQI
+from nao_kin.motion.files.npz import NPZ
+from nao_kin.motion.files.runswift import RUNSWIFT
 from nao_kin.motion.files.source import Source, file_name, read_bytes
+from nao_kin.motion.files.webots import WEBOTS
 from nao_kin.motion.motion import Motion
 from nao_kin.parameters import BODY_ORDER
 from nao_kin.robot import RobotModel, check_robot
 
-_MODULES = (
-    csv_table,
-    json_keys,
-    npz,
-    webots,
-    runswift,
-    hulks,
-    hulks_motion2,
-    naodevils,
-    bhuman,
-    choregraphe_python,
-    choregraphe_xar,
-    naoqi_arguments,
-)
-FORMATS: Mapping[str, Format] = MappingProxyType({module.FORMAT.name: module.FORMAT for module in _MODULES})
+_FORMATS = (CSV, JSON, NPZ, WEBOTS, RUNSWIFT, HULKS, MOTION2, NAODEVILS, BHUMAN, PYTHON, XAR, NAOQI)
+FORMATS: Mapping[str, Format] = MappingProxyType({known.name: known for known in _FORMATS})
 
 
 def read_motion(
@@ -121,7 +106,7 @@ def _recognised(source: Source) -> Format:
         BadInputFile: none or several of them.
     """
     by_suffix = formats_of_suffix(source.name)
-    fitting = [known for known in FORMATS.values() if _looks_like(known, source)]
+    fitting = [known for known in FORMATS.values() if looks_like(known, source)]
     if len(fitting) > 1:
         fitting = [known for known in fitting if known in by_suffix] or fitting
     if len(fitting) == 1:
@@ -136,7 +121,8 @@ def _recognised(source: Source) -> Format:
     raise source.error(f"no motion file of a known format; expected {abbreviated(described_formats(), 400)}")
 
 
-def _looks_like(known: Format, source: Source) -> bool:
+def looks_like(known: Format, source: Source) -> bool:
+    """Whether a file has the content of a format."""
     try:
         return known.recognises(source)
     except BadInputFile:

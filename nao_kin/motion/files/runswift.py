@@ -163,4 +163,4 @@ def _line(mark: str, words: list[str]) -> str:
     return f"{mark} {' '.join(word.ljust(_WIDTH - 1) for word in words)}".rstrip()
 
 
-FORMAT = Format("runswift", (".pos",), "rUNSWift's poses", recognises, read, write)
+RUNSWIFT = Format("runswift", (".pos",), "rUNSWift's poses", recognises, read, write)

@@ -195,4 +195,4 @@ def write(motion: Motion, rate: float | None) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-FORMAT = Format("webots", (".motion",), "Webots' motion file", recognises, read, write)
+WEBOTS = Format("webots", (".motion",), "Webots' motion file", recognises, read, write)
