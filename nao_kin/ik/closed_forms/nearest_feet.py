@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin.ik.closed_forms.leg_equations import Leg
 from nao_kin.ik.closed_forms.ranges import MOST_TURNED
 from nao_kin.ik.geometry import Limb, kept_limb, torso_in_trunk
 from nao_kin.ik.results import IKResult
@@ -19,6 +19,9 @@ from nao_kin.ik.search.limit_regions import LimitRegion
 from nao_kin.ik.search.pose_errors import FrameMotion
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, nearest_rotation
+
+if TYPE_CHECKING:
+    from nao_kin.ik.closed_forms.leg_equations import Leg
 
 # What one radian counts [m], as in `arm`.
 ANGLE_WEIGHT = 0.1
