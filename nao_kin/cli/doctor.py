@@ -56,9 +56,8 @@ def doctor(json: JsonOption = False) -> None:
             [(extra.name, extra.version or "absent", extra.brings) for extra in state.extras],
         )
         if any(extra.version is None for extra in state.extras):
-            print(
-                f"{install_command('NAME')} adds an extra, {install_command(ALL)} all of them. Nothing else needs them.\n"
-            )
+            one, every = install_command("NAME"), install_command(ALL)
+            print(f"{one} adds an extra, {every} all of them. Nothing else needs them.\n")
         for problem in state.problems:
             print(f"problem: {problem}")
         if not state.problems:
