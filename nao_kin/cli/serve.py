@@ -117,7 +117,7 @@ def served(
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
 
     Raises:
-        NaoKinError: qi is not installed, the port is in use, no such version, posture or speed, or offsets that are none.
+        NaoKinError: qi is not installed, the port is in use, no such version, posture or speed, or bad offsets.
     """
     from nao_kin import load_nao
     from nao_kin.naoqi import QiServer, VirtualNao
