@@ -15,7 +15,7 @@ import math
 import os
 import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -23,8 +23,17 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.csv_numbers import Records, csv_head, has_pyarrow, plain_floats, quick_numbers
-from nao_kin._common.headings import JOINT_UNITS, TIME_UNITS, in_si_units, is_index, read_heading, seconds, time_unit_of
+from nao_kin._common.csv_numbers import Records, csv_head, has_pyarrow, iso_times, plain_floats, quick_numbers
+from nao_kin._common.headings import (
+    JOINT_UNITS,
+    TIME_UNITS,
+    IsoTimes,
+    in_si_units,
+    is_index,
+    read_heading,
+    seconds,
+    time_unit_of,
+)
 from nao_kin._common.input_text import read_text
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
@@ -63,7 +72,7 @@ class Log:
 
     Attributes:
         q: configurations, shape (n, nq).
-        times: of the rows, shape (n,) [s]; None where the file has none.
+        times: of the rows, shape (n,) [s]; None where the file has none. Dates and times count from the first row.
         many: whether the file holds a list; False for one JSON object.
         notes: what was understood of the file that it does not say.
 
@@ -137,13 +146,15 @@ def read_log(
             of that side; None refuses them.
 
     Returns:
-        Configurations and times. Times without a unit are seconds, or what their size says of times since 1970.
+        Configurations and times. Times without a unit are seconds, or what their size says of times since 1970. Dates
+        and times as in ISO 8601, such as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first
+        row.
 
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.
         BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
-            missing or named twice, a value that is no finite number, two joints of one motor that disagree, a joint
-            outside its limits.
+            missing or named twice, a value that is no finite number, times with and without a zone, two joints of one
+            motor that disagree, a joint outside its limits.
 
     Examples:
         >>> from pathlib import Path
@@ -236,6 +247,7 @@ class TableColumns:
         timed: whether the last place is that of times.
         time_unit: of the times; None where the file does not say it.
         all: how many columns the file has.
+        iso_times: reads times that are written as in ISO 8601; None where they are numbers.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -251,6 +263,7 @@ class TableColumns:
     timed: bool = False
     time_unit: str | None = None
     all: int = 0
+    iso_times: IsoTimes | None = None
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -270,6 +283,21 @@ class TableColumns:
             (7, 4)
         """
         return line, self.places[column] + 1 if line and column >= 0 else 0
+
+    def with_times_of(self, rows: bytes, delimiter: str) -> TableColumns:
+        """The same for a CSV file whose first rows write times as numbers, or as in ISO 8601.
+
+        Args:
+            rows: those of the table, or the first of them.
+            delimiter: between fields.
+
+        Examples:
+            >>> table = nk.configuration_files.TableColumns(("HeadYaw",), ("rad",), (1, 0), timed=True)
+            >>> table.with_times_of(b"2026-03-01T12:00:00,0.1", ",").time_unit
+            's'
+        """
+        found = iso_times(rows, delimiter, self.places[-1]) if self.timed else None
+        return self if found is None else replace(self, time_unit="s", iso_times=found)
 
     def count(self, fields: int) -> str:
         """What is wrong with a row of so many fields; "" for nothing.
@@ -553,15 +581,22 @@ def finite_numbers(
         mark: of decimal fractions: "." or ",".
 
     Raises:
-        BadInputFile: with line and column of the first that is no finite number.
+        BadInputFile: with line and column of the first that is no finite number, or no time.
 
     Examples:
         >>> nk.configuration_files.finite_numbers("walk.csv", ["0.1", "-2e-3"], ["HeadYaw", "HeadPitch"], line=2)
         [0.1, -0.002]
     """
-    values = []
+    values: list[float] = []
+    times = None if table is None else table.iso_times
     for place, joint in zip(range(len(fields)) if table is None else table.places, names, strict=True):
         field = fields[place]
+        if times is not None and len(values) == len(names) - 1:
+            try:
+                values.append(times.seconds(field))
+            except ValueError as error:
+                raise BadInputFile(name, f"{joint} {error}", line, place + 1) from None
+            continue
         try:
             value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
         except ValueError:
@@ -588,14 +623,14 @@ def _from_csv(
         raise BadInputFile(name, head.problem, head.line)
     if not head.fields:
         raise BadInputFile(name, "empty; expected joint names and values")
-    table = understood(head.fields, head.line)
     body = data[head.size :]
+    table = understood(head.fields, head.line).with_times_of(body, head.delimiter)
     if len(text) > _LARGE and has_pyarrow():
-        numbers = quick_numbers(body, table.all, head.delimiter, table.places, head.mark)
+        numbers = quick_numbers(body, table.all, head.delimiter, table.places, head.mark, table.iso_times)
         if numbers is not None and len(numbers):
             return table, numbers, _Lines(body, head.delimiter, head.lines)
     # Then `float` reads only decimal digits.
-    plain = head.mark == "." and text.isascii() and "_" not in text
+    plain = head.mark == "." and text.isascii() and "_" not in text and table.iso_times is None
     rows, lines = [], []
     for number, fields, problem in Records(body, head.delimiter):
         line = head.lines + number
@@ -640,7 +675,7 @@ def _from_json(
     if not objects:
         raise BadInputFile(name, "a list of no configurations")
     names: list[str] = []
-    table = TableColumns((), (), ())
+    table, stamped, times = TableColumns((), (), ()), "", None
     rows = []
     for index, entry in enumerate(objects):
         where = f"configuration {index}: " if isinstance(document, list) else ""
@@ -649,12 +684,20 @@ def _from_json(
         if not names:
             names = list(entry)
             table = understood(names, 0, where)
+            stamped = names[table.places[-1]] if table.timed else ""
+            times = IsoTimes.of([entry[stamped]]) if isinstance(entry.get(stamped), str) else None
+            table = table if times is None else replace(table, time_unit="s", iso_times=times)
             kept = [(names[place], heading) for place, heading in zip(table.places, table.headings, strict=True)]
         elif entry.keys() != set(names):
             odd = sorted(entry.keys() ^ set(names))
             raise BadInputFile(
                 name, f"{where}names other joints than configuration 0: {abbreviated(', '.join(odd[:3]))}"
             )
+        if times is not None:
+            try:
+                entry[stamped] = times.seconds(str(entry[stamped]))
+            except ValueError as error:
+                raise BadInputFile(name, f"{where}time {error}") from None
         for key, heading in kept:
             if not _is_finite_number(entry[key]):
                 raise BadInputFile(name, f"{where}{heading} is {_kind(entry[key])}, expected a finite number")

@@ -255,6 +255,22 @@ def test_a_target_without_any_pose_has_no_row(capsys: pytest.CaptureFixture, tmp
     assert err.splitlines()[-1] == "nao-kin: targets 1–2 have no row"
 
 
+def test_the_file_of_the_reference_may_have_other_columns(
+    capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel
+) -> None:
+    file = tmp_path / "near.csv"
+    names = ["yaw" if name == "HeadYaw" else name for name in nao.joint_names]
+    values = map(repr, nao.posture("Crouch").tolist())
+    file.write_text(",".join(["state", *names]) + "\n" + ",".join(["walk", *values]) + "\n")
+    target = ("LArm", "--target", "0.1 0.15 0.0", "--csv")
+    by_posture = said(capsys, *target, "--reference", "Crouch")
+    by_file = (*target, "--reference", str(file))
+    assert "(--ignore-other) leaves it out" in refused(capsys, *by_file)
+    assert "missing joints: HeadYaw" in refused(capsys, *by_file, "--ignore-other")
+    assert said(capsys, *by_file, "--ignore-other", "--columns", "yaw=HeadYaw") == by_posture
+    assert said(capsys, *by_file, "--columns", "state=", "--columns", "yaw=HeadYaw") == by_posture
+
+
 def test_solutions_are_near_the_reference(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
     near = nao.posture("Crouch")
     file = tmp_path / "near.csv"
@@ -355,6 +371,8 @@ def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tm
         (("LArm", "--target", "0.1 0.1 0", "--direction", "1 0 0", "--criterion", "limits"), "leave out --criterion"),
         (("LArm", "--target", "0.1 0.1 0", "--reference", "Crough"), "nearest: Crouch"),
         (("LArm", "--target", "0.1 0.1 0", "--reference", "no.csv"), "cannot be read"),
+        (("LArm", "--target", "0.1 0.1 0", "--ignore-other"), "for a file of configurations; name it with --reference"),
+        (("LArm", "--target", "0.1 0.1 0", "--reference", "Crouch", "--columns", "a="), "--reference is a posture"),
         (("LArm", "no.csv"), "cannot be read"),
         (("Legs", "--target", "0 0 0"), "expected 12, 14 or 32"),
         (("Legs", "--target", words(np.zeros(12)), "--numeric"), "Legs are two"),

@@ -8,6 +8,8 @@ import io
 import json
 import re
 from collections.abc import Callable
+from contextlib import closing
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ from nao_kin.configuration_files import read_configurations, read_log
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.stream import csv_source
 from nao_kin.stream import run as run_module
+from nao_kin.stream.blocks import TableOptions
 
 ROWS = 40
 TIMES = np.round(0.02 * np.arange(ROWS) + 0.01, 6)
@@ -152,6 +155,162 @@ def test_times_are_seconds_or_what_their_unit_or_size_says(
     assert np.array_equal(pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy(), expected)
     assert log.notes == result.notes
     assert [re.search(r"taken as (\w+) since 1970", line)[1] for line in log.notes] == [note] * bool(note)
+
+
+def _iso(seconds: float, form: str) -> str:
+    """The time so long after 23:59:59.5 on the last day of February 2028, a leap year."""
+    moment = datetime(2028, 2, 29, 23, 59, 59, 500_000) + timedelta(seconds=seconds)
+    if form == "offsets":  # another one in every row
+        zone, minutes = (("+00:30", 30), ("-0130", -90), ("+02", 120))[round(seconds / 0.02) % 3]
+        return (moment + timedelta(minutes=minutes)).isoformat(timespec="microseconds") + zone
+    if form == "ns":
+        return moment.isoformat(timespec="microseconds") + "001"
+    if form == "logging":
+        return moment.strftime("%Y-%m-%d %H:%M:%S,") + f"{moment.microsecond // 1000:03d}"
+    return moment.isoformat(sep=" " if form == "space" else "T", timespec="milliseconds") + ("Z" if form == "Z" else "")
+
+
+ISO_FORMS = ("T", "space", "Z", "offsets", "ns", "logging")
+
+
+def _iso_text(nao: nk.NaoModel, q: np.ndarray, form: str, heading: str = "time") -> str:
+    stamps = np.array([_iso(time, form) for time in TIMES], dtype=object)
+    return (
+        _text({**_table(nao, q), heading: stamps}, ";")
+        if form == "logging"
+        else _text({heading: stamps, **_table(nao, q)})
+    )
+
+
+@pytest.mark.parametrize("form", ISO_FORMS)
+@pytest.mark.parametrize("large", [False, True], ids=["", "large"])
+def test_dates_and_times_are_seconds_from_the_first_row(
+    nao: nk.NaoModel,
+    q: np.ndarray,
+    tmp_path: Path,
+    small_blocks: None,
+    monkeypatch: pytest.MonkeyPatch,
+    form: str,
+    large: bool,
+) -> None:
+    if large:
+        monkeypatch.setattr("nao_kin.configuration_files._LARGE", 0)
+    source, expected = tmp_path / "log.csv", TIMES - TIMES[0]
+    for heading in ("time", "Stamp", "t [s]"):
+        source.write_text(_iso_text(nao, q, form, heading))
+        log = read_log(nao, source)
+        assert np.allclose(log.times, expected, rtol=0, atol=1e-9)
+        assert np.array_equal(log.q, q)
+        assert log.notes == ()
+        motion = nk.motion.read_motion(source, robot=nao)
+        assert np.array_equal(motion.key_times, log.times)
+        assert np.array_equal(motion.configurations(nao).q, q)
+        nk.stream.fk(nao, source, "Head", tmp_path / "poses.parquet")
+        poses = pyarrow.parquet.read_table(tmp_path / "poses.parquet")
+        assert np.array_equal(poses["time"].to_numpy(), log.times)
+    objects = [nao.angles(row) | {"time": _iso(time, form)} for time, row in zip(TIMES, q, strict=True)]
+    (tmp_path / "log.json").write_text(json.dumps(objects))
+    assert np.array_equal(read_log(nao, tmp_path / "log.json").times, log.times)
+
+
+def test_fractions_of_seconds_do_not_tell_the_mark_of_numbers(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    source = tmp_path / "log.csv"
+    header, *rows = _text(_table(nao, q), ";", ",").splitlines()
+    rows = [f"{_iso(time, 'T')};{row}" for time, row in zip(TIMES, rows, strict=True)]
+    source.write_text("\n".join([f"time;{header}", *rows]))
+    assert np.array_equal(read_log(nao, source).q, q)
+    assert np.allclose(read_log(nao, source).times, TIMES - TIMES[0], rtol=0, atol=1e-9)
+    assert np.array_equal(nk.motion.read_motion(source).configurations(nao).q, q)
+
+
+def test_a_header_in_a_comment_stands_above_dates_too(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("# robot 7\n# " + _iso_text(nao, q, "space"))
+    log = read_log(nao, tmp_path / "log.csv")
+    assert np.array_equal(log.q, q)
+    assert np.allclose(log.times, TIMES - TIMES[0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("first", "bad", "message"),
+    [
+        ("2028-02-29T12:00:00", "2027-02-29T12:00:01", "expected a time such as 2026-03-01T12:00:00.5"),
+        ("2028-02-29T12:00:00", "2028-02-29T25:00:01", "expected a time such as 2026-03-01T12:00:00.5"),
+        ("2028-02-29T12:00:00", "12.5", "expected a time such as 2026-03-01T12:00:00.5"),
+        ("2028-02-29T12:00:00", "2028-02-29T12:00:01Z", "which has a time zone; the first time has none"),
+        ("2028-02-29T12:00:00+01:00", "2028-02-29T12:00:01", "which has no time zone; the first time has one"),
+        ("12.5", "2028-02-29T12:00:01", "expected a finite number"),
+    ],
+)
+@pytest.mark.parametrize("large", [False, True], ids=["", "large"])
+def test_a_bad_time_is_named_with_its_line_and_column(
+    nao: nk.NaoModel,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    first: str,
+    bad: str,
+    message: str,
+    large: bool,
+) -> None:
+    if large:
+        monkeypatch.setattr("nao_kin.configuration_files._LARGE", 0)
+    source, values = tmp_path / "log.csv", list(nao.angles(nao.posture("Stand")).values())
+    rows = [[values[0], time, *values[1:]] for time in (first, bad)]
+    names = list(nao.angles(nao.posture("Stand")))
+    source.write_text("\n".join(",".join(map(str, row)) for row in [[names[0], "time", *names[1:]], *rows]))
+    says = re.escape(f"log.csv, line 3, column 2: time is '{bad}', {message}")
+    with pytest.raises(BadInputFile, match=says):
+        read_log(nao, source)
+    with pytest.raises(BadInputFile, match=says):
+        nk.motion.read_motion(source)
+    with pytest.raises(BadInputFile, match=says):
+        nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
+    result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy", on_error="skip")
+    assert (result.rows_written, result.bad_rows) == (1, 1)
+    stamped = [{**dict(zip(names, values, strict=True)), "time": time} for time in (first, bad)]
+    (tmp_path / "log.json").write_text(json.dumps(stamped))
+    if first != "12.5":
+        with pytest.raises(BadInputFile, match=re.escape(f"configuration 1: time is '{bad}', {message}")):
+            read_log(nao, tmp_path / "log.json")
+
+
+def test_dates_and_times_in_joint_columns_are_refused(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    source = tmp_path / "log.csv"
+    stamps = np.array([_iso(time, "T") for time in TIMES], dtype=object)
+    source.write_text(_text({"time": stamps, **_table(nao, q), "HeadYaw": stamps}))
+    for read in (lambda: read_log(nao, source), lambda: nk.motion.read_motion(source)):
+        with pytest.raises(BadInputFile, match=r"line 2, column 2: HeadYaw is '2028-.*expected a finite number"):
+            read()
+
+
+def test_times_of_several_files_count_from_the_first_row_of_the_first(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None
+) -> None:
+    lines = _iso_text(nao, q, "Z").splitlines()
+    (tmp_path / "log_1.csv").write_text("\n".join(lines[:25]) + "\n")
+    (tmp_path / "log_2.csv").write_text("\n".join([lines[0], *lines[25:]]) + "\n")
+    nk.stream.fk(nao, str(tmp_path / "log_?.csv"), "Head", tmp_path / "poses.parquet")
+    times = pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy()
+    assert np.allclose(times, TIMES - TIMES[0], rtol=0, atol=1e-9)
+    for form, message in (("T", "its times have no time zone, those of"), ("", "its times are numbers, those of")):
+        text = _iso_text(nao, q, form) if form else _text({"time": TIMES, **_table(nao, q)})
+        (tmp_path / "other.csv").write_text(text)
+        with pytest.raises(BadInputFile, match=rf"other.csv: {message} .*log_1.csv"):
+            nk.stream.fk(nao, [tmp_path / "log_1.csv", tmp_path / "other.csv"], "Head", tmp_path / "p.npy")
+
+
+def test_times_count_from_the_first_row_where_a_run_goes_on(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None
+) -> None:
+    (tmp_path / "log.csv").write_text(_iso_text(nao, q, "T"))
+
+    def source() -> closing[csv_source.CsvSource]:
+        return closing(csv_source.CsvSource(str(tmp_path / "log.csv"), nao, TableOptions()))
+
+    with source() as whole, source() as rest:
+        first, second, *_ = whole.blocks(whole.start)
+        again = next(rest.blocks(first.end))
+    assert np.array_equal(again.times, second.times)
+    assert again.times[0] > 0.0
 
 
 def test_stamps_of_arrow_are_times(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:

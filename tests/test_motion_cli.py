@@ -99,12 +99,35 @@ def test_convert_writes_to_standard_output_for_a_hyphen(
 def test_columns_that_name_no_joint_are_left_out_when_asked(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     log.write_text("time,HeadYaw,Battery\n0,0.1,12\n1,0.2,12\n", encoding="utf-8")
-    assert "--ignore-other of nao-kin motion, leaves it out" in _refused(capsys, "motion", "info", str(log))
+    assert "--ignore-other of nao-kin motion, fk and view, leaves it out" in _refused(
+        capsys, "motion", "info", str(log)
+    )
     for command, *more in (["info"], ["check"], ["convert", str(tmp_path / "nod.json")]):
         assert run(["motion", command, str(log), *more, "--ignore-other", "--json"]) == 0
         out, err = capsys.readouterr()
         assert json.loads(out)["joints"] == ["HeadYaw"]
         assert "left out what is no joint: Battery" in err
+
+
+def test_fk_and_view_leave_out_columns_of_a_motion_that_name_no_joint(
+    capsys: pytest.CaptureFixture, tmp_path: Path
+) -> None:
+    motion, clean = tmp_path / "log.csv", tmp_path / "clean.csv"
+    motion.write_text("time,HeadYaw,state\n0,0.1,walk\n1,0.2,stand\n", encoding="utf-8")
+    clean.write_text("time,HeadYaw\n0,0.1\n1,0.2\n", encoding="utf-8")
+    for options in (["--rate", "4"], ["--posture", "Stand"], ["-o", "-"]):
+        assert run(["fk", str(clean), "--frame", "Head", *options]) == 0
+        expected = capsys.readouterr().out
+        assert "--ignore-other" in _refused(capsys, "fk", str(motion), "--frame", "Head", *options)
+        assert run(["fk", str(motion), "--frame", "Head", *options, "--ignore-other"]) == 0
+        out, err = capsys.readouterr()
+        assert out == expected
+        assert "left out what is no joint: state" in err
+    page = str(tmp_path / "page.html")
+    assert "--ignore-other" in _refused(capsys, "view", str(motion), "--html", page)
+    assert run(["view", str(motion), "--html", page, "--ignore-other"]) == 0
+    assert "left out what is no joint: state" in capsys.readouterr().err
+    assert "--columns is for whole" in _refused(capsys, "fk", str(motion), "--columns", "state=", "--frame", "Head")
 
 
 def test_info_has_joints_keys_times_and_ranges(capsys: pytest.CaptureFixture, nod: str) -> None:

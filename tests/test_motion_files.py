@@ -193,7 +193,9 @@ def test_the_motors_of_webots_hands_are_one_joint(tmp_path: Path, recwarn: pytes
 def test_what_names_no_joint_is_left_out_when_asked(tmp_path: Path, name: str, text: str) -> None:
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(BadInputFile, match="ignore_other=True, or --ignore-other of nao-kin motion, leaves it out"):
+    with pytest.raises(
+        BadInputFile, match="ignore_other=True, or --ignore-other of nao-kin motion, fk and view, leaves it out"
+    ):
         read_motion(path)
     with pytest.warns(MotionFileWarning, match="left out what is no joint: (Battery|Wheel)"):
         motion = read_motion(path, ignore_other=True)

@@ -13,6 +13,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
+from nao_kin.naoqi import NaoqiError, VirtualNao
 from nao_kin.rotations import matrix_from_rpy
 
 JOINTS = {"HeadYaw": 0.01, "LHipYawPitch": -0.02, "RHipYawPitch": 0.015, "RKneePitch": 0.03, "LElbowRoll": -0.04}
@@ -131,6 +132,16 @@ def test_closed_forms_hold_where_the_geometry_does_and_say_why_where_not(nao: nk
     target = knee.fk(q, "LLeg")
     numeric = nk.ik.numeric(knee, "LLeg", target, reference=nao.posture("Stand"))
     assert np.abs(knee.fk(numeric.q, "LLeg") - target).max() < 1e-6
+
+
+def test_a_virtual_nao_with_calibrated_legs_says_why_it_does_not_walk(nao: nk.NaoModel) -> None:
+    with VirtualNao(nao.with_offsets({"HeadYaw": 0.01}), stepped=True, posture="StandInit") as virtual:
+        virtual.call("ALMotion", "wakeUp")
+        assert virtual.call("ALMotion", "moveTo", 0.02, 0.0, 0.0)
+    with VirtualNao(nao.with_offsets({"LHipRoll": 0.01}), stepped=True, posture="StandInit") as virtual:
+        virtual.call("ALMotion", "wakeUp")
+        with pytest.raises(NaoqiError, match=r"moveTo\s.*no leg that the closed form fits"):
+            virtual.call("ALMotion", "moveTo", 0.02, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(

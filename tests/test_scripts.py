@@ -473,6 +473,21 @@ def test_the_command_makes_a_robot_of_its_own(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (3, "0.7 ['nao.local', '--x']\n"), done.stderr
 
 
+def test_the_robot_of_the_command_may_be_calibrated(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("frames = {CameraTop = [0.01, 0, 0, 0, 0.02, 0]}")
+    script = tmp_path / "camera.py"
+    script.write_text(
+        "from naoqi import ALProxy\nmotion = ALProxy('ALMotion', 'nao.local', 9559)\n"
+        "print(*motion.getTransform('CameraTop', 0, True))\n"
+    )
+    command = [sys.executable, "-m", "nao_kin", "run", str(script), "--offsets", "mine.toml"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    mine = nk.load_nao(offsets=tmp_path / "mine.toml")
+    expected = mine.fk(mine.clamp(mine.posture("Crouch")), "CameraTop")
+    assert np.allclose(np.reshape([float(word) for word in done.stdout.split()], (4, 4)), expected, atol=1e-6)
+
+
 @pytest.mark.parametrize("options", [(), ("--asleep",)])
 def test_a_script_that_never_asks_for_stiffness_moves_or_is_told_so(tmp_path: Path, options: tuple[str, ...]) -> None:
     script = tmp_path / "head.py"
@@ -538,6 +553,7 @@ def test_a_script_ends_with_its_own_code_and_all_that_it_printed(
             ("x.py", "--port", "1", "--behaviors", "."),
             "--behaviors is for a virtual NAO of the script's",
         ),
+        (("x.py", "--port", "1", "--offsets", "mine.toml"), "--offsets is for a virtual NAO of the script's own"),
         (("x.py", "--port", "1", "--view"), "--view is for a virtual NAO of the script's own; leave out --port"),
     ],
 )

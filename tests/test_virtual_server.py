@@ -24,7 +24,9 @@ from free_ports import free_port
 import nao_kin as nk
 from nao_kin._common.compiler import compiles
 from nao_kin.cli.app import run
+from nao_kin.cli.live_page import LivePage
 from nao_kin.cli.serve import follow
+from nao_kin.cli.serve import served as served_nao
 from nao_kin.errors import BadArgument, MissingExtra
 from nao_kin.naoqi import OpenToOthersWarning, QiServer, VirtualNao
 
@@ -429,6 +431,26 @@ def test_it_may_begin_awake_and_says_of_a_chain_once_that_it_does_not_move(serve
     assert "setAngles (task 1): HeadYaw, HeadPitch without stiffness: no movement" in errors
 
 
+def test_a_calibrated_robot_is_served_and_shown(
+    serve: Callable[..., Served], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("[joints]\nHeadYaw = 0.1\n\n[frames]\nCameraTop = [0.01, 0, 0, 0, 0.02, 0]\n")
+    mine = nk.load_nao(offsets=path)
+    T_torso_camera = mine.fk(mine.posture("StandInit"), "CameraTop")
+    served = serve("--offsets", str(path), "--posture", "StandInit")
+    found = _found(served, "found['camera'] = motion.getTransform('CameraTop', 0, True)")
+    assert np.allclose(np.reshape(found["camera"], (4, 4)), T_torso_camera, atol=1e-6)
+    shown: list[nk.RobotModel] = []
+    true_viewer = LivePage.viewer
+    monkeypatch.setattr(LivePage, "viewer", lambda page, robot: shown.append(robot) or true_viewer(page, robot))
+    page = LivePage(None, 0, None, None)
+    given = {"host": "127.0.0.1", "port": 0, "speed": 1.0, "posture": "Crouch", "awake": False, "behaviors": None}
+    with served_nao("v6", offsets=str(path), page=page, kinds=(), **given):
+        assert shown[0].base == "floating"
+        assert np.allclose(shown[0].fk(shown[0].posture("StandInit"), "CameraTop"), T_torso_camera)
+
+
 def test_the_live_page_follows_the_robot_through_the_world(nao: nk.NaoModel) -> None:
     ended, viewer = threading.Event(), nk.Viewer(nk.load_nao(base="floating"))
     with VirtualNao(nao, stepped=True) as virtual:
@@ -520,6 +542,7 @@ def test_a_port_in_use_is_named(capsys: pytest.CaptureFixture[str], shared: Serv
         (("--speed", "nan"), "speed must be finite"),
         (("--posture", "Standing"), "nearest: Stand"),
         (("--version", "v7"), "v6"),
+        (("--offsets", "none.toml"), "none.toml"),
     ],
 )
 @pytest.mark.filterwarnings("ignore::nao_kin.naoqi.OpenToOthersWarning")
@@ -537,7 +560,7 @@ def test_help_gives_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["serve", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: nao-kin serve" in out
-    for option in "--port --host --version --speed --posture --awake --behaviors --view --log --json".split():
+    for option in "--port --host --version --offsets --speed --posture --awake --behaviors --view --log --json".split():
         assert option in out
 
 

@@ -11,6 +11,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import nao_kin as nk
+from nao_kin._common.kernel_cache import KeptKernel
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
 from nao_kin.naoqi.virtual.service import KERNELS
@@ -1110,6 +1111,28 @@ def test_what_must_be_compiled_is_so_before_the_lock_is_taken(
     else:
         virtual.services["ALMotion"].invoke(method, *arguments)
     assert set(asked) == kernels
+
+
+@pytest.mark.parametrize(
+    ("service", "method", "arguments"),
+    [
+        ("ALTracker", "lookAt", ([1.0, 0.3, 0.2], 0, 0.5, False)),
+        ("ALTracker", "lookAt", ([-1.0, 2.0, 0.1], 0, 0.5, False)),  # out of reach
+        ("ALMotion", "setPositions", ("Head", 0, [0.0, 0.0, 0.1, 0.0, 0.1, 0.2], 0.5, 56)),
+        ("ALMotion", "setPositions", ("LLeg", 0, [0.0, 0.05, -0.3, 0.0, 0.0, 0.0], 0.5, 63)),
+    ],
+)
+def test_a_call_that_names_no_kernel_loads_none(
+    virtual: VirtualNao, monkeypatch: pytest.MonkeyPatch, service: str, method: str, arguments: tuple[Any, ...]
+) -> None:
+    def ready(kernel: KeptKernel) -> None:
+        raise AssertionError(f"{kernel.name} is loaded while the lock is held")
+
+    monkeypatch.setattr(KeptKernel, "in_memory", False)
+    monkeypatch.setattr(KeptKernel, "ready", ready)
+    monkeypatch.setattr(KeptKernel, "compile_in_background", ready)
+    assert virtual.services[service].kernels_for(method, arguments) == frozenset()
+    virtual.services[service].invoke(method, *arguments)
 
 
 def test_robot_time_stands_still_while_a_call_waits_for_its_kernels(

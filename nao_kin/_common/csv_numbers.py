@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.scalars import decimal
+from nao_kin._common.headings import IsoTimes, is_decimal, is_iso_time
 
 DELIMITERS = ",;\t"
 # By one thread.
@@ -29,6 +29,8 @@ _COMMENTS = ("#", "%", "//")
 # As much of the rows as shows how they write fractions.
 _SHOWN_ROWS = 1 << 16
 _COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
+# Those of times, which may have another mark than numbers have.
+_SECONDS_FRACTION = re.compile(rb":\d\d[.,]\d+")
 
 
 def delimiter_of(header: str) -> str:
@@ -79,26 +81,35 @@ def csv_head(block: bytes, *, at_end: bool = True) -> CsvHead:
     delimiter = delimiter_of(lines[above].decode("utf-8", "replace")) if above < len(lines) else ","
     last, fields, problem = next(iter(Records(block[size:], delimiter, at_end=at_end)), (0, [], ""))
     line = above + last if last else 0
-    if comment and fields and all(map(_is_number, fields)):
+    if comment and fields and all(is_decimal(field) or is_iso_time(field) for field in fields):
         fields, line = next(csv.reader([comment], delimiter=delimiter)), comment_line
     else:
         above += last
         size += sum(map(len, lines[above - last : above]))
-    rows = block[size : size + _SHOWN_ROWS]
+    rows = _SECONDS_FRACTION.sub(b"", block[size : size + _SHOWN_ROWS]) if delimiter != "," else b""
     commas = delimiter != "," and bool(_COMMA_FRACTION.search(rows)) and not _POINT_FRACTION.search(rows)
     return CsvHead(tuple(fields), line, problem, delimiter, "," if commas else ".", above, size)
 
 
-def _is_number(field: str) -> bool:
-    try:
-        decimal(field.replace(",", "."))
-    except ValueError:
-        return False
-    return True
+def iso_times(rows: bytes, delimiter: str, place: int) -> IsoTimes | None:
+    """The times in a column of a table, as the first rows write them; None where they are numbers.
+
+    Args:
+        rows: those of the table, or the first of them.
+        delimiter: between fields.
+        place: of the column, from 0.
+    """
+    records = Records(rows[:_SHOWN_ROWS], delimiter, at_end=False)
+    return IsoTimes.of(fields[place] for _, fields, _ in records if len(fields) > place)
 
 
 def quick_numbers(
-    block: bytes, columns: int, delimiter: str, places: Sequence[int] | None = None, mark: str = "."
+    block: bytes,
+    columns: int,
+    delimiter: str,
+    places: Sequence[int] | None = None,
+    mark: str = ".",
+    times: IsoTimes | None = None,
 ) -> Floats | None:
     """The numbers of a block of whole lines, shape (n, columns); None where only the exact way can tell.
 
@@ -110,6 +121,7 @@ def quick_numbers(
         delimiter: between them.
         places: the columns that are read, in this order; None for all.
         mark: of decimal fractions.
+        times: reads the last of `places`; None where it has numbers.
     """
     if b'"' in block:
         return None
@@ -118,13 +130,16 @@ def quick_numbers(
 
     names = [str(column) for column in range(columns)]
     read = names if places is None else [names[place] for place in places]
+    types = dict.fromkeys(read, pa.float64())
+    if times is not None:
+        types[read[-1]] = pa.string()
     try:
         table = pyarrow_csv.read_csv(
             pa.BufferReader(block),
             pyarrow_csv.ReadOptions(column_names=names, block_size=_PARSED_AT_ONCE),
             pyarrow_csv.ParseOptions(delimiter=delimiter, quote_char=False),
             pyarrow_csv.ConvertOptions(
-                column_types=dict.fromkeys(read, pa.float64()),
+                column_types=types,
                 include_columns=read,
                 null_values=[],
                 decimal_point=mark,
@@ -134,7 +149,10 @@ def quick_numbers(
         return None
     numbers = np.empty((table.num_rows, len(read)))
     for column, values in enumerate(table.itercolumns()):
-        numbers[:, column] = values.to_numpy()
+        if times is not None and column == len(read) - 1:
+            numbers[:, column] = times.all_seconds(values.to_pylist())
+        else:
+            numbers[:, column] = values.to_numpy()
     return numbers if np.isfinite(numbers).all() else None
 
 

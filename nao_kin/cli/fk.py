@@ -167,14 +167,13 @@ def fk(
     timed = log is not None and log.timed
     if not (moves or timed or (one == "-" and output is not None)):
         refuse_motion_options(one or (files[0] if files else None), hips=hips)
-    if moves and (renamed or ignore_other):
-        raise BadArgument(
-            f"--columns and --ignore-other are for whole configurations; {quoted(one)} is read as a motion"
-        )
+    if moves and renamed:
+        raise BadArgument(f"--columns is for whole configurations; {quoted(one)} is read as a motion")
     rule: Any = "average" if hips is None and timed else hips  # as of a motion
     rows: Configurations | None = None
     if moves and one is not None:
-        path = trajectory(model, read(model, one, deg=deg, timeline=timeline), posture=posture, hips=hips, rate=rate)
+        motion = read(model, one, deg=deg, timeline=timeline, ignore_other=ignore_other)
+        path = trajectory(model, motion, posture=posture, hips=hips, rate=rate)
         rows = stream.Configurations(within_limits(model, one, path, limits, deg=deg), path.times, one)
     if output is not None:
         result = stream.fk(

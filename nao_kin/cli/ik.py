@@ -18,7 +18,9 @@ from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
 from nao_kin._text import quoted
 from nao_kin.cli.options import (
+    ColumnsOption,
     DegOption,
+    IgnoreOtherOption,
     JsonOption,
     OffsetsOption,
     PackageDirOption,
@@ -26,6 +28,7 @@ from nao_kin.cli.options import (
     UrdfOption,
     VersionOption,
     XacroOption,
+    columns_of,
     command,
     load,
 )
@@ -121,6 +124,8 @@ def ik(
             metavar="POSTURE", help="A posture or a file of configurations to be near. Default: all joints at zero."
         ),
     ] = None,
+    columns: ColumnsOption = None,
+    ignore_other: IgnoreOtherOption = False,
     all_: Annotated[bool, typer.Option("--all", help="Print every solution.")] = False,
     ignore_limits: Annotated[bool, typer.Option("--ignore-limits", help="Take joints wherever they are.")] = False,
     numeric: Annotated[bool, typer.Option("--numeric", help="Search, also where there is a closed form.")] = False,
@@ -157,6 +162,8 @@ def ik(
             raise BadArgument(
                 f"--html {html} and {'--json' if json else '--csv'} both write to standard output; give one"
             )
+    if reference is None and (columns or ignore_other):
+        raise BadArgument("--columns and --ignore-other are for a file of configurations; name it with --reference")
     model = load(version, urdf, robot, package_dir, xacro, offsets)
     frames = _FEET if frame == LEGS else (frame,)
     model.frame_ids(frames)
@@ -165,7 +172,9 @@ def ik(
     else:
         roots = (model.semantics.root, model.tree.root, *(("world",) if "world" not in model.frame_names else ()))
         targets = read_targets(str(file), frames, degrees=deg, roots=roots)
-    near = None if reference is None else _reference(model, reference, len(targets.values), deg)
+    near = None
+    if reference is not None:
+        near = _reference(model, reference, len(targets.values), deg, columns_of(columns), ignore_other)
     towards = None if direction is None else numbers_of(direction, "--direction")
     if towards is not None and len(towards) != 3:
         raise BadArgument(f"--direction {quoted(direction)}: {len(towards)} numbers, expected 3")
@@ -196,16 +205,25 @@ def ik(
         raise typer.Exit(1)
 
 
-def _reference(model: RobotModel, reference: str, targets: int, deg: bool) -> Floats:
+def _reference(
+    model: RobotModel,
+    reference: str,
+    targets: int,
+    deg: bool,
+    columns: dict[str, str | None] | None,
+    ignore_other: bool,
+) -> Floats:
     """The configuration, or one for each target, that --reference names."""
     if reference in model.posture_names:
+        if columns or ignore_other:
+            raise BadArgument("--columns and --ignore-other are for a file of configurations; --reference is a posture")
         return model.posture(reference)
     if reference != "-" and Path(reference).suffix.lower() not in (".csv", ".json") and not Path(reference).exists():
         hint = "or a CSV or JSON file of configurations"
         raise UnknownName("posture", reference, model.posture_names, hint)
-    from nao_kin.configuration_files import read_configurations
+    from nao_kin.configuration_files import read_log
 
-    q, _ = read_configurations(model, reference, limits="ignore", degrees=deg)
+    q = read_log(model, reference, limits="ignore", degrees=deg, columns=columns, ignore_other=ignore_other).q
     if len(q) not in (1, targets):
         raise BadArgument(
             f"--reference {reference}: {len(q)} configurations for {targets} targets; give one, or as many"

@@ -8,7 +8,7 @@ import typer
 
 from nao_kin._common.scalars import whole_number
 from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
-from nao_kin.cli.options import VersionOption, command
+from nao_kin.cli.options import OffsetsOption, VersionOption, command
 from nao_kin.cli.output import print_note
 from nao_kin.cli.serve import BehaviorsOption
 from nao_kin.errors import BadArgument
@@ -29,6 +29,7 @@ def run(
         str | None, typer.Option(metavar="ADDRESS", help=f"Address of that server. Default: {_HOST}.")
     ] = None,
     version: VersionOption = "v6",
+    offsets: OffsetsOption = None,
     speed: Annotated[
         float | None, typer.Option(metavar="X", help="Seconds of the virtual NAO's time in one second. Default: 1.")
     ] = None,
@@ -60,6 +61,7 @@ def run(
 
         with served(
             version,
+            offsets=offsets,
             host=_HOST,
             port=0,
             speed=1.0 if speed is None else speed,
@@ -74,6 +76,7 @@ def run(
             code = run_script(script, given, endpoint=where_it_is["endpoint"])
     else:
         for option, used in (
+            ("--offsets", offsets is not None),
             ("--speed", speed is not None),
             ("--posture", posture is not None),
             ("--asleep", asleep),

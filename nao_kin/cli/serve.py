@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nao_kin.cli.live_page import AllowHostOption, LivePage, PageHostOption, PagePortOption, TokenOption
-from nao_kin.cli.options import JsonOption, VersionOption, command
+from nao_kin.cli.options import JsonOption, OffsetsOption, VersionOption, command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument
 
@@ -35,6 +35,7 @@ def serve(
         str, typer.Option(metavar="ADDRESS", help="Address to listen on; qi has no passwords, so keep others out.")
     ] = "127.0.0.1",
     version: VersionOption = "v6",
+    offsets: OffsetsOption = None,
     speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
     posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
     view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
@@ -60,6 +61,7 @@ def serve(
         page.refuse("add --view")
     with served(
         version,
+        offsets=offsets,
         host=host,
         port=port,
         speed=speed,
@@ -82,6 +84,7 @@ def serve(
 def served(
     version: str,
     *,
+    offsets: str | None,
     host: str,
     port: int,
     speed: float,
@@ -95,6 +98,7 @@ def served(
 
     Args:
         version: of the NAO.
+        offsets: file of its calibrated joints and frames; None for none.
         host: address to listen on.
         port: port to listen on; 0 for a free one.
         speed: seconds of its time in one second.
@@ -109,12 +113,12 @@ def served(
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
 
     Raises:
-        NaoKinError: qi is not installed, the port is in use, no such version, posture or speed.
+        NaoKinError: qi is not installed, the port is in use, no such version, posture or speed, or bad offsets.
     """
     from nao_kin import load_nao
     from nao_kin.naoqi import QiServer, VirtualNao
 
-    robot = load_nao(version)
+    robot = load_nao(version, offsets=offsets)
     with ExitStack() as running:
 
         def watcher(change: Change) -> None:
@@ -129,7 +133,7 @@ def served(
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
         if page is not None:
-            viewer = running.enter_context(closing(page.viewer(load_nao(version, base="floating"))))
+            viewer = running.enter_context(closing(page.viewer(load_nao(version, base="floating", offsets=offsets))))
             done["url"] = page.address(viewer)
             ended = threading.Event()
             follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)

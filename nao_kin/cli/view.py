@@ -16,7 +16,7 @@ from nao_kin._common.scalars import decimal
 from nao_kin._text import quoted
 from nao_kin.cli.fk import one_configuration
 from nao_kin.cli.live_page import AllowHostOption, HostOption, LivePage, PortOption, TokenOption
-from nao_kin.cli.motion_input import is_motion, read, refuse_motion_options, trajectory
+from nao_kin.cli.motion_input import is_motion, log_columns, read, refuse_motion_options, trajectory
 from nao_kin.cli.options import (
     ColumnsOption,
     DegOption,
@@ -135,8 +135,8 @@ def view(
     # Read before any mesh: what is wrong with the file is said at once.
     q: Floats | None = None
     many, speed = False, _FPS if fps is None else fps
-    if file is not None and moves and not (renamed or ignore_other):
-        motion = read(model, file, deg=deg, timeline=timeline)
+    if file is not None and moves and not renamed and not (ignore_other and log_columns(model, file, None)):
+        motion = read(model, file, deg=deg, timeline=timeline, ignore_other=ignore_other)
         sampling = rate if rate is not None else speed
         q, many = trajectory(model, motion, posture=posture, hips=hips, rate=sampling).q, True
         speed = sampling if fps is None else fps

@@ -119,9 +119,10 @@ class CsvSource(Source):
             head[: beginning.size].decode("utf-8")
         except UnicodeDecodeError as error:
             raise BadInputFile(self.path, f"not UTF-8 text (byte {mark + error.start})") from None
-        self.table = options.table(self.path, beginning.fields, robot, beginning.line)
         self.start = mark + beginning.size, beginning.lines
         self._rest = head[beginning.size :]
+        table = options.table(self.path, beginning.fields, robot, beginning.line)
+        self.table = table.with_times_of(self._rest, self._delimiter)
 
     def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
         """Whole lines, of about `BYTES_AT_ONCE`, and whether the file ends with them; what is behind is kept."""
@@ -141,7 +142,8 @@ class CsvSource(Source):
         """The rows of a block, and how much of it they are."""
         if b'"' in block:
             return self._read_exactly(block, at_end=at_end)
-        numbers = quick_numbers(block, self.table.all, self._delimiter, self.table.places, self._mark)
+        table = self.table
+        numbers = quick_numbers(block, table.all, self._delimiter, table.places, self._mark, table.iso_times)
         if numbers is not None:
             return len(block), _Rows(numbers, {})
         middle = whole_lines(block[: len(block) // 2])
@@ -157,7 +159,7 @@ class CsvSource(Source):
         """The rows of a block, field by field."""
         records = Records(block, self._delimiter, at_end=at_end)
         # Then `float` takes only decimal digits.
-        plain = self._mark == "." and block.isascii() and b"_" not in block
+        plain = self._mark == "." and block.isascii() and b"_" not in block and self.table.iso_times is None
         values: list[list[float]] = []
         problems: dict[int, tuple[int, str]] = {}
         table = self.table

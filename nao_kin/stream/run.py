@@ -69,7 +69,8 @@ def fk(
 
     The endings of the names say what the files are. A source is CSV (.csv; also without an ending, and "-" for standard
     input), packed CSV (.csv.gz), a NumPy array of configurations (N, nq) (.npy), Parquet (.parquet) or Arrow IPC
-    (.arrow, .feather); tables have one column per joint, in any order, and may have one of times. A sink is CSV,
+    (.arrow, .feather); tables have one column per joint, in any order, and may have one of times: numbers, stamps of
+    Arrow, or in CSV dates and times of ISO 8601, which are seconds from the first row of the first file. A sink is CSV,
     Parquet or Arrow with one record for each row and frame (the row, counted from 0, its time [s] if the source has
     times, the frame's name, and the numbers of the pose), or a NumPy array of shape (N, frames, 4, 4), or
     (N, frames, 7 or 6); without the axis of frames for one name that is no list.

@@ -80,6 +80,7 @@ class JoinedSource(Source):
             if file.table.timed != first.table.timed:
                 with_times, without = (first, file) if first.table.timed else (file, first)
                 raise BadInputFile(without.path, f"no column of times, which {abbreviated(with_times.path)} has")
+            _check_times_alike(file, first)
         self.path, self.table, self.start = first.path, first.table, (0, *first.start)
 
     @property
@@ -91,6 +92,8 @@ class JoinedSource(Source):
         """As `Source`."""
         for index in range(start[0], len(self._files)):
             with closing(_opened(self._files[index].path, self._robot, self._options)) as file:
+                # Times of ISO 8601 count from the first row of all.
+                file.table = replace(file.table, iso_times=self.table.iso_times)
                 for block in file.blocks(start[1:] if index == start[0] else file.start):
                     last = block.last and index + 1 == len(self._files)
                     yield replace(block, end=(index, *block.end), last=last, file=index)
@@ -98,6 +101,19 @@ class JoinedSource(Source):
     def fraction(self, place: Position) -> float:
         """As `Source`."""
         return (place[0] + (self._files[place[0]].fraction(place[1:]) or 0.0)) / len(self._files)
+
+
+def _check_times_alike(file: Source, first: Source) -> None:
+    """Refuse times that cannot be counted on from those of the first file."""
+    times, before = file.table.iso_times, first.table.iso_times
+    other = abbreviated(first.path)
+    if (times is None) != (before is None):
+        forms = "numbers", "dates and times"
+        given, expected = forms if times is None else forms[::-1]
+        raise BadInputFile(file.path, f"its times are {given}, those of {other} are {expected}")
+    if times is not None and before is not None and times.zoned != before.zoned:
+        given, expected = ("a", "none") if times.zoned else ("no", "one")
+        raise BadInputFile(file.path, f"its times have {given} time zone, those of {other} have {expected}")
 
 
 def _opened(path: str, robot: RobotModel, options: TableOptions) -> Source:

@@ -1,7 +1,7 @@
 """CSV: a header with units, a column of times, a column for each joint; an empty cell is no key.
 
-The delimiter is a comma, a semicolon or a tab; straight lines lie between the keys. Headings, comment lines above them
-and decimal commas are read as those of logs are.
+The delimiter is a comma, a semicolon or a tab; straight lines lie between the keys. Headings, comment lines above them,
+decimal commas, and dates and times of ISO 8601 are read as those of logs are.
 
     time [s], HeadYaw [deg], LHand [%]
     0.0, 0, 40
@@ -20,8 +20,17 @@ from typing import NamedTuple
 import numpy as np
 
 from nao_kin._common.arrays import Floats
-from nao_kin._common.csv_numbers import CsvHead, csv_head, plain_floats
-from nao_kin._common.headings import JOINT_UNITS, TIME_UNITS, in_si_units, is_index, read_heading, seconds, time_unit_of
+from nao_kin._common.csv_numbers import CsvHead, csv_head, iso_times, plain_floats
+from nao_kin._common.headings import (
+    JOINT_UNITS,
+    TIME_UNITS,
+    IsoTimes,
+    in_si_units,
+    is_index,
+    read_heading,
+    seconds,
+    time_unit_of,
+)
 from nao_kin._common.scalars import decimal
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
@@ -64,10 +73,15 @@ def read(source: Source) -> Motion:
         raise source.error("empty; expected a header with a time column")
     columns, other = _columns(source, head)
     rows, lines = [], []
-    rest = source.text.encode("utf-8", "replace")[head.size :].decode()
+    body = source.text.encode("utf-8", "replace")[head.size :]
+    rest = body.decode()
+    time = next(index for index, column in enumerate(columns) if column.is_time)
+    times = iso_times(body, head.delimiter, columns[time].place)
+    if times is not None:
+        columns[time] = columns[time]._replace(unit="s")
     reader = csv.reader(io.StringIO(rest, newline=""), delimiter=head.delimiter, strict=True)
     # Then `float` reads only decimal digits.
-    plain = rest.isascii() and "_" not in rest
+    plain = rest.isascii() and "_" not in rest and times is None
     try:
         for fields in reader:
             if not any(fields) or not any(field.strip() for field in fields):
@@ -79,7 +93,7 @@ def read(source: Source) -> Motion:
             if head.mark != ".":
                 fields = [field.replace(head.mark, ".") for field in fields]
             row = plain_floats(fields) if plain else None
-            rows.append(row or _cells(source, fields, columns, line))
+            rows.append(row or _cells(source, fields, columns, line, times))
             lines.append(line)
     except csv.Error as error:
         raise source.error(f"malformed CSV: {error}", Place(head.lines + reader.line_num)) from None
@@ -109,10 +123,17 @@ def _tracks(source: Source, columns: list[_Column], table: Floats, lines: list[i
     return tracks
 
 
-def _cells(source: Source, fields: list[str], columns: list[_Column], line: int) -> list[float]:
+def _cells(source: Source, fields: list[str], columns: list[_Column], line: int, times: IsoTimes | None) -> list[float]:
     """The numbers of a row, NaN where a cell is empty."""
     values = []
     for column, field in zip(columns, fields, strict=True):
+        if times is not None and column.is_time and field.strip():
+            try:
+                values.append(times.seconds(field))
+            except ValueError as error:
+                at = Place(line, column.place + 1)
+                raise source.error(f"{column.heading[:MOST_SHOWN]} {error}", at) from None
+            continue
         try:
             value = decimal(field) if field.strip() else math.nan
         except ValueError:

@@ -152,7 +152,7 @@ class Source:
         advice = "this is a Pepper's" if joint in _PEPPER else advice
         raise self.error(
             f"unknown joint {quoted(joint, MOST_SHOWN)} ({advice}); ignore_other=True, or --ignore-other of nao-kin "
-            "motion, leaves it out",
+            "motion, fk and view, leaves it out",
             place,
         )
 
