@@ -22,7 +22,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._common.arrays import Floats, as_numbers
+from nao_kin._common.choices import choice, flag, texts
 from nao_kin._common.csv_numbers import Records, csv_head, has_pyarrow, iso_times, plain_floats, quick_numbers
 from nao_kin._common.headings import (
     JOINT_UNITS,
@@ -35,9 +36,17 @@ from nao_kin._common.headings import (
     time_unit_of,
 )
 from nao_kin._common.input_text import read_text
-from nao_kin._common.scalars import decimal
+from nao_kin._common.scalars import decimal, whole_number
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
+from nao_kin.errors import (
+    BadArgument,
+    BadInputFile,
+    CouplingViolated,
+    OutsideLimits,
+    UnknownName,
+    WrongShape,
+    nearest_names,
+)
 from nao_kin.robot import LimitPolicy, RobotModel, check_robot
 
 # What two joints of one motor are made to where their values differ.
@@ -339,7 +348,7 @@ def table_columns(
         ignore_other: leave out columns of other names.
 
     Raises:
-        BadArgument: `columns` names a heading that is not there.
+        BadArgument: no robot, no list of texts, no line, or `columns` names a heading that is not there.
         BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
 
     Examples:
@@ -348,6 +357,9 @@ def table_columns(
             ...
         nao_kin.errors.BadInputFile: walk.csv, line 1: missing joints: HeadPitch, ...
     """
+    check_robot(robot)
+    name, headings, line = str(name), texts(headings, "headings"), whole_number(line, "line", 0)
+    degrees, ignore_other = flag(degrees, "degrees"), flag(ignore_other, "ignore_other")
     known = {*robot.joint_names, *robot.mimics}
     renamed = _renamed(name, headings, columns)
     names: list[str] = []
@@ -386,7 +398,10 @@ def table_columns(
 
 
 def _renamed(name: str, headings: Sequence[str], columns: Mapping[str, str | None] | None) -> dict[str, str | None]:
+    if not (columns is None or isinstance(columns, Mapping)):
+        raise BadArgument(f"columns must be a mapping of headings, got {quoted(columns)}")
     renamed = {} if columns is None else dict(columns)
+    texts([text for pair in renamed.items() for text in pair if text is not None], "columns")
     there = [heading.strip() for heading in headings]
     for heading in renamed:
         if heading not in there:
@@ -444,6 +459,8 @@ def log_columns(
     check_robot(robot)
     if not isinstance(path, (str, os.PathLike)):
         raise BadArgument(f"path must be a path, got {quoted(path)}")
+    if not (data is None or isinstance(data, bytes)):
+        raise BadArgument(f"data must be bytes, got {quoted(data)}")
     try:
         if data is None and Path(path).is_file():
             opened = gzip.open if Path(path).suffix.lower() == ".gz" else open
@@ -480,6 +497,11 @@ def shared_motors(
     Returns:
         The names and values, with one column for each motor that several columns are of.
 
+    Raises:
+        BadArgument: no robot, no list of names, no numbers.
+        WrongShape: not as many columns as names.
+        UnknownName: no such rule.
+
     Examples:
         >>> names = ["HeadYaw", "LHipYawPitch", "RHipYawPitch"]
         >>> values = np.array([[0.0, -0.25, -0.75]])
@@ -487,6 +509,11 @@ def shared_motors(
         >>> names, values.tolist()
         (('HeadYaw', 'LHipYawPitch'), [[0.0, -0.5]])
     """
+    check_robot(robot)
+    check_hips(hips)
+    names, values = texts(names, "names"), as_numbers(values, "values")
+    if values.ndim != 2 or values.shape[1] != len(names):
+        raise WrongShape("values", f"(n, {len(names)})", values.shape)
     motors: dict[str, list[int]] = {}
     for column, name in enumerate(names):
         mimic = robot.mimics.get(name)
@@ -523,13 +550,18 @@ def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
         unit: "s", "ms", "us", "µs" or "ns"; None where the file does not say it: "s", but for times since 1970 the one
             that their size fits.
 
+    Raises:
+        BadArgument: no numbers.
+        UnknownName: no such unit.
+
     Examples:
         >>> times, note = nk.configuration_files.times_in_seconds(np.array([1.7e12, 1.7e12 + 20.0]), None)
         >>> times.tolist(), note.partition(",")[0]
         ([1700000000.0, 1700000000.02], 'times are taken as ms since 1970')
     """
+    times = as_numbers(times, "times")
     if unit is not None:
-        return seconds(times, unit), ""
+        return seconds(times, choice(unit, TIME_UNITS, "unit of time")), ""
     unit = time_unit_of(times)
     note = f"times are taken as {unit} since 1970, by their size; a heading such as time [s] says otherwise"
     return seconds(times, unit), "" if unit == "s" else note

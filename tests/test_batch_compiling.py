@@ -136,6 +136,64 @@ def test_kernels_are_read_where_nobody_may_write(small: str, tmp_path: Path) -> 
     assert kept == {path: path.stat().st_mtime_ns for path in cache.rglob("*")}
 
 
+HOLDS_A_LOCK = """
+import fcntl, sys
+file = open(sys.argv[1], "r+b")
+fcntl.lockf(file, fcntl.LOCK_EX)
+print("locked", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_kernels_of_former_sources_are_removed_when_nobody_has_used_them_for_a_month(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernel_cache.KeptKernel, "_by_numba", lambda self, folder: self._function)
+    monkeypatch.setattr(kernel_cache, "_say", lambda message: None)
+
+    def used(folder: str, name: str = "made up") -> None:
+        kernel = kernel_cache.KeptKernel(_identity, "a kernel", name, lambda: "float64(float64)")
+        vars(kernel)["folder"] = tmp_path / folder
+        assert kernel(2.0) == 2.0
+
+    def age(folder: str, days: float, name: str = "made up") -> None:
+        then = time.time() - 86400 * days
+        os.utime(tmp_path / folder / name, (then, then))
+
+    def kept() -> str:
+        folders = {path.name for path in tmp_path.iterdir() if path.is_dir()}
+        assert {path.name for path in tmp_path.iterdir()} == folders | {f"{name}.lock" for name in folders}
+        return "".join(sorted(folders))
+
+    used("a")
+    used("x", "another")
+    age("a", 29)
+    age("x", 31, "another")
+    used("b")
+    age("a", 31)
+    used("b")
+    assert kept() == "abx"  # the use of today is noted already
+    age("b", 31)
+    used("b")
+    assert kept() == "bx"
+    age("b", 31)
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDS_A_LOCK, str(tmp_path / "b.lock")], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as compiles:
+        assert compiles.stdout is not None
+        assert compiles.stdout.readline() == b"locked\n"
+        used("c")
+        assert kept() == "bcx"
+        compiles.communicate(timeout=60)
+    used("d")
+    assert kept() == "cdx"
+    age("c", 31)
+    age("d", 2)
+    monkeypatch.setattr(Path, "touch", lambda *_: (_ for _ in ()).throw(PermissionError(13, "Permission denied")))
+    used("d")
+    assert kept() == "cdx"  # where nothing can be written, nothing is removed
+
+
 NOWHERE = """
 import pathlib, sys
 def home():

@@ -478,7 +478,7 @@ def test_what_is_no_robot_and_no_choice_is_refused(tmp_path: Path) -> None:
     for option in CHOICES:
         with pytest.raises(UnknownName, match="unknown c"):
             nk.export.urdf(nao, tmp_path / "x", **{option: "nonsense"})
-    with pytest.raises(BadArgument, match="typed must be True or False, got yes"):
+    with pytest.raises(BadArgument, match="typed must be True or False, got 'yes'"):
         nk.export.urdf(nao, tmp_path / "x", typed="yes")  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match=r"unknown format 'urfd' \(nearest: urdf"):
         nk.export.write(nao, tmp_path / "x", "urfd")

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -337,6 +338,23 @@ def test_a_pipe_of_configurations_is_read_once_and_whole(
     assert run(["fk", str(tmp_path / "pipe"), "--frame", "Head", "--csv"]) == 0
     writer.join()
     assert capsys.readouterr().out == expected
+
+
+@pytest.mark.parametrize("command", ["fk - --frame Head", "view - --html view.html", "info --urdf /dev/stdin"])
+def test_standard_input_without_an_end_is_refused_in_one_line(
+    capsys: pytest.CaptureFixture, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("nao_kin._common.input_text.MOST_BYTES", 1 << 20)
+    with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
+        try:
+            assert endless.stdout is not None
+            monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(endless.stdout))
+            words = command.replace("/dev/stdin", f"/dev/fd/{endless.stdout.fileno()}").split()
+            assert "more than 1048576 bytes and no regular file; it may have no end" in _refused(capsys, *words)
+        finally:
+            endless.kill()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_fk_writes_the_poses_of_a_motion_to_a_file(

@@ -6,15 +6,17 @@ import contextlib
 import io
 import os
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import nao_kin as nk
 from nao_kin import load_nao
 from nao_kin.configuration_files import read_configurations
-from nao_kin.errors import BadInputFile
+from nao_kin.errors import BadInputFile, BadModel
 from nao_kin.motion import Motion, read_motion, write_motion
 
 
@@ -562,7 +564,16 @@ def test_npz_with_pickles_or_wrong_arrays_is_refused(tmp_path: Path) -> None:
     assert "no npz file" in str(_refused(tmp_path, (tmp_path / "good.npz").read_bytes()[:200], "a.npz"))
 
 
-@pytest.mark.parametrize("reads", ["motion", "configurations"])
+READERS: dict[str, Callable[[str], Any]] = {
+    "motion": read_motion,
+    "configurations": lambda name: read_configurations(load_nao(), name),
+    "robot": nk.RobotModel.from_urdf,
+    "semantics": nk.semantics.read_semantics,
+    "reach map": nk.reach.load,
+}
+
+
+@pytest.mark.parametrize("reads", READERS)
 @pytest.mark.parametrize("kind", ["pipe", "device"])
 def test_input_without_an_end_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, reads: str
@@ -574,8 +585,10 @@ def test_input_without_an_end_is_refused(
         os.mkfifo(name)
         writer = threading.Thread(target=_write_on, args=(name,), daemon=True)
         writer.start()
-    with pytest.raises(BadInputFile, match="more than 1048576 bytes and no regular file; it may have no end"):
-        read_motion(name) if reads == "motion" else read_configurations(load_nao(), name)
+    with pytest.raises(
+        (BadInputFile, BadModel), match="more than 1048576 bytes and no regular file; it may have no end"
+    ):
+        READERS[reads](name)
     if writer is not None:
         writer.join(300.0)
         assert not writer.is_alive()

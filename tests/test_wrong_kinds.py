@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import inspect
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import meshcat
 import numpy as np
 import pytest
 from public_names import called
@@ -26,9 +29,12 @@ WRONG = {
     "array": np.zeros((2, 2)),
     "huge": 10**30,
     "list": [Anything()],
+    "mapping": {},
+    "NaN": float("nan"),
 }
 # Rooms whose functions are swept; `motion` has a sweep of its own, as has every method of a robot below.
 ROOMS = (
+    "configuration_files",
     "crosscheck",
     "export",
     "ik",
@@ -40,11 +46,13 @@ ROOMS = (
     "robot",
     "rotations",
     "screws",
+    "stream",
+    "urdf",
 )
 # Parts of programs that serve robots and files, which have been given what they take when they are called.
 INNER = {
-    "naoqi.NaoqiSource",
-    "joints.joint_table",
+    "configuration_files.finite_numbers",
+    "configuration_files.limits_advice",
     "crosscheck.run",
     "crosscheck.steps_of",
     "crosscheck.steps_of_nao",
@@ -54,9 +62,15 @@ INNER = {
     "robot.sole_corners",
 }
 # Methods of a robot with an argument that is true or false, for which NumPy has no answer to an array.
-FLAGS = {"degrees", "per_joint", "download", "typed"}
+FLAGS = {"degrees", "per_joint", "download"}
 # What a program passes to be called back with, and what NumPy limits.
 CALLBACKS = ("progress", "stop", "shape")
+# What waits for ever, as it should.
+ENDLESS = {
+    ("wait", "timeout", "None"),
+    ("naoqi.readings", "rate", "huge"),
+    ("naoqi.readings", "on_state", "None"),
+}
 _SECONDS = 120
 
 
@@ -82,7 +96,21 @@ def test_wrong_kinds_of_objects_are_refused_in_one_line(
     name: str, function: Any, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert unrefused(name, function, right(nao)) == []
+    nk.motion.write_motion(nk.Motion([0.0, 1.0], nao.joint_names, np.zeros((2, 25))), "log.csv")
+    room = name.partition(".")[0]
+    assert unrefused(name, function, right(nao) | IN_ROOMS.get(room, {})) == []
+
+
+# Arguments by the names that they have in one room.
+IN_ROOMS: dict[str, dict[str, Any]] = {
+    "configuration_files": {
+        "path": "log.csv", "name": "log.csv", "headings": nk.load_nao().joint_names, "times": np.zeros(2), "unit": "s",
+        "names": ["HeadYaw", "LHipYawPitch", "RHipYawPitch"], "values": np.zeros((1, 3)), "hips": "average",
+    },
+    "naoqi": {"source": nk.naoqi.LolaSource("no_such"), "names": "Head"},
+    "stream": {"columns": ["x"], "rows": np.array([0]), "frames": ["LArm"], "numbers": np.zeros((1, 1, 2))},
+    "urdf": {"path": nk.load_nao().urdf_path, "folder": ".", "tree": nk.load_nao().tree, "notes": []},
+}  # fmt: skip
 
 
 METHODS = [name for name, _ in inspect.getmembers(nk.NaoModel, inspect.isroutine) if not name.startswith("_")]
@@ -94,6 +122,61 @@ def test_methods_of_a_robot_refuse_wrong_kinds_of_objects(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert unrefused(name, getattr(nao, name), right(nao)) == []
+
+
+SHOWN = {
+    "qs": np.zeros((2, 25)), "configurations": np.zeros(25), "values": {"Head": 0.5}, "targets": {"LArm": np.eye(4)},
+    "colours": {}, "reach": None, "points": np.eye(3), "vertices": np.eye(3), "faces": [[0, 1, 2]], "text": "Hello",
+    "path": "shown.html", "posture": "Stand", "callback": print,
+}  # fmt: skip
+# A page in a browser is opened by these.
+BROWSER = ("open", "save_png")
+
+
+class Unconnected(meshcat.Visualizer):
+    """A scene that nobody serves."""
+
+    def __init__(self) -> None:
+        self.window, self.path = SimpleNamespace(send=lambda command: None), meshcat.path.Path(("meshcat",))
+
+
+MADE: dict[str, Callable[[nk.NaoModel], Any]] = {
+    "Viewer": nk.Viewer,
+    "ShownRobot": lambda nao: nk.Viewer(nao).add_robot(nao),
+    "MeshcatRobot": lambda nao: nk.viewer.MeshcatRobot(nao, Unconnected()),
+    "VirtualNao": lambda nao: nk.naoqi.VirtualNao(nao, stepped=True),
+    "Packages": lambda nao: nao.tree.packages,
+}
+# Only for services, which hold the lock.
+WITH_THE_LOCK = ("after", "announce", "await_answer", "start_task")
+
+
+@pytest.mark.parametrize("kind", MADE)
+def test_what_shows_a_robot_or_plays_one_refuses_wrong_kinds_of_objects(
+    kind: str, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    thing = MADE[kind](nao)
+    names = [name for name, _ in inspect.getmembers(type(thing), inspect.isroutine) if not name.startswith("_")]
+    known = right(nao) | SHOWN | {"service": "ALMotion", "method": "ping"}
+    found = [
+        line
+        for name in names
+        if name not in (*BROWSER, *WITH_THE_LOCK, "close", "delete")
+        for line in unrefused(name, getattr(thing, name), known)
+    ]
+    assert found == []
+
+
+STARTED = ("Viewer", "MeshcatRobot", "VirtualNao", "QiServer", "NaoqiSource", "LolaSource", "Packages")
+
+
+@pytest.mark.parametrize("made", STARTED)
+def test_wrong_kinds_of_objects_are_refused_before_anything_starts(made: str, nao: nk.NaoModel) -> None:
+    kind = next(getattr(room, made) for room in (nk.viewer, nk.naoqi, nk.urdf) if hasattr(room, made))
+    with nk.naoqi.VirtualNao(nao, stepped=True) as virtual:
+        known = right(nao) | {"nao": virtual, "visualizer": Unconnected(), "file": nao.urdf_path}
+        assert unrefused(made, kind, known) == []
 
 
 def unrefused(name: str, function: Any, known: dict[str, Any]) -> list[str]:
@@ -108,6 +191,8 @@ def unrefused(name: str, function: Any, known: dict[str, Any]) -> list[str]:
         for kind, value in WRONG.items():
             if wrong.name in FLAGS and kind == "array":
                 continue
+            if (name, wrong.name, kind) in ENDLESS:
+                continue
             arguments = {
                 p.name: value if p is wrong else known.get(p.name, value)
                 for p in parameters
@@ -116,7 +201,11 @@ def unrefused(name: str, function: Any, known: dict[str, Any]) -> list[str]:
             first = [arguments.pop(p.name) for p in parameters if p.kind is p.POSITIONAL_ONLY and p.name in arguments]
             signal.alarm(_SECONDS)
             try:
-                function(*first, **arguments)
+                result = function(*first, **arguments)
+                if inspect.isgenerator(result):
+                    next(result, None)
+                with result if hasattr(result, "__exit__") else nullcontext():  # it starts, and ends
+                    pass
             except nk.NaoKinError:
                 pass
             except Exception as error:

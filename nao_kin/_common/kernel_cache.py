@@ -1,7 +1,8 @@
 """Functions compiled by Numba once on a machine, and kept on its disk.
 
 The folder is the user's own cache, so that the package may be installed where nobody can write. The name of a kernel's
-folder is its fingerprint. Kernels are read from a folder that cannot be written, too, as in an image of a container.
+folder is its fingerprint; folders of former fingerprints are removed when nobody has used them for a month. Kernels are
+read from a folder that cannot be written, too, as in an image of a container.
 Where nothing can be kept, they are compiled in every process, with one warning.
 
 A kernel that has not been compiled yet need not be waited for: `first_rows` calls its source as Python for as long as
@@ -46,6 +47,8 @@ _IMPORT_SECONDS, _READ_SECONDS = 1.0, 0.2
 _WORTH_COMPILING = 0.01
 # A background process that ended without a kernel is not followed by another one for so long [s].
 _PAUSE_SECONDS = 600.0
+# A use of a kept kernel is noted once in so long, and what has not been used for so long may be removed [s].
+_NOTED_SECONDS, _UNUSED_SECONDS = 86400.0, 30 * 86400.0
 # The byte of a lock file that is locked by who compiles, and by who waits to do it in the background.
 _COMPILES, _WAITS = 0, 1
 
@@ -190,6 +193,7 @@ class KeptKernel:
         folder, obstacle = self.folder, "there is no home directory, or no source of the kernels"
         if folder is not None:
             if self._is_kept():
+                self._note_use(folder)
                 # Whatever is wrong with files that a crash or another program has damaged: they are made anew.
                 with suppress(Exception):
                     return self._by_numba(folder)
@@ -206,6 +210,7 @@ class KeptKernel:
                     _say(f"compiling {self._what}, once on this machine …")
                     made = self._by_numba(folder)
                     (folder / self._name).touch()
+                    self._remove_former(folder)
                     return made
             except (OSError, RuntimeError) as error:  # Numba says that a folder is not writable by a RuntimeError
                 obstacle = f"{quoted(str(folder))}: {error}"
@@ -230,6 +235,30 @@ class KeptKernel:
         made.compile(signature)
         made.disable_compile()
         return made  # type: ignore[no-any-return]
+
+    def _note_use(self, folder: Path) -> None:
+        """Let nobody remove the kernel for the next weeks, where it can be written."""
+        marker = folder / self._name
+        with suppress(OSError):
+            if time.time() - marker.stat().st_mtime > _NOTED_SECONDS:
+                marker.touch()
+                self._remove_former(folder)
+
+    def _remove_former(self, folder: Path) -> None:
+        """Remove what was kept of this kernel under other fingerprints, unless it has been used of late.
+
+        A process that begins to read one at this moment finds parts missing, and compiles it.
+        """
+        with suppress(OSError):
+            for former in set(folder.parent.iterdir()) - {folder}:
+                marker = former / self._name
+                with suppress(OSError):  # of another kernel, not to be written, or compiled or removed by a process
+                    if time.time() - marker.stat().st_mtime > _UNUSED_SECONDS:
+                        with _lock_file(former) as lock:
+                            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                            marker.unlink()
+                            shutil.rmtree(former)
+                            former.with_suffix(".lock").unlink()
 
     def _is_kept(self) -> bool:
         return self.folder is not None and (self.folder / self._name).exists()

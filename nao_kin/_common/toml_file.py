@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from nao_kin._common.input_text import read_bounded
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, BadInputFile
 
@@ -23,7 +24,7 @@ def read_toml(path: Path | str) -> dict[str, Any]:
         import tomli as tomllib
     try:
         with Path(path).open("rb") as file:
-            document: dict[str, Any] = tomllib.load(file)
+            document: dict[str, Any] = tomllib.loads(read_bounded(file, str(path)).decode())
     except TypeError:
         raise BadArgument(f"expected the path of a TOML file, got {quoted(path)}") from None
     except OSError as error:

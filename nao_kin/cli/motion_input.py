@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.input_text import read_bounded
 from nao_kin._text import quoted
 from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument, BadInputFile
@@ -19,7 +20,11 @@ if TYPE_CHECKING:
 
 
 def is_motion(file: str) -> bool:
-    """Whether a file, "-" for standard input, holds a motion; standard input can be read again afterwards."""
+    """Whether a file, "-" for standard input, holds a motion; standard input can be read again afterwards.
+
+    Raises:
+        BadInputFile: standard input is a pipe or device of more than 2³⁰ bytes, which may have no end.
+    """
     from nao_kin.motion import is_motion_file
 
     if file != "-":
@@ -27,7 +32,7 @@ def is_motion(file: str) -> bool:
     if sys.stdin is None:
         return False
     try:
-        data = sys.stdin.buffer.read()
+        data = read_bounded(sys.stdin.buffer, file)
     except OSError:
         return False  # which is said where it is read
     sys.stdin = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8")

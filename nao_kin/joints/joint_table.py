@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.choices import flag
 from nao_kin._common.scalars import finite_or_none
 from nao_kin._text import html_table
 from nao_kin.joints.anatomy import anatomical_kind, body_part
@@ -124,7 +125,7 @@ def joint_table(
         >>> nk.joints.joint_table(nk.load_nao(), typed=True).summary
         '25 DOF = 2×3 + 7×2 + 6×1 − 1'
     """
-    groups = group_joints(robot, rule=rule, tolerance=tolerance) if typed else unmerged_joints(robot)
+    groups = group_joints(robot, rule=rule, tolerance=tolerance) if flag(typed, "typed") else unmerged_joints(robot)
     chains = _chains(groups, getattr(robot, "chains", {}))
     order = list(dict.fromkeys(chains[joint.name] for joint in groups))
     named = [chain for chain in getattr(robot, "chains", {}) if chain in order]

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.scalars import check_tolerance
 from nao_kin._common.vectors import unit
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
@@ -253,10 +254,17 @@ def readings(
         One reading after another, their times ascending.
 
     Raises:
-        BadArgument: no positive rate.
+        BadArgument: no positive rate, no source, no robot, or nothing that can be called.
     """
-    if not (math.isfinite(rate) and rate > 0.0):
+    if not isinstance(source, JointSource):
+        raise BadArgument(f"source must be a JointSource, got {quoted(source)}")
+    check_robot(robot)
+    check_tolerance(rate, "rate")
+    if not 0.0 < rate < math.inf:
         raise BadArgument(f"rate must be a positive number, got {rate:g}")
+    for what, function in (("wanted", wanted), ("on_state", on_state)):
+        if not (callable(function) or (function is None and what == "on_state")):
+            raise BadArgument(f"{what} must be a function, got {quoted(function)}")
     say = on_state or (lambda line: None)
     source.wanted = wanted
     start: float | None = None
@@ -346,6 +354,8 @@ def _sleep(until: float, wanted: Callable[[], bool]) -> None:
 
 def _endpoint(address: str) -> str:
     """tcp://HOST:PORT from an address that may lack the one or the other."""
+    if not isinstance(address, str):
+        raise BadArgument(f"address must be like tcp://nao.local:{PORT}, got {quoted(address)}")
     scheme, _, rest = address.rpartition("://")
     host, separator, port = rest.rpartition(":")
     if not separator or "]" in port:  # no port, or the colons of an address of version 6

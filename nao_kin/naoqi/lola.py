@@ -113,7 +113,7 @@ def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
         stream: `read(count)` gives bytes, none at the end; fewer than asked for while there are more is no end.
 
     Raises:
-        BadArgument, NotFinite: as `decode_lola`; an end in the middle of a frame is one like any other.
+        BadArgument, NotFinite: as `decode_lola`, or no stream; an end in the middle of a frame is one like any other.
 
     Examples:
         >>> import io
@@ -122,6 +122,8 @@ def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
         >>> len(list(nk.naoqi.lola_frames(io.BytesIO(content * 3))))
         3
     """
+    if not callable(getattr(stream, "read", None)):
+        raise BadArgument(f"stream must have a method read, got {quoted(stream)}")
     while True:
         try:
             frame = umsgpack.unpack(_Bounded(stream))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
 from nao_kin._common.colour_scale import colours
+from nao_kin._common.input_text import read_bounded
 from nao_kin._text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 from nao_kin.reach.sample_ranges import SampleRange
@@ -72,7 +73,8 @@ def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...],
         BadInputFile: the file cannot be read, or is no such archive.
     """
     try:
-        content = io.BytesIO(Path(path).read_bytes())
+        with Path(path).open("rb") as file:
+            content = io.BytesIO(read_bounded(file, abbreviated(path)))
         _check_sizes(content)
         content.seek(0)
         with np.load(content, allow_pickle=False) as archive:

@@ -163,7 +163,7 @@ class ConfigurationMethods(ABC):
             q, shape (..., nq), in radians whatever `degrees` says.
 
         Raises:
-            UnknownName: no such joint or chain.
+            UnknownName: no such joint or chain, or no such limits policy.
             CouplingViolated: two joints of one motor disagree.
             OutsideLimits: a named joint is outside its limits.
             WrongShape, NotFinite, BadArgument: values that are no numbers of one batch shape, or a joint named twice.
@@ -177,6 +177,7 @@ class ConfigurationMethods(ABC):
         if degrees:
             angles = self._coordinates.in_radians(angles, self._units)
         values = self._coordinates.plain_values(angles)
+        check_policy(limits)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
             plain = self._neutral.tolist()
             places = self._places

@@ -9,8 +9,9 @@ from typing import Any
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
+from nao_kin._common.input_text import read_bounded
 from nao_kin._text import abbreviated
-from nao_kin.errors import BadModel
+from nao_kin.errors import BadInputFile, BadModel
 
 # What may hold ${…} without meaning that the file is still a source: it defines, and nothing uses it any more.
 _DEFINITIONS = ("property", "arg", "include")
@@ -94,10 +95,13 @@ def file_content(path: Path | str) -> bytes:
     """What a file holds, read once: a pipe gives it no second time.
 
     Raises:
-        BadModel: it cannot be read.
+        BadModel: it cannot be read, or is a pipe or device of more than 2³⁰ bytes, which may have no end.
     """
     try:
-        return Path(path).read_bytes()
+        with Path(path).open("rb") as file:
+            return read_bounded(file, abbreviated(path))
+    except BadInputFile as error:
+        raise BadModel(str(error)) from None
     except TypeError:
         raise BadModel(f"expected the path of a robot's file, got {abbreviated(repr(path))}") from None
     except OSError as error:

@@ -13,6 +13,7 @@ from nao_kin.urdf.document import file_content, root_tag
 from nao_kin.urdf.mjcf import mjcf_tree
 from nao_kin.urdf.reader import urdf_tree
 from nao_kin.urdf.tree import UrdfTree
+from nao_kin.urdf.xacro_source import xacro_values
 
 _FORMATS: dict[str, Literal["urdf", "mjcf"]] = {"robot": "urdf", "mujoco": "mjcf"}
 # Root elements of what people take for a robot's file, and what the file is.
@@ -63,7 +64,8 @@ def read_robot(
         ('base_link', None)
     """
     content = file_content(path)
-    if _format(path, content) == "mjcf" and not (xacro or xacro_arguments):
+    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
+    if _format(path, content) == "mjcf" and not given and (xacro is None or xacro is False):
         return mjcf_tree(Path(path).absolute(), content, package_dirs)
     # Which refuses to expand an MJCF, and arguments for a file that takes none.
     return urdf_tree(Path(path).absolute(), content, package_dirs, xacro, xacro_arguments), None

@@ -43,7 +43,11 @@ class Packages:
     """
 
     def __init__(self, file: Path, folders: Iterable[Path] = ()) -> None:
-        self._folder, self._given = file.resolve().parent, tuple(folders)
+        try:
+            self._folder, self._given = Path(file).resolve().parent, tuple(map(Path, folders))
+        except (TypeError, ValueError):
+            given = quoted((file, folders))
+            raise BadArgument(f"expected the path of a robot's file, and folders, got {given}") from None
         self._places: dict[str, tuple[Path, ...]] = {}
 
     def file(self, name: str) -> Path | None:
@@ -66,7 +70,7 @@ class Packages:
                 places, inside = (self._folder,), name.removeprefix("file://")
             candidates = (place / text for place in places for text in dict.fromkeys((inside, unquote(inside))))
             return next((path for path in candidates if path.is_file()), None)
-        except (OSError, ValueError):  # a name that no system takes
+        except (OSError, ValueError, TypeError):  # a name that no system takes
             return None
 
     def folder(self, package: str) -> Path | None:
@@ -78,7 +82,7 @@ class Packages:
         """
         try:
             return next((place for place in self._searched(package) if place.is_dir()), None)
-        except (OSError, ValueError):
+        except (OSError, ValueError, TypeError):
             return None
 
     def contain(self, file: Path) -> bool:
@@ -93,7 +97,10 @@ class Packages:
         """
         above = (self._folder, *self._folder.parents)
         package = next((folder for folder in above if (folder / "package.xml").is_file()), self._folder)
-        real = Path(os.path.realpath(file))
+        try:
+            real = Path(os.path.realpath(file))
+        except (OSError, ValueError, TypeError):
+            return False
         return any(real.is_relative_to(os.path.realpath(folder)) for folder in (package, *self._given))
 
     def _searched(self, package: str) -> tuple[Path, ...]:
@@ -120,11 +127,18 @@ class Packages:
 def mesh_in(folder: Path, filename: str) -> Path | None:
     """The file that a URDF in a folder means by `filename`, None when it is not there; see `Packages.file`.
 
+    Raises:
+        BadArgument: the folder is no path.
+
     Examples:
         >>> nk.urdf.mesh_in(nk.load_nao().urdf_path.parent, "no_such.stl") is None
         True
     """
-    return Packages(folder / "robot.urdf").file(filename)
+    try:
+        file = Path(folder, "robot.urdf")
+    except TypeError:
+        raise BadArgument(f"folder must be a path, got {quoted(folder)}") from None
+    return Packages(file).file(filename)
 
 
 def checked_folders(folders: object) -> tuple[Path, ...]:

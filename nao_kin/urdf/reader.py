@@ -75,7 +75,7 @@ def urdf_tree(
     """As `read_urdf`, of a file that has been read."""
     notes: list[str] = []
     folders = checked_folders(package_dirs)
-    given = xacro_values(xacro_arguments or {})
+    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
 
     if not (xacro is None or isinstance(xacro, bool)):
         raise BadArgument(f"xacro must be True, False or None, got {quoted(xacro)}")

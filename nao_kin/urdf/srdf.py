@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 
 from nao_kin._common.scalars import decimal
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadModel
+from nao_kin.errors import BadArgument, BadModel
 from nao_kin.semantics import Posture, Semantics
 from nao_kin.urdf.document import file_content, read_document
 from nao_kin.urdf.tree import UrdfJoint, UrdfTree
@@ -29,6 +29,7 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
 
     Raises:
         BadModel: the file cannot be read or is no SRDF.
+        BadArgument: no tree, or no list.
 
     Examples:
         >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
@@ -38,6 +39,10 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
         >>> nk.urdf.read_srdf("nao.srdf", tree, notes=[]).chains["neck"]
         ('HeadYaw', 'HeadPitch')
     """
+    if not isinstance(tree, UrdfTree):
+        raise BadArgument(f"tree must be a UrdfTree, got {quoted(tree)}")
+    if not isinstance(notes, list):
+        raise BadArgument(f"notes must be a list, got {quoted(notes)}")
     document, _ = read_document(path, file_content(path), notes)
     if document.tag != "robot":
         raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")

@@ -10,8 +10,9 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nao_kin._common.choices import choice, flag
 from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import extras, overlays
@@ -361,9 +362,7 @@ class Drawings:
             >>> viewer.remove("path")
         """
         with self._lock:
-            if name not in tuple(self._extras):
-                raise UnknownName("shape", name, tuple(self._extras))
-            del self._extras[name]
+            del self._extras[choice(name, self._extras, "shape")]
             self._messages.drop(_key(name))
             self._list_extras()
 
@@ -382,7 +381,7 @@ class Drawings:
         self._messages.put("extras", panel_message("extras", {"names": list(self._extras)}))
 
     def _show(self, what: str, on: bool, source: str = "") -> None:
-        message = panel_message("shown", {"shown": {what: bool(on)}, "source": source})
+        message = panel_message("shown", {"shown": {what: flag(on, "on")}, "source": source})
         with self._lock:
             self._shown[what] = bool(on)
             self._messages.put(f"shown {what}", message)

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._common.arrays import Floats, as_floats, as_numbers
+from nao_kin._common.choices import choice
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.viewer.meshes import Mesh, UnreadableMesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import mesh_document, panel_message, typed_array
@@ -156,8 +157,8 @@ def _read(path: Path) -> tuple[Mesh, ...]:
 
 
 def _message(robot: RobotModel, name: str, shape: str, frame: str | None, content: dict[str, Any]) -> bytes:
-    if frame is not None and frame not in robot.frame_names:
-        raise UnknownName("frame", frame, robot.frame_names)
+    if frame is not None:
+        choice(frame, robot.frame_names, "frame")
     return panel_message("extra", {"name": checked_name(name), "shape": shape, "frame": frame, **content})
 
 

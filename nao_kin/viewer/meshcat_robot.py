@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats
+from nao_kin._common.choices import flag
 from nao_kin._text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import HOLD, Hips, Motion
@@ -140,6 +141,7 @@ class MeshcatRobot:
         """
         self._check_shown()
         array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
+        play, loop = flag(play, "play"), flag(loop, "loop")
         self.display(array[0])
         clips = {
             joint.path: [_joint_track(joint, array)] for joint in self._joints if np.ptp(joint.values(array)) > 0.0

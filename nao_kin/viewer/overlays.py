@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._common.choices import choice
 from nao_kin._common.colour_scale import COLD_TO_WARM
 from nao_kin._common.colour_scale import colours as scale_colours
 from nao_kin._common.scalars import whole_number
@@ -182,10 +183,7 @@ def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
     if not isinstance(names, Iterable):
         raise BadArgument(f"show_frames takes frame names, got {quoted(names)}")
     chosen = [names] if isinstance(names, str) else list(names)
-    for name in chosen:
-        if name not in robot.frame_names:
-            raise UnknownName("frame", name, robot.frame_names)
-    return chosen
+    return [choice(name, robot.frame_names, "frame") for name in chosen]
 
 
 def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
@@ -286,8 +284,8 @@ def lights(known: Sequence[str], groups: Mapping[str, tuple[str, ...]], values: 
 
 def edition(name: str) -> bytes:
     """The accents of NAO's shells in the colour of an edition, or for "" in their own."""
-    if name not in ("", *EDITIONS):
-        raise UnknownName("edition", name, EDITIONS)
+    if not isinstance(name, str) or name:
+        choice(name, EDITIONS, "edition")
     return panel_message("edition", {"name": name})
 
 

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 
 from nao_kin._common import atomic
 from nao_kin._common.arrays import Floats
+from nao_kin._common.choices import choice, flag
 from nao_kin._text import abbreviated, quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.multidof import MultiDofModel
 from nao_kin.robot import RobotModel
@@ -134,9 +135,7 @@ class ShownScene(Drawings):
             >>> viewer.rest("Stand") is None
             True
         """
-        if posture not in tuple(self._presets.postures):
-            raise UnknownName("posture", posture, tuple(self._presets.postures))
-        return self._presets.rest.get(posture)
+        return self._presets.rest.get(choice(posture, self._presets.postures, "posture"))
 
     def animate(
         self,
@@ -176,6 +175,7 @@ class ShownScene(Drawings):
             'down.html'
         """
         array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
+        play, loop = flag(play, "play"), flag(loop, "loop")
         ups = None if up is None else overlays.directions(up, "up", len(array))
         self._outside.check(array)
         repetitions = math.inf if loop else 1.0
@@ -377,5 +377,4 @@ class ShownScene(Drawings):
         return tuple(name for name, other in zip(names, differs, strict=True) if other)
 
     def _check_camera(self, name: str) -> None:
-        if name not in self.camera_names:
-            raise UnknownName("camera", name, self.camera_names)
+        choice(name, self.camera_names, "camera")

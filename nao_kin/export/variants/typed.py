@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument
+from nao_kin._common.choices import flag
 from nao_kin.export.variants.placement import composed
 from nao_kin.joints import MultiDofJoint, group_joints
 from nao_kin.robot import RobotModel
@@ -65,8 +64,7 @@ def check_typed(typed: object) -> None:
     Raises:
         BadArgument: neither.
     """
-    if not isinstance(typed, bool):
-        raise BadArgument(f"typed must be True or False, got {abbreviated(typed)}")
+    flag(typed, "typed")
 
 
 def _merged(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTree:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any
 
+from nao_kin._common.choices import flag
 from nao_kin._common.compiler import compiles
 from nao_kin._common.scalars import whole_number
 from nao_kin._common.warn import warn_caller
@@ -65,14 +66,18 @@ class QiServer:
 
     Raises:
         MissingExtra: qi is not installed.
-        BadArgument: the port is in use or no port, or the address cannot be had.
+        BadArgument: no virtual NAO; the port is in use or no port, or the address cannot be had.
     """
 
     def __init__(self, nao: VirtualNao, *, host: str = HOST, port: int = PORT, quiet: bool = False) -> None:
+        if not isinstance(nao, VirtualNao):
+            raise BadArgument(f"nao must be a VirtualNao, got {quoted(nao)}")
+        if not isinstance(host, str):
+            raise BadArgument(f"host {quoted(host)} is no address of this machine")
+        number, silent = whole_number(port, "port", 0, 65535), flag(quiet, "quiet")
         qi = load_qi("a server that NAOqi's scripts can connect to")
-        if quiet:
+        if silent:
             qi.logging.setLevel(qi.logging.FATAL)
-        number = whole_number(port, "port", 0, 65535)
         self._check_address(host, number)
         self._session = qi.Session()
         try:
@@ -130,7 +135,7 @@ class QiServer:
         """Refuse an address that cannot be had, and warn of one that others reach."""
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-        except (OSError, UnicodeError):
+        except (OSError, ValueError):
             raise BadArgument(f"host {quoted(host)} is no address of this machine") from None
         if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in found):
             warn_caller(

@@ -66,7 +66,10 @@ class Service:
 
         Raises:
             NaoqiError: no such method, arguments that do not fit, or the method refuses.
+            BadArgument: no name.
         """
+        if not isinstance(name, str):
+            raise BadArgument(f"method must be a name, got {quoted(name)}")
         function = self._methods.get(name)
         if function is None:
             raise self._no_method(name)

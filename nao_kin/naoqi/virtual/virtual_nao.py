@@ -15,8 +15,9 @@ import numpy as np
 
 from nao_kin import NaoModel, load_nao
 from nao_kin._common.arrays import Floats
+from nao_kin._common.choices import choice, flag
 from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.base import Base
 from nao_kin.naoqi.virtual.calls import Call, Monitor, NaoqiError
 from nao_kin.naoqi.virtual.clock import TICK, Clock
@@ -106,13 +107,13 @@ class VirtualNao:
         self.robot = load_nao() if robot is None else robot
         if not isinstance(self.robot, NaoModel) or self.robot.base != "fixed":
             raise BadArgument("robot must be a NAO with a fixed base, as load_nao gives it")
-        self.stepped = stepped
+        self.stepped = flag(stepped, "stepped")
+        if on_change is not None and not callable(on_change):
+            raise BadArgument(f"on_change must be a function of a change, got {quoted(on_change)}")
         self.monitor = Monitor()
         self.clock = Clock(speed)
         self._on_change = on_change
-        self.behaviors = None if behaviors is None else Path(behaviors)
-        if self.behaviors is not None and not self.behaviors.is_dir():
-            raise BadArgument(f"behaviors must be a folder, got {quoted(str(behaviors))}")
+        self.behaviors = None if behaviors is None else _folder(behaviors)
         self.log = Log(lambda: self.clock.now, self._publish)
         q = self.robot.clamp(self.robot.posture(posture))
         self.joints = Joints(self.robot, q)
@@ -167,9 +168,7 @@ class VirtualNao:
             ...     print(np.round(nao.call("ALMotion", "getAngles", "HeadYaw", False), 3))
             [0.5]
         """
-        if service not in self.services:
-            raise UnknownName("service", service, tuple(self.services))
-        answer = self.services[service].invoke(method, *arguments)
+        answer = self.services[choice(service, self.services, "service")].invoke(method, *arguments)
         if isinstance(answer, Call):
             return answer
         call = Call()
@@ -286,7 +285,7 @@ class VirtualNao:
             (4, 4)
         """
         with self.monitor:
-            return np.array(self.base.torso(self.joints.q(sensor=sensor)))
+            return np.array(self.base.torso(self.joints.q(sensor=flag(sensor, "sensor"))))
 
     def start_task(self, task: Task) -> Call:
         """Add a motion task; only with the lock held."""
@@ -355,3 +354,14 @@ class VirtualNao:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _folder(behaviors: Path | str) -> Path:
+    try:
+        folder = Path(behaviors)
+        there = folder.is_dir()
+    except (TypeError, ValueError, OSError):
+        there = False
+    if not there:
+        raise BadArgument(f"behaviors must be a folder, got {quoted(str(behaviors))}")
+    return folder
