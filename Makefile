@@ -51,7 +51,7 @@ long-kernels: $(STAMP)
 	@$(BIN)/python -c 'from nao_kin import ik; ik.warm_up($(LONG))'
 
 other-kernels: $(STAMP)
-	@$(BIN)/python -c 'from nao_kin import batch, ik, reach; batch.warm_up(), reach.warm_up(); ik.warm_up(set(ik.KERNELS) - set($(LONG)))'
+	@$(BIN)/python -c 'from nao_kin import _kernels, ik, reach; _kernels.warm_up(), reach.warm_up(); ik.warm_up(set(ik.KERNELS) - set($(LONG)))'
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

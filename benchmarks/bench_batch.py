@@ -151,7 +151,7 @@ def best_call(call: Callable[[], None]) -> float:
 
 def empty_like_results(robot: nk.RobotModel, q: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Memory as the library itself makes it for results: beginning where vectors can be written at once."""
-    room = nk.batch.aligned_empty(len(q) * int(np.prod(shape)), np.dtype(np.float64))
+    room = nk._kernels.aligned_empty(len(q) * int(np.prod(shape)), np.dtype(np.float64))
     room.fill(0.0)
     return room.reshape(len(q), *shape)
 
@@ -236,7 +236,7 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print everything as JSON")
     parser.add_argument("--plot", metavar="FILE.svg", help="draw cost against count, frames and threads")
     options = parser.parse_args()
-    nk.batch.warm_up()
+    nk._kernels.warm_up()
     timings: list[Timing] = []
     robots = {name: nk.load_nao() if name == "nao" else nk.load_robot(name) for name in options.robots}
     for robot in robots.values():

@@ -77,7 +77,7 @@ def measure(rounds: int) -> dict[str, dict[str, float]]:
         seconds_to_import("import pinocchio, nao_kin; nao_kin.load_nao") - seconds_to_import("import pinocchio")
         for _ in range(max(3, rounds // 3))
     ]
-    read = importlib.import_module("nao_kin.urdf").read_urdf
+    read = importlib.import_module("nao_kin.robot.urdf").read_urdf
     return {
         "fk_one_frame": ratio(lambda: nao.fk(q, "LFoot"), raw_one, 4000, rounds),
         "fk_all_links": ratio(lambda: nao.fk(q), raw_all, 4000, rounds),

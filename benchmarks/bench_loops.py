@@ -43,7 +43,7 @@ def calls(nao: nk.NaoModel, count: int, folder: Path) -> dict[str, Call]:
     head = nao.coupled_limits[0]
     yaw = inside[:, nao.joint_names.index(head.of)]
     angles, body = nao.angles(inside), nao.to_body(inside)
-    typed, dropped = nk.multidof.MultiDofModel(nao), nk.multidof.MultiDofModel(nao, intermediate="drop")
+    typed, dropped = nk.joints.MultiDofModel(nao), nk.joints.MultiDofModel(nao, intermediate="drop")
     q_typed, q_dropped = typed.from_q(inside), dropped.from_q(inside)
     viewer, page = nk.Viewer(nao), folder / "clip.html"
     viewer.animate(inside)

@@ -26,7 +26,7 @@ from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
 
 import nao_kin as nk
 from nao_kin.motion import FORMATS, check, read_motion, smooth_slopes, write_motion
-from nao_kin.parameters import BODY_ORDER
+from nao_kin.robot.nao import BODY_ORDER
 
 Array = NDArray[Any]
 Row = tuple[str, Callable[[Array], Any], Callable[[Array], Any] | None]

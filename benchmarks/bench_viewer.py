@@ -23,7 +23,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import nao_kin as nk
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-# What nao_kin._common.arrays calls arrays, and readers know by another name.
+# What nao_kin._core.arrays calls arrays, and readers know by another name.
 ARRAYS = {name: f"NDArray[{kind}]" for name, kind in (("Codes", "int8"), ("Floats", "float64"), ("Integers", "int64"))}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import nao_kin as nk
 
 nao = nk.load_nao()
-typed = nk.multidof.MultiDofModel(nao)
+typed = nk.joints.MultiDofModel(nao)
 q = nao.posture("Sit")
 q_typed = typed.from_q(q)
 

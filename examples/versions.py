@@ -6,7 +6,7 @@ Learn how the NAOs from V3.2 to V6 differ, as numbers of the model.
 import numpy as np
 
 import nao_kin as nk
-from nao_kin.parameters import VERSIONS
+from nao_kin.robot.nao import VERSIONS
 
 print("version   mass [kg]   hand reaches   camera above sole   knee turns")
 for version in VERSIONS:

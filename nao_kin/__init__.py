@@ -13,44 +13,33 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from nao_kin import errors
-from nao_kin._extras import with_remedy
+from nao_kin._core import __version__ as __version__
+from nao_kin._core.extras import with_remedy
 from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
     from nao_kin import (
-        batch,
         cli,
-        configuration_files,
         crosscheck,
-        distributed,
-        errors,
         export,
         ik,
-        joint_axes,
         joints,
-        lines,
         motion,
-        multidof,
         naoqi,
-        parameters,
-        rank_one,
         reach,
         robot,
         rotations,
         screws,
-        semantics,
         stream,
-        topology,
-        typed,
-        urdf,
         viewer,
     )
-    from nao_kin._nao import NaoModel, load_nao
+    from nao_kin import joints as typed
     from nao_kin.motion import Motion
-    from nao_kin.robot import LimitViolation, RobotModel, load_robot, robot_names
+    from nao_kin.robot import LimitViolation, NaoModel, RobotModel, load_nao, load_robot, robot_names, semantics, urdf
+    from nao_kin.robot import nao as parameters
+    from nao_kin.screws import lines
+    from nao_kin.stream import distributed
     from nao_kin.viewer import Viewer
-
-__version__ = "0.2.0"
 
 __all__ = [
     "LimitViolation",
@@ -59,24 +48,19 @@ __all__ = [
     "NaoModel",
     "RobotModel",
     "Viewer",
-    "batch",
     "cli",
-    "configuration_files",
     "crosscheck",
     "distributed",
     "errors",
     "export",
     "ik",
-    "joint_axes",
     "joints",
     "lines",
     "load_nao",
     "load_robot",
     "motion",
-    "multidof",
     "naoqi",
     "parameters",
-    "rank_one",
     "reach",
     "robot",
     "robot_names",
@@ -84,21 +68,29 @@ __all__ = [
     "screws",
     "semantics",
     "stream",
-    "topology",
     "typed",
     "urdf",
     "viewer",
 ]
 
+# Rooms that lie inside others, and the room of each name.
+_INSIDE = {
+    "distributed": "nao_kin.stream.distributed",
+    "lines": "nao_kin.screws.lines",
+    "parameters": "nao_kin.robot.nao",
+    "semantics": "nao_kin.robot.semantics",
+    "typed": "nao_kin.joints",
+    "urdf": "nao_kin.robot.urdf",
+}
 _HOME = {
-    "NaoModel": "nao_kin._nao",
-    "load_nao": "nao_kin._nao",
-    "Motion": "nao_kin.motion",
     "LimitViolation": "nao_kin.robot",
+    "Motion": "nao_kin.motion",
+    "NaoModel": "nao_kin.robot",
     "RobotModel": "nao_kin.robot",
+    "Viewer": "nao_kin.viewer",
+    "load_nao": "nao_kin.robot",
     "load_robot": "nao_kin.robot",
     "robot_names": "nao_kin.robot",
-    "Viewer": "nao_kin.viewer",
 }
 
 
@@ -106,7 +98,7 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'nao_kin' has no attribute {name!r}")
     try:
-        module = importlib.import_module(_HOME.get(name, f"nao_kin.{name}"))
+        module = importlib.import_module(_HOME.get(name) or _INSIDE.get(name, f"nao_kin.{name}"))
     except ImportError as error:
         remedy = with_remedy(str(error))
         if remedy != str(error):

@@ -11,8 +11,8 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from nao_kin._extras import missing
-from nao_kin._text import MOST_ECHOED, abbreviated, quoted
+from nao_kin._core.extras import missing
+from nao_kin._core.text import MOST_ECHOED, abbreviated, quoted
 
 __all__ = [
     "BadArgument",
@@ -378,7 +378,7 @@ class BadInputFile(NaoKinError):
         column: 1-based column, 0 when no column is to blame.
 
     Examples:
-        >>> nk.configuration_files.read_configurations(nk.load_nao(), "no_such.csv")
+        >>> nk.stream.read_configurations(nk.load_nao(), "no_such.csv")
         Traceback (most recent call last):
             ...
         nao_kin.errors.BadInputFile: no_such.csv: cannot be read: No such file or directory
@@ -417,7 +417,7 @@ class SingularMatrix(NaoKinError):
         index: which one of the batch.
 
     Examples:
-        >>> nk.rank_one.inverse([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])
+        >>> nk.rotations.rank_one.inverse([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])
         Traceback (most recent call last):
             ...
         nao_kin.errors.SingularMatrix: 1 + u vᵀ has no inverse: u·v = −1

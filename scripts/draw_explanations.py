@@ -16,7 +16,7 @@ from pathlib import Path
 
 from explanations.drawing import Drawing
 
-from nao_kin._common.atomic import write_text
+from nao_kin._core.files import write_text
 
 IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
 MODULES = ("frames", "turns", "poses", "cameras", "pairs", "couplings", "limits")

@@ -8,7 +8,7 @@ Example:
     python scripts/generate_gallery.py first_pose wave # these alone anew
     python scripts/generate_gallery.py --check         # exit 1 when a docstring, an example or a picture is not in it
 
---check runs no example: that they print what the page shows is tested in tests/test_examples.py.
+--check runs no example: that they print what the page shows is tested in tests/project/test_examples.py.
 """
 
 from __future__ import annotations

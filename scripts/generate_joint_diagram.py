@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin import NaoModel, load_nao
-from nao_kin._common.atomic import write_text
+from nao_kin._core.files import write_text
 from nao_kin.joints import JointGroups, TypedJoint, body_part, group_joints, unmerged_joints
 
 OUTPUT = Path(__file__).resolve().parent.parent / "docs" / "images" / "kinematic_tree.svg"

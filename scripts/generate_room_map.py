@@ -21,10 +21,10 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "nao_kin"
 OUTPUT = ROOT / "docs" / "images" / "rooms.svg"
 
-# Entrances of the package, which lead everywhere, and former names of rooms, which lead to one.
-ENTRANCES = ("__init__", "__main__", "joint_axes", "topology", "typed")
+# Entrances of the package, which lead everywhere.
+ENTRANCES = ("__init__", "__main__")
 # What everybody uses; arrows to it would only hide the others.
-FOUNDATIONS = ("errors", "_common", "_extras", "_text")
+FOUNDATIONS = ("_core",)
 
 WIDTH, MARGIN = 900.0, 24.0
 BOX_HEIGHT, ROW_STEP = 34.0, 86.0
@@ -49,8 +49,12 @@ class Box(NamedTuple):
 
 
 def room_of(module: Path) -> str:
-    """The room a file belongs to: the folder or the module directly inside the package."""
-    return module.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    """The room a file belongs to: the folder directly inside the package; `errors` is what `_core` shows of itself."""
+    return _room(module.relative_to(PACKAGE).parts[0].removesuffix(".py"))
+
+
+def _room(name: str) -> str:
+    return "_core" if name == "errors" else name
 
 
 def imported_rooms(module: Path, rooms: set[str]) -> set[str]:
@@ -73,7 +77,7 @@ def imported_rooms(module: Path, rooms: set[str]) -> set[str]:
             names.add(node.module)
             if node.module == "nao_kin":
                 names |= {f"nao_kin.{alias.name}" for alias in node.names}
-    return {parts[1] for name in names if (parts := name.split("."))[0] == "nao_kin" and len(parts) > 1} & rooms
+    return {_room(parts[1]) for name in names if (parts := name.split("."))[0] == "nao_kin" and len(parts) > 1} & rooms
 
 
 def read_arrows() -> Arrows:

@@ -11,8 +11,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from nao_kin._common.atomic import write_text
-from nao_kin.parameters import VERSIONS, nao_parameters, urdf_name, urdf_text
+from nao_kin._core.files import write_text
+from nao_kin.robot.nao import VERSIONS, nao_parameters, urdf_name, urdf_text
 
 URDF = Path(__file__).resolve().parent.parent / "urdf"
 
@@ -38,7 +38,7 @@ def main(arguments: list[str] | None = None) -> int:
         expected = {urdf_name(version) for version in VERSIONS}
         stale += sorted(path for path in options.output.glob("*.urdf") if path.name not in expected)
     for path in stale:
-        print(f"not in step with nao_kin.parameters: {path} (run scripts/generate_urdf.py)", file=sys.stderr)
+        print(f"not in step with nao_kin.robot.nao: {path} (run scripts/generate_urdf.py)", file=sys.stderr)
     return 1 if stale else 0
 
 

@@ -19,7 +19,7 @@ import tempfile
 from html import escape
 from pathlib import Path
 
-from nao_kin._common.atomic import write_bytes
+from nao_kin._core.files import write_bytes
 from nao_kin.viewer.browser import find_browser
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+
+_TESTS = Path(__file__).resolve().parents[1] / "tests"
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,13 @@ def is_for_node(test: str) -> bool:
     return test.endswith(".test.js")
 
 
+def found(test: str) -> str:
+    """A test with its folder: "test_pairs.py::test_name" as "tests/joints/test_pairs.py::test_name"."""
+    file, sign, name = test.partition("::")
+    (path,) = _TESTS.rglob(file)
+    return f"tests/{path.relative_to(_TESTS)}{sign}{name}"
+
+
 def faults(file: str, tests: str, *texts: tuple[str, str, str]) -> tuple[Mutation, ...]:
     """Faults of one file that the same tests notice.
 
@@ -37,6 +47,6 @@ def faults(file: str, tests: str, *texts: tuple[str, str, str]) -> tuple[Mutatio
         tests: separated by blanks and without their folder, arguments for pytest, and files of `web/tests`.
         texts: name, old text and new text of each fault.
     """
-    arguments = tuple(f"web/tests/{test}" if is_for_node(test) else f"tests/{test}" for test in tests.split())
+    arguments = tuple(f"web/tests/{test}" if is_for_node(test) else found(test) for test in tests.split())
     path = file if file.startswith("web/") else f"nao_kin/{file}"
     return tuple(Mutation(name, path, old, new, arguments) for name, old, new in texts)

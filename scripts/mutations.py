@@ -28,8 +28,8 @@ CHANGES_NOTHING = {
 
 _COMMON = (
     *_faults(
-        "_common/arrays.py",
-        "test_common_arrays.py",
+        "_core/arrays.py",
+        "test_arrays.py",
         (
             "finite-check-refuses-arrays-whose-squares-overflow",
             "                return True\n    return bool(np.isfinite(array).all())",
@@ -43,7 +43,7 @@ _COMMON = (
         ("finite-check-of-small-arrays-misses-infinity", "np.isfinite(array).all()", "~np.isnan(array).any()"),
     ),
     *_faults(
-        "_common/atomic.py",
+        "_core/files.py",
         "test_atomic.py",
         ("written-file-with-the-mode-of-a-new-one", "    os.chmod(temporary, stat.S_IMODE(before.st_mode))\n", ""),
         ("owner-compared-without-the-group", "if (now.st_uid, now.st_gid) != ", "if (now.st_uid, before.st_gid) != "),
@@ -52,7 +52,11 @@ _COMMON = (
         ("descriptor-through-one-link-only", "_MOST_LINKS = 40", "_MOST_LINKS = 2"),
         ("descriptor-opened-for-reading-is-written-to", "== os.O_RDONLY:", "== os.O_ACCMODE:"),
         ("what-was-printed-before-comes-after", "sys.stdout.flush()  # what", "pass  # what"),
-        ("temporary-file-left-by-a-failure", "    finally:\n        remove()\n", "    finally:\n"),
+        (
+            "temporary-file-left-by-a-failure",
+            "0o666), temporary\n    finally:\n        remove()\n",
+            "0o666), temporary\n    finally:\n",
+        ),
         ("suffix-compared-in-its-letter-case", "ending.lower() != suffix", "ending != suffix"),
         ("new-file-named-as-a-folder", "if text.endswith(os.sep):", "if False:"),
         ("socket-not-refused-by-name", "if stat.S_ISSOCK(state.st_mode):", "if False:"),
@@ -66,15 +70,15 @@ _COMMON = (
 
 _URDF = (
     *_faults(
-        "urdf/reader.py",
-        "test_urdf_tree.py test_model_from_tree.py",
+        "robot/urdf/reader.py",
+        "test_tree.py test_model_from_tree.py",
         ("products-of-inertia-exchanged", "xx, xy, xz, yy, yz, zz = (", "xx, xz, xy, yy, yz, zz = ("),
         ("missing-axis-is-z", 'text = "1 0 0" if element is None', 'text = "0 0 1" if element is None'),
         ("axis-without-xyz-is-z", 'element.get("xyz", "1 0 0")', 'element.get("xyz", "0 0 1")'),
     ),
     *_faults(
-        "urdf/reader.py",
-        "test_urdf_tree.py test_foreign_urdf.py::test_a_file_that_is_no_robot_is_refused_with_the_reason "
+        "robot/urdf/reader.py",
+        "test_tree.py test_foreign_urdf.py::test_a_file_that_is_no_robot_is_refused_with_the_reason "
         "test_foreign_urdf.py::test_a_negative_speed_or_effort_is_no_limit",
         (
             "speed-read-as-effort",
@@ -108,8 +112,8 @@ _URDF = (
         ),
     ),
     *_faults(
-        "urdf/reader.py",
-        "test_urdf_tree.py",
+        "robot/urdf/reader.py",
+        "test_tree.py",
         (
             "negative-damping-kept",
             "if not 0.0 <= value < math.inf:\n            self.notes",
@@ -122,7 +126,7 @@ _URDF = (
         ),
     ),
     *_faults(
-        "urdf/packages.py",
+        "robot/urdf/document.py",
         "test_foreign_urdf.py::test_meshes_beside_the_file_are_not_missing",
         (
             "mesh-of-a-package-looked-for-beside-the-file-alone",
@@ -131,8 +135,8 @@ _URDF = (
         ),
     ),
     *_faults(
-        "urdf/names.py",
-        "test_urdf_tree.py test_model_from_tree.py",
+        "robot/urdf/tree.py",
+        "test_tree.py test_model_from_tree.py",
         (
             "fresh-name-of-a-link-is-that-of-a-joint",
             "taken = joints.union(links)",
@@ -140,7 +144,7 @@ _URDF = (
         ),
     ),
     *_faults(
-        "urdf/couplings.py",
+        "robot/urdf/couplings.py",
         "test_configurations.py::test_a_follower_shares_its_speed_limit_by_its_multiplier",
         (
             "follower-limits-speed-without-its-multiplier",
@@ -149,8 +153,8 @@ _URDF = (
         ),
     ),
     *_faults(
-        "urdf/couplings.py",
-        "test_urdf_tree.py test_foreign_urdf.py::test_a_driving_joint_is_confined_to_what_suits_its_followers",
+        "robot/urdf/couplings.py",
+        "test_tree.py test_foreign_urdf.py::test_a_driving_joint_is_confined_to_what_suits_its_followers",
         (
             "chain-of-followers-composed-the-wrong-way-round",
             "mimic.through(direct[mimic.joint]) if mimic.joint in direct",
@@ -184,7 +188,7 @@ _URDF = (
         ),
     ),
     *_faults(
-        "urdf/document.py",
+        "robot/urdf/document.py",
         "test_urdf_documents.py",
         ("line-of-a-mistake-without-the-blank-ones", ' + content[: _blank(content)].count(b"\\n")', ""),
         ("macros-that-nobody-calls-taken", 'self._name(element) == "macro"', "False"),
@@ -199,7 +203,7 @@ _URDF = (
         ("document-with-dollars-alone-not-looked-at", ' and b"${" not in content', ""),
     ),
     *_faults(
-        "urdf/srdf.py",
+        "robot/urdf/srdf.py",
         "test_semantics.py",
         ("cosine-taken-for-sine", "math.atan2(numbers[1], numbers[0])", "math.atan2(numbers[0], numbers[1])"),
         ("chain-of-a-group-from-the-root", "while tip in self._above and tip != base:", "while tip in self._above:"),
@@ -216,9 +220,9 @@ _URDF = (
         ("fixed-joints-in-a-chain", 'if joint.kind != "fixed"}', "}"),
     ),
     *_faults(
-        "urdf/visuals.py",
-        "test_viewer_scene.py::test_a_urdf_visual_holds_what_the_file_says_in_numbers "
-        "test_viewer_scene.py::test_primitives_poses_and_colours_are_read test_urdf_tree.py",
+        "robot/urdf/tree.py",
+        "test_scene.py::test_a_urdf_visual_holds_what_the_file_says_in_numbers "
+        "test_scene.py::test_primitives_poses_and_colours_are_read test_tree.py",
         ("colour-by-name-not-found", "_rgba(material) or colours.get(name)", "_rgba(material)"),
         (
             "named-colour-before-the-own-one",
@@ -249,7 +253,7 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/coordinates.py",
+        "robot/checks.py",
         "test_configurations.py::test_joints_of_one_motor_agree_to_single_precision",
         ("couplings-compared-to-a-thousandth", "COUPLING_TOLERANCE = 1e-6", "COUPLING_TOLERANCE = 1e-3"),
         (
@@ -264,8 +268,8 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/coordinates.py",
-        "test_robot_model_details.py test_configurations.py",
+        "robot/checks.py",
+        "test_model_details.py test_configurations.py",
         (
             "coupling-of-plain-numbers-compared-in-the-driver",
             "- asked) * abs(mimic.multiplier) > COUPLING",
@@ -278,7 +282,7 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/frames.py",
+        "robot/kinematics.py",
         "test_shared_names.py",
         ("name-of-a-link-loses-to-that-of-a-joint", "self._ids.setdefault(name, index)", "self._ids[name] = index"),
         (
@@ -290,7 +294,7 @@ _ROBOT = (
     ),
     *_faults(
         "robot/limits.py",
-        "test_robot_limits.py::test_where_a_table_reaches_out_of_the_box_the_box_holds",
+        "test_limits.py::test_where_a_table_reaches_out_of_the_box_the_box_holds",
         (
             "clamp-ignores-the-box-where-a-table-holds",
             "return np.clip(lower, *box), np.clip(upper, *box)",
@@ -301,8 +305,8 @@ _ROBOT = (
     ),
     *_faults(
         "robot/limits.py",
-        "test_robot_limits.py test_configurations.py "
-        "test_robot_model_details.py::test_a_joint_outside_its_range_and_its_table_is_reported_once",
+        "test_limits.py test_configurations.py "
+        "test_model_details.py::test_a_joint_outside_its_range_and_its_table_is_reported_once",
         (
             "table-before-its-first-value-answers-with-its-last",
             "        return table.lower[end], table.upper[end]",
@@ -351,8 +355,8 @@ _ROBOT = (
     ),
     *_faults(
         "robot/kinematics.py",
-        "test_robot_model.py::test_relative_poses_are_those_of_pinocchio_for_any_number_of_frames "
-        "test_robot_model.py::test_poses_are_those_of_pinocchio",
+        "test_model.py::test_relative_poses_are_those_of_pinocchio_for_any_number_of_frames "
+        "test_model.py::test_poses_are_those_of_pinocchio",
         ("relative-pose-turned-back", "np.matmul(T_reference[:3, :3].T, T[:3]", "np.matmul(T_reference[:3, :3], T[:3]"),
         ("relative-poses-turned-back", "T_reference[..., :3, :3].swapaxes(-1, -2)", "T_reference[..., :3, :3]"),
         ("relative-pose-from-the-root", "            T[:3, 3] -= T_reference[:3, 3]\n", ""),
@@ -366,9 +370,9 @@ _ROBOT = (
     ),
     *_faults(
         "robot/kinematics.py",
-        "test_robot_model.py::test_the_centre_of_mass_is_the_mean_of_the_links "
-        "test_robot_model.py::test_a_payload_added_to_the_model_counts "
-        "test_robot_model.py::test_the_centre_of_mass_counts_root_and_tip_by_their_masses",
+        "test_model.py::test_the_centre_of_mass_is_the_mean_of_the_links "
+        "test_model.py::test_a_payload_added_to_the_model_counts "
+        "test_model.py::test_the_centre_of_mass_counts_root_and_tip_by_their_masses",
         (
             "centre-of-mass-without-the-root-link",
             "rest * held_x, share * y + rest * held_y, share * z + rest * held_z",
@@ -389,7 +393,7 @@ _ROBOT = (
     ),
     *_faults(
         "robot/checks.py",
-        "test_configurations.py test_robot_limits.py",
+        "test_configurations.py test_limits.py",
         (
             "degrees-of-one-configuration-not-noticed",
             "math.hypot(*q.tolist()) <= TURN:",
@@ -421,7 +425,7 @@ _ROBOT = (
     ),
     *_faults(
         "robot/model.py",
-        "test_robot_limits.py",
+        "test_limits.py",
         (
             "plain-values-set-into-the-floating-base",
             "{name: self._q_offset + column for name, column",
@@ -430,7 +434,7 @@ _ROBOT = (
     ),
     *_faults(
         "robot/configuration_methods.py",
-        "test_robot_limits.py",
+        "test_limits.py",
         (
             "joints-not-named-clamped-too",
             "        if joints is None:\n            inside",
@@ -444,7 +448,7 @@ _ROBOT = (
     ),
     *_faults(
         "robot/checks.py",
-        "test_robot_limits.py",
+        "test_limits.py",
         ("floating-base-not-checked-on-the-quick-way", "if one and not self._floating and math", "if one and math"),
         (
             "bad-number-blamed-on-the-wrong-joint-of-a-floating-base",
@@ -454,14 +458,14 @@ _ROBOT = (
     ),
     *_faults(
         "robot/kinematics.py",
-        "test_robot_model.py::test_the_centre_of_mass_transforms_with_its_reference",
+        "test_model.py::test_the_centre_of_mass_transforms_with_its_reference",
         ("centre-of-mass-turned-back-in-its-reference", '"...ji,...j->...i"', '"...ij,...j->...i"'),
     ),
 )
 
 _MEANING = (
     *_faults(
-        "semantics/meaning.py",
+        "robot/semantics/meaning.py",
         "test_semantics.py::test_a_mimic_is_composed_and_turned_round",
         (
             "composed-mimic-without-the-outer-multiplier-in-its-offset",
@@ -488,7 +492,7 @@ _MEANING = (
         ),
     ),
     *_faults(
-        "semantics/meaning.py",
+        "robot/semantics/meaning.py",
         "test_semantics.py",
         ("table-with-equal-values-taken", "np.diff(self.at) > 0.0", "np.diff(self.at) >= 0.0"),
         (
@@ -498,7 +502,7 @@ _MEANING = (
         ),
     ),
     *_faults(
-        "parameters/robot_parameters.py",
+        "robot/nao/parameters.py",
         "test_parameters.py::test_a_version_is_not_found_when_it_is_written_otherwise "
         "test_parameters.py::test_a_version_is_found_however_it_is_written",
         (
@@ -509,9 +513,9 @@ _MEANING = (
         ("version-names-in-their-letter-case", "str(name).strip().lower()", "str(name).strip()"),
     ),
     *_faults(
-        "_nao.py",
-        "test_semantics.py test_robot_model.py::test_body_values_are_those_of_the_joints_on_a_floating_base_too "
-        "test_robot_model.py::test_copies_answer_like_the_original",
+        "robot/nao/model.py",
+        "test_semantics.py test_model.py::test_body_values_are_those_of_the_joints_on_a_floating_base_too "
+        "test_model.py::test_copies_answer_like_the_original",
         ("body-order-of-a-floating-base-shifted", "self._checked(q)[..., self._q_offset :]", "self._checked(q)"),
         ("vertical-of-resting-postures-forgotten", "REST.get(row.name))", "None)"),
         ("units-of-hands-forgotten", 'if joint.unit == "1"}', "if False}"),
@@ -523,12 +527,12 @@ _MEANING = (
 _MATHEMATICS = (
     *_faults(
         "rotations/_quaternions.py",
-        "test_rotations_quaternions.py",
+        "test_quaternions.py",
         ("canonical-sign-blind-to-the-last-component", "nonzero.argmax(axis=-1)", "nonzero[..., :3].argmax(axis=-1)"),
     ),
     *_faults(
-        "rotations/_slerp.py",
-        "test_rotations_quaternions.py",
+        "rotations/_quaternions.py",
+        "test_quaternions.py",
         ("slerp-at-a-right-angle-goes-the-other-way", "f.where(_inner(p, q) < 0.0,", "f.where(_inner(p, q) <= 0.0,"),
         (
             "slerp-takes-its-angle-by-arccos",
@@ -538,32 +542,32 @@ _MATHEMATICS = (
     ),
     *_faults(
         "rotations/_exponential.py",
-        "test_rotations_invariants.py",
+        "test_invariants.py",
         ("floor-of-the-logarithm-too-high", "r3 * r3), SMALLEST_NORMAL)", "r3 * r3), 1e-4)"),
     ),
     *_faults(
         "rotations/_elementary.py",
-        "test_rotations_invariants.py",
+        "test_invariants.py",
         ("floor-of-the-exponential-too-high", "f.larger(square, SMALLEST_NORMAL)", "f.larger(square, 1e-8)"),
     ),
     *_faults(
-        "rotations/_quat_kernels.py",
-        "test_rotations_invariants.py",
+        "rotations/_quaternions.py",
+        "test_invariants.py",
         ("larger-unit-of-the-axis-so-early-that-it-overflows", "tiny = norm < 1e-140", "tiny = norm < 1e-8"),
         ("larger-unit-of-the-axis-too-late", "tiny = norm < 1e-140", "tiny = norm < 1e-200"),
     ),
     *_faults(
-        "rotations/_davenport.py",
-        "test_rotations_davenport.py",
+        "rotations/_three_angles.py",
+        "test_davenport.py",
         ("axes-perpendicular-to-a-hundredth", "_PERPENDICULAR = 1e-9", "_PERPENDICULAR = 1e-2"),
     ),
     *_faults(
-        "lines/_line.py",
+        "screws/lines/_line.py",
         "test_lines.py",
         ("lines-coincident-a-million-times-too-easily", "_COINCIDENT = 4.0 *", "_COINCIDENT = 4.0e6 *"),
     ),
     *_faults(
-        "lines/_pairs.py",
+        "screws/lines/_pairs.py",
         "test_lines.py",
         (
             "feet-of-lines-coincident-a-million-times-too-easily",
@@ -572,18 +576,18 @@ _MATHEMATICS = (
         ),
     ),
     *_faults(
-        "lines/_pairs.py",
+        "screws/lines/_pairs.py",
         "test_lines.py",
         ("distance-of-lines-by-the-direction-of-the-first", "mean = 0.5 * (e_b + same_way)", "mean = same_way"),
     ),
     *_faults(
-        "lines/_planes.py",
+        "screws/lines/_line.py",
         "test_lines.py",
         ("line-meets-the-plane-behind-its-point", "0.0, -height /", "0.0, height /"),
         ("line-parallel-to-a-plane-too-easily", "parallel_below: float = 1e-13", "parallel_below: float = 1e-6"),
     ),
     *_faults(
-        "rank_one.py",
+        "rotations/rank_one.py",
         "test_rank_one.py",
         (
             "rank-one-defective-a-million-times-too-easily",
@@ -599,7 +603,7 @@ _MATHEMATICS = (
 _MULTIDOF = (
     *_faults(
         "joints/grouping.py",
-        "test_joints_grouping.py",
+        "test_grouping.py",
         (
             "coincident-rule-measured-on-axes",
             'np.linalg.norm(centres - centre, axis=1) if rule == "coincident" else distances(centre, centres, axes)',
@@ -609,18 +613,18 @@ _MULTIDOF = (
         ("joints-of-one-motor-merged", "if len({node.driver for node in members}) < len(members) or not", "if not"),
     ),
     *_faults(
-        "joints/kinematic_pairs.py",
-        "test_joints_grouping.py test_joints_pairs.py",
+        "joints/pairs.py",
+        "test_grouping.py test_pairs.py",
         ("directions-parallel-to-a-hundredth", "PARALLEL = 1e-6", "PARALLEL = 1e-2"),
     ),
     *_faults(
-        "multidof/_assembly.py",
-        "test_typed_model.py::test_a_follower_is_as_fast_as_its_driver_makes_it",
+        "joints/_assembly.py",
+        "test_multidof_model.py::test_a_follower_is_as_fast_as_its_driver_makes_it",
         ("follower-as-fast-as-its-driver", "speed = abs(reading.mimic.multiplier) * self", "speed = self"),
     ),
     *_faults(
-        "multidof/_assembly.py",
-        "test_typed_model.py::test_all_frames_velocities_and_the_centre_of_mass_are_the_naos",
+        "joints/_assembly.py",
+        "test_multidof_model.py::test_all_frames_velocities_and_the_centre_of_mass_are_the_naos",
         (
             "carrier-of-a-universal-joint-follows-its-second-angle",
             "(self.model.getJointId(group.name), 0, derived=False)",
@@ -628,8 +632,8 @@ _MULTIDOF = (
         ),
     ),
     *_faults(
-        "multidof/_turn_selection.py",
-        "test_typed_whole_turns.py test_typed_configurations.py",
+        "joints/_turn_selection.py",
+        "test_multidof_whole_turns.py test_multidof_configurations.py",
         ("selection-without-a-tolerance-of-limits", "values - self.upper) - LIMIT_TOLERANCE", "values - self.upper)"),
         (
             "selection-with-a-hundredth-to-spare",
@@ -648,7 +652,7 @@ _MULTIDOF = (
 
 _CROSSCHECK = (
     *_faults(
-        "crosscheck/comparisons.py",
+        "crosscheck/report.py",
         "test_crosscheck.py::test_angles_differ_modulo_a_turn",
         (
             "crosscheck-of-angles-without-modulus",
@@ -663,7 +667,7 @@ _CROSSCHECK = (
         ("crosscheck-row-without-pairs-counted-as-passed", "self.pairs > 0 and self.worst", "self.worst"),
     ),
     *_faults(
-        "crosscheck/parameter_checks.py",
+        "crosscheck/rotation_checks.py",
         "test_crosscheck.py::test_exponentials_are_taken_of_vectors_within_and_out_of_half_a_turn",
         (
             "crosscheck-without-rotation-vectors-out-of-half-a-turn",
@@ -674,14 +678,14 @@ _CROSSCHECK = (
 )
 
 _THIN = _faults(
-    "export/variants/inertia.py",
-    "test_export_urdf.py::test_a_sheet_thinner_than_a_millionth_is_made_as_thick",
+    "export/inertia.py",
+    "test_urdf.py::test_a_sheet_thinner_than_a_millionth_is_made_as_thick",
     ("bodies-a-thousand-times-as-thin", "_THINNEST = 1e-6", "_THINNEST = 1e-9"),
 )
 
 _BATCH = (
     *_faults(
-        "batch/functions.py",
+        "_kernels/operations.py",
         "test_batch_kernels.py",
         (
             "quarter-turns-without-their-third-part",
@@ -693,7 +697,7 @@ _BATCH = (
         ("arc-tangent-of-a-steep-direction-not-turned", "spread(m, math.pi / 2.0) - angle, angle)", "angle, angle)"),
     ),
     *_faults(
-        "batch/operations.py",
+        "_kernels/operations.py",
         "test_batch_kernels.py::test_exact_half_turns_have_the_canonical_sign",
         (
             "half-turns-with-the-sign-of-their-third-part",
@@ -702,17 +706,17 @@ _BATCH = (
         ),
     ),
     *_faults(
-        "batch/program_kernel.py",
+        "_kernels/operations.py",
         "test_batch_kernels.py",
         ("far-angles-left-to-the-polynomials", "if top > far:", "if top < 0:"),
     ),
     *_faults(
-        "batch/program_kernel.py",
+        "_kernels/operations.py",
         "test_batch_methods.py",
         ("infinity-in-an-earlier-tile-forgotten", "peak = max(peak, top)", "peak = top"),
     ),
     *_faults(
-        "batch/program.py",
+        "_kernels/program.py",
         "test_batch_kernels.py",
         ("weights-of-a-nanometre-dropped", "_NOTHING = 1e-16", "_NOTHING = 1e-9"),
         ("register-given-away-before-its-last-reader", "if last[register] == k}", "if last[register] >= k}"),
@@ -720,13 +724,13 @@ _BATCH = (
         ("inverse-of-the-base-the-same", "-1.0 if inverse else 1.0", "1.0"),
     ),
     *_faults(
-        "batch/tree.py",
+        "_kernels/tree.py",
         "test_batch_kernels.py",
         ("common-joint-of-other-chains", "if len(set(places)) > 1:", "if len(set(places)) > 2:"),
         ("axis-to-the-other-side", "1.0 if self.axis[k] > 0.0 else -1.0", "1.0"),
     ),
     *_faults(
-        "batch/questions.py",
+        "_kernels/questions.py",
         "test_batch_kernels.py",
         (
             "jacobian-of-a-sliding-joint-that-follows-another-replaced",
@@ -741,7 +745,7 @@ _BATCH = (
         ("own-moment-of-a-body-left-out", "[(_moment(builder, tree, place), 1.0)]", "[]"),
     ),
     *_faults(
-        "batch/moving.py",
+        "_kernels/questions.py",
         "test_batch_kernels.py",
         (
             "coriolis-of-a-sliding-joint-once",
@@ -757,12 +761,12 @@ _BATCH = (
         ),
     ),
     *_faults(
-        "robot/batch_kinematics.py",
+        "robot/answers.py",
         "test_batch_kernels.py",
         ("changed-numbers-of-the-model-not-seen", " or self._numbers.changed()", ""),
     ),
     *_faults(
-        "robot/model_numbers.py",
+        "robot/build.py",
         "test_batch_kernels.py",
         ("changed-mass-of-the-root-not-seen", "self._first.mass != self._first_mass", "False"),
         ("shifted-mass-not-seen", " or bodies.changed()", ""),
@@ -784,8 +788,8 @@ _BATCH = (
 
 _FOLLOWING = (
     *_faults(
-        "ik/paths/branch_choice.py",
-        "test_ik_follow.py",
+        "ik/follow_branches.py",
+        "test_follow.py",
         (
             "branch-nearest-to-the-sample-before",
             "total = before.cost[:, None] + _sq",
@@ -795,14 +799,14 @@ _FOLLOWING = (
         ("motion-to-the-end-not-counted", "last = last + _squares(", "last = last + 0.0 * _squares("),
     ),
     *_faults(
-        "ik/paths/jumps.py",
-        "test_ik_follow.py",
+        "ik/follow_branches.py",
+        "test_follow.py",
         ("jump-that-only-has-to-shrink", "_STILL = 0.5", "_STILL = 2.0"),
         ("coarse-step-taken-for-a-jump", "_BESIDE = 0.25", "_BESIDE = 0.0"),
     ),
     *_faults(
-        "ik/paths/time_scaling.py",
-        "test_ik_follow.py",
+        "ik/follow.py",
+        "test_follow.py",
         (
             "share-of-the-speed-limit-upside-down",
             ".max(axis=1, initial=0.0) / speed",
@@ -811,13 +815,13 @@ _FOLLOWING = (
         ("segments-taken-at-the-speed-limit", "taken = np.where(short, needed, given)", "taken = needed"),
     ),
     *_faults(
-        "ik/paths/path_targets.py",
-        "test_ik_follow.py",
+        "ik/follow_limbs.py",
+        "test_follow.py",
         ("direction-shifted-with-the-torso", "seen = array if free else array - ", "seen = array - "),
     ),
     *_faults(
-        "ik/paths/follow.py",
-        "test_ik_follow.py",
+        "ik/follow.py",
+        "test_follow.py",
         ("way-from-the-reference-not-counted", "start = None if reference is None else references[0]", "start = None"),
         ("quaternion-of-the-base-changes-its-sign", "np.where(turned, -1.0, 1.0)", "np.where(turned, 1.0, 1.0)"),
         ("torso-that-gives-way-stays", "np.where(there, given_way, path.torso)", "path.torso"),
@@ -826,13 +830,13 @@ _FOLLOWING = (
 
 _WHOLE_BODY = (
     *_faults(
-        "ik/body/stance.py",
-        "test_ik_whole_body.py::test_the_torso_goes_where_both_hips_agree",
+        "ik/body_errors.py",
+        "test_whole_body.py::test_the_torso_goes_where_both_hips_agree",
         ("hips-agree-by-the-wrong-sign", "return _moved(body, -gap, slope, x)", "return _moved(body, gap, slope, x)"),
     ),
     *_faults(
-        "ik/body/body_errors.py",
-        "test_ik_whole_body.py::test_derivatives_are_those_of_the_errors",
+        "ik/body_errors.py",
+        "test_whole_body.py::test_derivatives_are_those_of_the_errors",
         (
             "gaze-without-the-change-of-its-ratio",
             "        change = -slope * g0\n",
@@ -840,8 +844,8 @@ _WHOLE_BODY = (
         ),
     ),
     *_faults(
-        "ik/body/body.py",
-        "test_ik_whole_body.py::test_derivatives_are_those_of_the_errors",
+        "ik/body.py",
+        "test_whole_body.py::test_derivatives_are_those_of_the_errors",
         (
             "centre-of-mass-not-turned-with-the-torso",
             "J[2, k] = torso[2, k] + w0 * com[1] - w1 * com[0]",
@@ -849,8 +853,8 @@ _WHOLE_BODY = (
         ),
     ),
     *_faults(
-        "ik/body/limit_rows.py",
-        "test_ik_whole_body.py::test_rows_of_limits_hold_for_the_steps_that_end_inside",
+        "ik/body_errors.py",
+        "test_whole_body.py::test_rows_of_limits_hold_for_the_steps_that_end_inside",
         (
             "upper-bounds-of-tables-not-seen",
             "total += max(0.0, low - value, value - high)",
@@ -859,21 +863,21 @@ _WHOLE_BODY = (
         ("row-of-a-table-without-its-slope", "A[count, of] = -sign * slope", "A[count, of] = 0.0"),
     ),
     *_faults(
-        "ik/body/quadratic_program.py",
-        "test_ik_whole_body.py::test_the_quadratic_program_meets_its_optimality_conditions",
+        "ik/quadratic_program.py",
+        "test_whole_body.py::test_the_quadratic_program_meets_its_optimality_conditions",
         ("active-row-that-pulls-the-wrong-way-kept", "share[i] > 0.0 and force[i]", "share[i] > 1e9 and force[i]"),
     ),
     *_faults(
         "robot/support_polygon.py",
-        "test_ik_whole_body.py::test_the_polygon_is_the_hull_of_the_sensors",
+        "test_whole_body.py::test_the_polygon_is_the_hull_of_the_sensors",
         ("distance-outside-by-the-edge-line", "inside, -away))", "inside, inside))"),
     ),
 )
 
 _IK = (
     *_faults(
-        "ik/closed_forms/legs_equations.py",
-        "test_ik_legs.py::test_hips_on_the_axis_of_ankle_roll_and_beside_it",
+        "ik/legs_equations.py",
+        "test_legs.py::test_hips_on_the_axis_of_ankle_roll_and_beside_it",
         (
             "hip-of-both-legs-halfway-between-them",
             "hip + gap * (two / (one + two))",
@@ -881,9 +885,9 @@ _IK = (
         ),
     ),
     *_faults(
-        "ik/closed_forms/legs_pieces.py",
-        "test_ik_legs.py::test_a_way_as_narrow_as_a_point_is_found "
-        "test_ik_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
+        "ik/legs_apart.py",
+        "test_legs.py::test_a_way_as_narrow_as_a_point_is_found "
+        "test_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
         (
             "hip-yaw-pitch-with-a-single-value-inside-the-limits-missed",
             "        elif not joined and is_inside(",
@@ -896,14 +900,14 @@ _IK = (
         ),
     ),
     *_faults(
-        "ik/closed_forms/legs_turns.py",
-        "test_ik_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
+        "ik/legs_apart.py",
+        "test_legs.py::test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less",
         ("turns-of-the-feet-not-balanced-between-ends", "if growth < 0.0 <= grows:", "if False:"),
     ),
     *_faults(
-        "ik/closed_forms/legs_torso.py",
-        "test_ik_legs.py::test_the_torso_gives_way_until_both_feet_are_met "
-        "test_ik_legs.py::test_no_smaller_change_of_the_torso_meets_both_feet",
+        "ik/legs_torso.py",
+        "test_legs.py::test_the_torso_gives_way_until_both_feet_are_met "
+        "test_legs.py::test_no_smaller_change_of_the_torso_meets_both_feet",
         (
             "torso-moved-as-far-as-it-may",
             "while place > 0 and abs(values[place - 1]) > abs(value):",
@@ -911,8 +915,8 @@ _IK = (
         ),
     ),
     *_faults(
-        "ik/closed_forms/legs.py",
-        "test_ik_legs.py::test_feet_that_cross_are_said_to",
+        "ik/legs.py",
+        "test_legs.py::test_feet_that_cross_are_said_to",
         (
             "feet-that-cross-mistaken",
             "np.asarray(sides[0] < sides[1])",
@@ -942,13 +946,13 @@ _MOTION = (
         ),
     ),
     *_faults(
-        "motion/mirroring.py",
-        "test_motion_editing.py",
+        "motion/editing.py",
+        "test_editing.py",
         ("mirrored-turns-keep-their-sign", 'kind == "prismatic" else -1.0', 'kind == "prismatic" else 1.0'),
     ),
     *_faults(
         "motion/checking.py",
-        "test_motion_checking.py",
+        "test_checking.py",
         (
             "speeds-of-one-direction-only",
             'found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)',
@@ -962,7 +966,7 @@ _MOTION = (
     ),
     *_faults(
         "motion/mending.py",
-        "test_motion_editing.py",
+        "test_editing.py",
         (
             "joints-clamped-at-their-keys-only",
             "(pieces.values > upper + LIMIT_TOLERANCE)).any(axis=1)",
@@ -974,7 +978,7 @@ _MOTION = (
 _NAOQI = (
     *_faults(
         "naoqi/spaces.py",
-        "test_naoqi_language.py",
+        "test_language.py",
         (
             "robot-frame-turned-half-a-turn-where-the-feet-are-on-both-sides-of-pi",
             "apart = apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))",
@@ -987,7 +991,7 @@ _NAOQI = (
         ),
     ),
     *_faults(
-        "naoqi/virtual/joints.py",
+        "naoqi/virtual/body.py",
         "test_virtual_engine.py",
         (
             "right-hip-counts-more-than-the-left",
@@ -1001,7 +1005,7 @@ _NAOQI = (
         ),
     ),
     *_faults(
-        "naoqi/virtual/tasks.py",
+        "naoqi/virtual/engine.py",
         "test_virtual_engine.py",
         (
             "tasks-overtake-those-that-wait",
@@ -1015,12 +1019,12 @@ _NAOQI = (
         ),
     ),
     *_faults(
-        "naoqi/virtual/clock.py",
+        "naoqi/virtual/engine.py",
         "test_virtual_engine.py",
         ("parts-of-a-tick-are-lost", "self._rest = max(0.0, self._rest - count)", "self._rest = 0.0"),
     ),
     *_faults(
-        "naoqi/virtual/base.py",
+        "naoqi/virtual/body.py",
         "test_virtual_engine.py",
         (
             "a-posture-turns-the-robot",
@@ -1034,7 +1038,7 @@ _NAOQI = (
         ),
     ),
     *_faults(
-        "naoqi/virtual/cartesian/descent.py",
+        "naoqi/virtual/limb_solvers.py",
         "test_virtual_cartesian.py",
         (
             "the-turn-of-the-standing-foot-moves-no-point",
@@ -1043,12 +1047,12 @@ _NAOQI = (
         ),
     ),
     *_faults(
-        "naoqi/virtual/walk/plans.py",
+        "naoqi/virtual/walk.py",
         "test_virtual_walk.py",
         ("a-walk-that-was-stopped-has-arrived", "self.arrived = not self._stopped", "self.arrived = True"),
     ),
     *_faults(
-        "naoqi/lola.py",
+        "naoqi/live.py",
         "test_lola.py",
         ("endless-frames-are-read", "if self._left < 0:", "if self._left < -(10**9):"),
     ),

@@ -8,7 +8,7 @@ from mutation import faults as _faults
 _CLOSED_FORMS_AND_DRAGS = (
     *_faults(
         "web/src/ik/limb.js",
-        "test_viewer_closed_forms.py",
+        "test_closed_forms.py",
         (
             "page-forgets-the-coupled-limit",
             "    if (!this.table) return true;\n    const [low, high] = this.tableRange",
@@ -17,12 +17,12 @@ _CLOSED_FORMS_AND_DRAGS = (
     ),
     *_faults(
         "web/src/ik/answer.js",
-        "test_viewer_closed_forms.py",
+        "test_closed_forms.py",
         ("page-sorts-branches-the-other-way", "].distance > branch.distance", "].distance < branch.distance"),
     ),
     *_faults(
         "web/src/ik/leg.js",
-        "test_viewer_closed_forms.py",
+        "test_closed_forms.py",
         (
             "hip-beside-the-axis-of-ankle-roll-taken-for-on-it",
             "const ON_AXIS = 1e-12;",
@@ -31,7 +31,7 @@ _CLOSED_FORMS_AND_DRAGS = (
     ),
     *_faults(
         "web/src/ik/leg_standing.js",
-        "test_viewer_closed_forms.py",
+        "test_closed_forms.py",
         (
             "other-foot-turns-the-other-way-round",
             "return Math.atan2(E[3] - E[1], E[0] + E[4]);",
@@ -40,43 +40,43 @@ _CLOSED_FORMS_AND_DRAGS = (
     ),
     *_faults(
         "web/src/drag/follow.js",
-        "test_viewer_drag.py",
+        "test_drag.py",
         ("other-foot-carried-along-by-the-shared-motor", "q: other.merged(moved, others)", "q: moved"),
     ),
     *_faults(
         "web/src/drag/pointer.js",
-        "test_viewer_drag.py",
+        "test_drag.py",
         ("camera-turns-while-a-handle-is-held", "    this.app.viewer.controls.enabled = false;\n", ""),
     ),
     *_faults(
         "web/src/drag/limb_drag.js",
-        "test_viewer_drag.py",
+        "test_drag.py",
         ("ghosts-stay-when-a-handle-is-let-go", "    this.ghosts.clear();\n", ""),
     ),
     *_faults(
         "web/src/drag/drag.js",
-        "test_viewer_pointer.py",
+        "test_pointer.py",
         ("escape-lets-go-and-gives-nothing-back", "    stance.set(q, up);\n", ""),
         ("history-not-told-that-it-is-let-go", "    this.announce(false);\n", ""),
     ),
     *_faults(
         "web/src/drag/stops.js",
-        "test_viewer_pointer.py",
+        "test_pointer.py",
         ("coupled-partner-of-a-dragged-joint-left-out", "      if (share >= 1) continue;\n", "      continue;\n"),
     ),
     *_faults(
         "web/src/drag/joint_drag.js",
-        "test_viewer_pointer.py",
+        "test_pointer.py",
         ("mimic-joints-dragged-without-their-multiplier", ".multiplyScalar(multiplier);", ";"),
     ),
     *_faults(
         "web/src/pick/picker.js",
-        "test_viewer_pointer.py",
+        "test_pointer.py",
         ("search-ends-at-the-first-shape", "if (entry > least) break;", "if (least < Infinity) break;"),
     ),
     *_faults(
         "web/src/scene/ghosts.js",
-        "test_viewer_drag.py",
+        "test_drag.py",
         (
             "ghosts-not-looked-at-again-when-the-robot-moves",
             "> SAME);",
@@ -85,7 +85,7 @@ _CLOSED_FORMS_AND_DRAGS = (
     ),
     *_faults(
         "ik/limbs.py",
-        "test_viewer_closed_forms.py",
+        "test_closed_forms.py",
         ("table-of-a-limb-described-with-its-padding", "list(ranges.at[:bends])", "list(ranges.at)"),
     ),
 )
@@ -331,7 +331,7 @@ _PURE = (
 _PROGRAM = (
     *_faults(
         "viewer/access.py",
-        "test_viewer_access.py",
+        "test_access.py",
         (
             "token-compared-without-its-length",
             "hmac.compare_digest(token.encode(), self.token.encode())",
@@ -356,16 +356,16 @@ _PROGRAM = (
         ),
     ),
     *_faults(
-        "viewer/document.py",
-        "test_viewer_access.py",
+        "viewer/access.py",
+        "test_access.py",
         ("gzip-sent-to-who-refuses-it", " and not _NO_GZIP.fullmatch(part)", ""),
         ("page-kept-without-asking-again", '"Cache-Control", "no-cache")', '"Cache-Control", "max-age=3600")'),
     ),
     *_faults(
         "viewer/server.py",
-        "test_viewer_server.py::test_no_more_than_so_many_pages_are_served "
-        "test_viewer_server.py::test_a_page_that_has_the_scene_is_sent_only_the_rest "
-        "test_viewer_server.py::test_the_page_of_a_picture_opens_one_socket_without_a_token",
+        "test_server.py::test_no_more_than_so_many_pages_are_served "
+        "test_server.py::test_a_page_that_has_the_scene_is_sent_only_the_rest "
+        "test_server.py::test_the_page_of_a_picture_opens_one_socket_without_a_token",
         ("one-page-too-many", "len(self.server._pages) >= _MOST_PAGES", "len(self.server._pages) > _MOST_PAGES"),
         (
             "page-of-an-earlier-program-keeps-what-is-gone",
@@ -376,7 +376,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/messages.py",
-        "test_viewer_server.py::test_a_robot_of_the_same_name_with_other_lengths_is_another_scene",
+        "test_server.py::test_a_robot_of_the_same_name_with_other_lengths_is_another_scene",
         (
             "digest-of-the-scene-forgets-what-is-in-it",
             'b"".join(self._messages.values())',
@@ -385,12 +385,12 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/shown_robot.py",
-        "test_viewer_from_python_alone.py",
+        "test_from_python_alone.py",
         ("robot-one-takes-robot-ten-along", 'f"robot {number} ", True', 'f"robot {number}", True'),
     ),
     *_faults(
         "viewer/shown_scene.py",
-        "test_viewer_from_python_alone.py",
+        "test_from_python_alone.py",
         (
             "third-robot-inside-the-second",
             "self._edge += _GAP + 2.0 * added.reaches_aside",
@@ -399,7 +399,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/viewer.py",
-        "test_viewer_server.py::test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page",
+        "test_server.py::test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page",
         (
             "report-of-a-page-loses-its-source",
             "self._show_joints(q, up, source)",
@@ -408,7 +408,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/recording.py",
-        "test_viewer_from_python_alone.py",
+        "test_from_python_alone.py",
         (
             "halved-recording-loses-its-first-and-last",
             "kept.append(len(self._times) - 1)",
@@ -417,8 +417,8 @@ _PROGRAM = (
         ("robot-that-stood-still-drifts-in-a-recording", "if now - last > 2.0 * step:", "if False:"),
     ),
     *_faults(
-        "viewer/changes.py",
-        "test_viewer_from_python_alone.py",
+        "viewer/shown_scene.py",
+        "test_from_python_alone.py",
         ("joints-that-wait-to-be-told-forgotten", "before | dict.fromkeys(joints)", "dict.fromkeys(joints)"),
         (
             "callbacks-share-one-configuration",
@@ -427,23 +427,23 @@ _PROGRAM = (
         ),
     ),
     *_faults(
-        "viewer/outside.py",
-        "test_viewer_scene.py",
+        "viewer/shown_scene.py",
+        "test_scene.py",
         ("coupled-joint-at-zero-not-warned-of", "if row.value != 0.0 or row.of_value != 0.0)", "if row.value != 0.0)"),
     ),
     *_faults(
-        "viewer/extras.py",
-        "test_viewer_from_python.py::test_what_is_no_shape_is_refused_and_nothing_changes",
+        "viewer/overlays.py",
+        "test_from_python.py::test_what_is_no_shape_is_refused_and_nothing_changes",
         ("corner-behind-the-last-vertex", "corners.max() >= len(rows)", "corners.max() > len(rows)"),
     ),
     *_faults(
-        "viewer/lights.py",
+        "viewer/meshes.py",
         "test_lights.py",
         ("right-eye-numbered-away-from-the-nose", "math.atan2(-side * (centre[1]", "math.atan2(-(centre[1]"),
     ),
     *_faults(
         "viewer/overlays.py",
-        "test_viewer_scene.py",
+        "test_scene.py",
         (
             "link-fixed-to-another-outshines-it",
             "own = {carriers[name]: rgb[name] for name in numbers if name in carriers} | rgb",
@@ -452,7 +452,7 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/description.py",
-        "test_viewer_scene.py",
+        "test_scene.py",
         (
             "mirror-image-with-the-wrong-sign",
             '"multiplier": sign * driver["multiplier"]',
@@ -461,11 +461,11 @@ _PROGRAM = (
     ),
     *_faults(
         "viewer/notebook.py",
-        "test_viewer_notebook.py::test_a_frame_that_opens_gets_what_has_changed_since_it_was_made_and_nothing_else",
+        "test_notebook.py::test_a_frame_that_opens_gets_what_has_changed_since_it_was_made_and_nothing_else",
         ("frame-is-sent-what-it-has", "if self._messages.get(key) is not self._in_frame.get(key)", "if True"),
     ),
     *_faults(
-        "_common/supervisor.py",
+        "_core/supervisor.py",
         "test_supervisor.py::test_a_folder_is_in_use_by_one_supervisor_at_a_time "
         "test_supervisor.py::test_sigkill_leaves_neither_browser_nor_folder",
         (
@@ -480,17 +480,17 @@ _PROGRAM = (
 _IN_A_BROWSER = (
     *_faults(
         "web/src/robot/standing.js",
-        "test_viewer_standing.py::test_of_two_soles_that_could_carry_it_the_robot_stands_on_the_one_that_turns_it_less",
+        "test_standing.py::test_of_two_soles_that_could_carry_it_the_robot_stands_on_the_one_that_turns_it_less",
         ("robot-set-down-on-the-sole-that-turns-it-most", "b.z - a.z)[0]", "a.z - b.z)[0]"),
     ),
     *_faults(
         "web/src/panel/past.js",
-        "test_viewer_panel.py::test_undo_gives_back_a_direction_up_that_was_given",
+        "test_panel.py::test_undo_gives_back_a_direction_up_that_was_given",
         ("undo-forgets-the-direction-up", "stance.jump(snapshot.q, snapshot.up);", "stance.jump(snapshot.q, null);"),
     ),
     *_faults(
         "web/src/panel/address.js",
-        "test_viewer_panel.py::test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads",
+        "test_panel.py::test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads",
         (
             "link-puts-a-joint-beyond-its-limit",
             "app.stance.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null)",

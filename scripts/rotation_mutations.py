@@ -7,36 +7,36 @@ from mutation import faults
 ROTATIONS = (
     *faults(
         "rotations/_checks.py",
-        "test_rotations_checks.py",
+        "test_checks.py",
         ("nearly-rotations-projected-by-half", "- 0.5 * xx, d", "- 0.25 * xx, d"),
         ("nearly-rotations-not-projected", "            entries = _projected(f, entries, defects[1:])\n", ""),
         ("exact-rotations-projected-with-their-neighbours", "f.where(exact, 0.0, defect)", "defect"),
     ),
     *faults(
         "rotations/_exponential.py",
-        "test_rotations_powers.py",
+        "test_powers.py",
         ("angle-between-of-the-product", "a[i] * b[j] + a[3 + i] * b[3 + j]", "a[i] * b[j] + a[3 + j] * b[3 + i]"),
     ),
     *faults(
-        "rotations/_quat_powers.py",
-        "test_rotations_powers.py",
+        "rotations/_quaternions.py",
+        "test_powers.py",
         ("a-whole-turn-about-no-axis", "f.where(theta >= math.pi, f.where(", "f.where(theta > 4.0, f.where("),
         ("length-forgotten-in-the-logarithm", "0.5 * f.log(square)", "0.0 * f.log(square)"),
     ),
     *faults(
         "rotations/_quaternions.py",
-        "test_rotations_powers.py",
+        "test_powers.py",
         ("a-quaternion-turns-backwards", "x + r0 * tx + (r2", "x - r0 * tx + (r2"),
     ),
     *faults(
-        "rotations/_slerp.py",
-        "test_rotations_paths.py",
+        "rotations/_quaternions.py",
+        "test_paths.py",
         ("longer-arc-to-the-wrong-side", "f.where(sine == 0.0, -1.0, -sine)", "f.where(sine == 0.0, 1.0, sine)"),
         ("longer-arc-as-long-as-the-shorter", "f.atan2(sine, -1.0 - shift)", "f.atan2(sine, 1.0 + shift)"),
     ),
     *faults(
-        "rotations/_continuity.py",
-        "test_rotations_paths.py",
+        "rotations/_quaternions.py",
+        "test_paths.py",
         ("signs-of-a-path-not-handed-on", "np.cumprod(flips, axis=0)", "flips"),
         (
             "quaternion-of-a-path-half-a-turn-on-flipped",
@@ -46,8 +46,8 @@ ROTATIONS = (
         ("quaternion-half-a-turn-away-flipped", "inner[..., np.newaxis] < 0.0", "inner[..., np.newaxis] <= 0.0"),
     ),
     *faults(
-        "rotations/_spline_velocities.py",
-        "test_rotations_paths.py",
+        "rotations/_spline.py",
+        "test_paths.py",
         (
             "acceleration-without-what-the-jacobian-changes",
             "            + turning_acceleration(arcs",
@@ -58,8 +58,8 @@ ROTATIONS = (
         ("odd-keys-without-their-right-neighbour", " - by[..., 3:6] @ following", ""),
     ),
     *faults(
-        "_common/turn_coefficients.py",
-        "test_rotations_jacobians.py test_screws_exponential.py test_screws_jacobians.py",
+        "_core/kernels.py",
+        "test_rotations_jacobians.py test_exponential.py test_screws_jacobians.py",
         ("series-of-the-jacobians-too-short", "_TERMS = 11", "_TERMS = 8"),
         ("closed-forms-for-small-turns", "_NEAR = math.pi**2", "_NEAR = 1e-8"),
         ("series-for-turns-past-a-half", "_NEAR = math.pi**2", "_NEAR = 100.0"),
@@ -70,7 +70,7 @@ ROTATIONS = (
         ("whole-turns-inverted", "WHOLE_TURN = 4.0 * 2.0**-52", "WHOLE_TURN = 2.0**-56"),
     ),
     *faults(
-        "rotations/_jacobians.py",
+        "rotations/_exponential.py",
         "test_rotations_jacobians.py",
         ("left-jacobian-for-right", "return _left(f, 0.0 - x, 0.0 - y, 0.0 - z)", "return _left(f, x, y, z)"),
         ("inverse-at-a-whole-turn-let-through", "np.abs(opening) <= WHOLE_TURN", "np.abs(opening) < 0.0"),
@@ -89,8 +89,8 @@ ROTATIONS = (
         ),
     ),
     *faults(
-        "rotations/_mrp.py",
-        "test_rotations_mrp.py",
+        "rotations/_invariants.py",
+        "test_mrp.py",
         (
             "shadow-of-the-parameters-of-the-same-sign",
             "np.asarray(-(direction / square)",
@@ -102,14 +102,14 @@ ROTATIONS = (
         ("long-parameters-taken-for-short", "largest(parameters) > 1.0", "largest(parameters) < 0.0"),
     ),
     *faults(
-        "rotations/_weights.py",
-        "test_rotations_means.py test_rotations_directions.py",
+        "rotations/_checks.py",
+        "test_means.py test_directions.py",
         ("weights-not-shares-of-one", "scaled / scaled.sum(axis=-1, keepdims=True)", "scaled"),
         ("sum-of-weights-that-overflows", "scaled = values / largest", "scaled = values"),
     ),
     *faults(
-        "rotations/_mean.py",
-        "test_rotations_means.py",
+        "rotations/_fitting.py",
+        "test_means.py",
         ("mean-left-at-the-chordal-one", '    if method == "geodesic":', '    if method == "":'),
         ("mean-stepping-away", "mean = mean @ exp(step)", "mean = mean @ exp(-step)"),
         ("mean-in-the-fixed-frame", "mean = mean @ exp(step)", "mean = exp(step) @ mean"),
@@ -122,7 +122,7 @@ ROTATIONS = (
     ),
     *faults(
         "rotations/_random.py",
-        "test_rotations_means.py",
+        "test_means.py",
         (
             "random-quaternions-of-a-cube",
             "standard_normal((*_sizes(shape), count))",
@@ -136,8 +136,8 @@ ROTATIONS = (
         ),
     ),
     *faults(
-        "rotations/_directions.py",
-        "test_rotations_directions.py",
+        "rotations/_fitting.py",
+        "test_directions.py",
         ("opposite-directions-not-told", "_OPPOSITE = 4.0 * 2.0**-52", "_OPPOSITE = -1.0"),
         ("opposite-directions-told-too-early", "_OPPOSITE = 4.0 * 2.0**-52", "_OPPOSITE = 1e-7"),
         ("normal-always-from-the-difference", "np.where(near, difference, total)", "difference"),
@@ -151,8 +151,8 @@ ROTATIONS = (
         ("angles-left-by-the-chord", "2.0 * np.arctan2(apart, norm(B + turned))", "apart"),
     ),
     *faults(
-        "rotations/_nearest_angles.py",
-        "test_rotations_few_axes.py",
+        "rotations/_fitting.py",
+        "test_few_axes.py",
         ("lean-of-two-axes-forgotten", "x * n0 + y * n1 + z * n2 - r0 * cosine", "x * n0 + y * n1 + z * n2"),
         ("angles-of-fixed-axes-not-turned-round", 'if axes == "fixed" else angles', "if False else angles"),
         ("residual-halved", "4.0 * f.atan2(f.sqrt(apart)", "2.0 * f.atan2(f.sqrt(apart)"),
@@ -160,8 +160,8 @@ ROTATIONS = (
         ("angles-not-wrapped", "f.where(angle > math.pi, 2.0", "f.where(angle > 3.0 * math.pi, 2.0"),
     ),
     *faults(
-        "rotations/_davenport.py",
-        "test_rotations_few_axes.py",
+        "rotations/_three_angles.py",
+        "test_few_axes.py",
         (
             "side-of-each-of-many-axes-forgotten",
             "second, delta = side[..., np.newaxis] * second, side * delta",
@@ -170,7 +170,7 @@ ROTATIONS = (
     ),
     *faults(
         "rotations/_spline.py",
-        "test_rotations_paths.py",
+        "test_paths.py",
         ("spline-that-ends-before-its-last-key", "instants > self.times[-1]", "instants >= self.times[-1]"),
         (
             "velocity-at-the-end-with-the-other-jacobian",
@@ -185,14 +185,14 @@ ROTATIONS = (
         ("velocity-in-the-frame-of-the-key", "place, :, :], _times(exp(v), moving))", "place, :, :], moving)"),
     ),
     *faults(
-        "rotations/_skew.py",
+        "rotations/_elementary.py",
         "test_rotations_jacobians.py",
         ("vector-of-one-triangle", "half[..., 2, 1] - half[..., 1, 2], half", "2.0 * half[..., 2, 1], half"),
         ("skew-symmetric-to-an-absolute-bound", "if (symmetric > TOLERANCE * largest)", "if (symmetric > TOLERANCE)"),
     ),
     *faults(
-        "_common/vectors.py",
-        "test_common_vectors.py",
+        "_core/arrays.py",
+        "test_vectors.py",
         ("largest-of-two-components", "in range(1, v.shape[-1])", "in range(1, min(2, v.shape[-1]))"),
         ("unit-of-the-smallest-floats-infinite", "np.minimum(-exponent, 1023)", "-exponent"),
         ("length-scaled-back-the-wrong-way", "np.ldexp(length, -shift)", "np.ldexp(length, shift)"),

@@ -11,7 +11,7 @@ from slow_tests import MODULES, is_slow
 from viewer_pages import chromium
 
 import nao_kin as nk
-from nao_kin.parameters import VERSIONS
+from nao_kin.robot.nao import VERSIONS
 
 settings.register_profile("nao_kin", derandomize=True, deadline=None, max_examples=60)
 settings.register_profile("quick", settings.get_profile("nao_kin"), max_examples=4)
@@ -29,7 +29,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_kernels() -> None:
     """What is compiled once on a machine is there before a test looks at what a command says."""
-    nk.batch.warm_up()
+    nk._kernels.warm_up()
     nk.reach.warm_up()
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.patches import FancyArrowPatch, Polygon
 
 from nao_kin import RobotModel
-from nao_kin.lines import PluckerLine
+from nao_kin.screws.lines import PluckerLine
 
 X, Y, Z = np.eye(3)
 ORIGIN, AT_REST = np.zeros(3), np.eye(3)

@@ -10,9 +10,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import NoReturn
 
-from nao_kin._common.ending import end_on_signals
+from nao_kin._core.process import end_on_signals
 
-__all__ = ["main"]
+__all__ = [
+    "main",
+]
+
 
 # The commands that talk to NAOqi.
 _WITH_QI = ("serve", "run", "live")

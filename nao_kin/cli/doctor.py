@@ -1,7 +1,4 @@
-"""`nao-kin doctor`: what is installed, from where, and what is known to clash.
-
-It asks without importing, so that it can report a crash.
-"""
+"""`nao-kin doctor` and `warmup`: what is installed, from where, what clashes, and kernels compiled ahead."""
 
 from __future__ import annotations
 
@@ -10,20 +7,88 @@ import importlib.util
 import os
 import platform
 import shutil
+import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from nao_kin._extras import ALL, EXTRAS, Extra
-from nao_kin._extras import command as install_command
-from nao_kin.cli.options import JsonOption, command
-from nao_kin.cli.output import print_json, print_table
-from nao_kin.cli.probes import model_problem, numba_problem
+from nao_kin._core.extras import ALL, EXTRAS, Extra, with_remedy
+from nao_kin._core.extras import command as install_command
+from nao_kin._core.process import before_ending, kill_group, uninterrupted
+from nao_kin._core.text import abbreviated
+from nao_kin._kernels.cache import need_numba
+from nao_kin.cli.options import JsonOption, command, print_json, print_table
+
+# --- Libraries tried in a process of their own, for mixed binary libraries do not raise, they crash.
+
+_PROBE = """
+import nao_kin
+nao = nao_kin.load_nao()
+print(nao.nv, *nao.position(nao.neutral(), "LArm"))
+"""
+_NUMBA_PROBE = """
+from nao_kin._kernels.cache import numba_problem
+print(numba_problem())
+"""
+_PROBE_SECONDS = 120
+
+
+def model_problem(variables: Mapping[str, str]) -> list[str]:
+    """What is wrong where the NAO does not load, if anything."""
+    code, out, problem = _probed(_PROBE, variables)
+    if code == 0 and out.startswith("25 "):
+        return []
+    return [
+        f"the model could not be tried: {problem}" if code is None else f"the NAO does not load: {with_remedy(problem)}"
+    ]
+
+
+def numba_problem(variables: Mapping[str, str]) -> list[str]:
+    """What is wrong where Numba is installed and does not load: it refuses a NumPy newer than itself."""
+    code, out, problem = _probed(_NUMBA_PROBE, variables)
+    return [found] if (found := out.strip() if code == 0 else f"numba does not load: {problem}") else []
+
+
+def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
+    """Exit code and output of a program in a process of its own, and what it ended with; no code where it did not."""
+    try:
+        with uninterrupted():
+            probe = subprocess.Popen(
+                [sys.executable, "-c", program],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                env=dict(variables),
+                start_new_session=True,
+            )
+            take_back = before_ending(partial(kill_group, probe.pid))
+    except OSError as error:
+        return None, "", str(error)
+    try:
+        with probe:
+            try:
+                out, errors = probe.communicate(timeout=_PROBE_SECONDS)
+            except BaseException:
+                probe.kill()
+                raise
+    except subprocess.TimeoutExpired:
+        return None, "", f"it did not load within {_PROBE_SECONDS} s"
+    finally:
+        take_back()
+    lines = errors.strip().splitlines()
+    return probe.returncode, out, abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
+
+
+# --- `nao-kin doctor`: what is installed, from where, and what is known to clash.
+#
+# It asks without importing, so that it can report a crash.
 
 # Distribution name → module name.
 _LIBRARIES = {
@@ -83,7 +148,7 @@ class Library:
 
 @dataclass(frozen=True)
 class ExtraState:
-    """An extra, as `nao_kin._extras` has it, and whether it is here.
+    """An extra, as `nao_kin._core.extras` has it, and whether it is here.
 
     Attributes:
         name: as in `pip install 'nao-kin[name]'`.
@@ -211,3 +276,40 @@ def _clashes(libraries: tuple[Library, ...], variables: Mapping[str, str]) -> li
 def _major_minor(version: str) -> tuple[int, int]:
     numbers = [int(part) if part.isdigit() else 0 for part in version.split(".")[:2]]
     return numbers[0], numbers[1] if len(numbers) > 1 else 0
+
+
+# --- `nao-kin warmup`: the batch kernels compiled ahead.
+
+
+@command("warmup", "Example: nao-kin warmup")
+def warmup(json: JsonOption = False) -> None:
+    """Compile the kernels for large batches, reach maps and inverse kinematics ahead, once on a machine.
+
+    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
+    large batch, map or inverse kinematics compiles what it needs.
+    """
+    need_numba("warmup")
+    from nao_kin import _kernels as batch
+    from nao_kin import ik, reach
+
+    states = (*batch.warm_up(), *reach.warm_up(), *ik.warm_up())
+    if json:
+        print_json(
+            {
+                "kernels": [
+                    {
+                        "name": state.name,
+                        "compiled": state.compiled,
+                        "seconds": round(state.seconds, 3),
+                        "folder": None if state.folder is None else str(state.folder),
+                    }
+                    for state in states
+                ]
+            }
+        )
+        return
+    rows = [
+        (state.name, "compiled" if state.compiled else "found", f"{state.seconds:.1f}", str(state.folder or "–"))
+        for state in states
+    ]
+    print_table(("kernel", "", "s", "kept in"), rows, numbers=("s",))

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from nao_kin._common import atomic
-from nao_kin.cli.motion_input import read
+from nao_kin._core import files as atomic
+from nao_kin.cli.motion import read
 from nao_kin.cli.options import (
     JsonOption,
     OffsetsOption,
@@ -18,8 +18,9 @@ from nao_kin.cli.options import (
     XacroOption,
     command,
     load,
+    print_json,
+    print_note,
 )
-from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 

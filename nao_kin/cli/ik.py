@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from nao_kin._common import atomic
-from nao_kin._common.arrays import Floats
-from nao_kin._text import quoted
+from nao_kin._core import files as atomic
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import quoted
 from nao_kin.cli.options import (
     ColumnsOption,
     DegOption,
@@ -31,14 +31,18 @@ from nao_kin.cli.options import (
     columns_of,
     command,
     load,
+    print_json,
+    print_note,
+    print_table,
+    without_sign_of_zero,
 )
-from nao_kin.cli.output import print_json, print_note, print_table, without_sign_of_zero
 from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName
 
 if TYPE_CHECKING:
     from nao_kin.ik import IKResult
     from nao_kin.robot import RobotModel
+
 
 # Both feet together.
 LEGS = "Legs"
@@ -221,7 +225,7 @@ def _reference(
     if reference != "-" and Path(reference).suffix.lower() not in (".csv", ".json") and not Path(reference).exists():
         hint = "or a CSV or JSON file of configurations"
         raise UnknownName("posture", reference, model.posture_names, hint)
-    from nao_kin.configuration_files import read_log
+    from nao_kin.stream import read_log
 
     q = read_log(model, reference, limits="ignore", degrees=deg, columns=columns, ignore_other=ignore_other).q
     if len(q) not in (1, targets):

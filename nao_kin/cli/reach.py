@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nao_kin._common import atomic
-from nao_kin._common.ending import uninterrupted
-from nao_kin._common.scalars import decimal
-from nao_kin._text import abbreviated, quoted
+from nao_kin._core import files as atomic
+from nao_kin._core.arrays import decimal
+from nao_kin._core.process import uninterrupted
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import (
     JsonOption,
     OffsetsOption,
@@ -23,8 +23,9 @@ from nao_kin.cli.options import (
     XacroOption,
     command,
     load,
+    print_json,
+    print_note,
 )
-from nao_kin.cli.output import print_json, print_note
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
     from nao_kin.reach import ReachMap
     from nao_kin.robot import RobotModel
+
 
 _ENDINGS = (".npz", ".vtk", ".ply")
 

@@ -18,12 +18,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.csv_numbers import Records, delimiter_of
-from nao_kin._common.input_text import read_text
-from nao_kin._common.scalars import decimal
-from nao_kin._text import abbreviated, quoted
-from nao_kin.cli.output import print_note
+from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.csv_numbers import Records, delimiter_of
+from nao_kin._core.files import read_text
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.cli.options import print_note
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 
@@ -186,7 +185,7 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
 
 
 def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
-    from nao_kin.configuration_files import finite_numbers  # which loads Pinocchio; --help and doctor do without
+    from nao_kin.stream import finite_numbers  # which loads Pinocchio; --help and doctor do without
 
     delimiter = delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])
     records = iter(Records(text.encode(), delimiter))

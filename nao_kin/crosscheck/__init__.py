@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from nao_kin.crosscheck._run import run
 from nao_kin.crosscheck.by_hand import Step, steps_of, steps_of_nao, steps_of_tree
-from nao_kin.crosscheck.comparisons import Conversions
-from nao_kin.crosscheck.report import Place, Report, Row
+from nao_kin.crosscheck.report import Conversions, Place, Report, Row
 
 __all__ = [
     "Conversions",

@@ -7,16 +7,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.scalars import whole_number
-from nao_kin.crosscheck.angle_checks import three_angle_checks
+from nao_kin._core.arrays import Floats, whole_number
 from nao_kin.crosscheck.by_hand import Step, steps_of, turns
-from nao_kin.crosscheck.comparisons import Check, Conversions
-from nao_kin.crosscheck.limit_checks import LimitChecks
-from nao_kin.crosscheck.mujoco_oracle import oracle_of
-from nao_kin.crosscheck.parameter_checks import parameter_checks
-from nao_kin.crosscheck.report import Report, Tally
-from nao_kin.crosscheck.robot_checks import JacobianChecks, PoseChecks
+from nao_kin.crosscheck.oracles import oracle_of
+from nao_kin.crosscheck.report import Check, Conversions, Report, Tally
+from nao_kin.crosscheck.robot_checks import JacobianChecks, LimitChecks, PoseChecks
+from nao_kin.crosscheck.rotation_checks import parameter_checks, three_angle_checks
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot

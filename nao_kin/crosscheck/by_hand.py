@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats, Vector
-from nao_kin.crosscheck.comparisons import Conversions, Function
+from nao_kin._core.arrays import Floats, Vector
+from nao_kin.crosscheck.report import Conversions, Function
 from nao_kin.errors import UnknownName
-from nao_kin.parameters import CAMERAS, OPTICAL_RPY, NaoParameters
 from nao_kin.robot import RobotModel
-from nao_kin.semantics import Mimic
-from nao_kin.urdf import UrdfTree
+from nao_kin.robot.nao import CAMERAS, OPTICAL_RPY, NaoParameters
+from nao_kin.robot.semantics import Mimic
+from nao_kin.robot.urdf import UrdfTree
 
 Turns = tuple[tuple[str, float], ...]
 

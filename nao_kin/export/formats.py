@@ -9,13 +9,13 @@ from types import MappingProxyType
 from typing import Any
 
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
-from nao_kin.export.exported import Exported
-from nao_kin.export.gltf_scene import gltf
+from nao_kin.export.gltf import gltf
 from nao_kin.export.mujoco import mjcf
-from nao_kin.export.ros_package import ros2
-from nao_kin.export.sdf_model import sdf
-from nao_kin.export.srdf_document import srdf
-from nao_kin.export.urdf_export import urdf
+from nao_kin.export.placement import Exported
+from nao_kin.export.ros2 import ros2
+from nao_kin.export.sdf import sdf
+from nao_kin.export.srdf import srdf
+from nao_kin.export.urdf import urdf
 from nao_kin.robot import RobotModel
 
 # A format is a function of a robot and a path; its options are what it takes by name only.

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import warnings
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from nao_kin._text import abbreviated, quoted
+from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.urdf import MeshFile, Packages, UrdfTree
+from nao_kin.robot.urdf import MeshFile, Packages, Rgba, UrdfTree
 
 MESH_FOLDER = "meshes"
 
@@ -200,3 +201,129 @@ def read_files(files: Mapping[str, Path]) -> dict[str, bytes]:
         except OSError as error:
             raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {error.strerror or error}") from None
     return contents
+
+
+# --- Meshes that carry the colours which a URDF gives them, for tools that take no colour from a URDF for an .obj.
+#
+# RViz is one: it gives every .obj the material in the file, or else one grey for all, and uses the colours of a URDF
+# for
+# .stl files and plain shapes alone (ros2/rviz, rviz_rendering, assimp_loader; rviz_default_plugins, robot_link).
+
+_MATERIAL = re.compile(rb"^\s*(?:usemtl|mtllib)\b", re.M)
+_UNSAFE = re.compile(r"\W", re.ASCII)
+
+
+def coloured(
+    tree: UrdfTree, names: Mapping[str, str], files: Mapping[str, bytes], library: str
+) -> tuple[dict[str, bytes], tuple[str, ...]]:
+    """The mesh files with their colours in them.
+
+    Args:
+        tree: the robot.
+        names: name of a mesh in the tree → its name among the files.
+        files: name → content.
+        library: name of the files of materials, one in each folder with meshes that get a colour.
+
+    Returns:
+        The files, .obj files without a material of their own now with one; and one line for what has changed.
+    """
+    colours: dict[str, set[Rgba]] = {}
+    for visual in tree.visuals:
+        if isinstance(visual.geometry, MeshFile) and visual.rgba is not None:
+            colours.setdefault(names[visual.geometry.filename], set()).add(visual.rgba)
+    bare = {
+        name for name in colours if PurePosixPath(name).suffix.lower() == ".obj" and not _MATERIAL.search(files[name])
+    }
+    several = sorted(name for name in bare if len(colours[name]) > 1)
+    painted = {name: next(iter(colours[name])) for name in sorted(bare) if len(colours[name]) == 1}
+    words = _words(tree)
+    made = dict(files)
+    libraries: dict[str, dict[str, Rgba]] = {}
+    for name, rgba in painted.items():
+        made[name] = f"mtllib {library}\nusemtl {words[rgba]}\n".encode() + files[name]
+        libraries.setdefault(str(PurePosixPath(name).with_name(library)), {})[words[rgba]] = rgba
+    made |= {name: _library(materials) for name, materials in libraries.items()}
+    changes = (
+        [f"{len(painted)} meshes have their colours in {library}, for RViz takes none from a URDF"] if painted else []
+    )
+    changes += [f"{name} has several colours in the URDF, and none in RViz" for name in several]
+    return made, tuple(changes)
+
+
+def _words(tree: UrdfTree) -> dict[Rgba, str]:
+    """Colour → a name for it, that of its material where no other colour has it."""
+    words: dict[Rgba, str] = {}
+    for visual in tree.visuals:
+        if visual.rgba is not None and visual.rgba not in words:
+            word = _UNSAFE.sub("_", visual.material)
+            digits = "".join(f"{round(255 * part):02x}" for part in visual.rgba)
+            words[visual.rgba] = word if word and word not in words.values() else f"colour_{digits}_{len(words)}"
+    return words
+
+
+def _library(materials: Mapping[str, Rgba]) -> bytes:
+    """A file of materials, as an .obj names them."""
+    lines = []
+    for word, (*rgb, opacity) in sorted(materials.items()):
+        colour = " ".join(f"{part:.6g}" for part in rgb)
+        lines += [f"newmtl {word}", f"Ka {colour}", f"Kd {colour}", f"d {opacity:.6g}", ""]
+    return "\n".join(lines).encode()
+
+
+# --- Mesh files for MuJoCo: those it reads as they are, others as STL.
+
+FOLDER = "assets"
+
+_MOST_IN_STL = 200_000
+
+
+class MeshFiles:
+    """The mesh files of an export, each once.
+
+    Attributes:
+        contents: name of the file → its content.
+    """
+
+    def __init__(self, tree: UrdfTree) -> None:
+        """Find the files.
+
+        Raises:
+            BadArgument: one of them is not there.
+        """
+        self.contents: dict[str, bytes] = {}
+        self._paths, self._packages = mesh_files(tree), tree.packages
+        self._names: dict[Path, str] = {}
+
+    def add(self, mesh: MeshFile) -> str:
+        """Name of a mesh in the folder of meshes.
+
+        Raises:
+            BadArgument: it cannot be read.
+        """
+        path = self._paths[mesh.filename]
+        if path not in self._names:
+            content, suffix = _readable(path, self._packages)
+            stems = {Path(name).stem for name in self.contents}
+            self._names[path] = name = fresh_name(path.stem, stems) + suffix
+            self.contents[name] = content
+        return self._names[path]
+
+
+def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
+    """Content and suffix of what MuJoCo reads: OBJ, and binary STL that is not too long."""
+    content = read_files({path.name: path})[path.name]
+    suffix = path.suffix.lower()
+    if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
+        return content, suffix
+    mesh = read_mesh(path, packages).to_mesh()
+    mesh.process()
+    kind = "stl" if len(mesh.faces) <= _MOST_IN_STL else "obj"
+    file = io.BytesIO()
+    mesh.export(file, file_type=kind)
+    return file.getvalue(), f".{kind}"
+
+
+def _is_short_stl(content: bytes) -> bool:
+    """Whether this is binary STL of no more triangles than MuJoCo takes: 80 bytes, their number, 50 bytes for each."""
+    count = int.from_bytes(content[80:84], "little")
+    return len(content) == 84 + 50 * count and 0 < count <= _MOST_IN_STL

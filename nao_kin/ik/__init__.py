@@ -1,22 +1,17 @@
 """Inverse kinematics: joint values for poses, all of them, inside the limits, and the reason where there are none."""
 
-from nao_kin.ik.body.whole_body import whole_body
-from nao_kin.ik.body.whole_body_result import WholeBodyResult
-from nao_kin.ik.closed_forms.arm import arm
-from nao_kin.ik.closed_forms.head import head, look_at
-from nao_kin.ik.closed_forms.leg import leg
-from nao_kin.ik.closed_forms.legs import legs
-from nao_kin.ik.closed_forms.legs_result import LegsResult
+from nao_kin.ik.arm import arm
+from nao_kin.ik.follow import FollowedLimb, FollowedPath, Stretch, follow
+from nao_kin.ik.follow_branches import Jump
+from nao_kin.ik.head import head, look_at
+from nao_kin.ik.leg import leg
+from nao_kin.ik.legs import LegsResult, legs
 from nao_kin.ik.limbs import limb_of_frame, limbs
-from nao_kin.ik.paths.follow import follow
-from nao_kin.ik.paths.followed_path import FollowedLimb, FollowedPath
-from nao_kin.ik.paths.jumps import Jump
-from nao_kin.ik.paths.time_scaling import Stretch
+from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
-from nao_kin.ik.search.numeric import numeric
-from nao_kin.ik.velocity import velocity
-from nao_kin.ik.velocity_result import TwistMap, VelocityResult
+from nao_kin.ik.velocity import TwistMap, VelocityResult, velocity
 from nao_kin.ik.warming import KERNELS, warm_up
+from nao_kin.ik.whole_body import WholeBodyResult, whole_body
 
 __all__ = [
     "KERNELS",

@@ -13,10 +13,8 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from nao_kin._common.both_ways import both_ways as both_ways
-from nao_kin._common.both_ways import register_parts
-from nao_kin._common.kernel_cache import KeptKernel, first_rows
-from nao_kin._common.processors import usable_cores
+from nao_kin._core.process import usable_cores
+from nao_kin._kernels.cache import KeptKernel, first_rows, register_parts
 
 # A flat sequence of floats that may be written to: a list, or compiled a row of an array.
 Row: TypeAlias = Any
@@ -75,7 +73,7 @@ def limb_types(numbers: type[Any], count: int, joints: int) -> tuple[Any, Any]:
     """Types of a limb's geometry and of its limits; see `limb_arguments`."""
     from numba import types
 
-    from nao_kin.ik.closed_forms.ranges import MOST_BENDS, Ranges
+    from nao_kin.ik.ranges import MOST_BENDS, Ranges
 
     limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
     parts = limits, limits, types.int64, table, table, table, types.int64, types.int64

@@ -7,12 +7,12 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from nao_kin._common.scalars import finite_or_none
+from nao_kin._core.arrays import finite_or_none
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.closed_forms.arm import arm_limb
-from nao_kin.ik.closed_forms.head import camera_limb, head_limb
-from nao_kin.ik.closed_forms.leg import leg_limb
+from nao_kin.ik.arm import arm_limb
 from nao_kin.ik.geometry import Limb
+from nao_kin.ik.head import camera_limb, head_limb
+from nao_kin.ik.leg import leg_limb
 from nao_kin.robot import RobotModel, check_robot
 
 

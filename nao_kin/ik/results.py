@@ -13,8 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import first_index
+from nao_kin._core.arrays import Floats, first_index
 
 Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]

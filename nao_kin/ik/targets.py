@@ -7,13 +7,20 @@ from typing import Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._common.choices import choice as choice
-from nao_kin._common.scalars import MOST_THREADS, whole_number
-from nao_kin._common.vectors import LARGEST, as_vectors, common_batch, first_index
+from nao_kin._core.arrays import (
+    LARGEST,
+    MOST_THREADS,
+    Floats,
+    as_floats,
+    as_vectors,
+    choice,
+    common_batch,
+    first_index,
+    whole_number,
+)
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, OutsideLimits, WrongShape, at_index
-from nao_kin.ik.closed_forms.ranges import RIGID, ROUNDING
-from nao_kin.ik.search.limit_regions import LimitRegion
+from nao_kin.ik.limit_regions import LimitRegion
+from nao_kin.ik.ranges import RIGID, ROUNDING
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import RotationDefects, check_rotation, nearest_rotation
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from nao_kin._common.compiler import has_numba
-from nao_kin._common.kernel_cache import KernelState
+from nao_kin._kernels.cache import KernelState, has_numba
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.body.body_search import BODY_KERNELS
-from nao_kin.ik.closed_forms.arm import ARM_KERNELS
-from nao_kin.ik.closed_forms.head import HEAD_KERNELS
-from nao_kin.ik.closed_forms.leg import LEG_KERNELS
-from nao_kin.ik.closed_forms.legs import LEGS_KERNELS
+from nao_kin.ik.arm import ARM_KERNELS
+from nao_kin.ik.body_search import BODY_KERNELS
 from nao_kin.ik.compiling import KERNEL
-from nao_kin.ik.search.least_squares import DESCENT_KERNELS
-from nao_kin.ik.search.limit_regions import LIMIT_KERNELS
+from nao_kin.ik.head import HEAD_KERNELS
+from nao_kin.ik.leg import LEG_KERNELS
+from nao_kin.ik.legs import LEGS_KERNELS
+from nao_kin.ik.limit_regions import LIMIT_KERNELS
+from nao_kin.ik.pose_search import DESCENT_KERNELS
 from nao_kin.ik.velocity import VELOCITY_KERNELS
 
 _LIMBS = (*LEG_KERNELS, *LEGS_KERNELS, *ARM_KERNELS, *HEAD_KERNELS)

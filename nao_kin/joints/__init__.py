@@ -1,20 +1,33 @@
 """Joint types: what revolute, universal and spherical joints are, and where a robot has them."""
 
-from nao_kin.joints.anatomy import ANATOMY, AnatomicalJoint, AnatomyTable, anatomical_kind, body_part
-from nao_kin.joints.grouping import RULES, Rule, group_joints, unmerged_joints
-from nao_kin.joints.joint_axes import JointAxes
-from nao_kin.joints.joint_table import JointTable, JointTableRow, joint_table
-from nao_kin.joints.joint_tree import JointNode, read_joint_tree
-from nao_kin.joints.kinematic_pairs import KINEMATIC_PAIRS, KinematicPair, kinematic_pair, mobility
-from nao_kin.joints.multidof_joint import Coupling, JointGroups, MultiDofJoint, Singularity
-from nao_kin.joints.nao_anatomy import NAO_ANATOMY, BodyPart
+from nao_kin.joints._readings import CouplingViolation
+from nao_kin.joints.grouping import RULES, JointAxes, JointNode, Rule, group_joints, read_joint_tree, unmerged_joints
+from nao_kin.joints.multidof_model import CouplingPolicy, MultiDofModel
+from nao_kin.joints.pairs import (
+    KINEMATIC_PAIRS,
+    Coupling,
+    JointGroups,
+    KinematicPair,
+    MultiDofJoint,
+    Singularity,
+    kinematic_pair,
+    mobility,
+)
+from nao_kin.joints.tables import (
+    ANATOMY,
+    NAO_ANATOMY,
+    AnatomicalJoint,
+    AnatomyTable,
+    BodyPart,
+    JointTable,
+    JointTableRow,
+    anatomical_kind,
+    body_part,
+    joint_table,
+)
 
-# Names of earlier versions.
-LOWER_PAIRS = KINEMATIC_PAIRS
-LowerPair = KinematicPair
-lower_pair = kinematic_pair
-JointRow = JointTableRow
-TypedJoint = MultiDofJoint
+# The class under its former name.
+TypedModel = MultiDofModel
 
 __all__ = [
     "ANATOMY",
@@ -26,6 +39,8 @@ __all__ = [
     "AnatomyTable",
     "BodyPart",
     "Coupling",
+    "CouplingPolicy",
+    "CouplingViolation",
     "JointAxes",
     "JointGroups",
     "JointNode",
@@ -35,9 +50,11 @@ __all__ = [
     "KinematicPair",
     "LowerPair",
     "MultiDofJoint",
+    "MultiDofModel",
     "Rule",
     "Singularity",
     "TypedJoint",
+    "TypedModel",
     "anatomical_kind",
     "body_part",
     "group_joints",
@@ -48,3 +65,11 @@ __all__ = [
     "read_joint_tree",
     "unmerged_joints",
 ]
+
+
+# Names of earlier versions.
+LOWER_PAIRS = KINEMATIC_PAIRS
+LowerPair = KinematicPair
+lower_pair = kinematic_pair
+JointRow = JointTableRow
+TypedJoint = MultiDofJoint

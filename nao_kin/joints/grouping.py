@@ -5,19 +5,156 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import dot, norm
-from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.joints.joint_tree import JointNode, read_joint_tree
-from nao_kin.joints.kinematic_pairs import KINEMATIC_PAIRS, PARALLEL
-from nao_kin.joints.multidof_joint import JointGroups, MultiDofJoint, Singularity
-from nao_kin.lines import PluckerLine, common_normal
-from nao_kin.robot import RobotModel
+from nao_kin._core.arrays import Floats, dot, norm, rigid_inverse
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, BadModel, UnknownName
+from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
+from nao_kin.robot import Expression, RobotModel, check_robot, expression_named
+from nao_kin.robot.semantics import Mimic
+from nao_kin.screws.lines import PluckerLine, common_normal, geometric_jacobian
+
+# --- The joint tree of a robot, every axis where it lies when all joints are at zero.
+
+
+@dataclass(frozen=True, eq=False)
+class JointNode:
+    """One joint of the tree.
+
+    Attributes:
+        index: its place in the model's joints.
+        name: its name.
+        parent: index of the joint that carries it, 0 for the root.
+        children: indices of the joints it carries.
+        kind: "revolute", "prismatic", "free", or "fixed": a joint that follows another with the multiplier zero.
+        axis: unit vector in the joint's frame; zero for "free" and "fixed".
+        T_root: pose of the joint's frame in the root's, all joints at zero; what "fixed" has turned is in it.
+        mimic: how it follows another joint; None for a joint of its own.
+        lower: smallest value.
+        upper: largest value.
+        unit: unit of its value.
+        moves: whether it or a joint it carries has a coordinate of its own. The joints that do not (fingers that follow
+            the hand) add no freedom and carry none.
+
+    Examples:
+        >>> tree = nk.joints.read_joint_tree(nk.load_nao())
+        >>> tree[1].name, tree[1].unit
+        ('HeadYaw', 'rad')
+    """
+
+    index: int
+    name: str
+    parent: int
+    children: tuple[int, ...]
+    kind: str
+    axis: Floats
+    T_root: pin.SE3
+    mimic: Mimic | None
+    lower: float
+    upper: float
+    unit: str
+    moves: bool
+
+    @property
+    def driver(self) -> str:
+        """The joint whose coordinate moves it."""
+        return self.name if self.mimic is None else self.mimic.joint
+
+    @property
+    def axis_root(self) -> Floats:
+        """Its axis in the root's frame, all joints at zero."""
+        return np.asarray(self.T_root.rotation @ self.axis)
+
+    @property
+    def centre_root(self) -> Floats:
+        """Its centre, the origin of its frame, in the root's frame, all joints at zero [m]."""
+        return np.array(self.T_root.translation)
+
+
+def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
+    """Joint index → joint, in the order of the model.
+
+    Raises:
+        BadArgument: no robot model.
+        BadModel: a joint that is neither revolute, prismatic nor the free base.
+
+    Examples:
+        >>> [node.name for node in nk.joints.read_joint_tree(nk.load_nao()).values()][:2]
+        ['HeadYaw', 'HeadPitch']
+    """
+    model = getattr(robot, "model", None)
+    if not isinstance(model, pin.Model):
+        raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")
+    children: dict[int, list[int]] = {index: [] for index in range(model.njoints)}
+    moves = [False] * model.njoints
+    for index in range(model.njoints - 1, 0, -1):
+        moves[index] |= model.joints[index].nq > 0
+        moves[model.parents[index]] |= moves[index]
+        children[model.parents[index]].insert(0, index)
+    ranges = {
+        name: (float(lower), float(upper), unit)
+        for name, lower, upper, unit in zip(robot.joint_names, robot.lower, robot.upper, robot.joint_units, strict=True)
+    }
+    poses = [pin.SE3.Identity()]
+    nodes = {}
+    for index in range(1, model.njoints):
+        name = model.names[index]
+        poses.append(poses[model.parents[index]] * model.jointPlacements[index])
+        mimic = robot.mimics[name] if model.joints[index].nq == 0 else None
+        kind, axis = _motion(model, index, mimic)
+        if kind == "fixed":
+            poses[-1] = poses[-1] * _motion_data(model, index).M
+        if mimic is None:
+            lower, upper, unit = ranges.get(name, (-np.inf, np.inf, ""))
+        else:
+            lower, upper = mimic.range(*ranges[mimic.joint][:2])
+            unit = "m" if kind == "prismatic" else "rad"
+        nodes[index] = JointNode(
+            index=index,
+            name=name,
+            parent=int(model.parents[index]),
+            children=tuple(children[index]),
+            kind=kind,
+            axis=axis,
+            T_root=poses[index],
+            mimic=mimic,
+            lower=lower,
+            upper=upper,
+            unit=unit,
+            moves=moves[index],
+        )
+    return nodes
+
+
+def _motion(model: pin.Model, index: int, mimic: Mimic | None) -> tuple[str, Floats]:
+    joint = model.joints[index]
+    if joint.shortname() == "JointModelFreeFlyer":
+        return "free", np.zeros(3)
+    if joint.nq > 1:
+        raise BadModel(f"joint {quoted(model.names[index])}: joints of {joint.nq} coordinates are not taken apart")
+    if mimic is not None and mimic.multiplier == 0.0:
+        return "fixed", np.zeros(3)
+    screw = np.array(_motion_data(model, index).S, dtype=np.float64).reshape(6)
+    if mimic is not None:
+        # Pinocchio's mimic joint carries its multiplier in its motion subspace.
+        screw /= mimic.multiplier
+    turn = float(np.linalg.norm(screw[3:]))
+    return ("revolute", screw[3:] / turn) if turn > 0.0 else ("prismatic", screw[:3] / np.linalg.norm(screw[:3]))
+
+
+def _motion_data(model: pin.Model, index: int) -> pin.JointData:
+    data = model.joints[index].createData()
+    model.joints[index].calc(data, pin.neutral(model))
+    return data
+
+
+# --- Joints of several axes, found in a robot whose file knows only revolutes.
 
 _Item = TypeVar("_Item")
 
@@ -276,3 +413,126 @@ def lock_angles(axes: Floats) -> tuple[float, float]:
 
 def _wrapped(angle: float) -> float:
     return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
+
+
+# --- The joint axes of a robot as lines of space, and the Jacobian they make: a second source beside Pinocchio's.
+
+
+class JointAxes:
+    """All moving joints of a robot as lines: where their axes lie, and what they make of a motion.
+
+    Positions come from the robot's forward kinematics, directions and couplings from its URDF.
+
+    Attributes:
+        robot: the robot.
+        names: its m moving joints, those that follow another one included.
+        sliding: which of them are prismatic, shape (m,).
+
+    Raises:
+        BadArgument: no robot model.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> axes = nk.joints.JointAxes(nao)
+        >>> len(axes.names), axes.names[0]
+        (42, 'HeadYaw')
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        check_robot(robot)
+        moving = robot.tree.moving_joints
+        self.robot = robot
+        self.names = tuple(joint.name for joint in moving)
+        self.sliding: NDArray[np.bool_] = np.array([joint.kind == "prismatic" for joint in moving], dtype=np.bool_)
+        self._directions = np.array([joint.axis for joint in moving], dtype=np.float64).reshape(-1, 3)
+        self._above = {joint.child: joint for joint in robot.tree.joints}
+        self._links_of_joints = {joint.name: joint.child for joint in moving}
+
+    def lines(self, q: ArrayLike) -> PluckerLine:
+        """The axes in the frame of the root, moments about its origin; batch shape (..., m), in the order of `names`.
+
+        The line of a prismatic joint passes through the joint's own origin: only its direction matters.
+
+        Args:
+            q: configurations, shape (..., nq).
+
+        Raises:
+            WrongShape, NotFinite: q is no configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> lines = nk.joints.JointAxes(nao).lines(nao.neutral())
+            >>> lines.direction[0].round(9).tolist()
+            [0.0, 0.0, 1.0]
+        """
+        # A joint's frame is that of the link it moves.
+        poses = self.robot.fk(q, [self._links_of_joints[name] for name in self.names])
+        directions = np.einsum("...mij,mj->...mi", poses[..., :3, :3], self._directions)
+        return PluckerLine.from_point_direction(poses[..., :3, 3], directions)
+
+    def coupling(self, frame: str) -> Floats:
+        """∂(value of a joint)/∂(coordinate), shape (m, n), with zero rows for joints that do not carry the frame.
+
+        Columns are in the order of the robot's `joint_names`: a joint that follows another one has its multiplier in
+        that one's column.
+
+        Args:
+            frame: a frame name.
+
+        Raises:
+            UnknownName: no such frame.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> axes = nk.joints.JointAxes(nao)
+            >>> axes.coupling("RLeg")[axes.names.index("RHipYawPitch")].nonzero()[0].tolist()
+            [2]
+        """
+        carrying = self._carrying(frame)
+        C = np.zeros((len(self.names), len(self.robot.joint_names)))
+        for row, name in enumerate(self.names):
+            if name in carrying:
+                mimic = self.robot.mimics.get(name, Mimic(name))
+                C[row, self.robot.joint_names.index(mimic.joint)] = mimic.multiplier
+        return C
+
+    def jacobian(self, q: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
+        """What `RobotModel.jacobian` returns for the joints, made of nothing but the axes' Plücker coordinates.
+
+        Args:
+            q: configurations, shape (..., nq).
+            frame: a frame name.
+            expressed_in: as in `RobotModel.jacobian`.
+
+        Returns:
+            Shape (..., 6, n), columns in the order of `joint_names`; those of a floating base are left out.
+
+        Raises:
+            UnknownName: no such frame or expression.
+            WrongShape, NotFinite: q is no configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(nk.joints.JointAxes(nao).jacobian(q, "LArm"), nao.jacobian(q, "LArm"))
+            True
+        """
+        expression_named(expressed_in)
+        coupling = self.coupling(frame)
+        axes, pose = self.lines(q), self.robot.fk(q, frame)
+        at = pose[..., :3, 3] if expressed_in == "mixed" else np.zeros(3)
+        if expressed_in == "frame":
+            axes = axes.transformed(rigid_inverse(pose)[..., None, :, :])
+        return geometric_jacobian(axes, at=at, coupling=coupling, sliding=self.sliding)
+
+    def _carrying(self, frame: str) -> set[str]:
+        """The joints between the root and the frame."""
+        if frame not in self.robot.frame_names:
+            raise UnknownName("frame", frame, self.robot.frame_names)
+        link = self.robot.tree.shared_names.get(frame, frame)
+        link = link if link in self._above else self._links_of_joints.get(link, link)
+        carrying = set()
+        while link in self._above:
+            carrying.add(self._above[link].name)
+            link = self._above[link].parent
+        return carrying

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from nao_kin.motion.changes import Change, Mended
-from nao_kin.motion.checking import check
+from nao_kin.motion.checking import MotionReport, MotionViolation, check
 from nao_kin.motion.configurations import HIPS, HOLD, Hips, Trajectory
-from nao_kin.motion.editing import complete, concatenate, loop, resample, reverse, time_warp
-from nao_kin.motion.files import FORMATS, MotionFileWarning, read_motion, write_motion
+from nao_kin.motion.editing import complete, concatenate, loop, mirror, mirrored_joints, resample, reverse, time_warp
+from nao_kin.motion.files import FORMATS, is_motion_file, read_motion, write_motion
+from nao_kin.motion.files.source import MotionFileWarning
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, smooth_slopes
-from nao_kin.motion.mending import clamp, share_motors
-from nao_kin.motion.mirroring import mirror, mirrored_joints
+from nao_kin.motion.mending import Change, Mended, clamp, share_motors, slow_down
 from nao_kin.motion.motion import Motion
 from nao_kin.motion.plotting import plot
-from nao_kin.motion.recognising import is_motion_file
-from nao_kin.motion.report import MotionReport, MotionViolation
-from nao_kin.motion.slowing import slow_down
 
 __all__ = [
     "FORMATS",

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats, all_finite, as_floats, as_numbers
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, WrongShape
 
 # A handle that leaves its segment by no more than rounding, or by what single precision makes of it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -9,14 +10,47 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.motion.sides import side_of
 from nao_kin.robot import RobotModel, check_robot
 
 if TYPE_CHECKING:
     from nao_kin.motion.motion import Motion
+
+
+# --- Left and right in the names of joints.
+
+Side = Literal["left", "right"]
+
+_OTHER = {"L": "R", "R": "L", "l": "r", "r": "l"}
+_WORDS = {"left": "right", "right": "left", "Left": "Right", "Right": "Left", "LEFT": "RIGHT", "RIGHT": "LEFT"}
+_SIDE = re.compile(
+    r"""
+    (?<![A-Za-z])(?:LEFT|RIGHT)(?![A-Za-z])           # LEFT_ELBOW
+    | ^[LR](?=[A-Z])                                  # LShoulderPitch
+    | ^[lr](?=_) | (?<=_)[lrLR]$                      # l_elbow, elbow_l
+    | ^(?:left|right)(?![a-z]) | (?<![A-Za-z])(?:left|right)$  # left_elbow, leftElbow, elbow_left
+    | ^(?:Left|Right)(?![a-z]) | (?:Left|Right)$      # LeftElbow, elbowLeft
+    """,
+    re.VERBOSE,
+)
+
+
+def side_of(name: str) -> Side | None:
+    """The side that a name says, as LElbowRoll, l_elbow, elbow_l or left_elbow do; None for none."""
+    match = _SIDE.search(name)
+    if match is None:
+        return None
+    return "left" if match.group()[0] in "lL" else "right"
+
+
+def other_side(name: str) -> str:
+    """The name with left and right exchanged; the same where it says neither."""
+    return _SIDE.sub(lambda match: _WORDS.get(match.group()) or _OTHER[match.group()], name, count=1)
+
+
+# --- Motions as configurations of a robot: absent joints filled in, two joints of one motor made one.
 
 Hips = Literal["average", "left", "right"]
 HIPS: tuple[Hips, ...] = ("average", "left", "right")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any, Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
 from nao_kin.motion.interpolation import Segments, segments
 from nao_kin.motion.motion import Motion
@@ -136,3 +139,178 @@ def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
     """Speed at one end of intervals, in the segment that the interval is part of."""
     segment: NDArray[np.intp] = np.clip(np.searchsorted(curve.start, middle, side="right") - 1, 0, None)
     return curve.speed(segment, curve.parameter(segment, end))
+
+
+# --- Where a curve of cubic segments is above a bound: found exactly, from pieces on which it only rises or only falls.
+
+# Halvings of a piece, after which a crossing is known to rounding.
+_HALVINGS = 54
+
+# A motion that leaves its limits more often is not mended by reading a longer list.
+MOST_STRETCHES = 1000
+
+Quantity = Literal["value", "speed"]
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Pieces of a curve, in order of time, on each of which a quantity rises, falls or stands still.
+
+    Attributes:
+        curve: the segments of which they are pieces.
+        quantity: "value" or "speed".
+        segment: which segment each piece is of, shape (n,).
+        ends: parameters u of its two ends, shape (n, 2).
+        times: of its two ends, shape (n, 2) [s].
+        values: of the quantity at its two ends, shape (n, 2).
+    """
+
+    curve: Segments
+    quantity: Quantity
+    segment: NDArray[np.intp]
+    ends: Floats
+    times: Floats
+    values: Floats
+
+    def crossings(self, pieces: NDArray[Any], level: Floats | float) -> Floats:
+        """When each of some pieces, whose ends lie on both sides of `level`, passes it [s]."""
+        low, high = self.ends[pieces].T
+        rises = self.values[pieces, 1] > self.values[pieces, 0]
+        segment = self.segment[pieces]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            before = (_quantity(self.curve, self.quantity, segment, middle) < level) == rises
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        return self.curve.time(segment, 0.5 * (low + high))
+
+
+@dataclass(frozen=True)
+class Excess:
+    """A stretch of time in which a quantity is above a bound.
+
+    Attributes:
+        start: when it begins [s].
+        end: when it ends [s].
+        time: when the quantity is greatest [s].
+        value: what it is then.
+    """
+
+    start: float
+    end: float
+    time: float
+    value: float
+
+
+@dataclass(frozen=True)
+class Excesses:
+    """The stretches of time in which a quantity is above a bound.
+
+    Attributes:
+        rows: in order of time; of more than `MOST_STRETCHES`, the worst.
+        left_out: how many more there are.
+    """
+
+    rows: list[Excess]
+    left_out: int
+
+
+def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Pieces:
+    """The pieces of some segments, given in ascending order.
+
+    The value turns where its derivative by u, a quadratic, is zero. So does the speed value′ / x′: of value″ x′ −
+    value′ x″ the cubic term cancels.
+    """
+    value, time = curve.slopes(chosen), curve.time_slopes(chosen)
+    a, b, c = value[0] - 2.0 * value[1] + value[2], value[1] - value[0], value[0]
+    if quantity == "speed":
+        a1, b1, c1 = time[0] - 2.0 * time[1] + time[2], time[1] - time[0], time[0]
+        a, b, c = a * b1 - b * a1, 0.5 * (a * c1 - c * a1), b * c1 - c * b1
+    # Where a root is missing, or outside, a piece of no length stands for it.
+    turns = np.sort(np.clip(_roots(a, b, c), 0.0, 1.0), axis=0)
+    if quantity == "speed":
+        # And where the time stands still for a moment, beside which the speed has no bound.
+        turns = np.sort(np.concatenate([turns, slowest(time)[None]]), axis=0)
+    bounds = np.concatenate([np.zeros((1, len(chosen))), turns, np.ones((1, len(chosen)))])
+    ends = np.stack([bounds[:-1], bounds[1:]], axis=-1)
+    length = ends[..., 1] > ends[..., 0]
+    ends = np.swapaxes(ends, 0, 1)[length.T]
+    segment = np.repeat(np.asarray(chosen, dtype=np.intp), length.sum(axis=0))
+    times = np.stack([curve.time(segment, u) for u in ends.T], axis=-1)
+    values = np.stack([_quantity(curve, quantity, segment, u) for u in ends.T], axis=-1)
+    return Pieces(curve, quantity, segment, ends, times, values)
+
+
+def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tolerance: float) -> Excesses:
+    """The stretches of time in which sign · quantity > sign · bound, by more than a tolerance.
+
+    Args:
+        curve: segments in order of time.
+        quantity: "value" or "speed".
+        bound: what may not be passed.
+        sign: 1 for a greatest value, −1 for a least one.
+        tolerance: what is passed by no more is not passed.
+    """
+    if not np.isfinite(bound):
+        return Excesses([], 0)
+    chosen = np.flatnonzero(_may_exceed(curve, quantity, bound, sign, tolerance))
+    pieces = pieces_of(curve, quantity, chosen)
+    over = sign * (pieces.values - bound)
+    outside = over > tolerance
+    touched = np.flatnonzero(outside.any(axis=1))
+    if not len(touched):
+        return Excesses([], 0)
+    over, outside = over[touched], outside[touched]
+    # A stretch goes on from a piece to the next one where both are outside where they meet.
+    neighbours = (np.diff(touched) == 1) & (np.diff(pieces.segment[touched]) <= 1)
+    goes_on = outside[:-1, 1] & outside[1:, 0] & neighbours
+    first = np.flatnonzero(np.concatenate([[True], ~goes_on]))
+    last = np.concatenate([first[1:], [len(touched)]]) - 1
+    peaks = over.max(axis=1)
+    worst = np.maximum.reduceat(peaks, first)
+    kept = np.sort(np.argsort(-worst, kind="stable")[:MOST_STRETCHES])
+    first, last = first[kept], last[kept]
+    times = pieces.times[touched]
+    start, end = times[first, 0], times[last, 1]
+    for moments, piece, side in ((start, first, 0), (end, last, 1)):
+        passes = over[piece, side] < 0.0
+        moments[passes] = pieces.crossings(touched[piece[passes]], bound)
+    found = []
+    for row, (begin, finish) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
+        place = begin + int(np.argmax(peaks[begin : finish + 1]))
+        side = int(np.argmax(over[place]))
+        value = float(pieces.values[touched[place], side])
+        found.append(Excess(float(start[row]), float(end[row]), float(times[place, side]), value))
+    return Excesses(found, len(worst) - len(found))
+
+
+def _quantity(curve: Segments, quantity: Quantity, segment: NDArray[Any], u: Floats) -> Floats:
+    return curve.value(segment, u) if quantity == "value" else curve.speed(segment, u)
+
+
+def _may_exceed(curve: Segments, quantity: Quantity, bound: float, sign: float, tolerance: float) -> NDArray[np.bool_]:
+    """Segments whose control points do not already show that they are inside."""
+    if quantity == "value":
+        reach = sign * curve.first + np.maximum((sign * curve.controls).max(axis=1), 0.0)
+        return np.asarray(reach > sign * bound + tolerance)
+    every = np.arange(len(curve.start))
+    fastest = (sign * curve.slopes(every)).max(axis=0)
+    slowest = curve.time_slopes(every).min(axis=0)
+    allowed = (sign * bound + tolerance) * curve.width * slowest
+    return np.asarray((fastest > allowed) | (slowest <= 0.0))
+
+
+def _roots(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Both solutions of a u² + 2 b u + c = 0, shape (2, n); 0 for one that is not real."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        # The sum of equal signs first: no digits cancel.
+        sum_ = -(b + np.copysign(np.sqrt(b * b - a * c), b))
+        roots = np.stack([sum_ / a, c / sum_])
+    return np.where(np.isfinite(roots), roots, 0.0)
+
+
+def slowest(time: Floats) -> Floats:
+    """Where the derivative of x by u, of Bernstein coefficients (3, n), is least; 0 where that is at an end."""
+    bend = time[0] - 2.0 * time[1] + time[2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = (time[0] - time[1]) / bend
+    return np.asarray(np.where((bend > 0.0) & (u > 0.0) & (u < 1.0), u, 0.0))

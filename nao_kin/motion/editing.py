@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._common.scalars import whole_number
-from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.motion.configurations import HOLD, MOST_SAMPLES, check_joints, filled, sampling_times
+from nao_kin._core.arrays import Floats, as_floats, whole_number
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.motion.configurations import HOLD, MOST_SAMPLES, check_joints, filled, other_side, sampling_times
+from nao_kin.motion.curves import slowest
+from nao_kin.motion.interpolation import Segments, segment_of
 from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.robot import RobotModel, check_robot
 
@@ -308,3 +309,170 @@ def _number(value: object, what: str, *, least: float) -> float:
     if array.shape != () or not array >= least:
         raise BadArgument(f"{what} must be a number ≥ {least:g}, got {quoted(value)}")
     return float(array)
+
+
+# --- Further keys on curves that stay as they are.
+
+
+def cut(motion: Motion, times: Floats) -> Motion:
+    """The same curves with a key of every joint at each time that lies within its keys; a smooth motion becomes Bezier.
+
+    Args:
+        motion: which.
+        times: of the new keys, shape (n,) [s].
+    """
+    if motion.interpolation == "linear":
+        columns = [_with(own, times) for own in motion.times]
+        rows = zip(columns, motion.times, motion.keys, strict=True)
+        return Motion(columns, motion.joint_names, [np.interp(new, own, keys) for new, own, keys in rows])
+    curves = motion.as_bezier()
+    assert curves.handles is not None
+    columns, values, offsets = [], [], []
+    for own, keys, handles, curve in zip(curves.times, curves.keys, curves.handles, curves.segments, strict=True):
+        new = _with(own, times)
+        new = _with(new, _slow_times(curve, own, new))
+        kept = np.isin(new, own)
+        columns.append(new)
+        values.append(np.empty(len(new)))
+        values[-1][kept] = keys
+        offsets.append(np.zeros((len(new), 2, 2)))
+        offsets[-1][kept] = handles
+        if not kept.all():
+            _cut_curve(curve, own, new, ~kept, values[-1], offsets[-1])
+    return Motion(columns, motion.joint_names, values, "bezier", offsets)
+
+
+def _with(own: Floats, times: Floats) -> Floats:
+    """The times of a joint's keys and those between them."""
+    return np.union1d(own, times[(times > own[0]) & (times < own[-1])])
+
+
+def _slow_times(curve: Segments, own: Floats, new: Floats) -> Floats:
+    """Where segments that are cut also must be, for handles to end within the pieces.
+
+    The time x of a segment whose handles a and b are longer than itself runs slower and then faster again, and a piece
+    with both may begin or end more than three times as fast as it is on average. Where x only becomes slower, or only
+    faster, none does.
+    """
+    if curve.lengths is None:
+        return np.zeros(0)
+    is_cut = np.searchsorted(new, own[1:]) - np.searchsorted(new, own[:-1]) > 1
+    long = np.flatnonzero(is_cut & (curve.lengths.sum(axis=1) > 1.0))
+    return curve.time(long, slowest(curve.time_slopes(long)))
+
+
+def _cut_curve(
+    curve: Segments, own: Floats, new: Floats, added: NDArray[np.bool_], values: Floats, offsets: Floats
+) -> None:
+    """Fill in the values of added keys, and all handles beside them.
+
+    With its polar form f, a cubic has between the parameters u and v the control points f(u, u, u), f(u, u, v),
+    f(u, v, v) and f(v, v, v).
+
+    Source: L. Ramshaw, Blossoming: A Connect-the-Dots Approach to Splines, DEC SRC report 19 (1987).
+    """
+    pieces = np.flatnonzero(added[:-1] | added[1:])
+    segment = segment_of(own, new[pieces])
+    u, v = curve.parameter(segment, new[pieces]), curve.parameter(segment, new[pieces + 1])
+    a, b = np.full((2, len(pieces)), 1.0 / 3.0) if curve.lengths is None else curve.lengths[segment].T
+    width = curve.width[segment]
+    room = new[pieces + 1] - new[pieces]
+    for axis, controls in enumerate(((a * width, (1.0 - b) * width, width), curve.controls[segment].T)):
+        ends = _polar(controls, u, u, u), _polar(controls, v, v, v)
+        after, before = _polar(controls, u, u, v) - ends[0], _polar(controls, u, v, v) - ends[1]
+        if axis == 0:
+            after, before = np.clip(after, 0.0, room), np.clip(before, -room, 0.0)
+        offsets[pieces, 1, axis], offsets[pieces + 1, 0, axis] = after, before
+    starts = added[pieces]
+    values[pieces[starts]] = curve.value(segment[starts], u[starts])
+
+
+def _polar(controls: tuple[Floats, Floats, Floats] | Floats, r: Floats, s: Floats, t: Floats) -> Floats:
+    """The polar form of a cubic with the Bernstein coefficients 0, p, q and d."""
+    p, q, d = controls
+    once = r * (1.0 - s) * (1.0 - t) + s * (1.0 - r) * (1.0 - t) + t * (1.0 - r) * (1.0 - s)
+    twice = r * s * (1.0 - t) + r * t * (1.0 - s) + s * t * (1.0 - r)
+    return np.asarray(p * once + q * twice + d * r * s * t)
+
+
+# --- A motion, or a configuration, seen in a mirror: what the left did the right does.
+
+# Axes of two sides, mirrored onto each other, must be parallel to this sine.
+_PARALLEL = 1e-3
+_MIRROR = np.array([1.0, -1.0, 1.0])
+
+
+def mirror(robot: RobotModel, motion: Motion) -> Motion:
+    """The motion mirrored at the plane between left and right, y = 0.
+
+    What LShoulderPitch did RShoulderPitch does; mirrored twice a motion is itself again. A joint that turns about the
+    axis a, seen in the mirror M = diag(1, −1, 1), turns about −M a: its value changes sign where that is the opposite
+    of the axis of the joint on the other side. A sliding joint slides along M a; ratios, such as a hand's, stay.
+
+    Args:
+        robot: whose axes say what changes sign.
+        motion: which; names say left and right as in LHand, l_hand, hand_l or left_hand.
+
+    Raises:
+        UnknownName: the robot has no such joint.
+        BadArgument: a joint has no other side, or one that is not its mirror image.
+
+    Examples:
+        >>> wave = nk.Motion([0.0, 1.0], ["LShoulderRoll"], [[0.0], [0.5]])
+        >>> mirrored = nk.motion.mirror(nk.load_nao(), wave)
+        >>> mirrored.joint_names, mirrored.sample(1.0).tolist()
+        (('RShoulderRoll',), [-0.5])
+    """
+    check_robot(robot)
+    check_motion(motion)
+    check_joints(robot, motion)
+    names = tuple(other_side(name) for name in motion.joint_names)
+    signs = [_sign(robot, name, other) for name, other in zip(motion.joint_names, names, strict=True)]
+    # Adding zero takes the sign off a negative zero.
+    keys = [sign * column + 0.0 for sign, column in zip(signs, motion.keys, strict=True)]
+    handles = None
+    if motion.handles is not None:
+        handles = [offsets * (1.0, sign) + 0.0 for sign, offsets in zip(signs, motion.handles, strict=True)]
+    return Motion(motion.times, names, keys, motion.interpolation, handles)
+
+
+def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
+    """What shows a configuration of a robot in a mirror, at the plane between left and right, y = 0.
+
+    Args:
+        robot: whose joints; those that follow another one are named as the other side of one, never by themselves.
+
+    Returns:
+        Joint → (the joint on the other side, sign): the mirror image has the sign times the other joint's value. A
+        joint on neither side is its own other.
+
+    Raises:
+        UnknownName: a joint has no other side.
+        BadArgument: one that is not its mirror image.
+
+    Examples:
+        >>> nk.motion.mirrored_joints(nk.load_nao())["LShoulderRoll"]
+        ('RShoulderRoll', -1.0)
+    """
+    check_robot(robot)
+    return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}
+
+
+def _sign(robot: RobotModel, name: str, other: str) -> float:
+    """What the value of a joint is multiplied with to be that of its mirror image."""
+    if other not in robot.joint_names and other not in robot.mimics:
+        raise UnknownName("joint", other, (*robot.joint_names, *robot.mimics), f"the other side of {name}")
+    if robot.unit(name) != robot.unit(other):
+        raise BadArgument(f"{name} and {other} are no mirror images: one is in {robot.unit(name)}, the other is not")
+    if robot.unit(name) == "1":
+        return 1.0
+    kinds = {joint.name: joint for joint in robot.tree.moving_joints}
+    axes = []
+    for joint in (kinds[name], kinds[other]):
+        R_root_link = robot.rotation(robot.neutral(), joint.child)
+        axis = R_root_link @ np.asarray(joint.axis)
+        axes.append(axis / np.linalg.norm(axis))
+    image = _MIRROR * axes[0] * (1.0 if kinds[name].kind == "prismatic" else -1.0)
+    if np.linalg.norm(np.cross(image, axes[1])) > _PARALLEL:
+        raise BadArgument(f"{name} and {other} are no mirror images: their axes are not")
+    return float(np.sign(image @ axes[1]))

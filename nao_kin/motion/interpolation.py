@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, WrongShape
 
 Interpolation = Literal["linear", "bezier", "smooth"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._common.optional import need_extra
+from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
 from nao_kin.motion.checked_keys import checked_names
 from nao_kin.motion.checking import check, joint_range, largest_speed
@@ -18,6 +18,7 @@ from nao_kin.robot import RobotModel, check_robot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 _SAMPLES = 2000
 # More keys than this are a line by themselves.

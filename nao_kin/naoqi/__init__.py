@@ -5,7 +5,36 @@ configurations and poses, with leading batch axes, and `VirtualNao`, which `nao_
 """
 
 from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)
-from nao_kin.naoqi.axis_mask import (
+from nao_kin.naoqi.live import (
+    LOLA_ENTRIES,
+    LOLA_SOCKET,
+    JointReading,
+    JointSource,
+    LolaFrame,
+    LolaSource,
+    Lost,
+    NaoqiSource,
+    decode_lola,
+    encode_lola,
+    lola_frames,
+    readings,
+    recorded,
+    vertical,
+)
+from nao_kin.naoqi.names import (
+    BODY_ORDERS,
+    CHAINS,
+    GROUPS,
+    Hips,
+    angles,
+    chain_names,
+    from_order,
+    joint_names,
+    limits,
+    to_order,
+)
+from nao_kin.naoqi.scripts import light_colours, run_script, spoken_words
+from nao_kin.naoqi.spaces import (
     AXES,
     AXIS_MASK_ALL,
     AXIS_MASK_NONE,
@@ -21,30 +50,26 @@ from nao_kin.naoqi.axis_mask import (
     AXIS_MASK_Y,
     AXIS_MASK_Z,
     AXIS_MASKS,
-    axis_mask,
-    controlled_axes,
-)
-from nao_kin.naoqi.limits import limits
-from nao_kin.naoqi.live import JointReading, JointSource, LolaSource, Lost, NaoqiSource, readings, recorded, vertical
-from nao_kin.naoqi.lola import LOLA_ENTRIES, LOLA_SOCKET, LolaFrame, decode_lola, encode_lola, lola_frames
-from nao_kin.naoqi.names import CHAINS, GROUPS, angles, chain_names, joint_names
-from nao_kin.naoqi.orders import BODY_ORDERS, Hips, from_order, to_order
-from nao_kin.naoqi.poses import pose, pose_from_list, position6d, transform_list
-from nao_kin.naoqi.scripts import run_script
-from nao_kin.naoqi.shown import light_colours, spoken_words
-from nao_kin.naoqi.spaces import (
     EFFECTORS,
     FRAME_ROBOT,
     FRAME_TORSO,
     FRAME_WORLD,
     SPACES,
+    axis_mask,
+    controlled_axes,
     frame_of,
+    pose,
+    pose_from_list,
     pose_in,
+    position6d,
     robot_frame,
     space_number,
     torso_in,
+    transform_list,
 )
-from nao_kin.naoqi.virtual import Change, NaoqiError, OpenToOthersWarning, QiServer, State, VirtualNao
+from nao_kin.naoqi.virtual.engine import Change, NaoqiError
+from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
+from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [
     "AXES",

@@ -11,7 +11,7 @@ import importlib
 from contextlib import suppress
 from typing import Any
 
-from nao_kin._common.optional import need_extra
+from nao_kin._core.warn import need_extra
 
 with suppress(ImportError):
     importlib.import_module("qi")

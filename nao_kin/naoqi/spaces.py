@@ -12,19 +12,160 @@ What is not: recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the
 from __future__ import annotations
 
 import operator
+from types import MappingProxyType
 from typing import SupportsIndex, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, rigid_inverse
-from nao_kin._text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._core.arrays import Floats, as_batch, as_floats, first_index, rigid_inverse
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, NotARotation, UnknownName, at_index
 from nao_kin.naoqi.names import CHAINS
-from nao_kin.naoqi.poses import position6d
 from nao_kin.robot import RobotModel, check_robot
-from nao_kin.rotations import rot_z
+from nao_kin.rotations import check_rotation, matrix_from_rpy, nearest_rotation, rot_z, rpy_from_matrix
+
+# --- Poses as NAOqi writes them: Position6D, six numbers, and transforms, sixteen numbers row by row.
+
+# A last row that is farther from (0, 0, 0, 1) is no rounding.
+_RIGID = 1e-6
+# Sixteen numbers that people type or NAOqi sends in single precision are a rotation to within this.
+_TYPED = 1e-3
+
+
+def position6d(T: ArrayLike) -> Floats:
+    """Position6D (x, y, z, wx, wy, wz) of poses, with R = Rz(wz) Ry(wy) Rx(wx).
+
+    wy is in [−π/2, π/2]. At wy = ±π/2 only wx ∓ wz is determined, and wz is 0: the pose is still exact.
+
+    Args:
+        T: homogeneous matrices, shape (..., 4, 4).
+
+    Returns:
+        Shape (..., 6) [m, rad].
+
+    Raises:
+        NotARotation, BadArgument: T is no rigid transform.
+        WrongShape, NotFinite: not of this shape, NaN or infinity.
+
+    Examples:
+        >>> nk.naoqi.position6d(nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.5, 0.0])).tolist()
+        [0.1, 0.0, 0.2, 0.0, 0.5, 0.0]
+    """
+    poses = _rigid(as_batch(T, (4, 4), "T"), "T")
+    return np.concatenate([poses[..., :3, 3], rpy_from_matrix(poses[..., :3, :3])], axis=-1)
+
+
+def pose(position6d: ArrayLike) -> Floats:
+    """Homogeneous matrices, shape (..., 4, 4), of Position6D (x, y, z, wx, wy, wz), shape (..., 6) [m, rad].
+
+    Raises:
+        WrongShape, NotFinite, BadArgument: not six finite numbers.
+
+    Examples:
+        >>> nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.0, 0.0])[:3, 3].tolist()
+        [0.1, 0.0, 0.2]
+    """
+    six = as_batch(position6d, (6,), "position6d")
+    T = np.zeros((*six.shape[:-1], 4, 4))
+    T[..., :3, :3] = matrix_from_rpy(six[..., 3:])
+    T[..., :3, 3] = six[..., :3]
+    T[..., 3, 3] = 1.0
+    return T
+
+
+def transform_list(T: ArrayLike) -> Floats:
+    """The sixteen numbers of poses row by row, as getTransform gives them.
+
+    Args:
+        T: homogeneous matrices, shape (..., 4, 4).
+
+    Returns:
+        Shape (..., 16); a copy.
+
+    Raises:
+        NotARotation, BadArgument: T is no rigid transform.
+        WrongShape, NotFinite: not of this shape, NaN or infinity.
+
+    Examples:
+        >>> nk.naoqi.transform_list(np.eye(4)).tolist()[:5]
+        [1.0, 0.0, 0.0, 0.0, 0.0]
+    """
+    poses = _rigid(as_batch(T, (4, 4), "T"), "T")
+    return np.array(poses.reshape(*poses.shape[:-2], 16))
+
+
+def pose_from_list(transform: ArrayLike) -> Floats:
+    """Poses of sixteen numbers row by row, or of twelve, the last row left out, as setTransforms takes them.
+
+    What is left of rounding, to single precision or to a few digits, is taken out of the rotation: the nearest one is
+    given. So much may be off as would be with three digits.
+
+    Args:
+        transform: shape (..., 16) or (..., 12).
+
+    Returns:
+        Homogeneous matrices, shape (..., 4, 4).
+
+    Raises:
+        NotARotation: the numbers are no rotation by more than 1e-3.
+        BadArgument: the last row is not 0, 0, 0, 1.
+        WrongShape, NotFinite: not 16 or 12 finite numbers.
+
+    Examples:
+        >>> nk.naoqi.pose_from_list(np.eye(4).ravel()).shape
+        (4, 4)
+    """
+    numbers = as_floats(transform, (), "transform")
+    count = numbers.shape[-1] if numbers.ndim else 0
+    numbers = as_batch(numbers, (12 if count == 12 else 16,), "transform")
+    T = np.zeros((*numbers.shape[:-1], 4, 4))
+    T[..., 3, 3] = 1.0
+    rows = count // 4
+    T[..., :rows, :] = numbers.reshape(*numbers.shape[:-1], rows, 4)
+    _check_last_row(T, "transform")
+    _check_rotation(T, "transform", _TYPED)
+    T[..., :3, :3] = nearest_rotation(T[..., :3, :3])
+    T[..., 3, :] = 0.0, 0.0, 0.0, 1.0
+    return T
+
+
+def _rigid(T: Floats, what: str) -> Floats:
+    _check_last_row(T, what)
+    _check_rotation(T, what, None)
+    return T
+
+
+def _check_rotation(T: Floats, what: str, tolerance: float | None) -> None:
+    try:
+        if tolerance is None:
+            check_rotation(T[..., :3, :3])
+        else:
+            check_rotation(T[..., :3, :3], tolerance)
+    except NotARotation as error:
+        error.args = (f"{what}: {error}",)
+        raise
+
+
+def _check_last_row(T: Floats, what: str) -> None:
+    wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
+    if wrong.any():
+        index = first_index(wrong)
+        row = ", ".join(f"{value:.6g}" for value in T[index][3])
+        raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
+
+
+# --- The three spaces of NAOqi, its effectors, and poses of them in each other.
+#
+# FRAME_TORSO is the torso. FRAME_WORLD is where the robot once was, fixed to the floor. FRAME_ROBOT is between the
+# feet:
+# "average of the two feet positions projected around a vertical z axis" (doc.aldebaran.com/2-8/glossary.html).
+#
+# What is modelled of FRAME_ROBOT: its origin is the mean of the origins of LLeg and RLeg, projected along the world's
+# vertical to the height of the lower of the two; its z axis is the vertical, its yaw the mean of the yaws of the feet.
+# What is not: recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their origin
+# lies
+# 4.5 mm in front of the mean with both feet down, and stays with the standing foot while the other is lifted.
 
 FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT = 0, 1, 2
 SPACES: tuple[str, ...] = ("FRAME_TORSO", "FRAME_WORLD", "FRAME_ROBOT")
@@ -180,3 +321,78 @@ def _between(T_world_feet: Floats) -> Floats:
     T[..., 2, 3] = T_world_feet[..., 2, 3].min(axis=-1)
     T[..., 3, 3] = 1.0
     return T
+
+
+# --- Axis masks: which of x, y, z, wx, wy, wz a Cartesian call controls, one bit each, along the axes of its space.
+#
+# Source: aldebaran/libalmath, almath/types/alaxismask.h (BSD-3-Clause).
+
+AXES: tuple[str, ...] = ("X", "Y", "Z", "WX", "WY", "WZ")
+AXIS_MASK_X, AXIS_MASK_Y, AXIS_MASK_Z = 1, 2, 4
+AXIS_MASK_WX, AXIS_MASK_WY, AXIS_MASK_WZ = 8, 16, 32
+AXIS_MASK_XY = 3
+AXIS_MASK_VEL = 7
+AXIS_MASK_PLANEZ = 28
+AXIS_MASK_WYWZ = 48
+AXIS_MASK_ROT = 56
+AXIS_MASK_ALL = 63
+AXIS_MASK_NONE = 0
+
+# NAOqi's name of each, without "AXIS_MASK_".
+AXIS_MASKS: MappingProxyType[str, int] = MappingProxyType(
+    {
+        "X": AXIS_MASK_X,
+        "Y": AXIS_MASK_Y,
+        "Z": AXIS_MASK_Z,
+        "WX": AXIS_MASK_WX,
+        "WY": AXIS_MASK_WY,
+        "WZ": AXIS_MASK_WZ,
+        "XY": AXIS_MASK_XY,
+        "VEL": AXIS_MASK_VEL,
+        "PLANEZ": AXIS_MASK_PLANEZ,
+        "WYWZ": AXIS_MASK_WYWZ,
+        "ROT": AXIS_MASK_ROT,
+        "ALL": AXIS_MASK_ALL,
+        "NONE": AXIS_MASK_NONE,
+    }
+)
+
+
+def axis_mask(mask: SupportsIndex | str) -> int:
+    """A mask as a number from 0 to 63, from such a number or from a name: "VEL" or "AXIS_MASK_VEL".
+
+    Raises:
+        UnknownName: no such name.
+        BadArgument: no such number.
+
+    Examples:
+        >>> nk.naoqi.axis_mask("VEL"), nk.naoqi.axis_mask(63)
+        (7, 63)
+    """
+    if isinstance(mask, str):
+        name = mask.removeprefix("AXIS_MASK_")
+        if name not in AXIS_MASKS:
+            raise UnknownName("axis mask", mask, tuple(AXIS_MASKS))
+        return AXIS_MASKS[name]
+    try:
+        number = int(mask) if isinstance(mask, float) and mask.is_integer() else operator.index(mask)
+    except TypeError:
+        number = -1
+    if not 0 <= number <= AXIS_MASK_ALL:
+        raise BadArgument(
+            f"axis mask must be a number from 0 to 63 (7 position, 56 rotation, 63 both), got {quoted(mask)}"
+        )
+    return number
+
+
+def controlled_axes(mask: SupportsIndex | str) -> NDArray[np.bool_]:
+    """Which of x, y, z, wx, wy, wz a mask controls, shape (6,).
+
+    Raises:
+        UnknownName, BadArgument: as `axis_mask`.
+
+    Examples:
+        >>> nk.naoqi.controlled_axes("VEL").tolist()
+        [True, True, True, False, False, False]
+    """
+    return np.array([axis_mask(mask) >> bit & 1 for bit in range(6)], dtype=np.bool_)

@@ -1,11 +1,9 @@
 """Where a hand can be: voxel maps of positions drawn at random, with manipulability and directions."""
 
-from nao_kin.reach.directions import DIRECTION_COUNT, direction_cells
-from nao_kin.reach.files import MOST_VOXELS, check_column
-from nao_kin.reach.reach_map import ReachMap, ReachSettings, load
-from nao_kin.reach.sample_ranges import MOST_SAMPLES
+from nao_kin.reach._kernels import DIRECTION_COUNT, direction_cells
+from nao_kin.reach.files import MOST_SAMPLES, MOST_VOXELS, check_column
+from nao_kin.reach.reach_map import ReachMap, ReachSettings, Stance, load
 from nao_kin.reach.sampling import map_settings, warm_up, workspace
-from nao_kin.reach.stance import Stance
 
 __all__ = [
     "DIRECTION_COUNT",

@@ -1,4 +1,4 @@
-"""Reach maps in files: NumPy archives that come back, and VTK and PLY for other programs."""
+"""Reach maps in files, and the ranges of samples that a map is made of."""
 
 from __future__ import annotations
 
@@ -7,20 +7,83 @@ import json
 import math
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common import atomic
-from nao_kin._common.arrays import Floats
-from nao_kin._common.colour_scale import colours
-from nao_kin._common.input_text import read_bounded
-from nao_kin._text import abbreviated
+from nao_kin._core import files as atomic
+from nao_kin._core.arrays import Floats, colours, whole_number
+from nao_kin._core.files import read_bounded
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
-from nao_kin.reach.sample_ranges import SampleRange
+
+# --- Ranges of sample numbers: which are asked for, which are done, which are left.
+
+SampleRange = tuple[int, int]
+
+# So many samples in one voxel, each of the best manipulability, still have a sum below 2⁶³.
+MOST_SAMPLES = 2**32
+
+
+def asked_range(samples: int | SampleRange, shard: tuple[int, int] | None) -> SampleRange:
+    """The numbers of the samples that are asked for.
+
+    Args:
+        samples: how many, or from where to where.
+        shard: (k, n) for the k-th of n parts of them, k from 0; None for all.
+
+    Raises:
+        BadArgument: no whole numbers, none at all, or more than can be counted.
+    """
+    if isinstance(samples, (tuple, list)):
+        if len(samples) != 2:
+            raise BadArgument(f"samples must be a number, or (start, stop), got {quoted(samples)}")
+        start = whole_number(samples[0], "the first sample", 0)
+        stop = whole_number(samples[1], "the end of the samples", start + 1, MOST_SAMPLES)
+    else:
+        start, stop = 0, whole_number(samples, "samples", 1, MOST_SAMPLES)
+    if shard is None:
+        return start, stop
+    if not isinstance(shard, (tuple, list)) or len(shard) != 2:
+        raise BadArgument(f"shard must be (k, n), the k-th of n parts, got {quoted(shard)}")
+    count = whole_number(shard[1], "the number of shards", 1, stop - start)
+    k = whole_number(shard[0], "the shard", 0, count - 1)
+    return start + (stop - start) * k // count, start + (stop - start) * (k + 1) // count
+
+
+def union(ranges: Iterable[SampleRange]) -> tuple[SampleRange, ...]:
+    """The same samples in as few ranges as possible, ascending."""
+    merged: list[SampleRange] = []
+    for start, stop in sorted(ranges):
+        if merged and start <= merged[-1][1]:
+            merged[-1] = merged[-1][0], max(stop, merged[-1][1])
+        elif start < stop:
+            merged.append((start, stop))
+    return tuple(merged)
+
+
+def overlap(some: Sequence[SampleRange], others: Sequence[SampleRange]) -> SampleRange | None:
+    """The first range that is in both; None when they share nothing."""
+    shared = ((max(a, c), min(b, d)) for a, b in some for c, d in others)
+    return next(((start, stop) for start, stop in shared if start < stop), None)
+
+
+def without(asked: SampleRange, done: Sequence[SampleRange]) -> tuple[SampleRange, ...]:
+    """What is left of `asked` where `done`, disjoint and ascending, is taken away."""
+    left, (start, stop) = [], asked
+    for first, last in done:
+        if start < min(first, stop):
+            left.append((start, min(first, stop)))
+        start = max(start, last)
+    if start < stop:
+        left.append((start, stop))
+    return tuple(left)
+
+
+# --- Reach maps in files: NumPy archives that come back, and VTK and PLY for other programs.
 
 COLUMNS = ("best", "mean", "count", "coverage")
 _FORMAT = "nao_kin reach map 1"

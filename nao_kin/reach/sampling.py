@@ -9,16 +9,13 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._common.compiler import has_numba
-from nao_kin._common.kernel_cache import KernelState, first_rows
-from nao_kin._common.processors import usable_cores
-from nao_kin._common.scalars import MOST_THREADS, whole_number
+from nao_kin._core.arrays import MOST_THREADS, Floats, as_floats, whole_number
+from nao_kin._core.process import usable_cores
+from nao_kin._kernels.cache import KernelState, first_rows, has_numba
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.reach.chain_tables import ChainTables, Integers, MovedChain, moved_chain
-from nao_kin.reach.files import MOST_VOXELS
+from nao_kin.reach._kernels import ChainTables, Integers, MovedChain, moved_chain
+from nao_kin.reach.files import MOST_VOXELS, SampleRange, asked_range, union, without
 from nao_kin.reach.reach_map import MOST_INDEX, ReachMap, ReachSettings, map_of
-from nao_kin.reach.sample_ranges import SampleRange, asked_range, union, without
 from nao_kin.robot import RobotModel, check_robot
 
 # Samples between two looks at whether to stop; their arrays fit into a core's own cache.

@@ -1,20 +1,18 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
-from nao_kin.robot.batch_kinematics import CROSSOVER
-from nao_kin.robot.build import LIMIT_ARRAYS, Base
-from nao_kin.robot.coordinates import COUPLING_TOLERANCE, UNIT_TOLERANCE
+from nao_kin.robot.answers import CROSSOVER
+from nao_kin.robot.build import LIMIT_ARRAYS, Base, ModelNumbers
+from nao_kin.robot.chains import SerialChain, SharedMotor, Topology, joints_below, serial_chain, topology
+from nao_kin.robot.checks import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.robot.geometry import GeometryKind, UnreadableShape, shape_geometry
 from nao_kin.robot.kinematic_methods import WORLD, KinematicMethods
-from nao_kin.robot.kinematics import Kinematics, expression_named
+from nao_kin.robot.kinematics import Expression, FrameIds, Kinematics, PoseForm, expression_named
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitPolicy, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot
-from nao_kin.robot.model_numbers import ModelNumbers
+from nao_kin.robot.nao.model import NaoModel, load_nao
 from nao_kin.robot.offsets import read_offsets
-from nao_kin.robot.questions import Expression, FrameIds, PoseForm
-from nao_kin.robot.serial_chain import SerialChain, joints_below, serial_chain
 from nao_kin.robot.support_polygon import SupportPolygon, polygon_below, sole_corners
-from nao_kin.robot.topology import SharedMotor, Topology, topology
 
 __all__ = [
     "COUPLING_TOLERANCE",
@@ -32,6 +30,7 @@ __all__ = [
     "LimitPolicy",
     "LimitViolation",
     "ModelNumbers",
+    "NaoModel",
     "PoseForm",
     "RobotModel",
     "SerialChain",
@@ -42,6 +41,7 @@ __all__ = [
     "check_robot",
     "expression_named",
     "joints_below",
+    "load_nao",
     "load_robot",
     "polygon_below",
     "read_offsets",

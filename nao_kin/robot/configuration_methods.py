@@ -10,12 +10,10 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.scalars import whole_number
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, whole_number
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, OutsideLimits, UnknownName
-from nao_kin.robot.checks import ConfigurationChecks
-from nao_kin.robot.coordinates import Coordinates, checked_mapping
+from nao_kin.robot.checks import ConfigurationChecks, Coordinates, checked_mapping
 from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
 
 # More would not fit in any memory.

@@ -8,9 +8,9 @@ from typing import Any, Literal
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._text import abbreviated, quoted
-from nao_kin.robot.frames import FrameTable
-from nao_kin.urdf import Box, Cylinder, Geometry, MeshFile, Packages, Sphere, UrdfTree, Visual
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.robot.kinematics import FrameTable
+from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Packages, Sphere, UrdfTree, Visual
 
 GeometryKind = Literal["visual", "collision"]
 KINDS: tuple[GeometryKind, ...] = ("visual", "collision")

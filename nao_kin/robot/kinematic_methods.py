@@ -9,13 +9,20 @@ from typing import Any, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.checks import ConfigurationChecks
-from nao_kin.robot.frames import FrameTable
-from nao_kin.robot.kinematics import Kinematics, expression_named
+from nao_kin.robot.kinematics import (
+    Expression,
+    FrameTable,
+    Kinematics,
+    PoseForm,
+    Question,
+    check_expression,
+    check_pose_form,
+    expression_named,
+)
 from nao_kin.robot.limits import LimitPolicy, check_policy
-from nao_kin.robot.questions import Expression, PoseForm, Question, check_expression, check_pose_form
 
 WORLD = "world"
 

@@ -1,26 +1,93 @@
-"""The one place where configurations become poses, Jacobians and centres of mass.
-
-Pinocchio keeps the placements of all frames in one block of memory: twelve doubles each, the columns of R, then p. A
-pose as a 4×4 matrix is therefore a fixed selection of that block; its zeros and its one are found in the first frame,
-the universe, whose placement is always the identity. Selecting takes a tenth of the time of reading the placements one
-by one.
-"""
+"""Configurations made into poses, Jacobians and centres of mass: the questions, the frames, and Pinocchio's answers."""
 
 from __future__ import annotations
 
 import math
 import threading
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin.errors import BadArgument
-from nao_kin.robot.model_numbers import address
-from nao_kin.robot.questions import FrameIds, Question, check_expression
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import quoted
+from nao_kin._core.warn import warn_caller
+from nao_kin.errors import BadArgument, RenamedFrameWarning, UnknownName
+from nao_kin.robot.build import address
+from nao_kin.robot.urdf import UrdfTree
 from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
+
+# --- What a robot can be asked about configurations, apart from who answers.
+
+Expression = Literal["frame", "root", "mixed"]
+PoseForm = Literal["matrix", "position_quaternion", "position6d"]
+FrameIds = tuple[int, ...]
+
+EXPRESSIONS = ("frame", "root", "mixed")
+POSE_FORMS = ("matrix", "position_quaternion", "position6d")
+
+# The shape of one frame's pose in each form.
+POSE_SHAPES = {
+    "matrix": (4, 4),
+    "rotation": (3, 3),
+    "position": (3,),
+    "position_quaternion": (7,),
+    "position6d": (6,),
+}
+
+
+@dataclass(frozen=True)
+class Question:
+    """One question, the same for any number of configurations.
+
+    Attributes:
+        kind: "poses", "jacobian", "com", "com_jacobian", "velocity" or "acceleration".
+        frame_ids: the frames it is about.
+        reference_id: the frame that poses and centres of mass are expressed in; None for the root.
+        form: for poses, one of POSE_SHAPES; for Jacobians and motions, the expression.
+    """
+
+    kind: str
+    frame_ids: FrameIds = ()
+    reference_id: int | None = None
+    form: str = ""
+
+    def shape(self, nv: int) -> tuple[int, ...]:
+        """Shape of the answer for one configuration."""
+        if self.kind == "poses":
+            return (len(self.frame_ids), *POSE_SHAPES[self.form])
+        if self.kind == "jacobian":
+            return 6, nv
+        if self.kind == "com":
+            return (3,)
+        if self.kind == "com_jacobian":
+            return 3, nv
+        return len(self.frame_ids), 6
+
+
+def check_expression(name: str) -> None:
+    """Refuse what is none of EXPRESSIONS."""
+    if not isinstance(name, str) or name not in EXPRESSIONS:
+        raise UnknownName("expression", name, EXPRESSIONS)
+
+
+def check_pose_form(name: str) -> None:
+    """Refuse what is none of POSE_FORMS."""
+    if not isinstance(name, str) or name not in POSE_FORMS:
+        raise UnknownName("form of a pose", name, POSE_FORMS)
+
+
+# --- The one place where configurations become poses, Jacobians and centres of mass.
+#
+# Pinocchio keeps the placements of all frames in one block of memory: twelve doubles each, the columns of R, then p. A
+# pose as a 4×4 matrix is therefore a fixed selection of that block; its zeros and its one are found in the first frame,
+# the universe, whose placement is always the identity. Selecting takes a tenth of the time of reading the placements
+# one
+# by one.
 
 _DOUBLES = 12
 _ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero
@@ -319,3 +386,86 @@ def _block_of(data: pin.Data, count: int) -> Floats | None:
         if address(rotation) != expected or address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
             return None
     return np.lib.stride_tricks.as_strided(first, shape=(count * _DOUBLES,), strides=(8,), writeable=False)
+
+
+# --- The frames of a robot by name.
+
+
+class FrameTable:
+    """Frame name → id in a Pinocchio model.
+
+    The frames of fixed joints are left out, for the links they hold stand at the same place. A name that the URDF gives
+    to a link and to a joint means the link, as in every tool that knows links only. Where the joint's own frame is
+    another one, whoever asks for the name is warned once: the joint's frame goes by the name of the link it moves.
+
+    Attributes:
+        names: every name, in the order of the model.
+        places: name → id, in the same order.
+        link_names: the links.
+    """
+
+    def __init__(self, model: pin.Model, tree: UrdfTree) -> None:
+        frames = list(model.frames)
+        links: dict[str, int] = {
+            frame.name: index for index, frame in enumerate(frames) if frame.type == pin.FrameType.BODY
+        }
+        joints: dict[str, int] = {
+            frame.name: index
+            for index, frame in enumerate(frames)
+            if index > 0 and frame.type not in (pin.FrameType.BODY, pin.FrameType.FIXED_JOINT)
+        }
+        self._ids = {name: links[link] for name, link in tree.shared_names.items()} | links
+        moved = {joint.name: joint.child for joint in tree.moving_joints}
+        # Shared name → the link it means, and the link that has the joint's frame.
+        self._ambiguous = {
+            name: (link, moved[name])
+            for name, link in tree.shared_names.items()
+            if name in moved and moved[name] != link
+        }
+        for name, index in joints.items():
+            self._ids.setdefault(name, index)
+        order = self._ids | joints
+        self.names = tuple(sorted(self._ids, key=order.__getitem__))
+        self.places = MappingProxyType({name: self._ids[name] for name in self.names})
+        self.link_names = tuple(links)
+        self._link_ids = tuple(links.values())
+        self._sets: dict[tuple[str, ...], FrameIds] = {}
+
+    def id(self, name: object) -> int:
+        """The frame called `name`.
+
+        Raises:
+            UnknownName: there is none.
+        """
+        if not isinstance(name, str) or name not in self._ids:
+            raise UnknownName("frame", name, self.names)
+        if name in self._ambiguous and (frames := self._ambiguous.pop(name, None)):  # another thread may be quicker
+            link, moved = frames
+            warn_caller(
+                f"frame {quoted(name)}: the URDF has a link and a joint of this name. This is the link's frame "
+                f"({quoted(link)}); the joint's own frame is {quoted(moved)}",
+                RenamedFrameWarning,
+            )
+        return self._ids[name]
+
+    def ids(self, names: Sequence[str] | None) -> FrameIds:
+        """The frames of these names; all links for None.
+
+        Raises:
+            UnknownName: there is no such frame, or `names` are no names.
+        """
+        if names is None:
+            return self._link_ids
+        try:
+            key = tuple(names)
+        except TypeError:  # one thing that is no name, where several names are expected
+            raise UnknownName("frame", names, self.names) from None
+        try:
+            return self._sets[key]
+        except (TypeError, KeyError):  # no names, or names asked for the first time
+            pass
+        found = tuple(self.id(name) for name in key)
+        if len(self._sets) > 1000:
+            self._sets.clear()
+        self._sets[key] = found
+        return found

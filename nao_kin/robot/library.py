@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-from nao_kin._text import abbreviated, quoted
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadModel, MissingExtra, UnknownName
 from nao_kin.robot.build import Base
 from nao_kin.robot.model import RobotModel

@@ -11,9 +11,9 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.errors import UnknownName
-from nao_kin.semantics import CoupledLimit
+from nao_kin.robot.semantics import CoupledLimit
 
 # A value outside a limit by no more than this [rad, m or ratio] is on it, and is taken as it is: files hold single
 # precision (1e-7 of a value) or six decimals (5e-7), and limits written in degrees come back from radians rounded.

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._common.poses import split_poses
-from nao_kin._common.toml_file import read_toml
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, as_floats, split_poses
+from nao_kin._core.files import read_toml
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape, nearest_names
+from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import angle_between, check_rotation, exp, matrix_from_rpy, rpy_from_matrix
-from nao_kin.urdf import Origin, UrdfJoint, UrdfTree
 
 _KINDS = ("joints", "frames")
 

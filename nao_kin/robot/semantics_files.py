@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 
-from nao_kin._text import quoted
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
-from nao_kin.robot.coordinates import Coordinates
-from nao_kin.semantics import Semantics, read_semantics
-from nao_kin.urdf import UrdfTree, read_srdf
+from nao_kin.robot.checks import Coordinates
+from nao_kin.robot.semantics import Semantics, read_semantics
+from nao_kin.robot.urdf import UrdfTree, read_srdf
 
 
 def semantics_beside(

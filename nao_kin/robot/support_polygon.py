@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats, as_numbers
-from nao_kin._common.vectors import as_vectors
+from nao_kin._core.arrays import Floats, as_numbers, as_vectors
 from nao_kin.errors import BadArgument, WrongShape
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
+
 
 # What a frame on the foot may be above or below the plane of the sole and still be a corner of it [m].
 _FLAT = 1e-6

@@ -2,51 +2,73 @@
 
 from __future__ import annotations
 
+from nao_kin.rotations import rank_one  # noqa: F401  (a page of its own)
 from nao_kin.rotations._checks import RotationDefects, check_rotation, is_rotation, nearest_rotation
-from nao_kin.rotations._continuity import quat_nearest, quat_unwrap
-from nao_kin.rotations._davenport import are_davenport_axes, davenport_angles, matrix_from_davenport
-from nao_kin.rotations._directions import DirectionFit, rotation_between, rotation_from_directions
-from nao_kin.rotations._elementary import rot_x, rot_y, rot_z
-from nao_kin.rotations._euler import (
-    EulerAngles,
-    euler_from_matrix,
-    euler_from_quat,
-    matrix_from_euler,
-    matrix_from_rpy,
-    quat_from_euler,
-    rpy_from_matrix,
+from nao_kin.rotations._elementary import rot_x, rot_y, rot_z, skew, vee
+from nao_kin.rotations._exponential import (
+    angle_between,
+    exp,
+    left_jacobian,
+    left_jacobian_inverse,
+    log,
+    power,
+    right_jacobian,
+    right_jacobian_inverse,
 )
-from nao_kin.rotations._exponential import angle_between, exp, log, power
+from nao_kin.rotations._fitting import (
+    DirectionFit,
+    MeanRotation,
+    NearestAngles,
+    mean_rotation,
+    nearest_davenport,
+    nearest_euler,
+    rotation_between,
+    rotation_from_directions,
+    rotation_from_points,
+)
 from nao_kin.rotations._invariants import (
     euler_rodrigues,
     linear_invariants,
     matrix_from_euler_rodrigues,
     matrix_from_linear,
+    matrix_from_mrp,
     matrix_from_natural,
+    mrp_from_matrix,
+    mrp_shadow,
     natural_invariants,
 )
-from nao_kin.rotations._jacobians import left_jacobian, left_jacobian_inverse, right_jacobian, right_jacobian_inverse
-from nao_kin.rotations._mean import MeanRotation, mean_rotation
-from nao_kin.rotations._mrp import matrix_from_mrp, mrp_from_matrix, mrp_shadow
-from nao_kin.rotations._nearest_angles import NearestAngles, nearest_davenport, nearest_euler
-from nao_kin.rotations._points import rotation_from_points
-from nao_kin.rotations._quat_powers import quat_exp, quat_log, quat_power
 from nao_kin.rotations._quaternions import (
     matrix_from_quat,
     quat_canonical,
     quat_conjugate,
+    quat_exp,
     quat_from_matrix,
     quat_from_xyzw,
+    quat_log,
     quat_multiply,
+    quat_nearest,
+    quat_power,
     quat_rotate,
     quat_to_xyzw,
+    quat_unwrap,
+    slerp,
 )
 from nao_kin.rotations._random import random_quat, random_rotation, random_rotation_near
 from nao_kin.rotations._rates import euler_rate_jacobian, euler_rate_jacobian_inverse
-from nao_kin.rotations._skew import skew, vee
-from nao_kin.rotations._slerp import slerp
 from nao_kin.rotations._spline import RotationSpline
-from nao_kin.rotations._three_angles import SEQUENCES
+from nao_kin.rotations._three_angles import (
+    SEQUENCES,
+    EulerAngles,
+    are_davenport_axes,
+    davenport_angles,
+    euler_from_matrix,
+    euler_from_quat,
+    matrix_from_davenport,
+    matrix_from_euler,
+    matrix_from_rpy,
+    quat_from_euler,
+    rpy_from_matrix,
+)
 
 __all__ = [
     "SEQUENCES",

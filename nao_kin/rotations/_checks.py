@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
-from nao_kin._common.kernels import Functions, Kernel, Number, OutOfScale, evaluate
-from nao_kin._common.scalars import check_tolerance
-from nao_kin._common.vectors import as_batch, first_index
+from nao_kin._core.arrays import Floats, as_batch, as_numbers, check_tolerance, first_index, refuse_non_finite
+from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluate
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
@@ -248,3 +246,28 @@ def _largest_defects(f: Functions, *m: Number) -> tuple[Number, ...]:
     for entry in entries[1:]:
         largest = f.larger(largest, abs(entry))
     return determinant, largest
+
+
+# --- Weights of what is averaged or fitted.
+
+
+def as_shares(weights: ArrayLike | None, count: int) -> Floats:
+    """`weights` of `count` things as shares of 1, shape (..., count); alike without weights.
+
+    Raises:
+        BadArgument: a negative weight, or no positive one; not numbers.
+        WrongShape, NotFinite: not of shape (..., count), NaN or infinity.
+    """
+    if weights is None:
+        return np.full(count, 1.0 / count)
+    values = as_batch(weights, (count,), "weights")
+    if (values < 0.0).any():
+        index = first_index(values < 0.0)
+        raise BadArgument(f"weights must not be negative, got {values[index]:g}{at_index(index)}")
+    largest = values.max(axis=-1, keepdims=True)
+    if not largest.all():
+        where = at_index(first_index(largest[..., 0] == 0.0))
+        raise BadArgument(f"at least one weight must be positive, got zeros only{where}")
+    # A common scale changes nothing, and keeps their sum from overflowing.
+    scaled = values / largest
+    return np.asarray(scaled / scaled.sum(axis=-1, keepdims=True))

@@ -2,16 +2,69 @@
 
 from __future__ import annotations
 
+import math
+import operator
+from collections.abc import Sequence
+from typing import Literal, SupportsIndex
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.kernels import Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin._common.vectors import as_batch, as_vectors, common_batch, first_index
-from nao_kin.errors import ZeroNorm
-from nao_kin.rotations._checks import evaluate_rotations
+from nao_kin._core.arrays import Floats, as_batch, as_vectors, common_batch, dot, first_index, largest, unit
+from nao_kin._core.kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
+from nao_kin.errors import BadArgument, UnknownName, ZeroNorm, at_index
+from nao_kin.rotations._checks import as_exponent, evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion
-from nao_kin.rotations._quat_kernels import quaternion_of
+
+# --- Kernels from matrices to quaternions, and from quaternions to axes and half angles.
+
+
+def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
+    """The kernel from nine entries to the unit quaternion in canonical sign."""
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = m
+    # The symmetric matrix 4 r rᵀ.
+    plus, minus = 1.0 + m00, 1.0 - m00
+    sum_, difference = m11 + m22, m11 - m22
+    d0, d1, d2, d3 = plus + sum_, plus - sum_, minus + difference, minus - difference
+    d01, d02, d03 = m21 - m12, m02 - m20, m10 - m01
+    d12, d13, d23 = m10 + m01, m02 + m20, m21 + m12
+    upper = d0 >= d1
+    a0, a1 = f.where(upper, d0, d01), f.where(upper, d01, d1)
+    a2, a3 = f.where(upper, d02, d12), f.where(upper, d03, d13)
+    lower = d2 >= d3
+    b0, b1 = f.where(lower, d02, d03), f.where(lower, d12, d13)
+    b2, b3 = f.where(lower, d2, d23), f.where(lower, d23, d3)
+    first_pair = f.larger(d0, d1) >= f.larger(d2, d3)
+    r0, r1 = f.where(first_pair, a0, b0), f.where(first_pair, a1, b1)
+    r2, r3 = f.where(first_pair, a2, b2), f.where(first_pair, a3, b3)
+    scale = _canonical_sign(f, r0, r1, r2) / f.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
+    # Adding 0.0 turns −0.0 into 0.0.
+    return r0 * scale + 0.0, r1 * scale + 0.0, r2 * scale + 0.0, r3 * scale + 0.0
+
+
+def axis_and_half_angle(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> tuple[Number, ...]:
+    """The kernel from a quaternion to the unit vector along r, zero where r is, and atan2(‖r‖, r0)."""
+    norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
+    unit: Number = 1.0
+    tiny = norm < 1e-140
+    if f.some(tiny):
+        # The squares of the smallest angles underflow, unless taken in a larger unit.
+        unit = f.where(tiny, 2.0**700, 1.0)
+        r1, r2, r3 = r1 * unit, r2 * unit, r3 * unit
+        norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
+    divisor = f.where(norm > 0.0, norm, 1.0)
+    return r1 / divisor, r2 / divisor, r3 / divisor, f.atan2(norm / unit, r0)
+
+
+def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number) -> Number:
+    # Where these three are zero the last component is the largest, hence a diagonal entry of 4 r rᵀ, and positive.
+    first, zero = r0, r0 == 0.0
+    if f.some(zero):
+        first = f.where(zero, f.where(r1 != 0.0, r1, r2), r0)
+    return f.where(first < 0.0, -1.0, 1.0)
+
+
+# --- Unit quaternions, scalar first: (r0, r1, r2, r3) = (cos φ/2, e sin φ/2), the Euler–Rodrigues parameters.
 
 
 def quat_from_matrix(R: ArrayLike) -> Floats:
@@ -223,3 +276,290 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
         p0 * q2 + q0 * p2 + (p3 * q1 - p1 * q3),
         p0 * q3 + q0 * p3 + (p1 * q2 - p2 * q1),
     )
+
+
+# --- Exponential, logarithm and powers of quaternions, as Hamilton's algebra has them.
+
+# e to this is about 1e304.
+_LARGEST_SCALAR = 700.0
+_LARGEST_VECTOR = 1e139
+# Rounding leaves a unit quaternion with a logarithm of its length up to this.
+_UNIT = 1e-15
+
+
+def quat_exp(q: ArrayLike) -> Floats:
+    """The exponential of a quaternion, exp(r0, r) = e^r0 (cos ‖r‖, sin ‖r‖ r/‖r‖).
+
+    Of (0, v/2), with v a rotation vector, it is the unit quaternion of that rotation: `quat_exp([0, *v / 2])`.
+
+    Args:
+        q: quaternions (r0, r1, r2, r3), shape (..., 4).
+
+    Returns:
+        Quaternions, shape (..., 4), of length e^r0; continuous in q, so not of canonical sign.
+
+    Raises:
+        BadArgument: not numbers; r0 above 700, whose exponential overflows; r outside ±1e139.
+        WrongShape, NotFinite: not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_exp([0.0, 0.0, 0.0, np.pi / 4])  # half of 90° about z
+        array([0.7071, 0.    , 0.    , 0.7071])
+    """
+    quats = as_batch(q, (4,), "quaternion")
+    fine = (quats[..., 0] <= _LARGEST_SCALAR) & (largest(quats[..., 1:]) <= _LARGEST_VECTOR)
+    if not fine.all():
+        index = first_index(np.asarray(~fine))
+        raise BadArgument(
+            f"quaternion{at_index(index)} is too large for its exponential: {quats[index].tolist()}; "
+            f"r0 may be up to {_LARGEST_SCALAR:g}, r up to {_LARGEST_VECTOR:g}"
+        )
+    found = evaluate(_exponential, [quats[..., 1:]], (4,))[0]
+    scalars = quats[..., 0]
+    return found if not scalars.any() else np.asarray(found * np.exp(scalars)[..., np.newaxis])
+
+
+def quat_log(q: ArrayLike) -> Floats:
+    """The principal logarithm of a quaternion, log q = (ln ‖q‖, θ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
+
+    For a unit quaternion its vector part is half the rotation vector: axis times φ/2. It follows the quaternion, not
+    the rotation: −q has the logarithm of the turn the other way round, by 2π − φ. Take `quat_canonical(q)` for φ ≤ π.
+
+    Args:
+        q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
+
+    Returns:
+        Quaternions, shape (..., 4). Where r = 0 and r0 < 0, which is a whole turn about no axis in particular, the
+        vector part is (π, 0, 0).
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> half = np.sqrt(0.5)
+        >>> 2 * nk.rotations.quat_log([half, 0, 0, half])[1:]  # the rotation vector
+        array([0.    , 0.    , 1.5708])
+    """
+    quats = as_batch(q, (4,), "quaternion")
+    try:
+        return evaluate(_logarithm, [quats], (4,))[0]
+    except OutOfScale:
+        found = evaluate(_logarithm, [rescaled(quats, "quaternion")], (4,))[0]
+        found[..., 0] += np.log(largest(quats))
+        return found
+
+
+def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
+    """The power qᵗ = exp(t log q) = ‖q‖ᵗ (cos tθ, sin tθ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
+
+    A unit quaternion turns by t times its angle 2θ in [0, 2π], and its power is a unit quaternion: a length within
+    1e-15 of 1 counts as 1, for a large exponent would make its rounding large. The power follows the quaternion, not
+    the rotation: q and −q have different powers. `power` follows the rotation, by φ ≤ π, and so does
+    `quat_power(quat_canonical(q), t)`.
+
+    Args:
+        q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
+        t: exponents, shape (...); broadcasts with q.
+
+    Returns:
+        Quaternions, shape (..., 4), with the axis of `quat_log`.
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        BadArgument: not numbers, t outside ±1e15, or a power so long that it overflows.
+        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+
+    Examples:
+        >>> half = np.sqrt(0.5)
+        >>> nk.rotations.quat_power([half, 0, 0, half], 2.0).round(12) + 0.0
+        array([0., 0., 0., 1.])
+    """
+    logarithms, exponents = quat_log(q), as_exponent(t, "exponent")
+    common_batch("quaternions and exponents", logarithms.shape[:-1], exponents.shape)
+    logarithms[np.abs(logarithms[..., 0]) <= _UNIT, 0] = 0.0
+    return quat_exp(exponents[..., np.newaxis] * logarithms)
+
+
+def _exponential(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
+    # The floor keeps 0/0 away; sin θ/θ is 1 to the last digit from θ = 1e-8 down.
+    theta = f.larger(f.sqrt(x * x + y * y + z * z), SMALLEST_NORMAL)
+    quotient = f.sin(theta) / theta
+    return f.cos(theta), quotient * x, quotient * y, quotient * z
+
+
+def _logarithm(f: Functions, *q: Number) -> tuple[Number, ...]:
+    square = f.square(*q)
+    x, y, z, theta = axis_and_half_angle(f, *q)
+    # Without a vector part θ is 0 or π, and the axis zero: at π it becomes x.
+    x = f.where(theta >= math.pi, f.where((y == 0.0) & (z == 0.0) & (x == 0.0), 1.0, x), x)
+    return 0.5 * f.log(square), theta * x, theta * y, theta * z
+
+
+# --- Spherical linear interpolation between two quaternions, along the shorter arc or the longer one.
+
+Arc = Literal["shorter", "longer"]
+
+# The sine of half the angle up to which two rotations count as equal.
+_SAME = 4.0 * 2.0**-52
+
+
+def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> Floats:
+    """The rotation a part t of the way from p to q along the shorter or the longer arc, at constant angular velocity.
+
+    cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q at right angles to p and θ = atan2(‖w‖, p·q) the
+    angle between the unit quaternions, q replaced by −q where p·q < 0. It is (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
+    but of unit length for every t. Where p·q = 0 (half a turn apart) both arcs are equally long; q is taken as given
+    by the shorter one, −q by the longer. The longer arc turns the other way round, by 2π less the angle between p and
+    q; between equal rotations it is a whole turn about no axis in particular, and is refused.
+
+    Args:
+        p: quaternions at t = 0, shape (..., 4), of any length but zero.
+        q: quaternions at t = 1, shape (..., 4); broadcasts with p.
+        t: shape (...), broadcasts with p and q; outside [0, 1] the motion goes on past its ends.
+        arc: "shorter" or "longer".
+
+    Returns:
+        Unit quaternions, shape (..., 4); continuous in t, so not of canonical sign.
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        UnknownName: no such arc.
+        BadArgument: the longer arc between rotations that are equal to rounding (the sine of half the angle between
+            them is at most 4 × 2⁻⁵²), with the index; not numbers, t outside ±1e15.
+        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+
+    Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
+
+    Examples:
+        >>> quarter = nk.rotations.quat_from_matrix(nk.rotations.rot_z(np.pi / 2))
+        >>> half_way = nk.rotations.slerp([1, 0, 0, 0], quarter, 0.5)
+        >>> nk.rotations.natural_invariants(nk.rotations.matrix_from_quat(half_way))
+        (array([0., 0., 1.]), array(0.7854))
+        >>> long_way = nk.rotations.slerp([1, 0, 0, 0], quarter, 0.5, arc="longer")
+        >>> nk.rotations.natural_invariants(nk.rotations.matrix_from_quat(long_way))
+        (array([ 0.,  0., -1.]), array(2.3562))
+    """
+    if not isinstance(arc, str) or arc not in ("shorter", "longer"):
+        raise UnknownName("arc", arc, ("shorter", "longer"))
+    P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_exponent(t, "t")
+    batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
+    ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
+    inputs = [*(np.broadcast_to(end, (*batch, 4)) for end in ends), np.broadcast_to(parts, batch)[..., np.newaxis]]
+    if arc == "shorter":
+        return evaluate(_slerp, inputs, (4,))[0]
+    found, sine = evaluate(_longer, inputs, (4,), ())
+    if (sine <= _SAME).any():
+        where = at_index(first_index(np.asarray(sine <= _SAME)))
+        raise BadArgument(f"the longer arc between two equal rotations{where} is a whole turn about no axis")
+    return found
+
+
+def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
+    p, t = components[:4], components[8]
+    aside, sine, shift = _apart(f, p, components[4:8])
+    theta = f.atan2(sine, 1.0 + shift)
+    # Where the squares have underflowed the arc is a straight line.
+    same = sine == 0.0
+    along = f.cos(t * theta)
+    across = f.where(same, t, f.sin(t * theta) / f.where(same, 1.0, sine))
+    return tuple(along * a + across * w for a, w in zip(p, aside, strict=True))
+
+
+def _longer(f: Functions, *components: Number) -> tuple[Number, ...]:
+    p, t = components[:4], components[8]
+    aside, sine, shift = _apart(f, p, components[4:8])
+    # To the negative of what the shorter arc goes to, and so the other way.
+    theta = f.atan2(sine, -1.0 - shift)
+    along = f.cos(t * theta)
+    across = f.sin(t * theta) / f.where(sine == 0.0, -1.0, -sine)
+    return *(along * a + across * w for a, w in zip(p, aside, strict=True)), sine
+
+
+def _apart(f: Functions, p: Sequence[Number], q: Sequence[Number]) -> tuple[list[Number], Number, Number]:
+    """The part of ±q at right angles to p, its length, and p·(±q) − 1; of ±q the one nearer to p."""
+    sign = f.where(_inner(p, q) < 0.0, -1.0, 1.0)
+    difference = [sign * b - a for a, b in zip(p, q, strict=True)]
+    # From the difference, which is exact where the two are nearly equal.
+    shift = _inner(p, difference)
+    aside = [d - shift * a for a, d in zip(p, difference, strict=True)]
+    return aside, f.sqrt(_inner(aside, aside)), shift
+
+
+def _inner(a: Sequence[Number], b: Sequence[Number]) -> Number:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+# --- Of q and −q, which are one rotation, the one that goes on without a jump.
+
+
+def quat_nearest(q: ArrayLike, reference: ArrayLike) -> Floats:
+    """Of q and −q, which are the same rotation, the one nearer to a reference: with q · reference ≥ 0.
+
+    Args:
+        q: quaternions, shape (..., 4); their length stays.
+        reference: quaternions, shape (..., 4), of any length but zero; broadcasts with q.
+
+    Returns:
+        Quaternions, shape (..., 4); q as given where both are equally near, half a turn from the reference.
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
+
+    Examples:
+        >>> nk.rotations.quat_nearest([-0.8, 0.0, 0.0, -0.6], [1, 0, 0, 0])
+        array([0.8, 0. , 0. , 0.6])
+    """
+    quats, references = as_batch(q, (4,), "quaternion"), as_batch(reference, (4,), "reference")
+    common_batch("quaternions and references", quats.shape[:-1], references.shape[:-1])
+    inner = dot(rescaled(quats, "quaternion"), rescaled(references, "reference"))
+    return np.where(inner[..., np.newaxis] < 0.0, -quats, quats) + 0.0
+
+
+def quat_unwrap(q: ArrayLike, *, axis: SupportsIndex = -2) -> Floats:
+    """Quaternions along a path with their signs chosen so that none jumps: each has q · previous ≥ 0; the first stays.
+
+    Rotations themselves do not change. Steps of less than half a turn are told right; at exactly half a turn, where
+    both signs are equally near, the sign relative to the one before stays as given.
+
+    Args:
+        q: quaternions, shape (..., n, 4); their length stays.
+        axis: the axis of q along which the path runs; by default the last but one.
+
+    Returns:
+        Quaternions, of the shape of q.
+
+    Raises:
+        ZeroNorm: a zero quaternion; carries its index.
+        BadArgument: an axis that q does not have, or the one of its components; not numbers.
+        WrongShape, NotFinite: not of shape (..., 4), NaN or infinity.
+
+    Examples:
+        >>> q = [[1.0, 0.0, 0.0, 0.0], [-0.96, 0.0, 0.0, -0.28], [0.8, 0.0, 0.0, 0.6]]
+        >>> nk.rotations.quat_unwrap(q)[:, 0].tolist()
+        [1.0, 0.96, 0.8]
+    """
+    quats = as_batch(q, (4,), "quaternion")
+    along = _path_axis(axis, quats.ndim)
+    if not quats.size:
+        return np.array(quats)
+    path = np.moveaxis(rescaled(quats, "quaternion"), along, 0)
+    flips = np.ones(path.shape[:-1])
+    flips[1:] = np.where(dot(path[1:], path[:-1]) < 0.0, -1.0, 1.0)
+    signs = np.moveaxis(np.cumprod(flips, axis=0), 0, along)
+    return np.asarray(quats * signs[..., np.newaxis] + 0.0)
+
+
+def _path_axis(axis: SupportsIndex, ndim: int) -> int:
+    try:
+        along = operator.index(axis)
+    except TypeError:
+        along = ndim
+    if along < 0:
+        along += ndim
+    if not 0 <= along < ndim - 1:
+        raise BadArgument(
+            f"axis must be one of the {ndim - 1} before the components, from {-ndim} to −2 or from 0, got {axis}"
+        )
+    return along

@@ -9,8 +9,7 @@ from typing import SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import as_batch, unit
+from nao_kin._core.arrays import Floats, as_batch, unit
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.rotations._checks import as_rotations
 from nao_kin.rotations._exponential import exp

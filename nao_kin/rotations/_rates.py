@@ -7,9 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.kernels import Functions, Kernel, Number, evaluate
-from nao_kin._common.vectors import as_batch, first_index
+from nao_kin._core.arrays import Floats, as_batch, first_index
+from nao_kin._core.kernels import Functions, Kernel, Number, evaluate
 from nao_kin.errors import BadArgument, SingularMatrix, UnknownName
 from nao_kin.rotations._three_angles import LOCK, REQUIRED, Axes, Convention, find_convention
 

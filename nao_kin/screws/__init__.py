@@ -1,7 +1,7 @@
 """Rigid motions as screws, hand-rolled in NumPy: twists, wrenches, SE(3) and its Jacobians, screw axes, interpolation.
 
 A twist is (v; ω), linear part first, as in the Jacobians of this package and in Pinocchio; a wrench is (force; moment).
-The Plücker coordinates of `nao_kin.lines` are (direction; moment), so that a unit turn about a line is the twist
+The Plücker coordinates of `nao_kin.screws.lines` are (direction; moment), so that a unit turn about a line is the twist
 (moment; direction), with the halves exchanged, and a unit force along it the wrench (direction; moment), as it is.
 """
 
@@ -15,24 +15,31 @@ from nao_kin.screws._dual_quaternions import (
     dual_quat_transform_point,
     pose_from_dual_quat,
 )
-from nao_kin.screws._exponential import exp, hat, log, vee
-from nao_kin.screws._interpolation import sclerp
-from nao_kin.screws._jacobians import (
+from nao_kin.screws._exponential import (
+    exp,
+    hat,
     left_jacobian,
     left_jacobian_inverse,
+    log,
     right_jacobian,
     right_jacobian_inverse,
+    sclerp,
+    vee,
 )
-from nao_kin.screws._poses import compose, inverse, nearest_pose, pose, transform_point
-from nao_kin.screws._screw import Screw
-from nao_kin.screws._transforms import (
+from nao_kin.screws._poses import (
     adjoint,
     bracket,
+    compose,
     dual_adjoint,
     dual_bracket,
+    inverse,
+    nearest_pose,
+    pose,
+    transform_point,
     transform_twist,
     transform_wrench,
 )
+from nao_kin.screws._screw import Screw
 
 __all__ = [
     "Screw",

@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin import rotations
-from nao_kin._common.arrays import Floats
-from nao_kin._common.poses import join_poses
-from nao_kin._common.vectors import as_vectors, common_batch, dot, first_index, norm, unit
+from nao_kin._core.arrays import Floats, as_vectors, common_batch, dot, first_index, join_poses, norm, unit
 from nao_kin.errors import BadArgument, at_index
-from nao_kin.lines import PluckerLine
 from nao_kin.screws._poses import as_poses
+from nao_kin.screws.lines import PluckerLine
 
 # As for rotation matrices: what rounding to float32 leaves is accepted.
 _TOLERANCE = 1e-6

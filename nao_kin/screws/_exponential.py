@@ -1,4 +1,4 @@
-"""Twists and the motions they generate: exponential, logarithm, and the 4 × 4 matrix of a twist."""
+"""Twists and the motions they generate: exponential, logarithm, the Jacobians of SE(3), interpolation."""
 
 from __future__ import annotations
 
@@ -6,13 +6,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin import rotations
-from nao_kin._common.arrays import Floats
-from nao_kin._common.kernels import evaluate
-from nao_kin._common.poses import join_poses, split_poses
-from nao_kin._common.turn_coefficients import inverse_coefficients, jacobian_coefficients
-from nao_kin._common.vectors import as_batch, cross, cross_matrix, dot, first_index
-from nao_kin.errors import BadArgument, at_index
-from nao_kin.screws._poses import as_twists
+from nao_kin._core.arrays import (
+    Floats,
+    as_batch,
+    common_batch,
+    cross,
+    cross_matrix,
+    dot,
+    first_index,
+    join_poses,
+    largest,
+    norm,
+    split_poses,
+    unit,
+)
+from nao_kin._core.kernels import (
+    WHOLE_TURN,
+    evaluate,
+    inverse_coefficients,
+    jacobian_coefficients,
+    jacobian_derivatives,
+)
+from nao_kin.errors import BadArgument, SingularMatrix, at_index
+from nao_kin.screws._poses import as_poses, as_twists, turned
 
 # [rad]; of a longer rotation vector the angle within a turn has no correct digit.
 LARGEST_ANGLE = 1e15
@@ -159,3 +175,211 @@ def log_parts(R: Floats, t: Floats) -> tuple[Floats, Floats]:
     D, _, _ = evaluate(inverse_coefficients, [dot(omega, omega)[..., None]], (), (), ())
     across = cross(omega, t)
     return t - 0.5 * across + D[..., None] * cross(omega, across), omega
+
+
+# --- The Jacobians of the exponential of SE(3), left and right, and their inverses.
+#
+# A motion of SE(3) is a rotation in dual numbers: with ω + ε v in the place of ω, the formulas of SO(3) give the 3 × 3
+# blocks of SE(3). Block Q below is the derivative of J(ω) along v.
+
+
+def left_jacobian(twist: ArrayLike) -> Floats:
+    """The matrix J with exp [ξ + δ] = exp [J δ] exp [ξ] for small δ: [[J(ω), Q], [0, J(ω)]].
+
+    J(ω) = 1 + B [ω×] + C [ω×]² is that of SO(3), with B = (1 − cos θ)/θ², C = (θ − sin θ)/θ³, and
+    Q = B [v×] + C ([ω×][v×] + [v×][ω×]) + (ω·v) (B'/θ [ω×] + C'/θ [ω×]²) with the derivatives by θ = ‖ω‖.
+    J ξ̇ is the velocity of the body with the pose exp [ξ], seen in the fixed frame. J = ∫₀¹ Ad(exp [s ξ]) ds.
+
+    Args:
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+
+    Returns:
+        J, shape (..., 6, 6), for twists (linear; angular) on both sides.
+
+    Raises:
+        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
+        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
+
+    Source: Barfoot, State Estimation for Robotics, 7.1.5, for another form of Q.
+
+    Examples:
+        >>> xi = np.array([0.1, 0.2, 0.3, 0, 0, 1])
+        >>> nk.screws.left_jacobian(xi) @ xi  # along ξ itself nothing turns away
+        array([0.1, 0.2, 0.3, 0. , 0. , 1. ])
+    """
+    v, omega = turns_checked(twist)
+    square = dot(omega, omega)[..., None]
+    B, C, dB, dC = (c[..., None, None] for c in evaluate(jacobian_derivatives, [square], (), (), (), ()))
+    W, V, W2, WV, along = _products(v, omega)
+    return _blocks(np.eye(3) + B * W + C * W2, B * V + C * WV + along * (dB * W + dC * W2))
+
+
+def right_jacobian(twist: ArrayLike) -> Floats:
+    """The matrix J with exp [ξ + δ] = exp [ξ] exp [J δ] for small δ: `left_jacobian` of −ξ; Pinocchio's `Jexp6`.
+
+    J ξ̇ is the velocity of the body with the pose exp [ξ], seen in the body's own frame.
+
+    Args:
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+
+    Returns:
+        J, shape (..., 6, 6), for twists (linear; angular) on both sides.
+
+    Raises:
+        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
+        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
+
+    Examples:
+        >>> xi, change = np.array([0.1, 0.2, 0.3, 0, 0, 1]), np.array([0, 0, 0, 1e-6, 0, 0])
+        >>> there = nk.screws.compose(nk.screws.inverse(nk.screws.exp(xi)), nk.screws.exp(xi + change))
+        >>> bool(np.allclose(nk.screws.log(there), nk.screws.right_jacobian(xi) @ change, atol=1e-11))
+        True
+    """
+    v, omega = turns_checked(twist)
+    return left_jacobian(-np.concatenate([v, omega], axis=-1))
+
+
+def left_jacobian_inverse(twist: ArrayLike) -> Floats:
+    """The inverse of `left_jacobian`: how ξ = log T changes when T moves, log(exp [δ] T) = ξ + J⁻¹ δ for small δ.
+
+    [[J⁻¹, Q'], [0, J⁻¹]] with J⁻¹ = 1 − ½ [ω×] + D [ω×]², D = (1 − (θ/2) cot(θ/2))/θ², and
+    Q' = −½ [v×] + D ([ω×][v×] + [v×][ω×]) + (ω·v) D'/θ [ω×]².
+
+    Args:
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+
+    Returns:
+        J⁻¹, shape (..., 6, 6), for twists (linear; angular) on both sides.
+
+    Raises:
+        SingularMatrix: ‖ω‖ is a multiple of 2π other than 0, up to its rounding; no logarithm comes near.
+        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
+        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
+
+    Source: Barfoot, State Estimation for Robotics, 7.1.5, for the blocks in another form.
+
+    Examples:
+        >>> xi = [0.1, 0.2, 0.3, 0, 0, 1]
+        >>> bool(np.allclose(nk.screws.left_jacobian_inverse(xi) @ nk.screws.left_jacobian(xi), np.eye(6)))
+        True
+    """
+    v, omega = turns_checked(twist)
+    D, dD, opening = evaluate(inverse_coefficients, [dot(omega, omega)[..., None]], (), (), ())
+    whole = np.asarray(np.abs(opening) <= WHOLE_TURN)
+    if whole.any():
+        raise SingularMatrix("Jacobian of the exponential", "‖ω‖ is a multiple of 2π", first_index(whole))
+    D, dD = D[..., None, None], dD[..., None, None]
+    W, V, W2, WV, along = _products(v, omega)
+    return _blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * WV + along * dD * W2)
+
+
+def right_jacobian_inverse(twist: ArrayLike) -> Floats:
+    """The inverse of `right_jacobian`: log(T exp [δ]) = ξ + J⁻¹ δ for small δ and ξ = log T; Pinocchio's `Jlog6`.
+
+    Args:
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+
+    Returns:
+        J⁻¹, shape (..., 6, 6), for twists (linear; angular) on both sides: `left_jacobian_inverse` of −ξ.
+
+    Raises:
+        SingularMatrix: ‖ω‖ is a multiple of 2π other than 0, up to its rounding.
+        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
+        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
+
+    Examples:
+        >>> xi = np.array([0.1, 0.2, 0.3, 0, 0, 1])
+        >>> same = nk.screws.right_jacobian_inverse(xi), nk.screws.left_jacobian_inverse(-xi)
+        >>> bool(np.array_equal(*same))
+        True
+    """
+    v, omega = turns_checked(twist)
+    return left_jacobian_inverse(-np.concatenate([v, omega], axis=-1))
+
+
+def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
+    """[ω×], [v×], [ω×]², [ω×][v×] + [v×][ω×] and, to multiply them by, ω·v.
+
+    [a×][b×] = b aᵀ − (a·b) 1 costs half of what a product of matrices does.
+    """
+    along, outer = dot(omega, v)[..., None, None], v[..., :, None] * omega[..., None, :]
+    W2 = omega[..., :, None] * omega[..., None, :] - dot(omega, omega)[..., None, None] * np.eye(3)
+    WV = outer + np.swapaxes(outer, -1, -2) - 2.0 * along * np.eye(3)
+    return cross_matrix(omega), cross_matrix(v), W2, WV, along
+
+
+def _blocks(J: Floats, Q: Floats) -> Floats:
+    found = np.zeros((*J.shape[:-2], 6, 6))
+    found[..., :3, :3] = found[..., 3:, 3:] = J
+    found[..., :3, 3:] = Q
+    return found
+
+
+# --- From one pose to another along a screw.
+
+# As for slerp: beyond, the digits of the angle within a turn would be lost.
+_LARGEST_PART = 1e15
+# [m]; a motion whose screw axis is farther away is a translation.
+FARTHEST_AXIS = 1e150
+
+
+def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False) -> Floats:
+    """The pose a part s of the way from T_0 to T_1 along one screw, T_0 exp(s log(T_0⁻¹ T_1)), at constant speed.
+
+    The body turns about a line and slides along it, both in proportion to s; the orientation is that of slerp. The
+    path belongs to the motion, not to the frames: seen from another frame, or of another frame of the same body, it is
+    the same.
+
+    Args:
+        T_0: poses at s = 0, shape (..., 4, 4).
+        T_1: poses at s = 1; batch axes broadcast.
+        s: shape (...), broadcasts with the poses; outside [0, 1] the motion goes on past its ends.
+        longer: turn by θ − 2π about the same line instead of by θ ≤ π, with the same slide along it. At θ = π both
+            ways are equally long, and the shorter one is about the axis whose first component that is not zero is
+            positive, in frame 0.
+
+    Returns:
+        Poses, shape (..., 4, 4).
+
+    Raises:
+        NotARotation: the rotation part of some pose is none.
+        BadArgument: s outside ±1e15; the last row of some pose is not (0, 0, 0, 1); or `longer` for two poses that
+            differ by a translation alone, between which no line is distinguished.
+        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+
+    Source: Kavan, Collins, O'Sullivan and Zara, Dual quaternions for rigid transformation blending, TCD-CS-2006-46.
+
+    Examples:
+        >>> T_0, T_1 = np.eye(4), nk.screws.pose(nk.rotations.rot_z(np.pi), [2, 0, 0.4])
+        >>> nk.screws.sclerp(T_0, T_1, [0.25, 0.5])[:, :3, 3]  # half a turn about the upright line through (1, 0, 0)
+        array([[ 0.2929, -0.7071,  0.1   ],
+               [ 1.    , -1.    ,  0.2   ]])
+    """
+    parts = as_batch(s, (), "s")
+    if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
+        raise BadArgument(f"s must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
+    (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
+    common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
+    # From the difference of the points: two poses far from the origin of their frame may be close to each other.
+    back = np.swapaxes(R_0, -1, -2)
+    v, omega = log_parts(back @ R_1, turned(back, p_1 - p_0))
+    if longer:
+        v, omega = _the_other_way(v, omega)
+    way = motion_of(parts[..., None] * v, parts[..., None] * omega)
+    return join_poses(R_0 @ way[..., :3, :3], p_0 + turned(R_0, way[..., :3, 3]))
+
+
+def _the_other_way(v: Floats, omega: Floats) -> tuple[Floats, Floats]:
+    """The twist about the same screw axis with the angle θ − 2π and the same slide."""
+    angle = norm(omega)
+    turning = angle > 0.0
+    e, _ = unit(np.where(turning[..., None], omega, 1.0), "axis")
+    across = cross(cross(e, v), e)
+    translation = ~turning | (largest(across) > FARTHEST_AXIS * angle)
+    if translation.any():
+        index = first_index(translation)
+        raise BadArgument(
+            f"the poses{at_index(index)} differ by a translation alone: no line is distinguished to turn about"
+        )
+    ratio = (1.0 - 2.0 * np.pi / angle)[..., None]
+    return v - across + ratio * across, ratio * omega

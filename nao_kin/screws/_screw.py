@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.vectors import LARGEST, as_batch, common_batch, cross, dot, largest, unit
+from nao_kin._core.arrays import LARGEST, Floats, as_batch, common_batch, cross, dot, largest, unit
 from nao_kin.errors import BadArgument
-from nao_kin.lines import PluckerLine
-from nao_kin.screws._exponential import log, motion_of, turns_checked
-from nao_kin.screws._interpolation import FARTHEST_AXIS
+from nao_kin.screws._exponential import FARTHEST_AXIS, log, motion_of, turns_checked
+from nao_kin.screws.lines import PluckerLine
 
 
 @dataclass(frozen=True, eq=False, init=False)

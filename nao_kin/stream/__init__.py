@@ -1,10 +1,10 @@
 """Files larger than memory: poses for every row of a file, written to a file, and resumed after a kill."""
 
-from nao_kin.stream.columns import FEW_ROWS, PoseColumns, PoseStyle
-from nao_kin.stream.csv_text import csv_header, pose_lines
 from nao_kin.stream.results import BadRow, Clamped, StreamResult, clamp
 from nao_kin.stream.run import ErrorPolicy, fk
-from nao_kin.stream.table_sources import Configurations
+from nao_kin.stream.sinks import FEW_ROWS, PoseColumns, PoseStyle, csv_header, pose_lines
+from nao_kin.stream.sources import Configurations
+from nao_kin.stream.tables import TableColumns, finite_numbers, log_columns, read_configurations, read_log
 
 __all__ = [
     "FEW_ROWS",
@@ -15,8 +15,13 @@ __all__ = [
     "PoseColumns",
     "PoseStyle",
     "StreamResult",
+    "TableColumns",
     "clamp",
     "csv_header",
+    "finite_numbers",
     "fk",
+    "log_columns",
     "pose_lines",
+    "read_configurations",
+    "read_log",
 ]

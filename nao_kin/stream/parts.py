@@ -23,11 +23,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from nao_kin._common.ending import before_ending
-from nao_kin._text import abbreviated
+from nao_kin._core.process import before_ending
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
-from nao_kin.stream.blocks import Position
 from nao_kin.stream.results import NOT_CLAMPED, BadRow, Clamped
+from nao_kin.stream.sources import Position
 
 _RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
 
 # Bad rows that are kept to be shown; the others are counted.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import sys
+import time
 import warnings
 from collections import deque
 from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -12,30 +14,79 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import TracebackType
 from typing import Any, BinaryIO, Literal, get_args
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from nao_kin import __version__
-from nao_kin._common import atomic
-from nao_kin._common.arrays import Floats
-from nao_kin._common.headings import time_unit_of
-from nao_kin._common.processors import usable_cores
-from nao_kin._common.warn import warn_caller
-from nao_kin._text import abbreviated, quoted
-from nao_kin.configuration_files import Hips, check_hips, times_in_seconds
+from nao_kin._core import __version__
+from nao_kin._core import files as atomic
+from nao_kin._core.arrays import Floats
+from nao_kin._core.headings import time_unit_of
+from nao_kin._core.process import usable_cores
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning, UnknownName
 from nao_kin.robot import LimitPolicy, RobotModel, check_robot
-from nao_kin.stream.blocks import Block, Source, TableOptions
-from nao_kin.stream.columns import PoseColumns, PoseStyle
-from nao_kin.stream.joint_columns import JointColumns
 from nao_kin.stream.parts import PartFolder, Progress
-from nao_kin.stream.progress_bar import ProgressBar
 from nao_kin.stream.results import MOST_LISTED, BadRow, StreamResult
-from nao_kin.stream.sinks import Sink, sink_class
-from nao_kin.stream.sources import found_files, open_source
-from nao_kin.stream.table_sources import Configurations
+from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
+from nao_kin.stream.sources import Block, Configurations, Source, TableOptions, found_files, open_source
+from nao_kin.stream.tables import Hips, JointColumns, check_hips, times_in_seconds
+
+# --- How far a long run has come, for whoever sits in front of it: rows, rate, and the time that is left.
+
+
+class ProgressBar:
+    """A bar on standard error, when it is wanted and standard error is a terminal; otherwise nothing.
+
+    A context manager: the bar disappears at its end.
+    """
+
+    def __init__(self, wanted: bool) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+        console = Console(file=sys.stderr)
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TextColumn("{task.fields[rows]}"),
+            TimeRemainingColumn(),
+            console=console,
+            disable=not (wanted and console.is_terminal),
+            transient=True,
+        )
+        self._task = self._bar.add_task("forward kinematics", total=None, rows="")
+        self._first, self._start = 0, time.monotonic()
+
+    def start(self, rows: int, fraction: float | None) -> None:
+        """Begin behind `rows` that an earlier run has done."""
+        self._first, self._start = rows, time.monotonic()
+        self._bar.update(self._task, total=None if fraction is None else 1.0, completed=fraction or 0.0)
+
+    def show(self, rows: int, fraction: float | None) -> None:
+        """So many rows are done, which is this much of the source, if that is known."""
+        if self._bar.disable:
+            return
+        rate = (rows - self._first) / max(1e-9, time.monotonic() - self._start)
+        self._bar.update(self._task, completed=fraction or 0.0, rows=f"{rows:,} rows, {rate:,.0f}/s")
+
+    def joining(self) -> None:
+        """All rows are done; the parts are being joined."""
+        self._bar.update(self._task, description="joining the parts", total=None)
+
+    def __enter__(self) -> ProgressBar:
+        self._bar.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._bar.stop()
+
+
+# --- Forward kinematics from file to file.
 
 ErrorPolicy = Literal["stop", "skip", "nan"]
 

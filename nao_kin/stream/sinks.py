@@ -1,23 +1,195 @@
-"""Where poses go: parts, each written from its beginning to its end, that are joined to one file."""
+"""Where poses go: their columns, their lines of CSV, and parts that are joined to one file."""
 
 from __future__ import annotations
 
+import csv
+import io
 import shutil
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-from nao_kin._common import atomic
-from nao_kin._common.arrays import Floats
-from nao_kin._common.optional import need_extra
-from nao_kin._text import abbreviated
-from nao_kin.errors import BadArgument
-from nao_kin.stream.csv_text import csv_header, pose_lines
+from nao_kin._core import files as atomic
+from nao_kin._core.arrays import Floats, flag, texts
+from nao_kin._core.csv_numbers import float_texts, has_pyarrow
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import need_extra
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.robot import CROSSOVER, RobotModel
 from nao_kin.stream.sources import ARROW, CSV, NPY, PARQUET, kind_of
+
+# --- The numbers that a pose is written as, and their names: the same on the screen and in every kind of file.
+
+PoseStyle = Literal["matrix", "position_quaternion", "position6d", "rpy"]
+
+_POSITION = ("x", "y", "z")
+_MATRIX = tuple(f"t{row}{column}" for row in range(1, 5) for column in range(1, 5))
+_ORIENTATION: dict[str, tuple[str, ...]] = {
+    "position_quaternion": ("r0", "r1", "r2", "r3"),
+    "position6d": ("wx", "wy", "wz"),
+    "rpy": ("roll", "pitch", "yaw"),
+}
+
+
+# Rows that Pinocchio answers before the batch kernels are loaded: a file of no more is left to it, in small pieces.
+FEW_ROWS = 10_000
+
+
+@dataclass(frozen=True)
+class PoseColumns:
+    """How a pose is written as a row of numbers.
+
+    Attributes:
+        style: "matrix": the 16 entries of the homogeneous matrix, row by row, t11 … t44.
+            "position_quaternion": x, y, z and the unit quaternion r0, r1, r2, r3, scalar first.
+            "position6d": x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), named as NAOqi names them.
+            "rpy": the same numbers as x, y, z, roll, pitch, yaw.
+        degrees: angles in degrees; their names then end in _deg.
+
+    Examples:
+        >>> nk.stream.PoseColumns("rpy").names
+        ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
+    """
+
+    style: PoseStyle = "matrix"
+    degrees: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.style, str) or self.style not in get_args(PoseStyle):
+            raise UnknownName("form of a pose", self.style, get_args(PoseStyle))
+
+    @property
+    def orientation(self) -> tuple[str, ...]:
+        """Names of the numbers behind the position; none for a matrix."""
+        suffix = "_deg" if self.degrees and self.style != "position_quaternion" else ""
+        return tuple(name + suffix for name in _ORIENTATION.get(self.style, ()))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers of a pose."""
+        return _MATRIX if self.style == "matrix" else (*_POSITION, *self.orientation)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one pose in an array."""
+        return (4, 4) if self.style == "matrix" else (len(self.names),)
+
+    def poses(
+        self,
+        robot: RobotModel,
+        q: Floats,
+        frames: Sequence[str],
+        reference: str | None = None,
+        dtype: DTypeLike = np.float64,
+        threads: int | None = None,
+    ) -> NDArray[Any]:
+        """Poses of frames at configurations (n, nq) as rows of numbers (n, frames, k), in the order of `names`.
+
+        The arguments are those of `RobotModel.fk`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nk.stream.PoseColumns("position_quaternion").poses(nao, nao.random(rng=0, n=3), ["LArm", "RArm"]).shape
+            (3, 2, 7)
+        """
+        form = "position6d" if self.style == "rpy" else self.style
+        # Batches below the crossover are left to Pinocchio.
+        step = len(q) if threads is not None or len(q) > FEW_ROWS else CROSSOVER - 1
+        starts = range(0, len(q), max(step, 1))
+        parts = [
+            robot.fk(q[start : start + step], frames, reference=reference, as_=form, dtype=dtype, threads=threads)
+            for start in starts
+        ]
+        numbers = parts[0] if len(parts) == 1 else np.concatenate(parts)
+        if self.orientation and self.degrees and self.style != "position_quaternion":
+            numbers[..., 3:] = np.degrees(numbers[..., 3:])
+        return numbers.reshape(*numbers.shape[:2], len(self.names))
+
+
+# --- Poses as lines of CSV: row, time, frame, and the numbers with as many digits as give them back.
+
+# Loading pyarrow takes as long as Python takes to write this many numbers.
+_FEW = 20_000
+
+
+def csv_header(columns: Sequence[str], *, timed: bool = False) -> str:
+    """The first line; `timed` where the rows have times.
+
+    Raises:
+        BadArgument: no list of texts, or neither True nor False.
+
+    Examples:
+        >>> nk.stream.csv_header(["x", "y", "z"]).strip()
+        'row,frame,x,y,z'
+    """
+    return ",".join(("row", *(("time",) if flag(timed, "timed") else ()), "frame", *texts(columns, "columns"))) + "\n"
+
+
+def pose_lines(
+    rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[Any], times: Floats | None = None
+) -> bytes:
+    """One line for each of `rows` (n,) and each frame, of numbers (n, frames, k) and maybe times (n,), in UTF-8.
+
+    The lines are the same whether pyarrow writes them, or Python, which takes longer.
+
+    Raises:
+        BadArgument: no arrays of numbers, or no list of texts.
+        WrongShape: rows, frames, numbers and times do not fit together.
+
+    Examples:
+        >>> nk.stream.pose_lines(np.array([0]), ["LArm"], np.array([[[0.5, 0.25]]])).decode().strip()
+        '0,LArm,0.5,0.25'
+    """
+    names = [_field(name) for name in texts(frames, "frames")]
+    for what, array, kinds in (("rows", rows, "iu"), ("numbers", numbers, "f"), ("times", times, "f")):
+        if not (isinstance(array, np.ndarray) and array.dtype.kind in kinds) and (what != "times" or times is not None):
+            raise BadArgument(f"{what} must be an array of {'whole ' * (kinds == 'iu')}numbers, got {quoted(array)}")
+    if rows.ndim != 1 or numbers.ndim != 3 or numbers.shape[:2] != (len(rows), len(names)):
+        raise WrongShape("numbers", f"(n, {len(names)}, k) for rows (n,)", numbers.shape)
+    if times is not None and times.shape != rows.shape:
+        raise WrongShape("times", str(rows.shape), times.shape)
+    flat = numbers.reshape(-1, numbers.shape[-1])
+    if numbers.size > _FEW and has_pyarrow():
+        return _by_pyarrow(rows, times, names, flat)
+    written = (map(repr, row) for row in flat.tolist()) if flat.dtype == np.float64 else (map(str, row) for row in flat)
+    starts = [str(row) for row in rows.tolist()]
+    if times is not None:
+        starts = [f"{row},{time!r}" for row, time in zip(starts, times.tolist(), strict=True)]
+    heads = (f"{start},{name}," for start in starts for name in names)
+    return "".join([f"{head}{','.join(text)}\n" for head, text in zip(heads, written, strict=True)]).encode()
+
+
+def _by_pyarrow(rows: NDArray[np.int64], times: Floats | None, frames: list[str], numbers: NDArray[Any]) -> bytes:
+    import pyarrow as pa
+    from pyarrow import compute
+
+    columns = [float_texts(np.ascontiguousarray(column)) for column in numbers.T]
+    starts = [compute.cast(pa.array(rows), pa.string())]
+    if times is not None:
+        starts.append(float_texts(np.ascontiguousarray(times)))
+    places = pa.array(np.repeat(np.arange(len(rows)), len(frames)))
+    starts = [start.take(places) for start in starts]
+    # The last field is empty and its delimiter the end of the line.
+    lines = compute.binary_join_element_wise(*starts, pa.array(frames * len(rows), pa.string()), *columns, ",")
+    lines = compute.binary_join_element_wise(lines, "", "\n")
+    # The texts of an array stand one behind the other.
+    offsets = np.frombuffer(lines.buffers()[1], np.int32)
+    return memoryview(lines.buffers()[2])[offsets[lines.offset] : offsets[lines.offset + len(lines)]].tobytes()
+
+
+def _field(name: str) -> str:
+    """A name as a field of CSV, quoted where it must be."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="").writerow([name])
+    return text.getvalue()
+
+
+# --- Where poses go: parts, each written from its beginning to its end, that are joined to one file.
 
 _COPIED_AT_ONCE = 1 << 22
 # Rows of a group of a Parquet file: enough to be read quickly, and few enough to be held in memory.

@@ -1,20 +1,504 @@
-"""Where configurations come from: the kind of a file, by the ending of its name, and several files as one."""
+"""Where configurations come from: CSV, NumPy, Parquet and Arrow files, read block by block."""
 
 from __future__ import annotations
 
 import glob
-from collections.abc import Iterator, Sequence
+import gzip
+import math
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, BinaryIO, cast
 
-from nao_kin._common.optional import need_extra
-from nao_kin._text import abbreviated
-from nao_kin.errors import BadInputFile
+import numpy as np
+
+from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.csv_numbers import Records, csv_head, line_ends, plain_floats, quick_numbers, whole_lines
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import need_extra
+from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
-from nao_kin.stream.blocks import Block, Position, Source, TableOptions
-from nao_kin.stream.csv_source import CsvSource
-from nao_kin.stream.table_sources import ArraySource, ArrowSource, Configurations, NpySource, ParquetSource
+from nao_kin.stream.tables import TableColumns, finite_numbers, table_columns
+
+# --- Tables of joint values, read block by block from any place that a block begins at.
+
+# Where a block begins: bytes, lines and rows before it, as far as the kind of file needs them.
+Position = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some rows of a table.
+
+    Attributes:
+        values: shape (n, columns); NaN in rows that could not be read.
+        end: where the next block begins.
+        times: shape (n,), in the unit of the file; None where it has none.
+        problems: column, from 1 and 0 for none, and reason of rows that could not be read, by their place in the block.
+        last: no block follows.
+        lines: finds the line of every row of the block, which takes a while; None where there are no lines.
+        file: which of several files it is from.
+    """
+
+    values: Floats
+    end: Position
+    times: Floats | None = None
+    problems: Mapping[int, tuple[int, str]] = field(default_factory=dict)
+    last: bool = False
+    lines: Callable[[], Sequence[int]] | None = None
+    file: int = 0
+
+
+class Source(ABC):
+    """A table of joint values in a file.
+
+    Attributes:
+        path: the file.
+        table: which columns are joints and times, and their units.
+        whole: the columns are those of q itself, a floating base included.
+        start: where the first block begins.
+    """
+
+    path: str
+    table: TableColumns
+    whole: bool = False
+    start: Position
+
+    @property
+    def files(self) -> tuple[Source, ...]:
+        """The source itself, or the sources that it joins."""
+        return (self,)
+
+    @abstractmethod
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """The blocks from a place on; the same ones whatever came before."""
+
+    @abstractmethod
+    def fraction(self, place: Position) -> float | None:
+        """How much of the file lies before a place; None where its length is not known."""
+
+    def close(self) -> None:
+        """Nothing more is read."""
+        return
+
+
+@dataclass(frozen=True)
+class TableOptions:
+    """How the columns of a file are understood: the arguments of `table_columns`.
+
+    Attributes:
+        degrees: turning joints without a unit are in degrees.
+        columns: heading in the file → what to read it as; None leaves it out.
+        ignore_other: leave out columns of other names.
+    """
+
+    degrees: bool = False
+    columns: Mapping[str, str | None] | None = None
+    ignore_other: bool = False
+
+    def table(self, path: str, headings: Sequence[str], robot: RobotModel, line: int = 0) -> TableColumns:
+        """What the columns of a table are."""
+        return table_columns(
+            path, headings, robot, line, degrees=self.degrees, columns=self.columns, ignore_other=self.ignore_other
+        )
+
+    def of_q(self, robot: RobotModel) -> TableColumns:
+        """What the columns of an array of configurations are, behind those of a floating base."""
+        return TableOptions(self.degrees).table("", robot.joint_names, robot)
+
+
+# --- A CSV file of joint values, in blocks of whole records.
+#
+# The file is cut by us and the numbers are read by pyarrow, one block at a time: its own streaming reader can neither
+# begin in the middle of a file nor say on which line a row stood. A block that it refuses is halved until what is left
+# is small, and that is read exactly: good rows beside a bad one cost nothing more.
+
+BYTES_AT_ONCE = 1 << 22
+_LONGEST_LINE = 1 << 24
+# Read exactly where the quick way refuses it.
+_SMALL = 1 << 14
+_BOM = b"\xef\xbb\xbf"
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of numbers, NaN where they could not be read, and why not."""
+
+    values: Floats
+    problems: dict[int, tuple[int, str]]
+
+
+class CsvSource(Source):
+    """Joint names in the header, in any order, and one configuration a line, as `read_log` reads them.
+
+    A file whose name ends in .gz is unpacked; a place in it is one of what is unpacked.
+    """
+
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
+        self.path = path
+        self._file = _opened_bytes(path)
+        # What has been read and not yet been given out: at the start, and behind the last whole line.
+        self._rest, self._behind = b"", b""
+        packed = path == "-" or path.lower().endswith(".gz") or not Path(path).is_file()
+        self._size = None if packed else Path(path).stat().st_size
+        try:
+            self._read_header(robot, options)
+        except BaseException:
+            self.close()
+            raise
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`; of a pipe, only from its start."""
+        offset, line = start
+        rest = self._rest
+        if start != self.start:
+            self._file.seek(offset)
+            rest = b""
+        some = False
+        while True:
+            block, at_end = self._next_lines(rest, line)
+            if not block:
+                break
+            used, rows = self._read(block, at_end=at_end)
+            part = block[:used] if used < len(block) else block
+            rest = block[used:] + self._behind
+            offset, before, line = offset + used, line, line + line_ends(part)
+            if len(rows.values):
+                some = True
+                lines = _Lines(part, self._delimiter, before)
+                joints = len(self.table.names)
+                times = rows.values[:, joints] if self.table.timed else None
+                values = rows.values[:, :joints]
+                yield Block(values, (offset, line), times, rows.problems, at_end and not rest, lines)
+            if at_end and not rest:
+                break
+        if not some and start == self.start:
+            raise BadInputFile(self.path, "a header and no configurations")
+
+    def fraction(self, place: Position) -> float | None:
+        """As `Source`."""
+        return place[0] / max(1, self._size) if self._size is not None else None
+
+    def close(self) -> None:
+        """As `Source`."""
+        if self.path != "-":
+            self._file.close()
+
+    def _read_header(self, robot: RobotModel, options: TableOptions) -> None:
+        head = self._file.read(BYTES_AT_ONCE)
+        mark = len(_BOM) if head.startswith(_BOM) else 0
+        head = head[mark:]
+        if not head.strip():
+            raise BadInputFile(self.path, "empty; expected joint names and values")
+        ends = len(head) < BYTES_AT_ONCE - mark
+        beginning = csv_head(head, at_end=ends)
+        if beginning.problem:
+            raise BadInputFile(self.path, beginning.problem, beginning.line)
+        if not beginning.fields:
+            raise BadInputFile(self.path, "empty; expected joint names and values")
+        self._delimiter, self._mark = beginning.delimiter, beginning.mark
+        try:
+            head[: beginning.size].decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise BadInputFile(self.path, f"not UTF-8 text (byte {mark + error.start})") from None
+        self.start = mark + beginning.size, beginning.lines
+        self._rest = head[beginning.size :]
+        table = options.table(self.path, beginning.fields, robot, beginning.line)
+        self.table = table.with_times_of(self._rest, self._delimiter)
+
+    def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
+        """Whole lines, of about `BYTES_AT_ONCE`, and whether the file ends with them; what is behind is kept."""
+        block, wanted = rest, max(0, BYTES_AT_ONCE - len(rest))
+        while True:
+            more = self._file.read(wanted)
+            block += more
+            at_end, wanted = len(more) < wanted, BYTES_AT_ONCE
+            used = len(block) if at_end else whole_lines(block)
+            if used or at_end:
+                self._behind = block[used:]
+                return block[:used], at_end
+            if len(block) > _LONGEST_LINE:
+                raise BadInputFile(self.path, f"a line of more than {_LONGEST_LINE >> 20} MiB", line + 1)
+
+    def _read(self, block: bytes, *, at_end: bool) -> tuple[int, _Rows]:
+        """The rows of a block, and how much of it they are."""
+        if b'"' in block:
+            return self._read_exactly(block, at_end=at_end)
+        table = self.table
+        numbers = quick_numbers(block, table.all, self._delimiter, table.places, self._mark, table.iso_times)
+        if numbers is not None:
+            return len(block), _Rows(numbers, {})
+        middle = whole_lines(block[: len(block) // 2])
+        if len(block) <= _SMALL or not middle:
+            return self._read_exactly(block, at_end=True)
+        _, first = self._read(block[:middle], at_end=True)
+        _, second = self._read(block[middle:], at_end=True)
+        count = len(first.values)
+        problems = first.problems | {count + row: problem for row, problem in second.problems.items()}
+        return len(block), _Rows(np.concatenate([first.values, second.values]), problems)
+
+    def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, _Rows]:
+        """The rows of a block, field by field."""
+        records = Records(block, self._delimiter, at_end=at_end)
+        # Then `float` takes only decimal digits.
+        plain = self._mark == "." and block.isascii() and b"_" not in block and self.table.iso_times is None
+        values: list[list[float]] = []
+        problems: dict[int, tuple[int, str]] = {}
+        table = self.table
+        nothing = [math.nan] * len(table.places)
+        for _, fields, reason in records:
+            row: list[float] | None = None
+            column = 0
+            reason = reason or table.count(len(fields))
+            if not reason:
+                row = plain_floats([fields[place] for place in table.places]) if plain else None
+                try:
+                    row = row or finite_numbers(self.path, fields, table.headings, 1, table=table, mark=self._mark)
+                except BadInputFile as error:
+                    column, reason = error.column, error.reason
+            if row is None:
+                problems[len(values)] = column, reason
+            values.append(row or nothing)
+        return records.consumed, _Rows(np.array(values).reshape(len(values), len(nothing)), problems)
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """The line of every record of a block that begins behind `before` lines."""
+
+    block: bytes
+    delimiter: str
+    before: int
+
+    def __call__(self) -> list[int]:
+        return [self.before + line for line, _, _ in Records(self.block, self.delimiter)]
+
+
+def _opened_bytes(path: str) -> BinaryIO:
+    if path.lower().endswith(".gz"):
+        return cast(BinaryIO, gzip.open(path))
+    if path != "-":
+        return Path(path).open("rb")
+    if sys.stdin is None:
+        raise BadInputFile(path, "closed; there is nothing to read")
+    return sys.stdin.buffer
+
+
+# --- Tables of joint values in the binary formats: NumPy's, Parquet, Arrow IPC.
+
+ROWS_AT_ONCE = 8192
+_BUFFER = 1 << 18
+
+
+class NpySource(Source):
+    """A NumPy file of configurations (N, nq)."""
+
+    whole = True
+
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
+        self.path, self.table, self.start = path, options.of_q(robot), (0,)
+        rows = self._rows()
+        if rows.ndim != 2 or rows.shape[1] != robot.nq:
+            raise BadInputFile(path, f"an array of shape {rows.shape}, expected (N, {robot.nq})")
+        if rows.dtype.kind not in "fiu":
+            raise BadInputFile(path, f"an array of {rows.dtype}, expected real numbers")
+        self._count = len(rows)
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`; mapped anew for each block, so that what has been read leaves the memory."""
+        for first in range(start[0], self._count, ROWS_AT_ONCE):
+            values = np.array(self._rows()[first : first + ROWS_AT_ONCE], dtype=np.float64)
+            end = first + len(values)
+            yield Block(values, (end,), last=end == self._count)
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[0] / max(1, self._count)
+
+    def _rows(self) -> np.ndarray[Any, Any]:
+        try:
+            rows = np.load(self.path, mmap_mode="r", allow_pickle=False)
+        except (ValueError, EOFError) as error:
+            raise BadInputFile(self.path, f"not a whole NumPy array: {abbreviated(error)}") from None
+        if not isinstance(rows, np.ndarray):
+            raise BadInputFile(self.path, "an archive of arrays, expected one array")
+        return rows
+
+
+@dataclass(frozen=True, eq=False)
+class Configurations:
+    """Configurations in memory, for `fk` to take in place of a file.
+
+    Attributes:
+        q: shape (n, nq) [rad, m or ratio], whatever the unit of the poses.
+        times: of the rows, shape (n,) [s]; None for none.
+        name: where they are from, for messages.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> rows = nk.stream.Configurations(nao.random(rng=0, n=3), name="three random ones")
+        >>> nk.stream.fk(nao, rows, "LArm", "poses.npy").rows_read
+        3
+    """
+
+    q: Floats
+    times: Floats | None = None
+    name: str = "configurations"
+
+
+class ArraySource(Source):
+    """Configurations in memory."""
+
+    whole = True
+
+    def __init__(self, rows: Configurations, robot: RobotModel) -> None:
+        self.path, self.start = rows.name, (0,)
+        self._rows = as_floats(rows.q, (robot.nq,), "q")
+        if self._rows.ndim != 2:
+            raise WrongShape("q", f"(n, {robot.nq})", self._rows.shape)
+        self._times = None if rows.times is None else as_floats(rows.times, (), "times")
+        if self._times is not None and self._times.shape != (len(self._rows),):
+            raise WrongShape("times", f"({len(self._rows)},), a time for each configuration", self._times.shape)
+        self.table = replace(TableOptions().of_q(robot), timed=self._times is not None, time_unit="s")
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`."""
+        count = len(self._rows)
+        for first in range(start[0], count, ROWS_AT_ONCE):
+            end = min(first + ROWS_AT_ONCE, count)
+            times = None if self._times is None else self._times[first:end]
+            yield Block(self._rows[first:end], (end,), times, last=end == count)
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[0] / max(1, len(self._rows))
+
+
+class ParquetSource(Source):
+    """A Parquet file with one column per joint."""
+
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
+        self.path, self.start = path, (0,)
+        from pyarrow import ArrowException, parquet
+
+        try:
+            with parquet.ParquetFile(path) as file:
+                groups = [file.metadata.row_group(index).num_rows for index in range(file.num_row_groups)]
+                schema = file.schema_arrow
+        except ArrowException as error:
+            raise BadInputFile(path, f"not a Parquet file: {abbreviated(error)}") from None
+        self._groups: list[int] = groups
+        self.table = _table_of(schema, path, robot, options)
+        self._columns = [schema.names[place] for place in self.table.places]
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`; groups of rows that lie before it are not read."""
+        from pyarrow import ArrowException, parquet
+
+        skipped, left_out = 0, start[0]
+        while skipped < len(self._groups) and self._groups[skipped] <= left_out:
+            left_out -= self._groups[skipped]
+            skipped += 1
+        row = start[0]
+        try:
+            # A buffer of its own for each column: without one, whole columns of a group are read.
+            with parquet.ParquetFile(self.path, buffer_size=_BUFFER) as file:
+                for group in range(skipped, len(self._groups)):
+                    for batch in file.iter_batches(ROWS_AT_ONCE, row_groups=[group], columns=self._columns):
+                        rows = batch.slice(min(left_out, batch.num_rows))
+                        left_out -= batch.num_rows - rows.num_rows
+                        row += rows.num_rows
+                        if rows.num_rows:
+                            yield _block_of(rows, self.table, self._columns, (row,), last=row == sum(self._groups))
+        except ArrowException as error:
+            raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[0] / max(1, sum(self._groups))
+
+
+class ArrowSource(Source):
+    """An Arrow IPC file, which is also a Feather file, with one column per joint.
+
+    A place in it is a number of rows, the batch they end in, and the rows of that batch.
+    """
+
+    def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
+        self.path, self.start = path, (0, 0, 0)
+        import pyarrow as pa
+
+        try:
+            with pa.memory_map(path) as file, pa.ipc.open_file(file) as reader:
+                batches, schema = reader.num_record_batches, reader.schema
+        except pa.ArrowException as error:
+            raise BadInputFile(path, f"not an Arrow IPC file: {abbreviated(error)}") from None
+        self._batches = int(batches)
+        self.table = _table_of(schema, path, robot, options)
+        self._columns = [schema.names[place] for place in self.table.places]
+
+    def blocks(self, start: Position) -> Iterator[Block]:
+        """As `Source`; mapped anew for each batch, so that what has been read leaves the memory."""
+        import pyarrow as pa
+
+        row, first, offset = start
+        for index in range(first, self._batches):
+            try:
+                with pa.memory_map(self.path) as file, pa.ipc.open_file(file) as reader:
+                    batch = reader.get_batch(index)
+            except pa.ArrowException as error:
+                raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
+            while offset < batch.num_rows:
+                rows = batch.slice(offset, ROWS_AT_ONCE)
+                row, offset = row + rows.num_rows, offset + rows.num_rows
+                last = offset == batch.num_rows and index + 1 == self._batches
+                yield _block_of(rows, self.table, self._columns, (row, index, offset), last=last)
+            offset = 0
+
+    def fraction(self, place: Position) -> float:
+        """As `Source`."""
+        return place[1] / max(1, self._batches)
+
+
+def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> TableColumns:
+    """What the columns of a table are, when they hold numbers; times may be those of Arrow."""
+    import pyarrow as pa
+
+    table = options.table(path, schema.names, robot)
+    for place in table.places:
+        entry, kind = schema.field(place), schema.field(place).type
+        is_time = table.timed and place == table.places[-1]
+        if is_time and pa.types.is_timestamp(kind):
+            table = replace(table, time_unit=kind.unit)
+        elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+            raise BadInputFile(path, f"column {quoted(entry.name)} holds {abbreviated(kind)}, expected numbers")
+    return table
+
+
+def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Position, *, last: bool) -> Block:
+    """The rows of a record batch."""
+    import pyarrow as pa
+
+    values = np.empty((rows.num_rows, len(columns)))
+    problems: dict[int, tuple[int, str]] = {}
+    for column, (given, name) in enumerate(zip(columns, table.headings, strict=True)):
+        numbers = rows.column(rows.schema.get_field_index(given))
+        if pa.types.is_timestamp(numbers.type):
+            numbers = numbers.cast(pa.int64())
+        numbers = numbers.cast(pa.float64(), safe=False)
+        values[:, column] = numbers.to_numpy(zero_copy_only=False)
+        if numbers.null_count:
+            for row in np.flatnonzero(numbers.is_null().to_numpy(zero_copy_only=False)).tolist():
+                problems.setdefault(row, (0, f"{name} is null, expected a finite number"))
+    joints = len(table.names)
+    times = values[:, joints] if table.timed else None
+    return Block(values[:, :joints], end, times, problems, last)
+
+
+# --- Where configurations come from: the kind of a file, by the ending of its name, and several files as one.
 
 CSV, NPY, PARQUET, ARROW = "csv", "npy", "parquet", "arrow"
 KINDS = {

@@ -1,9 +1,15 @@
 """The robot in a browser."""
 
 from nao_kin.viewer.meshcat_robot import MeshcatRobot
-from nao_kin.viewer.outside import OutsideLimitsWarning
 from nao_kin.viewer.recording import Recording
 from nao_kin.viewer.shown_robot import ShownRobot
+from nao_kin.viewer.shown_scene import OutsideLimitsWarning
 from nao_kin.viewer.viewer import Viewer
 
-__all__ = ["MeshcatRobot", "OutsideLimitsWarning", "Recording", "ShownRobot", "Viewer"]
+__all__ = [
+    "MeshcatRobot",
+    "OutsideLimitsWarning",
+    "Recording",
+    "ShownRobot",
+    "Viewer",
+]

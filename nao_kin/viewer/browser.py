@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from nao_kin._common.ending import before_ending, uninterrupted
-from nao_kin._common.scalars import whole_number
-from nao_kin._text import quoted
+from nao_kin._core.arrays import whole_number
+from nao_kin._core.process import before_ending, uninterrupted
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer.messages import panel_message
 from nao_kin.viewer.server import Answer, LiveServer
@@ -54,7 +54,7 @@ _OPTIONS = (
     "--no-first-run",
     "--password-store=basic",
 )
-_SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_common" / "supervisor.py")
+_SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py")
 # Killing and removing take less, unless the disk is slow: then the supervisor goes on alone.
 _END_SECONDS = 0.7
 _LOOK_SECONDS = 0.05
@@ -177,7 +177,7 @@ class Browser:
 def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
     """Open `url` in a browser without a window; whatever happens, even SIGKILL here, it is gone afterwards.
 
-    Its profile and all that it writes are in a temporary folder, which goes too. `nao_kin._common.supervisor` sees to
+    Its profile and all that it writes are in a temporary folder, which goes too. `nao_kin._core.supervisor` sees to
     that: it runs the browser as long as this process lives.
 
     Raises:

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats, Vector
-from nao_kin._common.scalars import finite_or_none
+from nao_kin._core.arrays import Floats, Vector, finite_or_none
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
-from nao_kin.parameters import BODY_ORDER
 from nao_kin.robot import RobotModel, topology
-from nao_kin.urdf import UrdfTree
+from nao_kin.robot.nao import BODY_ORDER
+from nao_kin.robot.urdf import UrdfTree
 from nao_kin.viewer.scene import Drawable, link_paths, numbered
 
 # Whole-body cameras: the direction from the robot to the camera.

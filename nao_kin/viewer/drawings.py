@@ -10,12 +10,13 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.choices import choice, flag
-from nao_kin._text import abbreviated
+from nao_kin._core.arrays import choice, flag
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
-from nao_kin.viewer import extras, overlays
+from nao_kin.viewer import overlays
+from nao_kin.viewer import overlays as extras
 from nao_kin.viewer.messages import RetainedMessages, panel_message
 
 # What the page's buttons show and hide, as it begins.

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.choices import flag
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, flag
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.robot import WORLD, RobotModel, check_robot
+from nao_kin.robot.urdf import Cylinder, UrdfJoint
 from nao_kin.rotations import matrix_from_rpy
-from nao_kin.urdf import Cylinder, UrdfJoint
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import presets_of
 from nao_kin.viewer.messages import Command, node_name, packed, set_object, set_transform, typed_array

@@ -17,10 +17,10 @@ import numpy as np
 import umsgpack
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.urdf import Box, Cylinder, Rgba, Sphere
+from nao_kin.robot.urdf import Box, Cylinder, Rgba, Sphere
 from nao_kin.viewer.meshes import Mesh, Shape
 
 # MessagePack extension types of msgpack-lite, the reader inside meshcat.

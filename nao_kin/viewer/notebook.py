@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from nao_kin._extras import command
+from nao_kin._core.extras import command
 from nao_kin.viewer.messages import RetainedMessages, note_last
 from nao_kin.viewer.server import Answer, weak_receiver
 

@@ -8,7 +8,7 @@ from types import TracebackType
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.motion import Motion
 from nao_kin.robot import RobotModel
 

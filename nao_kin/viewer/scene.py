@@ -13,13 +13,12 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
-from nao_kin._text import abbreviated
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import abbreviated
 from nao_kin.robot import RobotModel
+from nao_kin.robot.urdf import MeshFile, Rgba, UrdfJoint, UrdfTree, Visual
 from nao_kin.rotations import exp, matrix_from_rpy
-from nao_kin.urdf import MeshFile, Rgba, UrdfJoint, UrdfTree, Visual
-from nao_kin.viewer.lights import lights_of
-from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, load_meshes, shape_box
+from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, lights_of, load_meshes, shape_box
 from nao_kin.viewer.messages import Command, node_name, set_object, set_transform
 
 ROBOT = "robot"

@@ -25,11 +25,10 @@ import tornado.iostream
 import tornado.web
 import tornado.websocket
 
-from nao_kin._common.scalars import whole_number
-from nao_kin._text import quoted
+from nao_kin._core.arrays import whole_number
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.viewer.access import Access, Token
-from nao_kin.viewer.document import Document, Guarded, NotFound, PageHandler
+from nao_kin.viewer.access import Access, Document, Guarded, NotFound, PageHandler, Token
 from nao_kin.viewer.messages import RetainedMessages, note_last, panel_message
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._common.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.multidof import MultiDofModel
+from nao_kin.joints import MultiDofModel
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer import overlays

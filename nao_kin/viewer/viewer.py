@@ -11,15 +11,13 @@ from types import TracebackType
 
 import numpy as np
 
-from nao_kin._common import atomic
+from nao_kin._core import files as atomic
 from nao_kin.errors import NaoKinError, NoBrowser
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
-from nao_kin.viewer.access import checked_names, checked_token
+from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token, live_page
 from nao_kin.viewer.browser import Screenshots
-from nao_kin.viewer.document import Document
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
-from nao_kin.viewer.page import POLICY, live_page
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import ShownScene
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nao_kin import rank_one
 from nao_kin.errors import SingularMatrix
-from nao_kin.lines import PluckerLine, transfer_matrix
+from nao_kin.rotations import rank_one
+from nao_kin.screws.lines import PluckerLine, transfer_matrix
 from paper import symbolic
 from paper.rows import Erratum, Problem, Row, largest
 

@@ -1,5 +1,304 @@
 """The robot as MuJoCo's own format, MJCF."""
 
-from nao_kin.export.mujoco.package import mjcf
+from __future__ import annotations
 
-__all__ = ["mjcf"]
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from nao_kin._core.files import check_folder, write_folder
+from nao_kin._core.text import abbreviated
+from nao_kin._core.warn import need_extra
+from nao_kin.errors import BadModel, UnknownName
+from nao_kin.export.inertia import InertiaChoice, make_physical
+from nao_kin.export.meshes import FOLDER, MeshFiles
+from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
+from nao_kin.export.mujoco.devices import add_actuators, add_sites
+from nao_kin.export.mujoco.keyframes import add_keyframes
+from nao_kin.export.mujoco.model import Shapes, add_bodies, add_excludes, on_their_soles
+from nao_kin.export.placement import Exported
+from nao_kin.export.variants import FRAMES, Coupling, Frames, check_typed, couple
+from nao_kin.joints import group_joints
+from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot.urdf import UrdfTree
+
+__all__ = [
+    "mjcf",
+]
+
+
+# --- The scene beside the robot: a floor, light, and a place to look from.
+
+NAME = "scene.xml"
+
+
+def scene_xml(robot_file: str, model: Any) -> str:
+    """A scene that includes the robot's file.
+
+    Args:
+        robot_file: name of the file beside it.
+        model: the compiled robot, for its size.
+    """
+    extent = float(model.stat.extent)
+    return f"""<mujoco model={quoteattr(f"{robot_file.removesuffix('.xml')} on a floor")}>
+  <include file={quoteattr(robot_file)}/>
+
+  <statistic center="0 0 {0.4 * extent:.3g}" extent="{extent:.3g}"/>
+
+  <visual>
+    <headlight diffuse="0.4 0.4 0.4" ambient="0.35 0.35 0.35" specular="0 0 0"/>
+    <global azimuth="150" elevation="-15" offwidth="1280" offheight="960"/>
+    <quality shadowsize="4096"/>
+    <map znear="0.01"/>
+  </visual>
+
+  <asset>
+    <texture name="sky" type="skybox" builtin="gradient" width="256" height="1536"
+      rgb1="0.75 0.82 0.9" rgb2="0.95 0.97 1"/>
+    <texture name="floor" type="2d" builtin="checker" width="300" height="300"
+      rgb1="0.82 0.84 0.86" rgb2="0.74 0.76 0.79"/>
+    <material name="floor" texture="floor" texuniform="true" texrepeat="5 5"/>
+  </asset>
+
+  <worldbody>
+    <light name="sun" pos="0 0 {1.5 * extent:.3g}" dir="0 0 -1" directional="true" diffuse="0.4 0.4 0.4"/>
+    <geom name="floor" type="plane" size="0 0 0.05" material="floor"/>
+  </worldbody>
+</mujoco>
+"""
+
+
+# --- Full precision in what MuJoCo writes: it writes six digits, by which the feet would be off by some micrometres.
+
+# Element → its attributes, as the specification has them too.
+_ATTRIBUTES = {
+    "body": ("pos", "quat"),
+    "joint": ("axis", "range", "damping", "armature", "frictionloss"),
+    "geom": ("pos", "quat", "size"),
+    "site": ("pos", "quat", "size"),
+    "camera": ("pos", "quat", "fovy"),
+    "general": ("ctrlrange", "forcerange", "gainprm", "biasprm"),
+    "key": ("qpos", "ctrl"),
+}
+_DEFAULTS = {"pos": (0.0, 0.0, 0.0), "quat": (1.0, 0.0, 0.0, 0.0)}
+# What MuJoCo has written must be the same number, to its six digits.
+_ROUNDED = 2e-5
+
+
+def exact_xml(spec: Any) -> str:
+    """The XML of a compiled specification, with the numbers that it holds and not their first six digits."""
+    root = ET.fromstring(spec.to_xml())
+    sources = {
+        "body": spec.bodies,
+        "joint": spec.joints,
+        "geom": spec.geoms,
+        "site": spec.sites,
+        "camera": spec.cameras,
+        "general": spec.actuators,
+        "key": spec.keys,
+    }
+    for tag, attributes in _ATTRIBUTES.items():
+        named = {one.name: one for one in sources[tag]}
+        for element in _elements(root, tag):
+            one = named[element.get("name", "")]
+            for attribute in attributes:
+                _put(element, attribute, _numbers(getattr(one, attribute)))
+    for body, element in _pairs(spec.bodies, _elements(root, "body")):
+        inertial = element.find("inertial")
+        if inertial is not None:
+            inertial.attrib.clear()
+            for attribute in ("pos", "mass", "fullinertia"):
+                value = body.ipos if attribute == "pos" else getattr(body, attribute)
+                inertial.set(attribute, _text(_numbers(value)))
+    for equality, element in _pairs(spec.equalities, root.iterfind("equality/joint")):
+        element.set("polycoef", _text(_numbers(equality.data)[:5]))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _elements(root: ET.Element, tag: str) -> Iterator[ET.Element]:
+    """The elements of a kind that have a name; those of a class have none."""
+    part = {"general": "actuator", "key": "keyframe"}.get(tag, "worldbody")
+    return (element for element in root.iterfind(f"{part}//{tag}") if element.get("name"))
+
+
+def _pairs(named: Iterable[Any], elements: Iterable[ET.Element]) -> Iterator[tuple[Any, ET.Element]]:
+    by_name = {one.name: one for one in named}
+    return ((by_name[element.get("name", "")], element) for element in elements)
+
+
+def _put(element: ET.Element, attribute: str, exact: list[float]) -> None:
+    written = element.get(attribute)
+    if written is None:
+        default = _DEFAULTS.get(attribute)
+        if default is not None and tuple(exact) != default and np.allclose(exact, default, atol=_ROUNDED):
+            element.set(attribute, _text(exact))
+        return
+    rough = [float(word) for word in written.split()]
+    exact = exact[: len(rough)]
+    if np.allclose(rough, exact, rtol=_ROUNDED, atol=1e-12):
+        element.set(attribute, _text(exact))
+
+
+def _numbers(value: Any) -> list[float]:
+    return [float(number) + 0.0 for number in np.atleast_1d(value)]
+
+
+def _text(numbers: Iterable[float]) -> str:
+    return " ".join(repr(number).removesuffix(".0") for number in numbers)
+
+
+# --- A robot as a folder for MuJoCo: its file, a scene beside it, and its meshes.
+
+_MESHES = ("relative", "none")
+_BASES = ("floating", "fixed")
+
+
+def mjcf(
+    robot: RobotModel,
+    folder: Path | str,
+    *,
+    base: str = "floating",
+    frames: Frames = "all",
+    coupling: Coupling = "mimic",
+    inertia: InertiaChoice = "physical",
+    meshes: str = "relative",
+    typed: bool = False,
+    overwrite: bool = False,
+) -> Exported:
+    """A robot for MuJoCo: a folder with its file, `scene.xml` that puts it on a floor, and its meshes in `assets/`.
+
+    Names are the robot's own: a joint has its name, and so has the position actuator that drives it; a body has the
+    name of its link, and every other link is a site. Forward kinematics is the robot's to rounding. Key frames are its
+    postures, with the robot set down on the floor z = 0, and controls that hold it there.
+
+    Sensors are named by what they belong to and what they say: `<joint>_position` and `<joint>_velocity`,
+    `<frame>_acceleration`, `<frame>_angular_velocity`, `<frame>_force`, and `<root>_orientation`.
+
+    Gains, damping and rotor inertias are estimates from the published efforts and speeds:
+    `nao_kin.export.mujoco.devices` says how. docs/mujoco.md tells how to use what is written.
+
+    Args:
+        robot: any robot.
+        folder: where to; the folder it lies in must be there.
+        base: "floating" for a free joint at the root, or "fixed".
+        frames: which links that move with another one are sites: "all", "effectors" for those that the semantics name,
+            or "none". Frames of sensors are sites always.
+        coupling: "mimic" makes an equality of each joint that follows another, "locked" fixes both, "independent" gives
+            the follower an actuator of its own.
+        inertia: "physical" mends what no body can have, and MuJoCo refuses; "published" leaves them as they are.
+        meshes: "relative" copies mesh files, "none" leaves out the shapes that need them.
+        typed: make one body of what carries several axes through one point: two hinges of one body for a universal
+            joint, a ball for a spherical one. MuJoCo couples joints of one coordinate only, so that a spherical joint
+            with a coupled axis stays three hinges, of one body; with coupling="independent" it is a ball. Links between
+            such axes are held to the body before.
+        overwrite: replace a folder that is there.
+
+    Returns:
+        The path of the scene, the files, and what differs from the robot.
+
+    Raises:
+        BadArgument: no robot, a mesh is not there or cannot be read, the folder is there or cannot be written.
+        UnknownName: no such choice.
+        BadModel: MuJoCo refuses the robot.
+        MissingExtra: MuJoCo is not installed.
+
+    Examples:
+        >>> import mujoco
+        >>> done = nk.export.mjcf(nk.load_nao("v6"), "nao_mujoco")
+        >>> model = mujoco.MjModel.from_xml_path(str(done.path))
+        >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 2)
+        (25, 'StandInit', 5.36)
+    """
+    check_robot(robot)
+    check_folder(folder, overwrite=overwrite)
+    for what, value, valid in (
+        ("base", base, _BASES),
+        ("choice of meshes", meshes, _MESHES),
+        ("choice of frames", frames, FRAMES),
+    ):
+        if value not in valid:
+            raise UnknownName(what, value, valid)
+    check_typed(typed)
+    need_extra("the export for MuJoCo", "mujoco")
+    import mujoco
+
+    tree, coupled = couple(robot.tree, coupling)
+    tree, mended = make_physical(tree, inertia)
+    bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
+    if base == "floating" and inertia == "physical":
+        mended += give_the_root_mass(bodies)
+    tree, lowered = on_their_soles(tree, bodies, robot.semantics)
+    files = MeshFiles(tree) if meshes == "relative" else None
+    spec = mujoco.MjSpec()
+    notes = _fill(spec, robot, tree, bodies, files, frames=frames, floating=base == "floating")
+    try:
+        add_keyframes(spec, robot, bodies, floating=base == "floating")
+        apart = add_excludes(spec)
+        model = spec.compile()
+    except ValueError as error:
+        hint = "" if inertia == "physical" else "; inertia='physical' mends what no body can have"
+        raise BadModel(f"MuJoCo refuses {tree.name}: {abbreviated(error)}{hint}") from None
+    name = _file_name(tree.name)
+    contents = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode()}
+    contents |= {f"{FOLDER}/{mesh}": content for mesh, content in (files.contents if files else {}).items()}
+    written = write_folder(folder, contents, overwrite=overwrite)
+    return Exported(
+        Path(folder) / NAME, written, (*coupled, *mended, *_merged(bodies, typed), *lowered, *notes, *apart)
+    )
+
+
+def _fill(
+    spec: Any,
+    robot: RobotModel,
+    tree: UrdfTree,
+    bodies: Bodies,
+    files: MeshFiles | None,
+    *,
+    frames: str,
+    floating: bool,
+) -> tuple[str, ...]:
+    """Write the robot into an empty specification; one line for each thing that is not as the robot has it."""
+    import mujoco
+
+    spec.modelname = tree.name
+    spec.compiler.degree = False
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    spec.meshdir = FOLDER
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0  # feet do not creep
+    added = add_bodies(spec, bodies, floating=floating)
+    shapes = Shapes(spec, added, bodies, files).add(tree)
+    if files is not None:
+        spec.assets = {f"{FOLDER}/{name}": content for name, content in files.contents.items()}
+    sites = add_sites(spec, added, bodies, tree, robot.semantics, frames)
+    return (*shapes, *sites, *add_actuators(spec, bodies.joints()))
+
+
+def _merged(bodies: Bodies, typed: bool) -> tuple[str, ...]:
+    """One line for the links between merged axes, and one for each three axes that no ball is made of, and why."""
+    notes = [
+        f"{', '.join(joint.name for joint in body.joints)} stay three hinges of one body, for MuJoCo couples no balls; "
+        "coupling='independent' (--coupling independent) makes a ball of them"
+        for body in bodies.bodies
+        if len(body.joints) == 3
+    ]
+    if bodies.between:
+        notes.append(f"{', '.join(sorted(bodies.between))} stand between merged axes: held to the bodies before them")
+    if typed and not any(
+        len(body.joints) > 1 or "ball" in {joint.kind for joint in body.joints} for body in bodies.bodies
+    ):
+        notes.append("no joints have one centre: there is nothing to merge")
+    return tuple(notes)
+
+
+def _file_name(robot: str) -> str:
+    """Name of the robot's file: letters, digits, dot, dash and underscore, and not that of the scene."""
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "_", robot).strip("._") or "robot"
+    return f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"

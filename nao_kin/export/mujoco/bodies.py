@@ -8,11 +8,35 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._common.arrays import Floats
-from nao_kin.export.mujoco.frames import pose
-from nao_kin.export.variants.mass import central_tensor
+from nao_kin._core.arrays import Floats
+from nao_kin.export.placement import central_tensor
 from nao_kin.joints import JointGroups
-from nao_kin.urdf import Inertial, UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+from nao_kin.rotations import quat_from_matrix
+
+# --- Poses as MuJoCo writes them, and the frames that semantics name.
+
+
+def pose(origin: Origin) -> pin.SE3:
+    """Where a URDF's origin stands."""
+    return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
+
+
+def pos_quat(T: pin.SE3) -> dict[str, list[float]]:
+    """Position [m] and quaternion, scalar first."""
+    return {"pos": (T.translation + 0.0).tolist(), "quat": (quat_from_matrix(T.rotation) + 0.0).tolist()}
+
+
+def link_of(tree: UrdfTree, frame: str) -> str:
+    """The link that a frame's name means: a link, or the one that the joint of this name moves."""
+    if frame in tree.links:
+        return frame
+    if frame in tree.shared_names:
+        return tree.shared_names[frame]
+    return next(joint.child for joint in tree.joints if joint.name == frame)
+
+
+# --- A tree of links as MuJoCo's bodies: one for each link that moves, with all that fixed joints hold to it.
 
 _BALL = (1e-3, 6.2e-3)  # mass [kg] and radius [m] of a ball of water
 

@@ -13,8 +13,8 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from nao_kin._common.scalars import decimal
-from nao_kin._text import quoted
+from nao_kin._core.arrays import decimal
+from nao_kin._core.text import quoted
 from nao_kin.motion.files.source import MOST_SHOWN, Place, Source
 
 _TOKEN = re.compile(

@@ -1,12 +1,4 @@
-"""CSV: a header with units, a column of times, a column for each joint; an empty cell is no key.
-
-The delimiter is a comma, a semicolon or a tab; straight lines lie between the keys. Headings, comment lines above them,
-decimal commas, and dates and times of ISO 8601 are read as those of logs are.
-
-    time [s], HeadYaw [deg], LHand [%]
-    0.0, 0, 40
-    0.5, 30,
-"""
+"""Motions as tables: CSV with a header of units, and NumPy's npz."""
 
 from __future__ import annotations
 
@@ -14,14 +6,18 @@ import csv
 import io
 import math
 import re
+import tokenize
+import zipfile
+import zlib
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.csv_numbers import CsvHead, csv_head, iso_times, plain_floats
-from nao_kin._common.headings import (
+from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.csv_numbers import CsvHead, csv_head, iso_times, plain_floats
+from nao_kin._core.headings import (
     JOINT_UNITS,
     TIME_UNITS,
     IsoTimes,
@@ -31,13 +27,11 @@ from nao_kin._common.headings import (
     seconds,
     time_unit_of,
 )
-from nao_kin._common.scalars import decimal
-from nao_kin._text import quoted
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.motion.files.format import Format
-from nao_kin.motion.files.source import MOST_SHOWN, Place, Source
-from nao_kin.motion.files.tables import is_hand, sampled, warn_of_curves
-from nao_kin.motion.files.tracks import Track, check_times, motion_of
+from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source
+from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, sampled, warn_of_curves
+from nao_kin.motion.interpolation import INTERPOLATIONS
 from nao_kin.motion.motion import Motion
 
 
@@ -51,7 +45,7 @@ class _Column(NamedTuple):
     heading: str
 
 
-def recognises(source: Source) -> bool:
+def _recognises_csv(source: Source) -> bool:
     """Whether the header names a time column."""
     return any(read_heading(field).is_time for field in _head(source).fields)
 
@@ -60,7 +54,7 @@ def _head(source: Source) -> CsvHead:
     return csv_head(source.text.encode("utf-8", "replace"))
 
 
-def read(source: Source) -> Motion:
+def _read_csv(source: Source) -> Motion:
     """The motion in a CSV file.
 
     Raises:
@@ -176,7 +170,7 @@ def _columns(source: Source, head: CsvHead) -> tuple[list[_Column], list[_Column
     return found, other
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
+def _write_csv(motion: Motion, rate: float | None) -> bytes:
     """A CSV file: seconds and radians, hands as ratios; a cell is empty where a joint has no key.
 
     Raises:
@@ -200,4 +194,110 @@ def write(motion: Motion, rate: float | None) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-CSV = Format("csv", (".csv", ".tsv", ".txt"), "a table with units in its header", recognises, read, write)
+CSV = Format(
+    "csv", (".csv", ".tsv", ".txt"), "a table with units in its header", _recognises_csv, _read_csv, _write_csv
+)
+
+
+# --- NumPy's npz: every motion as it is, without loss, fast to load.
+#
+# Arrays: joint_names (joints,) text; counts (joints,) the number of keys of each; times and keys (sum of counts,) one
+# joint after the other [s; rad, m or ratio]; interpolation () text; for "bezier", handles (sum of counts, 2, 2).
+
+# A motion of 10⁷ keys has a fifth of it.
+_MOST_BYTES = 1 << 31
+# What zip files and arrays that are broken make zipfile and NumPy raise.
+_BROKEN = (
+    *(ValueError, EOFError, OSError, KeyError, MemoryError, OverflowError, RuntimeError, SyntaxError, TypeError),
+    *(zipfile.BadZipFile, zlib.error, tokenize.TokenError),
+)
+_REQUIRED = ("joint_names", "counts", "times", "keys", "interpolation")
+
+
+def _recognises_npz(source: Source) -> bool:
+    """Whether it begins as a zip file does."""
+    return source.data[:4] == b"PK\x03\x04"
+
+
+def _read_npz(source: Source) -> Motion:
+    """The motion in an npz file; nothing in it is ever unpickled.
+
+    Raises:
+        BadInputFile: names the array.
+    """
+    arrays = _arrays(source)
+    for name in _REQUIRED:
+        if name not in arrays:
+            raise source.error(f"no array {name!r}; expected {', '.join(_REQUIRED)}")
+    names, counts = arrays["joint_names"], arrays["counts"]
+    if names.ndim != 1 or names.dtype.kind != "U":
+        raise source.error(f"joint_names must be texts (joints,), got {names.dtype} {names.shape}")
+    if counts.shape != names.shape or counts.dtype.kind not in "iu" or (counts < 1).any() or (counts > 1 << 40).any():
+        raise source.error(f"counts must be whole numbers ≥ 1 {names.shape}, got {counts.dtype} {counts.shape}")
+    total = int(sum(counts.tolist()))
+    interpolation = str(arrays["interpolation"]) if arrays["interpolation"].ndim == 0 else ""
+    if interpolation not in INTERPOLATIONS:
+        raise source.error(f"interpolation must be one of {', '.join(INTERPOLATIONS)}")
+    shapes: dict[str, tuple[int, ...]] = {"times": (total,), "keys": (total,)}
+    if interpolation == "bezier":
+        shapes["handles"] = (total, 2, 2)
+    for name, shape in shapes.items():
+        if name not in arrays:
+            raise source.error(f"no array {name!r}, which bezier interpolation needs")
+        array = arrays[name]
+        if array.shape != shape or array.dtype.kind not in "fiu":
+            raise source.error(f"{name} must be numbers {shape}, got {array.dtype} {array.shape}")
+        arrays[name] = array.astype(np.float64)
+        if not np.isfinite(arrays[name]).all():
+            index = np.argwhere(~np.isfinite(arrays[name]))[0].tolist()
+            raise source.error(f"{name}{index} is {array[tuple(index)]}, expected a finite number")
+    ends = np.cumsum(counts.astype(np.int64))[:-1]
+    parts = {name: np.split(arrays[name], ends) for name in shapes}
+    tracks = []
+    for row, joint in enumerate(names.tolist()):
+        own = parts["handles"][row].copy() if "handles" in parts else None
+        first = int(ends[row - 1]) if row else 0
+
+        def place(key: int, first: int = first) -> Place:
+            return Place(where=f"times[{first + key}]")
+
+        where = Place(where=f"joint_names[{row}]")
+        tracks.append(Track(joint, parts["times"][row], parts["keys"][row], own, where, place))
+    return motion_of(source, tracks, interpolation, negative=True)
+
+
+def _arrays(source: Source) -> dict[str, NDArray[Any]]:
+    """All arrays of the file."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > _MOST_BYTES:
+            raise source.error(f"unpacked it is {size} bytes, more than {_MOST_BYTES}")
+        with np.load(io.BytesIO(source.data), allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files if name in (*_REQUIRED, "handles")}
+    except _BROKEN as error:
+        raise source.error(f"no npz file of a motion: {abbreviated(error)}") from None
+
+
+def _write_npz(motion: Motion, rate: float | None) -> bytes:
+    """An npz file that gives back the same motion; with a rate, its samples."""
+    if rate is not None:
+        from nao_kin.motion.files.tracks import sampled
+
+        times, values = sampled(motion, rate, "npz")
+        motion = Motion(times, motion.joint_names, values)
+    arrays: dict[str, Any] = {
+        "joint_names": np.array(motion.joint_names),
+        "counts": np.array([len(keys) for keys in motion.keys]),
+        "times": np.concatenate(motion.times),
+        "keys": np.concatenate(motion.keys),
+        "interpolation": np.array(motion.interpolation),
+    }
+    if motion.handles is not None:
+        arrays["handles"] = np.concatenate(motion.handles)
+    file = io.BytesIO()
+    np.savez_compressed(file, allow_pickle=False, **arrays)
+    return file.getvalue()
+
+
+NPZ = Format("npz", (".npz",), "NumPy arrays, without loss", _recognises_npz, _read_npz, _write_npz)

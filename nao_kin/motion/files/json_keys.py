@@ -20,13 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import quoted
 from nao_kin.errors import nearest_names
-from nao_kin.motion.files.format import Format
-from nao_kin.motion.files.source import MOST_SHOWN, Place, Source, described
-from nao_kin.motion.files.tables import is_hand
-from nao_kin.motion.files.tracks import Track, motion_of
+from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source, described
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
 
@@ -197,7 +195,7 @@ def _is_nested(times: list[Any]) -> bool:
 def write(motion: Motion, rate: float | None) -> bytes:
     """A JSON file that gives back the same motion; with a rate, its samples."""
     if rate is not None:
-        from nao_kin.motion.files.tables import sampled
+        from nao_kin.motion.files.tracks import sampled
 
         times, values = sampled(motion, rate, "JSON")
         motion = Motion(times, motion.joint_names, values)

@@ -10,12 +10,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.motion.files.config_stream import ConfigStream, Items
 from nao_kin.motion.files.source import Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
-from nao_kin.parameters import BODY_ORDER
+from nao_kin.robot.nao import BODY_ORDER
 
 # Time of the handles, as a share of the step, with which a cubic is nearest to half a wave of the cosine.
 _COSINE = 0.36434

@@ -17,13 +17,11 @@ import re
 
 import numpy as np
 
-from nao_kin._common.csv_numbers import plain_floats
-from nao_kin._common.scalars import decimal
-from nao_kin._text import quoted
-from nao_kin.motion.files.format import Format
-from nao_kin.motion.files.source import MOST_SHOWN, Place, Source
-from nao_kin.motion.files.tables import columns, milliseconds, sampled
-from nao_kin.motion.files.tracks import Track, check_times, motion_of
+from nao_kin._core.arrays import decimal
+from nao_kin._core.csv_numbers import plain_floats
+from nao_kin._core.text import quoted
+from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source
+from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, sampled
 from nao_kin.motion.motion import Motion
 
 SHORT_NAMES = {

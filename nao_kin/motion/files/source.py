@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -11,11 +13,135 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.input_text import read_bounded
-from nao_kin._text import abbreviated, quoted
+from nao_kin._core.arrays import Floats
+from nao_kin._core.files import read_bounded
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
-from nao_kin.motion.files.json_document import Constant, JsonDocument
+from nao_kin.motion.motion import Motion
+
+# --- JSON text that remembers where its values stand.
+
+_BLANK = re.compile(r"[ \t\n\r]*")
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}]')
+_COLON = re.compile(r"[ \t\n\r]*:")
+_PLAIN = re.compile(r"[A-Za-z_]\w{0,39}", re.ASCII)
+
+
+class Constant(str):
+    """NaN, Infinity or -Infinity, which JSON does not know and Python's reader takes; kept to be refused by name."""
+
+
+class JsonDocument:
+    """A JSON text and its value.
+
+    Positions are looked up in the text again, for messages only: reading stays as fast as Python's own.
+
+    Attributes:
+        value: what the text writes.
+    """
+
+    value: Any
+
+    def __init__(self, name: str, text: str) -> None:
+        """Read the text.
+
+        Raises:
+            BadInputFile: no JSON, a name twice in one object, too deep.
+        """
+        self._text = text
+        self._members = dict[str | int, int]()
+        try:
+            self.value = json.loads(text, object_pairs_hook=_object, parse_constant=Constant)
+        except _Twice:
+            key, at = _second_key(text)
+            raise BadInputFile(
+                name, f"{quoted(key)} is given twice in one object", *self._line_and_column(at)
+            ) from None
+        except json.JSONDecodeError as error:
+            raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
+        except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
+            raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+
+    def position(self, path: Sequence[str | int]) -> tuple[int, int]:
+        """1-based line and column of the value that a path of names and indices leads to."""
+        return self._line_and_column(self._offset(path))
+
+    @staticmethod
+    def words(path: Sequence[str | int]) -> str:
+        """A path as programmers write it: keys[3][2], motion[0].keyframes."""
+        words = ""
+        for step in path:
+            if isinstance(step, int):
+                words += f"[{step}]"
+            elif _PLAIN.fullmatch(step):
+                words += f".{step}" if words else step
+            else:
+                words += f"[{quoted(step, 40)}]"
+        return words
+
+    def _offset(self, path: Sequence[str | int]) -> int:
+        if not path:
+            return self._skip(0)
+        # What stands behind a million numbers is looked up once.
+        if path[0] not in self._members:
+            self._members[path[0]] = self._walked(self._skip(0), path[:1])
+        return self._walked(self._members[path[0]], path[1:])
+
+    def _walked(self, at: int, path: Sequence[str | int]) -> int:
+        """Where the value is that a path leads to from the value at an offset."""
+        for step in path:
+            is_list = self._text[at] == "["
+            at = self._skip(at + 1)
+            index = 0
+            while True:
+                if not is_list:
+                    key, end = _DECODER.raw_decode(self._text, at)
+                    at = self._skip(self._skip(end) + 1)
+                if step == (index if is_list else key):
+                    break
+                at = self._skip(self._skip(_DECODER.raw_decode(self._text, at)[1]) + 1)
+                index += 1
+        return at
+
+    def _skip(self, at: int) -> int:
+        match = _BLANK.match(self._text, at)
+        return match.end() if match else at
+
+    def _line_and_column(self, at: int) -> tuple[int, int]:
+        return self._text.count("\n", 0, at) + 1, at - self._text.rfind("\n", 0, at)
+
+
+_DECODER = json.JSONDecoder()
+
+
+class _Twice(Exception):
+    """A name stands twice in one object."""
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise _Twice
+    return found
+
+
+def _second_key(text: str) -> tuple[str, int]:
+    """The first name that its object already has, and where it stands, in a text that is valid up to there."""
+    open_objects: list[set[str]] = []
+    for token in _TOKEN.finditer(text):
+        if token[0] == "{":
+            open_objects.append(set())
+        elif token[0] == "}":
+            open_objects.pop()
+        elif _COLON.match(text, token.end()):
+            key = json.loads(token[0], strict=False)
+            if key in open_objects[-1]:
+                return key, token.start()
+            open_objects[-1].add(key)
+    return "a name", 0
+
+
+# --- A motion file that is being read: its bytes, its text, what the caller says of it, and what is wrong with it.
 
 # Characters of a foreign value in a message.
 MOST_SHOWN = 40
@@ -210,3 +336,71 @@ def _as_float(value: float) -> float:
         return float(value)
     except OverflowError:
         return float("inf")
+
+
+# --- What a motion file format is made of.
+
+# Motion, samples a second or None, the bytes of a file.
+Writer = Callable[[Motion, float | None], bytes]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A motion file format.
+
+    Attributes:
+        name: by which `read_motion` and `write_motion` know it.
+        suffixes: of its files, the first one by custom.
+        title: what it is, in a few words.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    title: str
+    # Whether the content looks like it; never raises.
+    recognises: Callable[[Source], bool] = field(repr=False)
+    read: Callable[[Source], Motion] = field(repr=False)
+    # None for a format that is only read.
+    write: Writer | None = field(repr=False, default=None)
+
+
+# --- Which one of several motions in a file.
+
+_MOST_LISTED = 12
+
+
+def chosen(source: Source, names: Sequence[str], what: str) -> int:
+    """The index of the motion that the caller wants.
+
+    Args:
+        source: the file; its `timeline` is a name, the end of one after a slash, or a number from 1.
+        names: of the motions in the file.
+        what: what they are, in messages.
+
+    Raises:
+        BadInputFile: none or several fit; lists them.
+    """
+    wanted = source.timeline
+    if wanted is None:
+        fitting = list(range(len(names)))
+    else:
+        fitting = [index for index, name in enumerate(names) if name == wanted]
+        fitting = fitting or [index for index, name in enumerate(names) if name.endswith(f"/{wanted}")]
+        if not fitting and wanted.isdecimal() and wanted.isascii() and 1 <= int(wanted[:9]) <= len(names):
+            fitting = [int(wanted) - 1]
+    if len(fitting) == 1:
+        return fitting[0]
+    shown = fitting or range(len(names))
+    listed = ", ".join(f"{index + 1}: {abbreviated(names[index], 60)}" for index in shown[:_MOST_LISTED])
+    more = f" and {len(shown) - _MOST_LISTED} more" if len(shown) > _MOST_LISTED else ""
+    if wanted is None:
+        raise source.error(
+            f"{len(names)} {what}; choose one with timeline= or --timeline, by name or number: {listed}{more}"
+        )
+    if fitting:
+        raise source.error(
+            f"timeline {quoted(wanted)} stands for {len(fitting)} of the {what}; choose by number: {listed}{more}"
+        )
+    near = ", ".join(nearest_names(wanted, names))
+    listed = f"nearest: {near}" if near else listed + more
+    raise source.error(f"no timeline {quoted(wanted)} among {len(names)} {what} ({listed})")

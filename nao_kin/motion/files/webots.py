@@ -17,17 +17,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
-from nao_kin._common.csv_numbers import plain_floats
-from nao_kin._common.scalars import decimal
-from nao_kin._common.warn import warn_caller
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.csv_numbers import plain_floats
+from nao_kin._core.text import quoted
+from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
-from nao_kin.motion.files.format import Format
 from nao_kin.motion.files.key_frames import held
-from nao_kin.motion.files.source import MOST_SHOWN, MotionFileWarning, Place, Source
-from nao_kin.motion.files.tables import milliseconds, sampled
-from nao_kin.motion.files.tracks import Track, check_times, motion_of
+from nao_kin.motion.files.source import MOST_SHOWN, Format, MotionFileWarning, Place, Source
+from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, sampled
 from nao_kin.motion.motion import Motion
 
 _HEADER, _VERSION = "#WEBOTS_MOTION", "V1.0"

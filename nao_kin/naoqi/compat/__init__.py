@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["FOLDER"]
+__all__ = [
+    "FOLDER",
+]
+
 
 # To be on the search path of a script.
 FOLDER = Path(__file__).resolve().parent

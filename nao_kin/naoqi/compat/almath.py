@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.naoqi.compat.motion import *  # noqa: F403
 from nao_kin.naoqi.compat.motion import PI, TO_DEG, TO_RAD
-from nao_kin.naoqi.poses import pose, position6d, transform_list
+from nao_kin.naoqi.spaces import pose, position6d, transform_list
 from nao_kin.rotations import rot_x, rot_y, rot_z
 
 __all__ = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from nao_kin.naoqi.axis_mask import (
+from nao_kin.naoqi.spaces import (
     AXIS_MASK_ALL,
     AXIS_MASK_NONE,
     AXIS_MASK_ROT,
@@ -17,8 +17,10 @@ from nao_kin.naoqi.axis_mask import (
     AXIS_MASK_XY,
     AXIS_MASK_Y,
     AXIS_MASK_Z,
+    FRAME_ROBOT,
+    FRAME_TORSO,
+    FRAME_WORLD,
 )
-from nao_kin.naoqi.spaces import FRAME_ROBOT, FRAME_TORSO, FRAME_WORLD
 
 __all__ = [
     "AXIS_MASK_ALL",
@@ -44,6 +46,7 @@ __all__ = [
     "TO_DEG",
     "TO_RAD",
 ]
+
 
 # The spaces as they were called up to NAOqi 1.10.
 SPACE_TORSO, SPACE_WORLD, SPACE_NAO = FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT

@@ -25,7 +25,12 @@ from typing import Any
 
 import qi
 
-__all__ = ["ALBroker", "ALModule", "ALProxy"]
+__all__ = [
+    "ALBroker",
+    "ALModule",
+    "ALProxy",
+]
+
 
 ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
 DEFAULT_PORT = 9559

@@ -50,13 +50,11 @@ plans with the standing foot in place sets `keeps_feet = True`; while none does,
 are down.
 """
 
-from nao_kin.naoqi.virtual.base import Base
-from nao_kin.naoqi.virtual.calls import Call, NaoqiError
+from nao_kin.naoqi.virtual.body import Base
+from nao_kin.naoqi.virtual.engine import Call, Change, NaoqiError, Task
 from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
-from nao_kin.naoqi.virtual.log import Change
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.service import Service, method
-from nao_kin.naoqi.virtual.tasks import Task
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats, as_numbers, refuse_non_finite
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 
 MOST_SECONDS = 86400.0

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.motion import Motion
 from nao_kin.naoqi.virtual.arguments import check_duration
-from nao_kin.naoqi.virtual.clock import TICK
-from nao_kin.naoqi.virtual.tasks import Task
+from nao_kin.naoqi.virtual.engine import TICK, Task
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
 
 # A motion is sampled for so many ticks at once, which takes little longer than for one.
 _TICKS_AHEAD = 64

@@ -11,14 +11,13 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any
 
-from nao_kin._common.choices import flag
-from nao_kin._common.compiler import compiles
-from nao_kin._common.scalars import whole_number
-from nao_kin._common.warn import warn_caller
-from nao_kin._text import quoted
+from nao_kin._core.arrays import flag, whole_number
+from nao_kin._core.text import quoted
+from nao_kin._core.warn import warn_caller
+from nao_kin._kernels.cache import compiles
 from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
 from nao_kin.naoqi._qi import load_qi
-from nao_kin.naoqi.virtual.calls import Call, NaoqiError
+from nao_kin.naoqi.virtual.engine import Call, NaoqiError
 from nao_kin.naoqi.virtual.service import KERNELS, Service, make_ready, report
 from nao_kin.naoqi.virtual.services.memory import ALMemory, Subscriber
 from nao_kin.naoqi.virtual.virtual_nao import VirtualNao

@@ -6,15 +6,16 @@ import inspect
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from nao_kin._common.compiler import compiles
-from nao_kin._text import quoted
+from nao_kin._core.text import quoted
+from nao_kin._kernels.cache import compiles
 from nao_kin.errors import BadArgument, NaoKinError, nearest_names
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.calls import Call, NaoqiError
+from nao_kin.naoqi.virtual.engine import Call, NaoqiError
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -140,9 +141,9 @@ class Service:
     @method
     def version(self) -> str:
         """The version of nao_kin."""
-        import nao_kin
+        from nao_kin._core import __version__
 
-        return nao_kin.__version__
+        return __version__
 
     @method
     def getMethodList(self) -> list[str]:

@@ -13,18 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin import NaoModel, load_nao
-from nao_kin._common.arrays import Floats
-from nao_kin._common.choices import choice, flag
-from nao_kin._text import quoted
+from nao_kin._core.arrays import Floats, choice, flag
+from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.virtual.base import Base
-from nao_kin.naoqi.virtual.calls import Call, Monitor, NaoqiError
-from nao_kin.naoqi.virtual.clock import TICK, Clock
-from nao_kin.naoqi.virtual.joints import Joints
-from nao_kin.naoqi.virtual.log import Change, Log
+from nao_kin.naoqi.virtual.body import Base, Joints
+from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, Log, Monitor, NaoqiError, Task, Tasks
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.tasks import Task, Tasks
+from nao_kin.robot import NaoModel, load_nao
 
 # A thread that wakes more often than this spends its time on waking.
 _SHORTEST_SLEEP = 0.001

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._common.arrays import Floats
+from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, BadInputFile, UnknownName
 from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.calls import Call
+from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Interpolation
 from nao_kin.naoqi.virtual.service import Service, method
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
 
 # The files that Choregraphe writes are called so; a behaviour is named by their folder.
 _FILE = "behavior"

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from nao_kin._text import quoted
-from nao_kin.naoqi.virtual.calls import NaoqiError
+from nao_kin._core.text import quoted
+from nao_kin.naoqi.virtual.engine import NaoqiError
 from nao_kin.naoqi.virtual.service import Service
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
 
 # Of every service that looks for something.
 _EXTRACTOR = (

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.service import Service, method
-from nao_kin.naoqi.virtual.services.memory_keys import DEVICE, SENSOR, SONARS, SWITCHES, sonar_key
+from nao_kin.naoqi.virtual.services.memory import DEVICE, SENSOR, SONARS, SWITCHES, sonar_key
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
 
 _NEAR = 0.5  # an obstacle nearer than this is detected [m]
 

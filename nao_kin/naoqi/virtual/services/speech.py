@@ -6,16 +6,16 @@ import re
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
-from nao_kin._text import abbreviated
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.shown import spoken_words
+from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.calls import Call
-from nao_kin.naoqi.virtual.clock import Timer
+from nao_kin.naoqi.virtual.engine import Call, Timer
 from nao_kin.naoqi.virtual.service import Service, method
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
 
 # How long a text takes: a moment before it, and so many characters a second at speed 100.
 BEFORE_SPEAKING = 0.3

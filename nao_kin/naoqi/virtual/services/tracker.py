@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin import NaoModel
-from nao_kin._common.arrays import Floats, as_floats
-from nao_kin._common.vectors import rigid_inverse
+from nao_kin._core.arrays import Floats, as_floats, rigid_inverse
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.calls import Call
+from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.robot import NaoModel
 
 _HEAD = ("HeadYaw", "HeadPitch")
 _CAMERA = "CameraTop"

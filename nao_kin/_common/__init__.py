@@ -1,1 +1,0 @@
-"""What every room may use: arrays and vectors checked at the door, numbers, files written whole, signals."""

@@ -1,0 +1,3 @@
+"""What every room may use: arrays and vectors checked at the door, numbers, files written whole, signals."""
+
+__version__ = "0.2.0"

@@ -1,0 +1,348 @@
+"""Arguments checked at the door: arrays, vectors, numbers, poses, colours and names."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import operator
+import re
+from collections.abc import Iterable
+from typing import Any, SupportsIndex
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm, at_index
+
+Floats = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+# Below this size, setting up the error state of a sum costs more than the exact search.
+_SMALL = 2000
+
+
+def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
+    """`value` as a finite float64 array of shape (..., *tail); not copied when it is one already.
+
+    Raises:
+        BadArgument: not numbers.
+        WrongShape: the trailing axes are not `tail`.
+        NotFinite: NaN or infinity, with the index of the first.
+    """
+    array = as_numbers(value, what)
+    if array.shape[array.ndim - len(tail) :] != tail or array.ndim < len(tail):
+        raise WrongShape(what, f"(..., {', '.join(map(str, tail))})" if tail else "(...)", array.shape)
+    if not all_finite(array):
+        refuse_non_finite(array, what)
+    return array
+
+
+def all_finite(array: Floats) -> bool:
+    """Whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
+    if array.size > _SMALL:
+        # Not a dot product: BLAS deals it out to threads, which on a busy machine take ten times as long.
+        with np.errstate(over="ignore", invalid="ignore"):
+            if math.isfinite(array.sum()):
+                return True
+    return bool(np.isfinite(array).all())
+
+
+def as_numbers(value: ArrayLike, what: str) -> Floats:
+    """`value` as a float64 array of any shape; ragged, textual and complex input and masked entries refused."""
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise BadArgument(f"{what} has masked entries; fill them first, as in {what}.filled(0.0)")
+    try:
+        array: NDArray[Any] = np.asarray(value)
+        if array.dtype.kind not in "fiub":
+            raise TypeError
+        return array.astype(np.float64)
+    except (TypeError, ValueError):
+        raise BadArgument(f"{what} must be real numbers, got {quoted(value, 60)}") from None
+
+
+def refuse_non_finite(array: Floats, what: str) -> None:
+    """Raise `NotFinite` for the first NaN or infinity of `array`, if it has one."""
+    finite = np.isfinite(array)
+    if not finite.all():
+        index = tuple(int(i) for i in np.argwhere(~finite)[0])
+        raise NotFinite(what, index, float(array[index]))
+
+
+# --- Vectors along the last axis: unit vectors at every scale, cross-product matrices, batch shapes that fit together.
+
+LARGEST = 1e150
+MOST_BATCH_AXES = 62
+
+
+def as_batch(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
+    """`value` as in `as_floats`, of shape (..., *tail), with at most 62 batch axes.
+
+    NumPy's arrays end at 64 axes, and what is computed of one item is a matrix at most.
+
+    Raises:
+        WrongShape: more batch axes; or as in `as_floats`.
+        BadArgument, NotFinite: as in `as_floats`.
+    """
+    array = as_floats(value, tail, what)
+    if array.ndim - len(tail) > MOST_BATCH_AXES:
+        raise _too_many_axes(array.ndim - len(tail), tail, what)
+    return array
+
+
+def as_vectors(value: ArrayLike, what: str, size: int = 3, *, rows: bool = False) -> Floats:
+    """`value` as finite vectors of shape (..., size), or (..., n, size) for `rows`, whose squares do not overflow.
+
+    Raises:
+        BadArgument: a component outside ±1e150; or not numbers.
+        WrongShape, NotFinite: as in `as_batch`.
+    """
+    with np.errstate(over="ignore"):
+        vectors = as_floats(value, (size,), what)
+    batch_axes = vectors.ndim - (2 if rows else 1)
+    if batch_axes > MOST_BATCH_AXES:
+        raise _too_many_axes(batch_axes, (size,), what)
+    if vectors.size and np.abs(vectors).max() > LARGEST:
+        raise BadArgument(f"{what} must not exceed {LARGEST:.0e} in magnitude, got {np.abs(vectors).max():.3g}")
+    return vectors
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """The scalar products a·b, shape (...)."""
+    return np.asarray(np.einsum("...i,...i->...", a, b), dtype=np.float64)
+
+
+def norm(v: Floats) -> Floats:
+    """‖v‖, shape (...); components under 1e-160 count as zero."""
+    return np.asarray(np.sqrt(dot(v, v)), dtype=np.float64)
+
+
+def largest(v: Floats) -> Floats:
+    """The largest magnitude of the components, shape (...).
+
+    Component by component: along so short an axis a reduction costs ten times as much.
+    """
+    sizes = np.abs(v)
+    found = sizes[..., 0]
+    for i in range(1, v.shape[-1]):
+        found = np.maximum(found, sizes[..., i])
+    return np.asarray(found)
+
+
+def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
+    """v/‖v‖ and ‖v‖, right down to the smallest floats; lengths beyond the largest are infinite.
+
+    Raises:
+        ZeroNorm: some vector is exactly zero; carries its index.
+    """
+    _, exponent = np.frexp(largest(v))
+    # A power of two takes the vector near length 1 without rounding it, so that no square underflows. One below
+    # 2^1024, that of the smallest floats, ends as near to 1 as need be.
+    shift = np.minimum(-exponent, 1023)
+    scaled = v * np.ldexp(1.0, shift)[..., None]
+    length = norm(scaled)
+    if not length.all():
+        raise ZeroNorm(what, first_index(length == 0.0))
+    with np.errstate(over="ignore"):
+        return scaled / length[..., None], np.ldexp(length, -shift)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """The vector products a × b, shape (..., 3); unlike np.cross, which ends at 32 axes, for every batch."""
+    (a0, a1, a2), (b0, b1, b2) = ([v[..., i] for i in range(3)] for v in (a, b))
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
+
+
+def cross_matrix(v: Floats) -> Floats:
+    """The matrices V of shape (..., 3, 3) with V w = v × w for every w."""
+    V = np.zeros((*v.shape, 3))
+    V[..., 2, 1], V[..., 0, 2], V[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    V[..., 1, 2], V[..., 2, 0], V[..., 0, 1] = -v[..., 0], -v[..., 1], -v[..., 2]
+    return V
+
+
+def rigid_inverse(T: Floats) -> Floats:
+    """The inverses of rigid transforms, shape (..., 4, 4)."""
+    found = np.zeros(T.shape)
+    found[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
+    found[..., :3, 3] = -np.einsum("...ji,...j->...i", T[..., :3, :3], T[..., :3, 3])
+    found[..., 3, 3] = 1.0
+    return found
+
+
+def common_batch(what: str, *batch_shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """The batch shape that all of `batch_shapes` broadcast to.
+
+    Raises:
+        WrongShape: there is none.
+    """
+    if len(set(batch_shapes)) == 1:
+        return batch_shapes[0]
+    # Not by np.broadcast_shapes, which ends at 32 axes.
+    longest = max(map(len, batch_shapes))
+    common = []
+    for sizes in zip(*((1,) * (longest - len(shape)) + shape for shape in batch_shapes), strict=True):
+        others = {size for size in sizes if size != 1}
+        if len(others) > 1:
+            raise WrongShape(f"batch axes of {what}", "that broadcast together", " and ".join(map(str, batch_shapes)))
+        common.append(others.pop() if others else 1)
+    return tuple(common)
+
+
+def first_index(mask: NDArray[np.bool_]) -> tuple[int, ...]:
+    """Where the first true entry of `mask` stands."""
+    return tuple(int(i) for i in np.argwhere(mask)[0])
+
+
+def _too_many_axes(count: int, tail: tuple[int, ...], what: str) -> WrongShape:
+    shape = f"(..., {', '.join(map(str, tail))})" if tail else "(...)"
+    return WrongShape(what, f"{shape} with at most {MOST_BATCH_AXES} batch axes", f"{count} of them")
+
+
+# --- Single numbers, as people, files and programs give them.
+
+# More threads, and more searches or steps of one, are a mistake, and would never end.
+MOST_THREADS, MOST_SEARCHES = 10_000, 1_000_000
+
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def decimal(text: str) -> float:
+    """The number that `text` writes in decimal digits.
+
+    Python's own `float` also takes 1_0 for 10 and digits of any script, which nobody writes on purpose.
+
+    Raises:
+        ValueError: no decimal number; "nan" and "inf" are none.
+    """
+    stripped = text.strip()
+    if not _DECIMAL.fullmatch(stripped):
+        raise ValueError(f"not a decimal number: {quoted(text)}")
+    return float(stripped)
+
+
+def finite_or_none(value: float) -> float | None:
+    """`value` for JSON, which has no infinity: None for what is not there, such as a limit."""
+    return value if math.isfinite(value) else None
+
+
+def whole_number(value: SupportsIndex, what: str, least: int, most: int | None = None) -> int:
+    """`value` as an int that is at least `least`, and at most `most` where that is given.
+
+    Raises:
+        BadArgument: no whole number, or one out of range.
+    """
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
+    if number >= least and (most is None or number <= most):
+        return number
+    # Python refuses to write out numbers of thousands of digits.
+    given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
+    raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
+
+
+def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
+    """Refuse anything but one number ≥ 0.
+
+    Raises:
+        BadArgument: no real number, NaN, or a negative one.
+    """
+    try:
+        fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
+    except OverflowError:
+        fine = False
+    if not fine:
+        raise BadArgument(f"{what} must be a number ≥ 0, got {quoted(tolerance)}")
+
+
+# --- Poses [[R, t], [0, 1]] taken apart and put together; whether R is a rotation is for `nao_kin.rotations` to say.
+
+_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
+
+
+def split_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
+    """The matrices R, shape (..., 3, 3), and the translations t, shape (..., 3), of poses, shape (..., 4, 4).
+
+    Raises:
+        BadArgument: the last row of some pose is not (0, 0, 0, 1); or not numbers, or a translation outside ±1e150.
+        WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
+    """
+    poses = as_batch(T, (4, 4), what)
+    bad = (poses[..., 3, :] != _LAST_ROW).any(axis=-1)
+    if bad.any():
+        index = first_index(bad)
+        raise BadArgument(
+            f"the last row of {what} must be (0, 0, 0, 1), got {poses[index][3].tolist()}{at_index(index)}"
+        )
+    return poses[..., :3, :3], as_vectors(poses[..., :3, 3], f"the translation of {what}")
+
+
+def join_poses(R: Floats, t: Floats) -> Floats:
+    """The poses [[R, t], [0, 1]], shape (..., 4, 4), of matrices (..., 3, 3) and translations (..., 3)."""
+    T = np.empty((*common_batch("rotations and translations", R.shape[:-2], t.shape[:-1]), 4, 4))
+    T[..., :3, :3], T[..., :3, 3], T[..., 3, :] = R, t, _LAST_ROW
+    return T
+
+
+# --- Numbers as colours, cold to warm through a light middle.
+
+# Red, green, blue from the lowest value to the highest, equally spaced.
+COLD_TO_WARM: tuple[tuple[float, float, float], ...] = (
+    (0.16, 0.32, 0.66),
+    (0.36, 0.63, 0.83),
+    (0.90, 0.91, 0.88),
+    (0.95, 0.66, 0.36),
+    (0.74, 0.17, 0.12),
+)
+
+
+def colours(values: ArrayLike, low: float, high: float) -> Floats:
+    """Red, green, blue in [0, 1], shape (..., 3), of numbers on a scale from low to high, with low < high."""
+    at = np.linspace(low, high, len(COLD_TO_WARM))
+    numbers = np.asarray(values, dtype=np.float64)
+    return np.stack([np.interp(numbers, at, channel) for channel in zip(*COLD_TO_WARM, strict=True)], axis=-1)
+
+
+# --- Arguments that are one of a few names, names, or true or false.
+
+
+def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> str:
+    """One of the valid names.
+
+    Raises:
+        UnknownName: none of them, or no name at all.
+    """
+    names = tuple(valid)
+    if not isinstance(value, str) or value not in names:
+        raise UnknownName(what, value, names, hint)
+    return value
+
+
+def flag(value: object, what: str) -> bool:
+    """True or False as it is: every other text is true to Python, and an array neither.
+
+    Raises:
+        BadArgument: neither.
+    """
+    if not isinstance(value, (bool, np.bool_)):
+        raise BadArgument(f"{what} must be True or False, got {quoted(value)}")
+    return bool(value)
+
+
+def texts(values: object, what: str) -> tuple[str, ...]:
+    """Several texts, as in a list.
+
+    Raises:
+        BadArgument: one text, or something else in their place or among them.
+    """
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise BadArgument(f"{what} must be a list of texts, got {quoted(values)}")
+    found = tuple(values)
+    for value in found:
+        if not isinstance(value, str):
+            raise BadArgument(f"{what} must be texts, got {quoted(value)}")
+    return found

@@ -1,0 +1,246 @@
+"""Tables of numbers in CSV: read whole blocks at a time by pyarrow where it is installed, exactly by the csv module.
+
+The quick way takes only what the exact one would take, and gives the same numbers, rounded correctly. What it does not
+take (a word, a row of another length, an empty field, NaN) says nothing yet: the exact way looks again.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats
+from nao_kin._core.headings import IsoTimes, is_decimal, is_iso_time
+
+DELIMITERS = ",;\t"
+# By one thread.
+_PARSED_AT_ONCE = 1 << 20
+# What a line above the header begins with.
+_COMMENTS = ("#", "%", "//")
+# As much of the rows as shows how they write fractions.
+_SHOWN_ROWS = 1 << 16
+_COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
+# Those of times, which may have another mark than numbers have.
+_SECONDS_FRACTION = re.compile(rb":\d\d[.,]\d+")
+
+
+def delimiter_of(header: str) -> str:
+    """The delimiter that a header line uses most; a comma where it uses none."""
+    return max(DELIMITERS, key=header.count)
+
+
+@dataclass(frozen=True)
+class CsvHead:
+    """What the beginning of a table says of all of it.
+
+    Attributes:
+        fields: the headings; none where there is no text.
+        line: on which line they end.
+        problem: what is wrong with their quoting, "" for nothing.
+        delimiter: between fields.
+        mark: of decimal fractions: "." or ",".
+        lines: lines before the first row.
+        size: bytes before the first row.
+    """
+
+    fields: tuple[str, ...]
+    line: int
+    problem: str
+    delimiter: str
+    mark: str
+    lines: int
+    size: int
+
+
+def csv_head(block: bytes, *, at_end: bool = True) -> CsvHead:
+    """The head of a table: its headings, behind comment lines or, where numbers follow these, in the last of them.
+
+    Args:
+        block: the beginning of the file, without a byte order mark.
+        at_end: it is all of the file.
+    """
+    lines = block.splitlines(keepends=True)
+    above, comment, comment_line = 0, "", 0
+    for number, content in enumerate(lines, start=1):
+        text = content.decode("utf-8", "replace").strip()
+        if text and not text.startswith(_COMMENTS):
+            break
+        above = number
+        if text.lstrip("#%/ "):
+            comment, comment_line = text.lstrip("#%/ "), number
+    size = sum(map(len, lines[:above]))
+    delimiter = delimiter_of(lines[above].decode("utf-8", "replace")) if above < len(lines) else ","
+    last, fields, problem = next(iter(Records(block[size:], delimiter, at_end=at_end)), (0, [], ""))
+    line = above + last if last else 0
+    if comment and fields and all(is_decimal(field) or is_iso_time(field) for field in fields):
+        fields, line = next(csv.reader([comment], delimiter=delimiter)), comment_line
+    else:
+        above += last
+        size += sum(map(len, lines[above - last : above]))
+    rows = _SECONDS_FRACTION.sub(b"", block[size : size + _SHOWN_ROWS]) if delimiter != "," else b""
+    commas = delimiter != "," and bool(_COMMA_FRACTION.search(rows)) and not _POINT_FRACTION.search(rows)
+    return CsvHead(tuple(fields), line, problem, delimiter, "," if commas else ".", above, size)
+
+
+def iso_times(rows: bytes, delimiter: str, place: int) -> IsoTimes | None:
+    """The times in a column of a table, as the first rows write them; None where they are numbers.
+
+    Args:
+        rows: those of the table, or the first of them.
+        delimiter: between fields.
+        place: of the column, from 0.
+    """
+    records = Records(rows[:_SHOWN_ROWS], delimiter, at_end=False)
+    return IsoTimes.of(fields[place] for _, fields, _ in records if len(fields) > place)
+
+
+def quick_numbers(
+    block: bytes,
+    columns: int,
+    delimiter: str,
+    places: Sequence[int] | None = None,
+    mark: str = ".",
+    times: IsoTimes | None = None,
+) -> Floats | None:
+    """The numbers of a block of whole lines, shape (n, columns); None where only the exact way can tell.
+
+    Blank lines are no rows. Quotes are left to the exact way. Needs pyarrow.
+
+    Args:
+        block: the lines.
+        columns: fields of a line.
+        delimiter: between them.
+        places: the columns that are read, in this order; None for all.
+        mark: of decimal fractions.
+        times: reads the last of `places`; None where it has numbers.
+    """
+    if b'"' in block:
+        return None
+    import pyarrow as pa
+    from pyarrow import csv as pyarrow_csv
+
+    names = [str(column) for column in range(columns)]
+    read = names if places is None else [names[place] for place in places]
+    types = dict.fromkeys(read, pa.float64())
+    if times is not None:
+        types[read[-1]] = pa.string()
+    try:
+        table = pyarrow_csv.read_csv(
+            pa.BufferReader(block),
+            pyarrow_csv.ReadOptions(column_names=names, block_size=_PARSED_AT_ONCE),
+            pyarrow_csv.ParseOptions(delimiter=delimiter, quote_char=False),
+            pyarrow_csv.ConvertOptions(
+                column_types=types,
+                include_columns=read,
+                null_values=[],
+                decimal_point=mark,
+            ),
+        )
+    except pa.ArrowInvalid:
+        return None
+    numbers = np.empty((table.num_rows, len(read)))
+    for column, values in enumerate(table.itercolumns()):
+        if times is not None and column == len(read) - 1:
+            numbers[:, column] = times.all_seconds(values.to_pylist())
+        else:
+            numbers[:, column] = values.to_numpy()
+    return numbers if np.isfinite(numbers).all() else None
+
+
+def plain_floats(fields: list[str]) -> list[float] | None:
+    """The numbers of a record; None where one is not finite, or none.
+
+    Python's `float` reads more than decimal digits: the text must be ASCII, and without underscores.
+    """
+    try:
+        numbers = list(map(float, fields))
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
+
+
+class Records:
+    """The records of a block of whole lines that are not blank, as the csv module reads them in its strict way.
+
+    Iterating gives, for each, the number of its last line, from 1, its fields, and what is wrong with its quoting, ""
+    for nothing. A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
+
+    Attributes:
+        consumed: bytes of the block up to the end of the last record; less than all where the last one goes on behind.
+    """
+
+    def __init__(self, block: bytes, delimiter: str, *, at_end: bool = True) -> None:
+        """Prepare to read.
+
+        Args:
+            block: whole lines.
+            delimiter: between fields.
+            at_end: the file ends here; otherwise a quote that is still open is closed in the next block.
+        """
+        self.consumed = len(block)
+        self._block, self._delimiter, self._at_end = block, delimiter, at_end
+
+    def __iter__(self) -> Iterator[tuple[int, list[str], str]]:
+        lines = list(io.StringIO(self._block.decode("utf-8", "replace"), newline=""))
+        done = 0
+        while done < len(lines):
+            reader = csv.reader(itertools.islice(lines, done, None), delimiter=self._delimiter, strict=True)
+            start = done
+            try:
+                for fields in reader:
+                    done = start + reader.line_num
+                    if any(fields) and any(field.strip() for field in fields):
+                        yield done, fields, ""
+            except csv.Error as error:
+                if not self._at_end and done > 0 and start + reader.line_num == len(lines):
+                    self.consumed = sum(map(len, self._block.splitlines(keepends=True)[:done]))
+                    return
+                done += 1
+                yield done, [], f"malformed CSV: {error}"
+
+
+def whole_lines(block: bytes) -> int:
+    """How much of a block is whole lines; 0 where no line ends in it."""
+    end = block.rfind(b"\n") + 1
+    # A carriage return in the last place may have its line feed in the next block.
+    return end or block.rfind(b"\r", 0, -1) + 1
+
+
+def line_ends(block: bytes) -> int:
+    """How many lines end in a block: with a line feed, a carriage return, or both."""
+    return block.count(b"\n") + block.count(b"\r") - block.count(b"\r\n")
+
+
+def has_pyarrow() -> bool:
+    """Whether pyarrow is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("pyarrow") is not None
+
+
+def float_texts(values: NDArray[Any]) -> Any:
+    """What `str` writes for numbers (n,), float64 or float32, as a pyarrow array; needs pyarrow.
+
+    pyarrow too writes the fewest digits that give the number back, and so the same ones. It differs in the form of
+    whole numbers, and of large and small ones: those are left to Python.
+    """
+    import pyarrow as pa
+    from pyarrow import compute
+
+    texts = compute.cast(pa.array(values), pa.string())
+    size = np.abs(values)
+    other = ~((size > 1e-4) & (size < 1e2)) | (values == np.rint(values))
+    if other.any():
+        few = values[other]
+        written = map(repr, few.tolist()) if few.dtype == np.float64 else map(str, few)
+        texts = compute.replace_with_mask(texts, pa.array(other), pa.array(list(written), pa.string()))
+    return texts

@@ -1,0 +1,172 @@
+"""Headings of tables of joint values: names and units, NAOqi's keys of its devices, times, and an index.
+
+time [s], HeadYaw [deg], LHand (%)
+timestamp, Device/SubDeviceList/HeadYaw/Position/Sensor/Value
+
+Below a heading of times stand numbers, or dates and times of ISO 8601.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.text import quoted
+
+# Units that a heading may name, for joints whose values are in rad, m or ratios.
+JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
+# Units of times, and how many of each a second has.
+TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
+_TIME_NAMES = ("time", "timestamp", "t", "stamp")
+_HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
+_DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
+# As pandas writes it to CSV, reads it again, and writes it to Parquet.
+_INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
+# Seconds since 1970 have ten digits until the year 2286; what is larger than this in s is so in the next smaller unit.
+_LARGEST_SECONDS = 1e11
+_ISO_TIME = re.compile(
+    r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<time>\d\d:\d\d(?::\d\d(?:[.,](?P<fraction>\d+))?)?) ?"
+    r"(?P<zone>Z|(?P<sign>[+-])(?P<hours>[01]\d|2[0-3]):?(?P<minutes>[0-5]\d)?)?",
+    re.ASCII,
+)
+_EPOCH = datetime(1970, 1, 1)
+# Characters of a time in a message.
+_MOST_SHOWN = 40
+
+
+@dataclass(frozen=True)
+class Heading:
+    """What stands above a column.
+
+    Attributes:
+        name: the joint or "time", or any other name.
+        unit: in brackets behind it; None for none.
+    """
+
+    name: str
+    unit: str | None = None
+
+    @property
+    def is_time(self) -> bool:
+        """Whether times stand in the column."""
+        return self.name.lower() in _TIME_NAMES
+
+
+def read_heading(text: str) -> Heading:
+    """The name and the unit of a heading; of a key of NAOqi's devices, the joint."""
+    text = text.strip()
+    match = _HEADING.fullmatch(text)
+    name, unit = (text, None) if match is None else (match["name"], match["unit"])
+    device = _DEVICE.fullmatch(name)
+    return Heading(name if device is None else device["joint"], unit)
+
+
+def is_index(text: str) -> bool:
+    """Whether the heading of a first column is that of row numbers, which have no name of their own."""
+    return text.strip() in _INDEX_NAMES
+
+
+def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
+    """Values (n, k), with one unit for each column, in rad, m and ratios."""
+    given = np.array(units)
+    degrees, percent = np.isin(given, ("deg", "°")), given == "%"
+    if not degrees.any() and not percent.any():
+        return values
+    values = np.where(degrees, np.radians(values), values)
+    return np.where(percent, values / 100.0, values)
+
+
+def time_unit_of(times: Floats) -> str:
+    """The unit of times since 1970 by their size; "s" for smaller ones, such as times since a start."""
+    size = float(np.median(np.abs(times[np.isfinite(times)]))) if np.isfinite(times).any() else 0.0
+    for unit in ("s", "ms", "us"):
+        if size < _LARGEST_SECONDS * TIME_UNITS[unit]:
+            return unit
+    return "ns"
+
+
+def seconds(times: Floats, unit: str) -> Floats:
+    """Times in seconds."""
+    return times / TIME_UNITS[unit]
+
+
+@dataclass(frozen=True)
+class IsoTimes:
+    """Times written as in ISO 8601, such as 2026-03-01T12:00:00.5Z, as seconds from the first one.
+
+    Attributes:
+        start: the first time, in nanoseconds since 1970; of UTC, where a zone is written.
+        zoned: whether a zone is written: Z or an offset from UTC. It is, or is not, with all of them.
+    """
+
+    start: int
+    zoned: bool
+
+    @classmethod
+    def of(cls, texts: Iterable[str]) -> IsoTimes | None:
+        """The times of a column, by the first text that is a time or a number; None where that is a number."""
+        for text in texts:
+            found = _iso_time(text)
+            if found is not None:
+                return cls(*found)
+            if is_decimal(text):
+                return None
+        return None
+
+    def seconds(self, text: str) -> float:
+        """One of the times, in seconds from the first.
+
+        Raises:
+            ValueError: no such time, or one with a zone where the first has none, or the other way round. It says so in
+                words that follow the name of the column.
+        """
+        found = _iso_time(text)
+        shown = quoted(text.strip(), _MOST_SHOWN)
+        if found is None:
+            raise ValueError(f"is {shown}, expected a time such as 2026-03-01T12:00:00.5")
+        if found[1] != self.zoned:
+            has, first = ("no time zone", "has one") if self.zoned else ("a time zone", "has none")
+            raise ValueError(f"is {shown}, which has {has}; the first time {first}")
+        return (found[0] - self.start) / 1e9
+
+    def all_seconds(self, texts: Iterable[str]) -> list[float]:
+        """The same of many; NaN for each that would be refused."""
+        found = map(_iso_time, texts)
+        return [math.nan if one is None or one[1] != self.zoned else (one[0] - self.start) / 1e9 for one in found]
+
+
+def is_decimal(text: str) -> bool:
+    """Whether a text is a decimal number, with a point or a comma."""
+    try:
+        decimal(text.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def is_iso_time(text: str) -> bool:
+    """Whether a text is a date and a time as in ISO 8601."""
+    return _iso_time(text) is not None
+
+
+def _iso_time(text: str) -> tuple[int, bool] | None:
+    """Nanoseconds since 1970, and whether a zone is written; None for what is no time."""
+    match = _ISO_TIME.fullmatch(text.strip())
+    if match is None:
+        return None
+    date, time, fraction, zone, sign, hours, minutes = match.groups()
+    try:
+        since = datetime.fromisoformat(f"{date}T{time[:8]}") - _EPOCH
+    except ValueError:  # the 30th of February
+        return None
+    if sign:
+        offset = timedelta(hours=int(hours), minutes=int(minutes or 0))
+        since += offset if sign == "-" else -offset
+    nanoseconds = int(fraction[:9].ljust(9, "0")) if fraction else 0
+    return (since.days * 86400 + since.seconds) * 10**9 + nanoseconds, zone is not None

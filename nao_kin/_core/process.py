@@ -1,0 +1,116 @@
+"""A program that is ended from outside leaves nothing behind: no child process, no temporary file or folder.
+
+What lives no longer than the program is registered here. `end_on_signals`, which only the command line calls, makes
+INT, TERM and HUP tidy up and leave at once. Nothing is raised for it: an exception would be lost in an import, a
+destructor or a callback from C, and the program would go on.
+"""
+
+from __future__ import annotations
+
+import _thread
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+
+_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+# Tidying takes milliseconds; where a disk or a lock makes it longer, the program is left without it.
+_MOST_SECONDS = 0.8
+_KILL_SECONDS = 0.3
+
+_registered: dict[object, Callable[[], object]] = {}
+_uninterrupted: set[object] = set()
+_postponed: list[int] = []
+_ending: list[int] = []
+
+
+def end_on_signals() -> None:
+    """From now on, tidy up and leave with exit code 128 + n on the signals INT (2), TERM (15) and HUP (1).
+
+    A signal that is ignored, as nohup and shells do for jobs in the background, stays ignored. A second signal while
+    the first is being answered changes nothing: the end is near in any case. Only for the main thread.
+    """
+    for name in _SIGNALS:
+        number = getattr(signal, name, None)
+        # None: a handler that Python does not know and could not put back.
+        if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+            signal.signal(number, _answer)
+
+
+def before_ending(action: Callable[[], object]) -> Callable[[], None]:
+    """Have `action` done before a signal ends the program, newest first.
+
+    Returns:
+        A function that takes it back; to be called when there is nothing left to tidy.
+    """
+    key = object()
+    _registered[key] = action
+
+    def take_back() -> None:
+        _registered.pop(key, None)
+
+    return take_back
+
+
+@contextmanager
+def uninterrupted() -> Iterator[Callable[[], bool]]:
+    """Let a signal wait for the end of a few quick steps that belong together, such as starting and registering.
+
+    Longer steps ask the function that this yields, again and again, whether a signal waits.
+    """
+    key = object()
+    _uninterrupted.add(key)
+    try:
+        yield lambda: bool(_postponed)
+    finally:
+        _uninterrupted.discard(key)
+        if _postponed and not _uninterrupted:
+            _end(_postponed[0])
+
+
+def kill_group(leader: int) -> None:
+    """Kill a child that leads a group of processes, and all of the group; wait for a moment until they are gone."""
+    end = time.monotonic() + _KILL_SECONDS
+    with suppress(OSError):  # no such group any more
+        while time.monotonic() < end:
+            os.killpg(leader, signal.SIGKILL)
+            with suppress(ChildProcessError):
+                os.waitpid(leader, os.WNOHANG)
+            time.sleep(0.005)
+
+
+def _answer(number: int, frame: FrameType | None) -> None:
+    if _uninterrupted:
+        _postponed.append(number)
+    else:
+        _end(number)
+
+
+def _end(number: int) -> None:
+    if _ending:
+        return
+    _ending.append(number)
+    with suppress(RuntimeError):  # no new thread while the interpreter is already leaving
+        _thread.start_new_thread(_leave_anyway, (number,))
+    for action in reversed(tuple(_registered.values())):
+        with suppress(Exception):
+            action()
+    os._exit(128 + number)
+
+
+def _leave_anyway(number: int) -> None:
+    time.sleep(_MOST_SECONDS)
+    os._exit(128 + number)
+
+
+# --- The processors that this process may use.
+
+
+def usable_cores() -> int:
+    """How many cores this process may use, which may be fewer than the machine has."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS
+        return os.cpu_count() or 1

@@ -1,0 +1,69 @@
+"""Text for people: foreign words inside messages, and rows of words as tables."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Container, Iterable, Iterator, Sequence
+from html import escape
+
+# No message repeats more than this of what it was given.
+MOST_ECHOED = 200
+
+
+def abbreviated(value: object, most: int = MOST_ECHOED) -> str:
+    """`str(value)` on one line of at most `most` characters, the end replaced by … where there was more."""
+    text = str(value)
+    text = " ".join(text[: 4 * most].split()) + ("…" if len(text) > 4 * most else "")
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+def quoted(value: object, most: int = MOST_ECHOED) -> str:
+    """`repr(value)`, abbreviated; of a long text only the beginning is looked at."""
+    return abbreviated(repr(value[: 4 * most] if isinstance(value, (str, bytes)) else value), most)
+
+
+def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Columns aligned to their widest cell, two spaces between them, a rule under the head."""
+    lines = [list(head), *(list(row) for row in rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(head))]
+    lines.insert(1, ["─" * width for width in widths])
+    return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+
+def html_table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """An HTML table; every word is escaped."""
+    return "".join(
+        [
+            f"<table><caption>{escape(caption)}</caption><thead>",
+            _html_row("th", head),
+            "</thead><tbody>",
+            *(_html_row("td", row) for row in rows),
+            "</tbody></table>",
+        ]
+    )
+
+
+def _html_row(tag: str, cells: Iterable[str]) -> str:
+    return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+
+
+# --- Names beside those that are taken.
+
+
+def fresh_name(name: str, taken: Container[str], *endings: str) -> str:
+    """The name with the first ending that makes one not taken yet; the last ending is tried with numbers, too.
+
+    Without endings: the name itself, or with the first number from 2 on.
+    """
+    return next(name + ending for ending in _endless(endings or ("",)) if name + ending not in taken)
+
+
+def with_underscores(name: str, taken: Container[str]) -> str:
+    """The name, with as many underscores behind it as set it apart from the names taken."""
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _endless(endings: tuple[str, ...]) -> Iterator[str]:
+    return itertools.chain(endings, (f"{endings[-1]}_{n}" for n in itertools.count(2)))

@@ -1,0 +1,31 @@
+"""Kinematics of many configurations at once: programs made of a robot's joints, run by compiled kernels."""
+
+from nao_kin._kernels.cache import KernelState, cache_folder
+from nao_kin._kernels.program import Program, aligned_empty
+from nao_kin._kernels.program_run import execute, kernel, warm_up
+from nao_kin._kernels.questions import (
+    com_jacobian_program,
+    com_program,
+    jacobian_program,
+    motion_program,
+    poses_program,
+)
+from nao_kin._kernels.tree import JointTree, TreeFrame, TreeJoint
+
+__all__ = [
+    "JointTree",
+    "KernelState",
+    "Program",
+    "TreeFrame",
+    "TreeJoint",
+    "aligned_empty",
+    "cache_folder",
+    "com_jacobian_program",
+    "com_program",
+    "execute",
+    "jacobian_program",
+    "kernel",
+    "motion_program",
+    "poses_program",
+    "warm_up",
+]

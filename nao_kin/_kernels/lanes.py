@@ -1,0 +1,18 @@
+"""Vectors of one register's width, so that a kernel does the same to many configurations at once.
+
+A loop over configurations that reads and writes parts of one array is not vectorised by the compiler, for it cannot
+know that the parts do not overlap. Here the width is said instead of hoped for: 512 bits, 8 double or 16 single
+precision numbers, which a processor with narrower registers takes in several steps. Beside these functions, vectors
+take the operators + − × ÷. What each function means stands in `lanes_numpy`, which is also what runs uncompiled.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numba
+
+if TYPE_CHECKING or numba.config.DISABLE_JIT:
+    from nao_kin._kernels.lanes_numpy import *  # noqa: F403
+else:
+    from nao_kin._kernels.lanes_llvm import *  # noqa: F403

@@ -1,0 +1,377 @@
+"""Programs: straight lists of operations on three-vectors, made once for a question and run on any number of tiles.
+
+A builder hands out registers. Columns that do not change are shared and not copied: a turn about z leaves the third
+column of a matrix where it is, and a joint without an offset leaves the origin. When the program is finished, what no
+number of the result depends on is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats
+
+# --- The codes of the operations, and the size of a tile: what programs and the kernel that runs them agree on.
+
+TURN, ADD_1, ADD_2, ADD_3, SLIDE, CROSS, PROJECT, BASE, HINGE, MATRIX, QUATERNION, RPY = range(12)
+
+# Bytes of a vector and of a cache line; configurations in a tile are a few vectors of their numbers, for the work on
+# two hides the time it takes to look up an operation.
+LINE = 64
+VECTORS = 2
+
+
+class Tables(NamedTuple):
+    """A program as the kernel takes it; places are counted in rows of scratch memory.
+
+    Attributes:
+        widths: numbers in each configuration, velocity and acceleration; zero for an input that is not read.
+        inputs: row of the first number of each of the three.
+        angles: for each angle, the row of its number and the row of its sine, shape (angles, 2); the cosine follows it.
+        ratios: ratio and offset of each, shape (angles, 2): ratio × number + offset.
+        operations: shape (operations, 10), see `nao_kin._kernels.operations`.
+        weights: the constants in them.
+        sources: row of each number of the result.
+    """
+
+    widths: NDArray[np.int64]
+    inputs: NDArray[np.int64]
+    angles: NDArray[np.int64]
+    ratios: Floats
+    operations: NDArray[np.int64]
+    weights: Floats
+    sources: NDArray[np.int64]
+
+
+def aligned_empty(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Memory for so many numbers that begins where a vector can be written at once.
+
+    Examples:
+        >>> numbers = nk._kernels.aligned_empty(5, np.dtype(np.float64))
+        >>> numbers.shape, numbers.ctypes.data % 32
+        ((5,), 0)
+    """
+    memory = np.empty(count + LINE // dtype.itemsize, dtype)
+    skipped = -memory.ctypes.data % LINE // dtype.itemsize
+    return memory[skipped : skipped + count]
+
+
+def tile_width(dtype: np.dtype[Any]) -> int:
+    """Configurations in a tile."""
+    return VECTORS * LINE // dtype.itemsize
+
+
+# --- Programs: straight lists of operations on three-vectors, made once for a question and run on any number of tiles.
+#
+# A builder hands out registers. Columns that do not change are shared and not copied: a turn about z leaves the third
+# column of a matrix where it is, and a joint without an offset leaves the origin. When the program is finished, what no
+# number of the result depends on is left out.
+
+# Up to here a weight is what rounding leaves of a zero, as in cos(π/2) = 6e-17.
+_NOTHING = 1e-16
+
+Register = int
+Columns = tuple[Register, Register, Register]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A pose in registers: the three columns of its matrix, and its origin."""
+
+    x: Register
+    y: Register
+    z: Register
+    origin: Register
+
+    @property
+    def columns(self) -> Columns:
+        """The three axes."""
+        return self.x, self.y, self.z
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number a configuration: a component of a register."""
+
+    register: Register
+    component: int
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One operation before registers have places.
+
+    Attributes:
+        code: which one.
+        results: the registers it writes.
+        operands: the registers it reads: the start of a sum, or zero, and then what is added to it.
+        weights: its constants.
+        angle: the angle that it turns by; −1 for none.
+        number: the place of the input that it reads; −1 for none.
+        axis: the coordinate axis it turns about; −1 for none.
+    """
+
+    code: int
+    results: tuple[Register, ...]
+    operands: tuple[Register, ...]
+    weights: tuple[float, ...] = ()
+    angle: int = -1
+    number: int = -1
+    axis: int = -1
+
+
+@dataclass(frozen=True)
+class Program:
+    """A finished program.
+
+    Attributes:
+        tables: what the kernel takes.
+        constants: the first registers, which do not change, shape (registers, 3).
+        rows: how many rows of scratch memory it takes.
+
+    Examples:
+        >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk._kernels.JointTree(1, 1, (turn,))
+        >>> nk._kernels.poses_program(tree, []).constants.shape[1]
+        3
+    """
+
+    tables: Tables = field(repr=False)
+    constants: Floats = field(repr=False)
+    rows: int
+
+    @cached_property
+    def farthest_input(self) -> tuple[float, float]:
+        """Largest ratio and offset of the angles: together they say how far an angle can be at most."""
+        if not len(self.tables.ratios):
+            return 0.0, 0.0
+        ratio, offset = np.abs(self.tables.ratios).max(axis=0)
+        return float(ratio), float(offset)
+
+
+class Builder:
+    """Collects the operations of a program.
+
+    Args:
+        nq: numbers in a configuration.
+        nv: numbers in a velocity, and in an acceleration.
+        derivatives: how many of velocity and acceleration are read: 0, 1 or 2.
+    """
+
+    def __init__(self, nq: int, nv: int, derivatives: int = 0) -> None:
+        self._widths = nq, nv if derivatives > 0 else 0, nv if derivatives > 1 else 0
+        self._operations: list[Operation] = []
+        self._angles: dict[tuple[int, float, float], int] = {}
+        self._constants: dict[tuple[float, float, float], Register] = {}
+        self._registers = 0
+        self.zero = self.constant(0.0, 0.0, 0.0)
+        x, y, z = (self.constant(*row) for row in np.eye(3).tolist())
+        self.root = Frame(x, y, z, self.zero)
+
+    # --- numbers --------------------------------------------------------------------------------------------------
+
+    def constant(self, x: float, y: float, z: float) -> Register:
+        """A vector that is the same for all configurations."""
+        found = self._constants.get((x, y, z))
+        if found is None:
+            found = self._constants[(x, y, z)] = -1 - len(self._constants)
+        return found
+
+    def angle(self, coordinate: int, ratio: float = 1.0, offset: float = 0.0) -> int:
+        """The angle ratio · q[coordinate] + offset, to be turned about."""
+        return self._angles.setdefault((coordinate, ratio, offset), len(self._angles))
+
+    def velocity(self, index: int) -> int:
+        """Place of a number of the velocity."""
+        return self._widths[0] + index
+
+    def acceleration(self, index: int) -> int:
+        """Place of a number of the acceleration."""
+        return self._widths[0] + self._widths[1] + index
+
+    # --- operations -----------------------------------------------------------------------------------------------
+
+    def combination(self, start: Register, terms: Iterable[tuple[Register, float]]) -> Register:
+        """Start + Σ weight · register."""
+        kept = [(register, weight) for register, weight in terms if abs(weight) > _NOTHING and register != self.zero]
+        if start == self.zero and len(kept) == 1 and kept[0][1] == 1.0:
+            return kept[0][0]
+        for i in range(0, len(kept), 3):
+            some = kept[i : i + 3]
+            code = (ADD_1, ADD_2, ADD_3)[len(some) - 1]
+            operands, weights = (start, *(r for r, _ in some)), tuple(w for _, w in some)
+            start = self._new(code, 1, operands, weights)[0]
+        return start
+
+    def placed(self, frame: Frame, R: Floats, t: Floats) -> Frame:
+        """The frame with pose (R, t) in `frame`."""
+        axes = frame.columns
+        origin = self.combination(frame.origin, zip(axes, t.tolist(), strict=True))
+        columns = (self.combination(self.zero, zip(axes, column, strict=True)) for column in R.T.tolist())
+        x, y, z = columns
+        return Frame(x, y, z, origin)
+
+    def turned(self, frame: Frame, axis: int, angle: int) -> Frame:
+        """The frame turned about its own coordinate axis."""
+        columns = list(frame.columns)
+        a, b = (axis + 1) % 3, (axis + 2) % 3
+        columns[a], columns[b] = self._new(TURN, 2, (self.zero, columns[a], columns[b]), angle=angle)
+        return Frame(columns[0], columns[1], columns[2], frame.origin)
+
+    def scaled(self, start: Register, direction: Register, number: int, weight: float = 1.0) -> Register:
+        """Start + weight · number · direction, with one number a configuration."""
+        return self._new(SLIDE, 1, (start, direction), (weight,), number=number)[0]
+
+    def cross(self, a: Register, b: Register, weight: float = 1.0, start: Register | None = None) -> Register:
+        """Start + weight · a × b."""
+        if self.zero in (a, b):
+            return self.zero if start is None else start
+        return self._new(CROSS, 1, (self.zero if start is None else start, a, b), (weight,))[0]
+
+    def difference(self, a: Register, b: Register) -> Register:
+        """A − b."""
+        return a if b == self.zero else self.combination(a, [(b, -1.0)])
+
+    def projected(self, columns: Columns, vector: Register) -> Register:
+        """Components of a vector along three axes."""
+        if columns == self.root.columns:
+            return vector
+        return self._new(PROJECT, 1, (vector, *columns))[0]
+
+    def position(self, first: int) -> Register:
+        """The vector of three numbers of the input."""
+        vector = self.zero
+        for k, axis in enumerate(self.root.columns):
+            vector = self.scaled(vector, axis, first + k)
+        return vector
+
+    def orientation(self, first: int, *, inverse: bool = False) -> Columns:
+        """The columns of the matrix of a quaternion (x, y, z, w) of the input, or of the inverse matrix."""
+        x, y, z = self._new(BASE, 3, (), (-1.0 if inverse else 1.0,), number=first)
+        return x, y, z
+
+    def hinged(self, start: Register, vector: Register, axis: int, angle: int, offset: Sequence[float]) -> Register:
+        """Start + R · vector + offset, with R the turn about a coordinate axis."""
+        return self._new(HINGE, 1, (start, vector), tuple(offset), angle=angle, axis=axis)[0]
+
+    def transformed(self, start: Register, W: Floats, vector: Register) -> Register:
+        """Start + W · vector, with a constant matrix."""
+        return self._new(MATRIX, 1, (start, vector), tuple(W.reshape(-1).tolist()))[0]
+
+    def quaternion(self, frame: Frame) -> tuple[Number, ...]:
+        """The unit quaternion (r0, r1, r2, r3) of a frame, in canonical sign."""
+        first, last = self._new(QUATERNION, 2, (self.zero, *frame.columns))
+        return (*numbers(first), Number(last, 0))
+
+    def rpy(self, frame: Frame) -> tuple[Number, ...]:
+        """Roll, pitch and yaw of a frame."""
+        return numbers(self._new(RPY, 1, (self.zero, *frame.columns))[0])
+
+    def _new(
+        self,
+        code: int,
+        results: int,
+        operands: tuple[Register, ...],
+        weights: tuple[float, ...] = (),
+        *,
+        angle: int = -1,
+        number: int = -1,
+        axis: int = -1,
+    ) -> tuple[Register, ...]:
+        made = tuple(range(self._registers, self._registers + results))
+        self._registers += results
+        self._operations.append(Operation(code, made, operands, weights, angle, number, axis))
+        return made
+
+    # --- the end --------------------------------------------------------------------------------------------------
+
+    def finished(self, result: Sequence[Number]) -> Program:
+        """The program whose results are these numbers, in this order."""
+        wanted = {number.register for number in result}
+        kept = self._needed(set(wanted))
+        angles = sorted({operation.angle for operation in kept if operation.angle >= 0})
+        constants = list(self._constants)
+        # Rows: the constants, the other registers, the inputs, and a sine and a cosine for each angle.
+        place, count = _places(kept, wanted, len(constants))
+        inputs = 3 * count
+        sines = inputs + sum(self._widths)
+        sine_of = {angle: sines + 2 * k for k, angle in enumerate(angles)}
+        weights: list[float] = []
+        table = []
+        for operation in kept:
+            row = _encoded(operation, place, sine_of, inputs)
+            table.append([*row, len(weights)])
+            weights += operation.weights
+        keys = list(self._angles)
+        chosen = [keys[angle] for angle in angles]
+        starts = np.cumsum([inputs, *self._widths[:2]])
+        tables = Tables(
+            widths=np.array(self._widths, np.int64),
+            inputs=starts.astype(np.int64),
+            angles=np.array(
+                [[inputs + key[0], sine_of[a]] for a, key in zip(angles, chosen, strict=True)], np.int64
+            ).reshape(-1, 2),
+            ratios=np.array([key[1:] for key in chosen], np.float64).reshape(-1, 2),
+            operations=np.array(table, np.int64).reshape(-1, 10),
+            weights=np.array([*weights, 0.0]),
+            sources=np.array([place[number.register] + number.component for number in result], np.int64),
+        )
+        return Program(tables, np.array(constants), sines + 2 * len(angles))
+
+    def _needed(self, wanted: set[Register]) -> list[Operation]:
+        """The operations on which these registers depend; the set grows with what they depend on."""
+        kept = []
+        for operation in reversed(self._operations):
+            if not wanted.isdisjoint(operation.results):
+                wanted.update(operation.operands)
+                kept.append(operation)
+        return kept[::-1]
+
+
+def numbers(register: Register) -> tuple[Number, Number, Number]:
+    """The three components of a register."""
+    return Number(register, 0), Number(register, 1), Number(register, 2)
+
+
+def _places(kept: Sequence[Operation], wanted: set[Register], constants: int) -> tuple[dict[Register, int], int]:
+    """The first row of each register, and how many registers there is room for.
+
+    A register that nothing reads any more gives its place to a later one, so that a tile stays in the nearest cache;
+    an operation never writes where it reads.
+    """
+    last = {register: k for k, operation in enumerate(kept) for register in operation.operands}
+    place = {-1 - k: 3 * k for k in range(constants)}
+    free: list[int] = []
+    count = constants
+    for k, operation in enumerate(kept):
+        for register in operation.results:
+            if free:
+                place[register] = free.pop()
+            else:
+                place[register] = 3 * count
+                count += 1
+        done = {register for register in operation.operands if last[register] == k}
+        # Half of a turn may be wanted by nobody.
+        done |= {register for register in operation.results if register not in last}
+        free += [place[register] for register in sorted(done) if register >= 0 and register not in wanted]
+    return place, count
+
+
+def _encoded(operation: Operation, place: dict[Register, int], sine_of: dict[int, int], inputs: int) -> tuple[int, ...]:
+    """Code, three results, four operands and a number, as `nao_kin._kernels.operations` has them."""
+    results = [place[register] for register in operation.results]
+    operands = [place[register] for register in operation.operands]
+    if operation.code == HINGE:
+        operands += [0, operation.axis]
+    number = 0
+    if operation.angle >= 0:
+        number = sine_of[operation.angle]
+    elif operation.number >= 0:
+        number = inputs + operation.number
+    return operation.code, *[*results, 0, 0][:3], *[*operands, 0, 0, 0, 0][:4], number

@@ -1,0 +1,167 @@
+"""The joints of a robot as numbers: what the programs are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats
+
+ROOT = -1
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """One joint.
+
+    Attributes:
+        kind: "revolute", "prismatic" or "free", for a floating base.
+        parent: the joint that carries it, by its place; −1 for the root.
+        R: orientation of its frame, with the joint at zero, in the frame of the parent.
+        t: position of its frame there [m].
+        axis: unit vector of the axis.
+        coordinate: its place in q, the first of seven for a floating base.
+        velocity: its place in the velocity, the first of six for a floating base.
+        ratio: value = ratio · q[coordinate] + offset; 1 but for a joint that follows another one.
+        offset: see `ratio`.
+        mass: mass of what moves with it and with no later joint [kg].
+        moment: mass · position of the centre of that mass in the joint's frame [kg m].
+
+    Examples:
+        >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> turn.kind, turn.parent
+        ('revolute', -1)
+    """
+
+    kind: str
+    parent: int
+    R: Floats = field(repr=False)
+    t: Floats = field(repr=False)
+    axis: tuple[float, float, float]
+    coordinate: int
+    velocity: int
+    ratio: float = 1.0
+    offset: float = 0.0
+    mass: float = 0.0
+    moment: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @cached_property
+    def principal(self) -> tuple[int, float]:
+        """The coordinate axis that is turned or moved along, and the sign of the joint's axis along it."""
+        k = int(np.argmax(np.abs(self.axis)))
+        return k, (1.0 if self.axis[k] > 0.0 else -1.0)
+
+    @cached_property
+    def alignment(self) -> Floats:
+        """The shortest rotation of the coordinate axis onto the joint's axis, or its opposite: R e = ±axis."""
+        k, sign = self.principal
+        e, axis = np.eye(3)[k], sign * np.asarray(self.axis)
+        v = np.cross(e, axis)
+        cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+        return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + e @ axis))
+
+    @cached_property
+    def is_straight(self) -> bool:
+        """Whether its frame, with the joint at zero, has the axes of the parent's."""
+        return bool((np.eye(3) == self.R).all())
+
+    @property
+    def aligned(self) -> bool:
+        """Whether the joint's axis is a coordinate axis."""
+        return not any(self.axis[k] for k in range(3) if k != self.principal[0])
+
+
+@dataclass(frozen=True)
+class JointTree:
+    """All joints of a robot, every parent before its children.
+
+    Attributes:
+        nq: numbers in a configuration.
+        nv: numbers in a velocity.
+        joints: the joints.
+        mass: mass of what no joint moves [kg].
+        moment: mass · position of the centre of that mass [kg m].
+
+    Examples:
+        >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+        >>> tree = nk._kernels.JointTree(1, 1, (turn,))
+        >>> len(tree.joints)
+        1
+    """
+
+    nq: int
+    nv: int
+    joints: tuple[TreeJoint, ...] = field(repr=False)
+    mass: float = 0.0
+    moment: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @cached_property
+    def total_mass(self) -> float:
+        """Mass of the whole robot [kg]."""
+        return self.mass + sum(joint.mass for joint in self.joints)
+
+    @cached_property
+    def children(self) -> dict[int, list[int]]:
+        """The joints that each joint carries, and the root."""
+        children: dict[int, list[int]] = {k: [] for k in range(ROOT, len(self.joints))}
+        for k, joint in enumerate(self.joints):
+            children[joint.parent].append(k)
+        return children
+
+    @cached_property
+    def carried_masses(self) -> tuple[float, ...]:
+        """Mass that each joint moves [kg]."""
+        masses = [joint.mass for joint in self.joints]
+        for k in range(len(masses) - 1, -1, -1):
+            if self.joints[k].parent != ROOT:
+                masses[self.joints[k].parent] += masses[k]
+        return tuple(masses)
+
+    def chain(self, joint: int) -> list[int]:
+        """The joints from the root to this one.
+
+        Examples:
+            >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+            >>> tree = nk._kernels.JointTree(1, 1, (turn,))
+            >>> tree.chain(0)
+            [0]
+        """
+        chain = []
+        while joint != ROOT:
+            chain.append(joint)
+            joint = self.joints[joint].parent
+        return chain[::-1]
+
+    def common_joint(self, joints: Sequence[int]) -> int:
+        """The last joint that carries all of these, or is one of them; −1 for the root.
+
+        Examples:
+            >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
+            >>> tree = nk._kernels.JointTree(1, 1, (turn,))
+            >>> tree.common_joint([0, 0])
+            0
+        """
+        common = ROOT
+        for places in zip(*(self.chain(joint) for joint in joints), strict=False):
+            if len(set(places)) > 1:
+                break
+            common = places[0]
+        return common
+
+
+@dataclass(frozen=True)
+class TreeFrame:
+    """A frame held to a joint: the joint, and its pose there.
+
+    Examples:
+        >>> tip = nk._kernels.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
+        >>> tip.joint
+        0
+    """
+
+    joint: int
+    R: Floats = field(repr=False)
+    t: Floats = field(repr=False)

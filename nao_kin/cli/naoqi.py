@@ -1,0 +1,352 @@
+"""`nao-kin serve`, `run` and `live`: a virtual NAO, scripts for NAOqi that use it, the joints of a robot."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from json import dumps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nao_kin._core import files as atomic
+from nao_kin._core.arrays import whole_number
+from nao_kin._core.process import uninterrupted
+from nao_kin._core.text import abbreviated
+from nao_kin.cli.options import JsonOption, OffsetsOption, VersionOption, command, load, print_json, print_note
+from nao_kin.cli.view import (
+    AllowHostOption,
+    HostOption,
+    LivePage,
+    PageHostOption,
+    PagePortOption,
+    PortOption,
+    TokenOption,
+)
+from nao_kin.errors import BadArgument
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi import Change, JointReading, VirtualNao
+    from nao_kin.viewer import Viewer
+
+
+_FRAMES_PER_SECOND = 25.0
+
+BehaviorsOption = Annotated[
+    str | None,
+    typer.Option(metavar="FOLDER", help="Choregraphe's behaviours (.xar) for ALBehaviorManager to play."),
+]
+
+
+@command("serve", "Example: nao-kin serve --speed 10 --log")
+def serve(
+    port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 for a free one.")] = 9559,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Address to listen on; qi has no passwords, so keep others out.")
+    ] = "127.0.0.1",
+    version: VersionOption = "v6",
+    offsets: OffsetsOption = None,
+    speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
+    posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
+    view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
+    page_host: PageHostOption = None,
+    page_port: PagePortOption = None,
+    allow_host: AllowHostOption = None,
+    token: TokenOption = None,
+    awake: Annotated[bool, typer.Option("--awake", help="Begin with stiffness, as after wakeUp.")] = False,
+    behaviors: BehaviorsOption = None,
+    log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
+    json: JsonOption = False,
+) -> None:
+    """A virtual NAO for NAOqi's scripts, until Ctrl-C.
+
+    Scripts connect to it as to a robot: qi's session to tcp://127.0.0.1:9559. It begins without stiffness, as a robot
+    that was switched on, and moves as kinematics has it: within limits and speeds, without weight. A command to joints
+    without stiffness is reported on standard error.
+    """
+    if not host.strip():
+        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
+    page = LivePage(page_host, page_port, allow_host, token, prefix="--page-")
+    if not view:
+        page.refuse("add --view")
+    with served(
+        version,
+        offsets=offsets,
+        host=host,
+        port=port,
+        speed=speed,
+        posture=posture,
+        awake=awake,
+        behaviors=behaviors,
+        page=page if view else None,
+        kinds=("log",) if log else ("limp", "kernels"),
+    ) as done:
+        if json:
+            print(dumps(done))  # one line: whoever reads it waits for its end
+        else:
+            for where in done.values():
+                print(f"{where}  (Ctrl-C ends)")
+        sys.stdout.flush()
+        threading.Event().wait()
+
+
+@contextmanager
+def served(
+    version: str,
+    *,
+    offsets: str | None,
+    host: str,
+    port: int,
+    speed: float,
+    posture: str,
+    awake: bool,
+    behaviors: str | None,
+    page: LivePage | None,
+    kinds: tuple[str, ...],
+) -> Iterator[dict[str, str]]:
+    """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
+
+    Args:
+        version: of the NAO.
+        offsets: file of its calibrated joints and frames; None for none.
+        host: address to listen on.
+        port: port to listen on; 0 for a free one.
+        speed: seconds of its time in one second.
+        posture: to begin in.
+        awake: begin with stiffness, as after wakeUp.
+        behaviors: folder of the behaviours that ALBehaviorManager plays; None for none.
+        page: that shows it; None for none.
+        kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "limp" for
+            commands to joints without stiffness, "kernels" for what it says about its compiled kernels.
+
+    Yields:
+        "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
+
+    Raises:
+        NaoKinError: qi is not installed, the port is in use, no such version, posture or speed, or bad offsets.
+    """
+    from nao_kin.naoqi import QiServer, VirtualNao
+    from nao_kin.robot import load_nao
+
+    robot = load_nao(version, offsets=offsets)
+    with ExitStack() as running:
+
+        def watcher(change: Change) -> None:
+            if change.kind in kinds:
+                print_note(f"{change.time:.2f} s: {change.value}")
+
+        nao = running.enter_context(
+            VirtualNao(robot, speed=speed, posture=posture, behaviors=behaviors, on_change=watcher)
+        )
+        if awake:
+            nao.call("ALMotion", "wakeUp")
+        server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
+        done = {"endpoint": server.endpoint}
+        if page is not None:
+            viewer = running.enter_context(closing(page.viewer(load_nao(version, base="floating", offsets=offsets))))
+            done["url"] = page.address(viewer)
+            ended = threading.Event()
+            follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)
+            follower.start()
+            running.callback(follower.join)
+            running.callback(ended.set)
+        yield done
+
+
+def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
+    """Show the robot where it is in the world, its lights and what it says, until the end.
+
+    Args:
+        nao: the virtual NAO.
+        viewer: of the same robot with a floating base.
+        ended: set at the end.
+    """
+    import numpy as np
+
+    from nao_kin.naoqi import light_colours, spoken_words
+    from nao_kin.rotations import quat_from_matrix
+
+    shown = lit = said = None
+    while not ended.wait(1.0 / _FRAMES_PER_SECOND):
+        state = nao.state()
+        r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
+        q = np.concatenate([state.T_world_torso[:3, 3], vector, [r0], state.q])
+        if shown is None or not np.array_equal(q, shown):
+            viewer.display(q)
+            shown = q
+        if state.leds != lit:
+            viewer.show_lights(light_colours(state.leds))
+            lit = state.leds
+        if state.saying != said:
+            viewer.say(spoken_words(state.saying))
+            said = state.saying
+
+
+# --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a server that runs already.
+
+_HOST, _PORT = "127.0.0.1", 9559
+
+
+@command("run", "Example: nao-kin run wave.py --view; nao-kin run wave.py --port 9559 -- --ip nao.local")
+def run(
+    script: Annotated[str, typer.Argument(metavar="SCRIPT", help="A Python script that drives a NAO.")],
+    arguments: Annotated[
+        list[str] | None, typer.Argument(metavar="[-- ARGUMENTS]", help="The script's own, behind --.")
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(metavar="N", help="Port of a server that runs already, such as nao-kin serve's.")
+    ] = None,
+    host: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help=f"Address of that server. Default: {_HOST}.")
+    ] = None,
+    version: VersionOption = "v6",
+    offsets: OffsetsOption = None,
+    speed: Annotated[
+        float | None, typer.Option(metavar="X", help="Seconds of the virtual NAO's time in one second. Default: 1.")
+    ] = None,
+    posture: Annotated[str | None, typer.Option(metavar="NAME", help="Posture to begin in. Default: Crouch.")] = None,
+    asleep: Annotated[
+        bool, typer.Option("--asleep", help="Begin without stiffness, until the script asks for it.")
+    ] = False,
+    behaviors: BehaviorsOption = None,
+    view: Annotated[bool, typer.Option("--view", help="Show the virtual NAO in a live page.")] = False,
+    page_host: PageHostOption = None,
+    page_port: PagePortOption = None,
+    allow_host: AllowHostOption = None,
+    token: TokenOption = None,
+    log: Annotated[bool, typer.Option("--log", help="Print what the virtual NAO says and remarks.")] = False,
+) -> None:
+    """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
+
+    Without --port, a virtual NAO is made for it and ends with it; it begins awake, with stiffness. Wherever the script
+    wants to connect to, it is led there. Python 2 runs translated. The exit code is the script's.
+    """
+    from nao_kin.naoqi import run_script
+
+    given = arguments or []
+    page = LivePage(page_host, page_port, allow_host, token, prefix="--page-")
+    if not view:
+        page.refuse("add --view")
+    if port is None and host is None:
+        with served(
+            version,
+            offsets=offsets,
+            host=_HOST,
+            port=0,
+            speed=1.0 if speed is None else speed,
+            posture="Crouch" if posture is None else posture,
+            awake=not asleep,
+            behaviors=behaviors,
+            page=page if view else None,
+            kinds=("log",) if log else ("limp",),
+        ) as where_it_is:
+            if "url" in where_it_is:
+                print_note(f"the virtual NAO is at {where_it_is['url']}")
+            code = run_script(script, given, endpoint=where_it_is["endpoint"])
+    else:
+        for option, used in (
+            ("--offsets", offsets is not None),
+            ("--speed", speed is not None),
+            ("--posture", posture is not None),
+            ("--asleep", asleep),
+            ("--behaviors", behaviors is not None),
+            ("--view", view),
+            ("--log", log),
+        ):
+            if used:
+                raise BadArgument(f"{option} is for a virtual NAO of the script's own; leave out --port and --host")
+        where = _HOST if host is None else host.strip()
+        if not where:
+            raise BadArgument("--host is empty; expected an address, such as 127.0.0.1")
+        number = whole_number(_PORT if port is None else port, "port", 1, 65535)
+        code = run_script(script, given, endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{number}")
+    raise typer.Exit(code)
+
+
+# --- `nao-kin live`: the joints of a robot that runs, in a page and as a recording.
+
+_RATE = 25.0
+
+
+@command("live", "Example: nao-kin live tcp://nao.local:9559 --record wave.json")
+def live(
+    address: Annotated[
+        str | None, typer.Argument(metavar="[tcp://HOST:PORT]", help="A robot, or a virtual NAO, over NAOqi.")
+    ] = None,
+    lola: Annotated[
+        str | None, typer.Option(metavar="SOCKET", help="A NAO6's RoboCup interface, a Unix socket, instead.")
+    ] = None,
+    rate: Annotated[float, typer.Option(metavar="N", help="At most so many readings a second.")] = _RATE,
+    record: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write what was read as a motion, in the end.")
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(metavar="S", help="End after so many seconds of readings.")] = None,
+    view: Annotated[bool, typer.Option("--view/--no-view", help="Show the robot in a live page.")] = True,
+    host: HostOption = None,
+    port: PortOption = None,
+    allow_host: AllowHostOption = None,
+    token: TokenOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the recording if it exists.")] = False,
+    version: VersionOption = "v6",
+    offsets: OffsetsOption = None,
+    json: JsonOption = False,
+) -> None:
+    """A robot's joints as they are now, in a live page; and recorded, until Ctrl-C or for some seconds.
+
+    It only reads: no command is ever sent. A connection that is lost is made anew.
+    """
+    if (address is None) == (lola is None):
+        raise BadArgument("give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET")
+    if seconds is not None and not seconds > 0.0:
+        raise BadArgument(f"--seconds must be a positive number, got {seconds:g}")
+    page = LivePage(host, port, allow_host, token)
+    if not view:
+        page.refuse("leave out --no-view")
+    if record is not None:
+        from nao_kin.motion import FORMATS
+
+        suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
+        if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
+            raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
+        atomic.check_writable(record)
+        existing = atomic.replaced_file(record)
+        if existing is not None and existing.exists() and not force:
+            raise BadArgument(f"{record} exists; --force overwrites it")
+    robot = load(version, None, None, offsets=offsets)
+    from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
+
+    source = LolaSource(lola) if lola is not None else NaoqiSource(str(address))
+    found: list[JointReading] = []
+    with ExitStack() as running:
+        viewer = None
+        if view:
+            viewer = running.enter_context(closing(page.viewer(robot)))
+            print_note(f"{page.address(viewer)}  (Ctrl-C ends)")
+        # A signal ends the reading, and what was read is still written.
+        ended = running.enter_context(uninterrupted())
+        for reading in readings(source, robot, rate=rate, wanted=lambda: not ended(), on_state=print_note):
+            if viewer is not None:
+                viewer.display(reading.q, up=reading.up)
+            if record is not None or not found:
+                found.append(reading)
+            else:
+                found[0] = reading
+            if seconds is not None and reading.time >= seconds:
+                break
+        if record is not None and found:
+            from nao_kin.motion import write_motion
+
+            write_motion(recorded(found, robot), record, overwrite=force)
+        _report(robot.joint_names, found, record, json)
+
+
+def _report(names: tuple[str, ...], found: list[JointReading], record: str | None, json: bool) -> None:
+    if json:
+        last = None if not found else dict(zip(names, found[-1].q.tolist(), strict=True))
+        print_json({"readings": len(found) if record is not None else None, "last": last, "record": record})
+    elif record is not None:
+        print(record if found else "no readings")
+    sys.stdout.flush()  # a signal that waits leaves without it

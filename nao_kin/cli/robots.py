@@ -1,0 +1,221 @@
+"""`nao-kin info`, `joints` and `check`: a robot, its joints, and whether independent implementations agree."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nao_kin._core.arrays import finite_or_none
+from nao_kin.cli.options import (
+    DegOption,
+    JsonOption,
+    OffsetsOption,
+    PackageDirOption,
+    RobotOption,
+    UrdfOption,
+    VersionOption,
+    XacroOption,
+    command,
+    load,
+    print_json,
+    print_table,
+    without_sign_of_zero,
+)
+
+if TYPE_CHECKING:
+    from nao_kin.crosscheck import Report
+    from nao_kin.joints import JointRow, JointTable
+    from nao_kin.robot import RobotModel
+
+
+@command("info", "Example: nao-kin info --version v5 --json")
+def info(
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
+    xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    facts: dict[str, object] = {
+        "name": model.name,
+        "degrees_of_freedom": model.nv,
+        "joints": len(model.joint_names),
+        "following_joints": len(model.mimics),
+        "links": len(model.link_names),
+        "frames": len(model.frame_names),
+        "mass_kg": round(model.mass, 9),
+        "urdf": str(model.urdf_path),
+        "load_notes": list(model.load_notes),
+    }
+    if model.semantics.version:
+        facts["version"] = model.semantics.version
+    if model.chains:
+        facts["chains"] = {chain: list(names) for chain, names in model.chains.items()}
+    if model.posture_names:
+        facts["postures"] = list(model.posture_names)
+    if json:
+        print_json(facts)
+        return
+    print_table(
+        ("fact", "value"), [(key.replace("_", " "), _text(value)) for key, value in facts.items() if value != []]
+    )
+
+
+def _text(value: object) -> str:
+    if isinstance(value, dict):
+        return "\n".join(f"{key}: {', '.join(names)}" for key, names in value.items())
+    if isinstance(value, list):
+        return "\n".join(value) if any(" " in str(item) for item in value) else ", ".join(value)
+    return f"{value:.5f}" if isinstance(value, float) else str(value)
+
+
+# --- `nao-kin joints`: the joints, their axes as lines of space, their limits, and the lower pairs they make.
+
+
+@command("joints", "Example: nao-kin joints --typed --deg")
+def joints(
+    typed: Annotated[bool, typer.Option("--typed", help="Merge revolutes that share a centre into one joint.")] = False,
+    rule: Annotated[
+        str | None,
+        typer.Option(metavar="RULE", help="Merge by coincident joint centres (the default) or concurrent axes."),
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(metavar="M", help="Merge axes that miss their common point by no more [m].")
+    ] = None,
+    deg: DegOption = False,
+    json: JsonOption = False,
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
+    xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
+) -> None:
+    """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
+
+    Lines are seen from the root with all joints at zero: direction and moment of the axis. --json adds speed, torque
+    and the joints that follow.
+    """
+    from nao_kin.joints import joint_table
+
+    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    chosen = {name: value for name, value in (("rule", rule), ("tolerance", tolerance)) if value is not None}
+    table = joint_table(model, typed=typed or bool(chosen), **chosen)  # type: ignore[arg-type]
+    if json:
+        print_json(_document(model, table, deg))
+        return
+    for chain in dict.fromkeys(row.chain for row in table.rows):
+        rows = [_cells(model, row, deg) for row in table.rows if row.chain == chain]
+        print(f"\n{chain or table.robot}")
+        print_table(("joint", "lower pair", "body", "like a", "axis", "centre [m]", "range", "moment [m]"), rows)
+    print(table.summary)
+
+
+def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]:
+    document = table.as_dict()
+    for row in document["rows"]:
+        scales = [_scale(unit, deg) for unit in row["units"]]
+        for bound in ("lower", "upper"):
+            row[bound] = [None if v is None else v * s for v, s in zip(row[bound], scales, strict=True)]
+        # A part that follows another joint has that one's motor.
+        drivers = [model.mimics[part].joint if part in model.mimics else part for part in row["parts"]]
+        columns = [model.joint_names.index(name) for name in drivers]
+        row["velocity"] = [
+            finite_or_none(float(model.velocity_limits[i]) * s) for i, s in zip(columns, scales, strict=True)
+        ]
+        row["effort"] = [finite_or_none(float(model.effort_limits[i])) for i in columns]
+        row["followed_by"] = [name for name, mimic in model.mimics.items() if mimic.joint in row["parts"]]
+        row["units"] = ["deg" if scale != 1.0 else unit for unit, scale in zip(row["units"], scales, strict=True)]
+    return document
+
+
+def _cells(model: RobotModel, row: JointRow, deg: bool) -> list[str]:
+    names = [f"{part} (with {model.mimics[part].joint})" if part in model.mimics else part for part in row.parts]
+    ranges = []
+    for lower, upper, unit in zip(row.lower, row.upper, row.units, strict=True):
+        scale = _scale(unit, deg)
+        symbol = "°" if scale != 1.0 else "" if unit == "1" else f" {unit}"
+        ranges.append(f"{_number(lower * scale)} … {_number(upper * scale)}{symbol}")
+    return [
+        "\n".join(names),
+        row.pair,
+        row.body,
+        row.anatomical,
+        "\n".join(_vector(axis, 4) for axis in row.axes),
+        _vector(row.centre, 4),
+        "\n".join(ranges),
+        "\n".join(_vector(screw[3:], 4) for screw in row.screws),
+    ]
+
+
+def _scale(unit: str, deg: bool) -> float:
+    return math.degrees(1.0) if deg and unit == "rad" else 1.0
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"
+
+
+def _vector(values: tuple[float, ...], digits: int) -> str:
+    return " ".join(f"{without_sign_of_zero(value, digits):.{digits}g}" for value in values)
+
+
+# --- `nao-kin check`: do independent implementations agree.
+
+
+@command("check", "Example: nao-kin check --version v5 --samples 100 --json")
+def check(
+    version: VersionOption = "v6",
+    urdf: UrdfOption = None,
+    robot: RobotOption = None,
+    package_dir: PackageDirOption = None,
+    xacro: XacroOption = False,
+    offsets: OffsetsOption = None,
+    samples: Annotated[
+        int, typer.Option("--samples", metavar="N", help="Number of configurations, 1 to 100000.")
+    ] = 500,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random ones.")] = 0,
+    json: JsonOption = False,
+) -> None:
+    """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
+    report = _run(load(version, urdf, robot, package_dir, xacro, offsets), samples, seed)
+    if json:
+        print_json(report.as_dict())
+    else:
+        _print(report)
+    if not report.ok:
+        raise typer.Exit(1)
+
+
+def _run(model: RobotModel, samples: int, seed: int) -> Report:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from nao_kin import crosscheck
+
+    errors = Console(file=sys.stderr)
+    with Progress(console=errors, disable=not errors.is_terminal, transient=True) as bar:
+        task = bar.add_task("cross-check", total=None)
+        return crosscheck.run(
+            model, samples, seed, progress=lambda done, total: bar.update(task, completed=done, total=total)
+        )
+
+
+def _print(report: Report) -> None:
+    print_table(report.columns, [row.cells for row in report.rows], numbers=("pairs", "worst", "tolerance"))
+    for row in report.rows:
+        if row.note:
+            print(f"{row.convention} against {row.against}: {row.note}")
+    for row in report.failures:
+        where = ", ".join(row.failing[:8]) + (f" and {len(row.failing) - 8} more" if len(row.failing) > 8 else "")
+        print(f"FAILS: {row.convention} against {row.against}: {where or 'nothing to compare'}")
+    counts = ", ".join(f"{count} {kind}" for kind, count in report.strata.items())
+    print(f"{report.robot}, seed {report.seed}, configurations: {counts}")
+    print("All conventions agree." if report.ok else f"{len(report.failures)} of {len(report.rows)} rows disagree.")

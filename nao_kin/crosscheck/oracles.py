@@ -1,0 +1,363 @@
+"""The second readers of a robot's file: yourdfpy for a URDF, MuJoCo for an MJCF."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import abbreviated
+from nao_kin._core.warn import mujoco_warnings, need_extra
+from nao_kin.errors import BadArgument, BadModel
+from nao_kin.robot import RobotModel
+from nao_kin.robot.urdf import Origin, file_format
+from nao_kin.rotations import matrix_from_euler, quat_from_matrix
+
+# --- Poses, limits and couplings by yourdfpy, which reads the robot's URDF with other code.
+
+# trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
+_STALE = np.full((4, 4), np.nan)
+
+# Types of joints without a value of their own.
+_STILL = ("fixed", "floating")
+
+
+@dataclass(frozen=True)
+class ParsedJoint:
+    """A moving joint as another parser reads it, nothing mended.
+
+    Attributes:
+        continuous: whether it turns without limits.
+        lower, upper, velocity, effort: the numbers of its <limit>; None where the file gives none.
+        follows: (driving joint, multiplier, offset) of its <mimic>; None for a joint of its own.
+    """
+
+    continuous: bool
+    lower: float | None
+    upper: float | None
+    velocity: float | None
+    effort: float | None
+    follows: tuple[str, float, float] | None = None
+
+
+class YourdfpyOracle:
+    """A robot as yourdfpy reads it.
+
+    Attributes:
+        name: what the report calls it.
+        kinds: the limits that it gives.
+        frames: the frames of the robot that yourdfpy can place, by the names the robot has for them.
+        left_out: those it places otherwise: it lets a joint that mimics a joint that mimics a third one follow nothing,
+            and does not bring the axis of a prismatic joint to unit length.
+        joints: its moving joints.
+    """
+
+    name = "yourdfpy"
+    kinds = ("lower", "upper", "velocity", "effort")
+
+    def __init__(self, robot: RobotModel) -> None:
+        import yourdfpy
+
+        self._robot = robot
+        with _without_warnings():
+            expanded = robot.tree.expanded
+            source = io.BytesIO(expanded.encode()) if expanded else str(robot.urdf_path)
+            if robot.tree.offsets:
+                source = _with_offsets(source, robot.tree.offsets)
+            self._oracle = yourdfpy.URDF.load(source, load_meshes=False, load_collision_meshes=False)
+        joints = {joint.name: joint for joint in self._oracle.robot.joints}
+        # By joints, not by links: a link that shares its name with a joint is called something else in the model.
+        tree = robot.tree
+        # A floating joint above the root is none of the robot's.
+        self._base = tree.root if tree.root in self._oracle.link_map else self._oracle.base_link
+        link_of = {tree.root: self._base}
+        link_of |= {joint.child: joints[joint.name].child for joint in tree.joints}
+        link_of |= {joint.name: joints[joint.name].child for joint in tree.joints if joint.kind != "fixed"}
+        # A name that the file gives to a link and to a joint means the link.
+        link_of |= {name: name for name in tree.shared_names}
+        self.joints: Mapping[str, ParsedJoint] = {
+            name: _parsed_by_yourdfpy(joint) for name, joint in joints.items() if joint.type not in _STILL
+        }
+        self._actuated = list(self._oracle.actuated_joint_names)
+        self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type not in _STILL]
+        self._walk, unplaced = self._order()
+        known = {name: link for name, link in link_of.items() if name in robot.frame_names}
+        self.frames = tuple(name for name, link in known.items() if link not in unplaced)
+        self.left_out = tuple(name for name, link in known.items() if link in unplaced)
+        self._place = {self._base: 0} | {child: i for i, (_, child) in enumerate(self._walk, 1)}
+        self._selection = [self._place[known[name]] for name in self.frames]
+
+    def poses(self, q: Floats) -> Floats:
+        """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        values = self._values(q)
+        T = np.empty((len(q), len(self._place), 4, 4))
+        T[:, 0] = np.eye(4)
+        edges = self._oracle.scene.graph.transforms.edge_data
+        for row, joint_values in enumerate(values):
+            for edge in self._moving:
+                edges[edge]["matrix"] = _STALE
+            with _without_warnings():
+                self._oracle.update_cfg(joint_values)
+            for edge in self._walk:
+                T[row, self._place[edge[1]]] = edges[edge]["matrix"]
+        for parent, child in self._walk:
+            T[:, self._place[child]] = T[:, self._place[parent]] @ T[:, self._place[child]]
+        return T[:, self._selection]
+
+    def _values(self, q: Floats) -> Floats:
+        """Values of the joints yourdfpy moves; where it moves one that follows in the model, the model's value."""
+        columns = {name: index for index, name in enumerate(self._robot.joint_names)}
+        values = np.zeros((len(q), len(self._actuated)))
+        for index, name in enumerate(self._actuated):
+            mimic = self._robot.mimics.get(name)
+            if name not in self.joints:
+                continue  # a floating joint, which yourdfpy takes for one that moves
+            if mimic is None:
+                values[:, index] = q[:, columns[name]]
+            else:
+                values[:, index] = mimic.value(q[:, columns[mimic.joint]])
+        return values
+
+    def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
+        """The joints as (parent link, child link), parents first, and the links behind a joint it reads otherwise."""
+        children: dict[str, list[str]] = {}
+        unplaced = set()
+        for joint in self._oracle.robot.joints:
+            children.setdefault(joint.parent, []).append(joint.child)
+            slides = joint.type == "prismatic" and abs(np.linalg.norm(joint.axis) - 1.0) > 1e-12
+            if slides or (joint.mimic is not None and joint.mimic.joint not in self._actuated):
+                unplaced.add(joint.child)
+        walk: list[tuple[str, str]] = []
+        waiting = [self._base]
+        while waiting:
+            parent = waiting.pop()
+            for child in children.get(parent, []):
+                walk.append((parent, child))
+                waiting.append(child)
+                if parent in unplaced:
+                    unplaced.add(child)
+        return walk, unplaced
+
+
+def _parsed_by_yourdfpy(joint: Any) -> ParsedJoint:
+    limit, mimic = joint.limit, joint.mimic
+    return ParsedJoint(
+        continuous=joint.type == "continuous",
+        lower=limit and limit.lower,
+        upper=limit and limit.upper,
+        velocity=limit and limit.velocity,
+        effort=limit and limit.effort,
+        follows=mimic and (mimic.joint, mimic.multiplier, mimic.offset),
+    )
+
+
+@contextlib.contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Keep yourdfpy from warning, at every configuration, of the couplings that are counted in `left_out`."""
+    logger = logging.getLogger("yourdfpy.urdf")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io.BytesIO:
+    """The URDF with the origins of its calibrated joints in place of its own."""
+    document = ET.parse(source).getroot()
+    for joint in document.findall("joint"):
+        place = offsets.get(joint.get("name", ""))
+        if place is not None:
+            for origin in joint.findall("origin"):
+                joint.remove(origin)
+            xyz, rpy = (" ".join(map(repr, values)) for values in (place.xyz, place.rpy))
+            ET.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
+    return io.BytesIO(ET.tostring(document))
+
+
+# --- Poses, limits and couplings by MuJoCo, which reads the robot's MJCF once more; and which oracle a robot has.
+
+_BALL, _FREE = 1, 0  # as `mujoco.mjtJoint` numbers them
+_JOINT_EQUALITY = 2  # as `mujoco.mjtEq` does
+
+
+class MujocoOracle:
+    """A robot as MuJoCo itself reads its MJCF, by the names of bodies, sites and joints.
+
+    Attributes:
+        name: what the report calls it.
+        kinds: the limits that it gives.
+        frames: the frames of the robot that it can place, by the names the robot has for them.
+        left_out: those it places otherwise: none.
+        joints: its hinges and slides.
+    """
+
+    name = "MuJoCo"
+    kinds = ("lower", "upper")
+    left_out: tuple[str, ...] = ()
+
+    def __init__(self, robot: RobotModel) -> None:
+        need_extra("the cross-check of an MJCF", "mujoco")
+        if robot.tree.offsets:
+            raise BadArgument("MuJoCo reads the file without the offsets; cross-check the robot without them")
+        import mujoco
+
+        self._mujoco, self._robot = mujoco, robot
+        try:
+            name = f"{robot.urdf_path}.xml"  # the one ending under which every version reads MJCF
+            with mujoco_warnings(mujoco):
+                spec = mujoco.MjSpec.from_file(name, include={name: robot.urdf_path.read_bytes()})
+                self._model: Any = spec.compile()
+        except (ValueError, mujoco.FatalError) as error:
+            raise BadModel(f"{robot.urdf_path}: MuJoCo alone refuses it: {abbreviated(error)}") from None
+        self._data: Any = mujoco.MjData(self._model)
+        bodies = range(int(self._model.nbody))
+        self._bodies = {str(self._model.body(body).name) or f"body_{body}": body for body in bodies}
+        self.joints: Mapping[str, ParsedJoint] = self._parsed_joints()
+        self._places = self._placed()
+        self.frames = tuple(self._places)
+
+    def poses(self, q: Floats) -> Floats:
+        """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        T = np.empty((len(q), 1 + len(self.frames), 4, 4))
+        T[...] = np.eye(4)
+        root = "body", self._body(self._robot.tree.root)
+        for row, configuration in zip(T, q, strict=True):
+            self._data.qpos[:] = self._qpos(configuration)
+            self._mujoco.mj_kinematics(self._model, self._data)
+            for pose, (kind, index) in zip(row, (root, *self._places.values()), strict=True):
+                where = getattr(self._data, kind)(index)
+                pose[:3, :3], pose[:3, 3] = where.xmat.reshape(3, 3), where.xpos
+        return np.asarray(np.linalg.solve(T[:, :1], T[:, 1:]), dtype=np.float64)
+
+    def _qpos(self, q: Floats) -> Floats:
+        """MuJoCo's configuration: what the robot does not move stays at its reference."""
+        values = dict(zip(self._robot.joint_names, q.tolist(), strict=True))
+        values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in self._robot.mimics.items()}
+        qpos = np.array(self._model.qpos0)
+        self._hold(qpos, {joint for joint in range(int(self._model.njnt)) if self._model.joint(joint).name in values})
+        for joint in range(int(self._model.njnt)):
+            name, first = self._model.joint(joint).name, int(self._model.jnt_qposadr[joint])
+            if int(self._model.jnt_type[joint]) != _BALL:
+                qpos[first] = values.get(name, qpos[first])
+            elif self._is_known(joint):
+                R = matrix_from_euler([values.get(part, 0.0) for part in _parts(name)], "xyz", axes="moving")
+                qpos[first : first + 4] = quat_from_matrix(R)
+        return qpos
+
+    def _hold(self, qpos: Floats, moving: set[int]) -> None:
+        """Set the joints that equalities hold at a value, and those coupled to them; `moving` ones have theirs."""
+        model, start, held = self._model, np.array(qpos), set[int]()
+        rows = [row for row in self._equalities() if not model.eq_data[row, 2:5].any()]
+        for _ in rows:
+            for row in rows:
+                follower, driver = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
+                constant, slope = (float(value) for value in model.eq_data[row, :2])
+                y, x = (int(model.jnt_qposadr[joint]) for joint in (follower, driver))
+                alone = driver < 0 or not slope
+                if follower not in held | moving and (alone or driver in held):
+                    qpos[y] = start[y] + constant + (0.0 if alone else slope * (qpos[x] - start[x]))
+                    held.add(follower)
+                elif not alone and follower in held and driver not in held | moving:
+                    qpos[x] = start[x] + (qpos[y] - start[y] - constant) / slope
+                    held.add(driver)
+
+    def _placed(self) -> dict[str, tuple[str, int]]:
+        """Frame → whether it is a body or a site, and which; without those behind joints that have no name."""
+        model, found = self._model, dict[str, tuple[str, int]]()
+        nameless = {int(model.jnt_bodyid[j]) for j in range(int(model.njnt)) if not self._is_known(j)}
+        known = [0]
+        for body in range(1, int(model.nbody)):
+            if body not in nameless and int(model.body_parentid[body]) in known:
+                known.append(body)
+        for link in self._robot.link_names:
+            body = self._body(link)
+            if body in known and (body or link == self._robot.tree.root):
+                found[link] = "body", body
+        for site in range(int(model.nsite)):
+            name = model.site(site).name
+            link = f"{name}_site" if f"{name}_site" in self._robot.link_names else name
+            if link in self._robot.link_names and link not in found and int(model.site_bodyid[site]) in known:
+                found[link] = "site", site
+        return found
+
+    def _is_known(self, joint: int) -> bool:
+        """Whether the robot has the joint under the name that it has here; of a ball, its three."""
+        name, kind = self._model.joint(joint).name, int(self._model.jnt_type[joint])
+        names = {self._model.joint(other).name for other in range(int(self._model.njnt))}
+        return kind == _FREE or (bool(name) and (kind != _BALL or names.isdisjoint(_parts(name))))
+
+    def _body(self, link: str) -> int:
+        """The body of a link; the world's, 0, where there is none."""
+        given = {new: old for old, new in self._robot.tree.shared_names.items()}
+        return self._bodies.get(given.get(link, link), 0)
+
+    def _equalities(self) -> list[int]:
+        model = self._model
+        rows = range(int(model.neq))
+        return [row for row in rows if int(model.eq_type[row]) == _JOINT_EQUALITY and model.eq_active0[row]]
+
+    def _parsed_joints(self) -> dict[str, ParsedJoint]:
+        model = self._model
+        moving = {joint.name for joint in self._robot.tree.moving_joints}
+        follows = {}
+        for row in self._equalities():
+            follower, driver = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
+            constant, slope, *higher = (float(value) for value in model.eq_data[row, :5])
+            if driver >= 0 and slope and not any(higher):
+                y, x = (float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (follower, driver))
+                offset = y + constant - slope * x
+                follows[model.joint(follower).name] = model.joint(driver).name, slope, offset
+        found = {}
+        for joint in range(int(model.njnt)):
+            name, limited = model.joint(joint).name, bool(model.jnt_limited[joint])
+            lower, upper = (float(value) if limited else math.nan for value in model.jnt_range[joint])
+            if name in moving:
+                found[name] = _parsed_by_mujoco(lower, upper, follows.get(name))
+            elif int(model.jnt_type[joint]) == _BALL and self._is_known(joint):
+                # The box that holds every turn of at most the largest angle.
+                narrow = upper <= math.pi / 2
+                boxes = (upper if narrow else math.nan, min(upper, math.pi / 2), upper if narrow else math.nan)
+                for part, most in zip(_parts(name), boxes, strict=True):
+                    found[part] = _parsed_by_mujoco(-most, most)
+        # What has no name in the file is taken from the robot itself, and so compared with itself.
+        for own in self._robot.tree.moving_joints:
+            if own.name not in found:
+                found[own.name] = _parsed_by_mujoco(own.lower, own.upper)
+        return found
+
+
+def _parts(ball: str) -> tuple[str, str, str]:
+    """The names of the three joints that a ball joint becomes."""
+    return f"{ball}_x", f"{ball}_y", f"{ball}_z"
+
+
+def _parsed_by_mujoco(lower: float, upper: float, follows: tuple[str, float, float] | None = None) -> ParsedJoint:
+    """A joint with the limits given; without any where they are not finite."""
+    if math.isfinite(lower) and math.isfinite(upper):
+        return ParsedJoint(False, lower, upper, None, None, follows)
+    return ParsedJoint(True, None, None, None, None, follows)
+
+
+Oracle = YourdfpyOracle | MujocoOracle
+
+
+def oracle_of(robot: RobotModel) -> Oracle:
+    """What reads the robot's file with other code: yourdfpy a URDF, MuJoCo an MJCF.
+
+    Raises:
+        BadModel: the file can no longer be read.
+        MissingExtra: MuJoCo is not installed.
+    """
+    if not robot.tree.expanded and file_format(robot.urdf_path) == "mjcf":
+        return MujocoOracle(robot)
+    return YourdfpyOracle(robot)

@@ -1,0 +1,371 @@
+"""The rows about rotations: three angles, invariants, quaternions, exponential and logarithm."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats
+from nao_kin.crosscheck.report import (
+    LEFT_OUT,
+    Check,
+    Conversions,
+    angle_difference,
+    difference,
+    direction_difference,
+    largest,
+    outside,
+    rotation_vector_difference,
+)
+from nao_kin.crosscheck.samples import (
+    RotationSample,
+    axis_numbers,
+    each,
+    matrices_from_moving,
+    matrices_from_natural,
+    matrices_from_quaternions,
+    turns_about,
+)
+from nao_kin.rotations import SEQUENCES
+
+_HALF, _ROOT = math.pi / 2.0, math.sqrt(0.5)
+# Distances from lock: what is nearer than the first is locked, what is farther than the second is not. The library's
+# own bound lies between them, and there rounding decides.
+_SURELY_LOCKED, _SURELY_FREE = 2.0 * 2.0**-52, 8.0 * 2.0**-52
+_X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+
+
+def three_angle_checks() -> list[Check]:
+    """The rows of this module."""
+    checks = [
+        Check("matrix_from_rpy", "pin.rpy.rpyToMatrix", _matrix_from_rpy),
+        Check("rpy_from_matrix", "pin.rpy.matrixToRpy", _rpy_from_matrix),
+    ]
+    for axes in ("moving", "fixed"):
+        oracle = "eigenpy" if axes == "moving" else "eigenpy, reversed"
+        for sequence in SEQUENCES:
+            euler = _EulerCheck(sequence, axes)
+            checks += [
+                Check(f"matrix_from_euler {sequence} {axes}", oracle, euler.to_matrix),
+                Check(f"euler_from_matrix {sequence} {axes}", oracle, euler.to_angles),
+            ]
+    for hip in (
+        _HipCheck("left hip", (0.0, _ROOT, -_ROOT), _HALF / 2.0),
+        _HipCheck("right hip", (0.0, _ROOT, _ROOT), -_HALF / 2.0),
+    ):
+        checks += [
+            Check(f"matrix_from_davenport {hip.name}", "pin.AngleAxis", hip.to_matrix),
+            Check(f"davenport_angles {hip.name}", "pin.AngleAxis and eigenpy", hip.to_angles),
+        ]
+    return checks
+
+
+def _matrix_from_rpy(sample: RotationSample, conversions: Conversions) -> Floats:
+    return difference(conversions.matrix_from_rpy(sample.rpy), each(pin.rpy.rpyToMatrix, (3, 3), sample.rpy))
+
+
+def _rpy_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats:
+    ours = np.asarray(conversions.rpy_from_matrix(sample.R))
+    if ours.shape != sample.rpy.shape:
+        return np.full(len(sample.R), np.inf)
+    h = _euler_lock_distance(sample.R, "zyx")
+    return largest(
+        difference(each(pin.rpy.rpyToMatrix, (3, 3), ours), sample.R),
+        _weighted(ours, sample.rpy, np.abs(np.cos(sample.rpy[:, 1]))),
+        _out_of_range(ours, -_HALF, _HALF),
+        np.where(h < _SURELY_LOCKED, np.abs(ours[:, 2]), 0.0),
+    )
+
+
+class _EulerCheck:
+    """One of the 24: eigenpy knows moving axes; turns about fixed axes are the same turns in the opposite order."""
+
+    def __init__(self, sequence: str, axes: str) -> None:
+        self.sequence, self.axes = sequence, axes
+        self.moving = sequence if axes == "moving" else sequence[::-1]
+        self.symmetric = sequence[0] == sequence[2]
+
+    def to_matrix(self, sample: RotationSample, conversions: Conversions) -> Floats:
+        """Both implementations on the oracle's angles."""
+        theirs = sample.moving_angles(self.moving)
+        ours = conversions.matrix_from_euler(self._written(theirs), self.sequence, axes=self.axes)
+        return difference(ours, sample.moving_matrices(self.moving))
+
+    def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
+        """Our first triple gives R by eigenpy's formula and is principal, also at lock; one of the two is eigenpy's."""
+        found = conversions.euler_from_matrix(sample.R, self.sequence, axes=self.axes)
+        angles, other = np.asarray(found.angles), np.asarray(found.other)
+        theirs = sample.moving_angles(self.moving)
+        if angles.shape != theirs.shape or other.shape != theirs.shape:
+            return np.full(len(sample.R), np.inf)
+        first, second = self._written(angles), self._written(other)
+        weight = np.abs((np.sin if self.symmetric else np.cos)(theirs[:, 1]))
+        lower, upper = (0.0, math.pi) if self.symmetric else (-_HALF, _HALF)
+        return largest(
+            difference(matrices_from_moving(first, self.moving), sample.R),
+            np.minimum(_weighted(first, theirs, weight), _weighted(second, theirs, weight)),
+            _out_of_range(angles, lower, upper),
+            _out_of_range(other, -math.pi, math.pi),
+            _other_branch(angles, other, 0.0 if self.symmetric else math.pi),
+            _lock_difference(_euler_lock_distance(sample.R, self.moving), angles, found.locked),
+        )
+
+    def _written(self, triple: Floats) -> Floats:
+        """From the order as written to the order about moving axes, or back."""
+        return triple if self.axes == "moving" else np.ascontiguousarray(triple[:, ::-1])
+
+
+@dataclass(frozen=True)
+class _HipCheck:
+    """Turns about a hip's axis a, about x and about y: Davenport angles that are no Euler angles.
+
+    a = Rot(x, −δ) y, so that the angles of R = Rot(x, −δ) S are (α, β − δ, γ) where (α, β, γ) are the yxy Euler angles
+    of S. Half of the rotations are compared as they are, half as S: those lock where S does.
+
+    Attributes:
+        name: which hip.
+        axis: its axis a.
+        delta: the angle from a to y about x; the principal middle angle is in the half turn from −δ, or to it, that
+            holds zero.
+    """
+
+    name: str
+    axis: tuple[float, float, float]
+    delta: float
+
+    def to_matrix(self, sample: RotationSample, conversions: Conversions) -> Floats:
+        """Both implementations on the oracle's angles."""
+        angles = sample.moving_angles("zyx")
+        return difference(conversions.matrix_from_davenport(angles, self.axis, _X, _Y), self._matrices(angles))
+
+    def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
+        """Our first triple gives R and is principal, also at lock; one of the two is eigenpy's where it knows R."""
+        turned = sample.spread < 0.5
+        R = np.where(turned[:, None, None], turns_about(_X, np.array([-self.delta])) @ sample.R, sample.R)
+        found = conversions.davenport_angles(R, self.axis, _X, _Y)
+        angles, other = np.asarray(found.angles), np.asarray(found.other)
+        if angles.shape != (len(R), 3) or other.shape != (len(R), 3):
+            return np.full(len(R), np.inf)
+        theirs = sample.moving_angles("yxy") - [0.0, self.delta, 0.0]
+        weight = np.where(turned, np.abs(np.sin(theirs[:, 1] + self.delta)), 0.0)
+        matched = np.minimum(_weighted(angles, theirs, weight), _weighted(other, theirs, weight))
+        lower = -self.delta if self.delta >= 0.0 else -self.delta - math.pi
+        # At lock the third axis, carried along, is parallel to the first.
+        h = np.sqrt(np.square(np.cross(R[:, :, 1], self.axis)).sum(axis=1))
+        return largest(
+            difference(self._matrices(angles), R),
+            np.where(turned, matched, 0.0),
+            _out_of_range(angles, lower, lower + math.pi),
+            _out_of_range(other, -math.pi, math.pi),
+            _other_branch(angles, other, -2.0 * self.delta),
+            _lock_difference(h, angles, found.locked),
+        )
+
+    def _matrices(self, angles: Floats) -> Floats:
+        first, second, third = (turns_about(axis, angles[:, i]) for i, axis in enumerate((self.axis, _X, _Y)))
+        return np.asarray(first @ second @ third)
+
+
+def _weighted(ours: Floats, theirs: Floats, weight: Floats) -> Floats:
+    """Largest difference of three angles, the outer two counted by their weight."""
+    apart = angle_difference(ours, theirs)
+    return np.maximum(apart[:, 1], weight * np.maximum(apart[:, 0], apart[:, 2]))
+
+
+def _other_branch(angles: Floats, other: Floats, mirrored: float) -> Floats:
+    """How far the other triple is from (α + π, mirrored − β, γ + π), which gives the same rotation as the first."""
+    expected = np.stack([angles[:, 0] + math.pi, mirrored - angles[:, 1], angles[:, 2] + math.pi], axis=1)
+    return np.asarray(angle_difference(other, expected).max(axis=1))
+
+
+def _out_of_range(angles: Floats, lower: float, upper: float) -> Floats:
+    """How far the middle angle is outside [lower, upper], or an outer one outside [−π, π]."""
+    ranges = ((-math.pi, math.pi), (lower, upper), (-math.pi, math.pi))
+    return largest(*(outside(angles[:, i], *limits) for i, limits in enumerate(ranges)))
+
+
+def _euler_lock_distance(R: Floats, moving: str) -> Floats:
+    """The distance from lock, h = |cos β|, or |sin β| where the outer axes are the same, from two entries of R."""
+    i, j, _ = axis_numbers(moving)
+    k = 3 - i - j
+    pair = (R[:, j, i], R[:, k, i]) if moving[0] == moving[2] else (R[:, j, k], R[:, k, k])
+    return np.hypot(*pair)
+
+
+def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
+    """0 where lock is reported where it is and the third angle is zero there; else 1, or that angle."""
+    mask: NDArray[np.bool_] = np.asarray(locked, dtype=np.bool_)
+    if mask.shape != h.shape:
+        return np.full(len(h), np.inf)
+    misreported = (mask & (h > _SURELY_FREE)) | (~mask & (h < _SURELY_LOCKED))
+    return np.where(misreported, 1.0, np.where(mask, np.abs(angles[:, 2]), 0.0))
+
+
+# --- Invariants, quaternions, exponential and logarithm against Pinocchio.
+
+# Closer to π, rounding of sin φ e turns the axis by more than 1e-16/1e-3.
+_SINE = 1e-3
+_RIGHT_ANGLE = 1e-9
+
+
+def parameter_checks() -> list[Check]:
+    """The rows of this module."""
+    return [
+        Check("matrix_from_natural", "pin.AngleAxis", _matrix_from_natural),
+        Check("natural_invariants", "pin.AngleAxis", _natural_invariants),
+        Check(
+            "matrix_from_linear",
+            "pin.AngleAxis",
+            _matrix_from_linear,
+            note="rotations within 1e-3 of π left out: their linear invariants do not hold the axis",
+        ),
+        Check("linear_invariants", "pin.AngleAxis", _linear_invariants),
+        Check("matrix_from_euler_rodrigues", "pin.Quaternion", _matrix_from_euler_rodrigues),
+        Check("euler_rodrigues", "pin.Quaternion", _euler_rodrigues),
+        Check("exp", "pin.exp3", _exp),
+        Check("log", "pin.AngleAxis", _log),
+        Check(
+            "log",
+            "pin.log3",
+            _log_against_log3,
+            note="angles from π − 0.3 to π − 0.003 left out: there pin.log3 takes an arccos and errs by up to 7e-11",
+        ),
+        Check("matrix_from_quat", "pin.Quaternion", _matrix_from_quat),
+        Check("quat_from_matrix", "pin.Quaternion", _quat_from_matrix),
+        Check("quat_multiply", "pin.Quaternion", _quat_multiply),
+        Check("quat_conjugate", "pin.Quaternion", _quat_conjugate),
+        Check("quat_to_xyzw", "pin.Quaternion.coeffs", _quat_to_xyzw),
+        Check("quat_from_xyzw", "pin.Quaternion.coeffs", _quat_from_xyzw),
+        Check(
+            "slerp",
+            "pin.Quaternion.slerp",
+            _slerp,
+            note="quaternions at a right angle left out: both ways round are as short",
+        ),
+    ]
+
+
+def _matrix_from_natural(sample: RotationSample, conversions: Conversions) -> Floats:
+    axes, angles = sample.natural
+    return difference(conversions.matrix_from_natural(axes, angles), matrices_from_natural(axes, angles))
+
+
+def _natural_invariants(sample: RotationSample, conversions: Conversions) -> Floats:
+    axis, angle = (np.asarray(part) for part in conversions.natural_invariants(sample.R))
+    axes, angles = sample.natural
+    if axis.shape != axes.shape or angle.shape != angles.shape:
+        return np.full(len(angles), np.inf)
+    length = np.sqrt(np.square(axis).sum(axis=1))
+    return largest(
+        rotation_vector_difference(axis * angle[:, None], axes * angles[:, None]),
+        np.abs(angle - angles),
+        np.where(angle > 0.0, np.abs(length - 1.0), length),
+        difference(matrices_from_natural(axis, angle), sample.R),
+    )
+
+
+def _matrix_from_linear(sample: RotationSample, conversions: Conversions) -> Floats:
+    axes, angles = sample.natural
+    used = (np.cos(angles) > 0.0) | (np.sin(angles) > _SINE)
+    axes, angles = axes[used], angles[used]
+    apart = np.full(len(used), LEFT_OUT)
+    ours = conversions.matrix_from_linear(np.sin(angles)[:, None] * axes, np.cos(angles))
+    apart[used] = difference(ours, matrices_from_natural(axes, angles))
+    return apart
+
+
+def _linear_invariants(sample: RotationSample, conversions: Conversions) -> Floats:
+    q, q0 = conversions.linear_invariants(sample.R)
+    axes, angles = sample.natural
+    return np.maximum(difference(q, np.sin(angles)[:, None] * axes), difference(q0, np.cos(angles)))
+
+
+def _matrix_from_euler_rodrigues(sample: RotationSample, conversions: Conversions) -> Floats:
+    theirs = sample.quaternions
+    ours = conversions.matrix_from_euler_rodrigues(theirs[:, 1:], theirs[:, 0])
+    return difference(ours, matrices_from_quaternions(theirs))
+
+
+def _euler_rodrigues(sample: RotationSample, conversions: Conversions) -> Floats:
+    r, r0 = (np.asarray(part) for part in conversions.euler_rodrigues(sample.R))
+    if r.shape != (len(sample.R), 3) or r0.shape != (len(sample.R),):
+        return np.full(len(sample.R), np.inf)
+    return _canonical_difference(np.concatenate([r0[:, None], r], axis=1), sample.quaternions)
+
+
+def _exp(sample: RotationSample, conversions: Conversions) -> Floats:
+    # Longer vectors than a logarithm has, too: up to one and a half turns.
+    vectors = sample.logarithms * np.where(sample.spread < 0.5, 1.0, 3.0)[:, None]
+    return difference(conversions.exp(vectors), each(pin.exp3, (3, 3), vectors))
+
+
+def _log(sample: RotationSample, conversions: Conversions) -> Floats:
+    axes, angles = sample.natural
+    ours = np.asarray(conversions.log(sample.R))
+    apart = rotation_vector_difference(ours, axes * angles[:, None])
+    if ours.shape != axes.shape:
+        return apart
+    length = np.sqrt(np.square(ours).sum(axis=1))
+    return largest(apart, outside(length, 0.0, np.pi), difference(each(pin.exp3, (3, 3), ours), sample.R))
+
+
+def _log_against_log3(sample: RotationSample, conversions: Conversions) -> Floats:
+    short_of_pi = np.pi - sample.natural[1]
+    used = (short_of_pi < 0.003) | (short_of_pi > 0.3)
+    return np.where(used, rotation_vector_difference(conversions.log(sample.R), sample.logarithms), LEFT_OUT)
+
+
+def _matrix_from_quat(sample: RotationSample, conversions: Conversions) -> Floats:
+    return difference(conversions.matrix_from_quat(sample.quaternions), matrices_from_quaternions(sample.quaternions))
+
+
+def _quat_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats:
+    return _canonical_difference(np.asarray(conversions.quat_from_matrix(sample.R)), sample.quaternions)
+
+
+def _quat_multiply(sample: RotationSample, conversions: Conversions) -> Floats:
+    p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
+    return difference(conversions.quat_multiply(p, q), each(_product, (4,), p, q))
+
+
+def _quat_conjugate(sample: RotationSample, conversions: Conversions) -> Floats:
+    theirs = each(lambda q: _wxyz(pin.Quaternion(*q).conjugate()), (4,), sample.quaternions)
+    return difference(conversions.quat_conjugate(sample.quaternions), theirs)
+
+
+def _quat_to_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
+    theirs = each(lambda q: pin.Quaternion(*q).coeffs(), (4,), sample.quaternions)
+    return difference(conversions.quat_to_xyzw(sample.quaternions), theirs)
+
+
+def _quat_from_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
+    coefficients = sample.quaternions[:, [1, 2, 3, 0]]
+    theirs = each(lambda xyzw: _wxyz(pin.Quaternion(xyzw)), (4,), coefficients)
+    return difference(conversions.quat_from_xyzw(coefficients), theirs)
+
+
+def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
+    p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
+    parts = np.floor(9.0 * sample.spread) / 8.0
+    theirs = each(lambda a, b, t: _wxyz(pin.Quaternion(*a).slerp(t, pin.Quaternion(*b))), (4,), p, q, parts)
+    used = np.abs((p * q).sum(axis=1)) > _RIGHT_ANGLE
+    return np.where(used, difference(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
+
+
+def _canonical_difference(ours: Floats, theirs: Floats) -> Floats:
+    """Difference of quaternions, of which q and −q mean the same, and how far ours is from r0 ≥ 0."""
+    apart = direction_difference(ours, theirs)
+    return apart if ours.shape != theirs.shape else np.maximum(apart, np.maximum(-ours[:, 0], 0.0))
+
+
+def _product(p: Floats, q: Floats) -> Floats:
+    return _wxyz(pin.Quaternion(*p) * pin.Quaternion(*q))
+
+
+def _wxyz(quaternion: pin.Quaternion) -> Floats:
+    return np.array([quaternion.w, quaternion.x, quaternion.y, quaternion.z])

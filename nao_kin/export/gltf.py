@@ -1,0 +1,440 @@
+"""A robot as a glTF scene, for Blender, web pages and game engines."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats
+from nao_kin._core.files import check_replaceable, write_document
+from nao_kin._core.text import abbreviated, fresh_name, quoted, with_underscores
+from nao_kin.errors import BadArgument
+from nao_kin.export.meshes import left_out_note, load_scene
+from nao_kin.export.placement import Exported, transform
+from nao_kin.export.urdf import variant
+from nao_kin.export.variants import joint_values
+from nao_kin.motion import Motion, Trajectory, read_motion
+from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Packages, Rgba, Sphere, UrdfJoint, UrdfTree
+from nao_kin.rotations import matrix_from_rpy, quat_from_matrix, quat_to_xyzw
+
+# --- A robot as the nodes of a scene: for each joint one that stands where the joint is, and in it one that moves.
+
+# From z up, as robots have it, to y up, as glTF has it: a quarter turn about x. Order x, y, z, w.
+Y_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of a scene.
+
+    Attributes:
+        name: its name, which no other node has.
+        parent: the name of the node that carries it; "" for the first.
+        position: of it in its parent [m].
+        quaternion: of it in its parent, in the order x, y, z, w.
+        joint: the joint whose value moves it, None for a node that stands still.
+        link: the link that stands on it, "" for none.
+    """
+
+    name: str
+    parent: str
+    position: Floats
+    quaternion: Floats
+    joint: UrdfJoint | None = None
+    link: str = ""
+
+    def extras(self) -> dict[str, Any]:
+        """What glTF has no word for: the joint, its axis and its limits."""
+        if self.joint is None:
+            return {}
+        row: dict[str, Any] = {"joint": self.joint.name, "kind": self.joint.kind, "axis": list(self.joint.axis)}
+        if np.isfinite(self.joint.upper - self.joint.lower):
+            row |= {"lower": self.joint.lower, "upper": self.joint.upper}
+        if self.joint.mimic is not None:
+            mimic = self.joint.mimic
+            row["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
+        return row
+
+
+def scene_nodes(tree: UrdfTree, values: Mapping[str, float], base: Floats) -> tuple[Node, ...]:
+    """The nodes of a robot, parents first.
+
+    Args:
+        tree: the robot.
+        values: the value of every moving joint.
+        base: where the root link is: position and quaternion x, y, z, w, shape (7,).
+    """
+    taken = {*tree.links}
+    top = _fresh(tree.name, taken)
+    nodes = [
+        Node(top, "", np.zeros(3), np.array(Y_UP)),
+        Node(tree.root, top, base[:3], base[3:], link=tree.root),
+    ]
+    for joint in tree.joints:
+        position, quaternion = _placed(joint.origin)
+        if joint.kind == "fixed":
+            nodes.append(Node(joint.child, joint.parent, position, quaternion, link=joint.child))
+            continue
+        stand = _fresh(joint.name, taken)
+        nodes.append(Node(stand, joint.parent, position, quaternion))
+        moved, turned = motion_of(joint, np.array(values[joint.name]))
+        nodes.append(Node(joint.child, stand, moved, turned, joint, joint.child))
+    return tuple(nodes)
+
+
+def motion_of(joint: UrdfJoint, values: Floats) -> tuple[Floats, Floats]:
+    """Position (..., 3) and quaternion x, y, z, w (..., 4) that a joint at values (...) gives what it moves."""
+    axis = np.array(joint.axis)
+    if joint.kind == "prismatic":
+        return values[..., None] * axis, np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*values.shape, 4))
+    half = values[..., None] / 2.0
+    # No canonical sign: along a motion the quaternion must not jump to its opposite.
+    return np.zeros((*values.shape, 3)), np.concatenate([np.sin(half) * axis, np.cos(half)], axis=-1)
+
+
+def _placed(origin: Origin) -> tuple[Floats, Floats]:
+    return np.array(origin.xyz), quat_to_xyzw(quat_from_matrix(matrix_from_rpy(origin.rpy)))
+
+
+def _fresh(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_joint"
+    taken.add(name)
+    return name
+
+
+# --- The looks of a robot as triangles with a colour, for scenes.
+
+GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
+
+
+@dataclass(frozen=True)
+class Paint:
+    """A colour that a URDF gives.
+
+    Attributes:
+        name: a name that no other colour has.
+        rgba: the colour, as screens take it.
+    """
+
+    name: str
+    rgba: Rgba
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A part of the looks of a link, of one colour.
+
+    Attributes:
+        link: the link.
+        name: its name, "" without one.
+        key: what shapes of the same triangles and colour have in common.
+        mesh: a trimesh.Trimesh in its own frame, with its material.
+        origin: its pose in the link's frame.
+    """
+
+    link: str
+    name: str
+    key: tuple[object, ...]
+    mesh: Any
+    origin: Origin
+
+
+def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], tuple[str, ...]]:
+    """The looks of a robot, their colours, and one line for each look that cannot be read."""
+    shapes: list[Shape] = []
+    notes: list[str] = []
+    known: dict[tuple[object, ...], list[Any]] = {}
+    paints: dict[tuple[str, Rgba], Paint] = {}
+    packages = tree.packages
+    for visual in tree.visuals:
+        key = (visual.geometry, visual.material, visual.rgba)
+        try:
+            if key not in known:
+                parts = _parts(visual.geometry, packages, notes)
+                for part in parts:
+                    _paint(part, visual.material, visual.rgba, paints)
+                known[key] = parts
+        except _Unreadable as reason:
+            notes.append(f"a look of {visual.link} is left out: {reason}")
+            continue
+        several = enumerate(known[key])
+        shapes += [Shape(visual.link, visual.name, (*key, index), mesh, visual.origin) for index, mesh in several]
+    return tuple(shapes), tuple(paints.values()), tuple(notes)
+
+
+class _Unreadable(Exception):
+    """Why a look cannot be shown."""
+
+
+def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
+    """The meshes that a shape is made of, each of one material; `notes` gets a line for textures that are left out."""
+    import trimesh
+
+    if isinstance(geometry, Box):
+        return [trimesh.creation.box(extents=geometry.size)]
+    if isinstance(geometry, Cylinder):
+        return [trimesh.creation.cylinder(radius=geometry.radius, height=geometry.length, sections=48)]
+    if isinstance(geometry, Sphere):
+        return [trimesh.creation.icosphere(subdivisions=3, radius=geometry.radius)]
+    return _read(geometry, packages, notes)
+
+
+def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]:
+    path = packages.file(geometry.filename)
+    if path is None:
+        raise _Unreadable(f"its mesh {quoted(geometry.filename)} is not there")
+    left_out: list[str] = []
+    try:
+        loaded: list[Any] = list(load_scene(path, packages, left_out).dump())
+    except Exception as error:  # whatever its many readers raise on a bad file
+        raise _Unreadable(f"its mesh {quoted(geometry.filename)} cannot be read: {abbreviated(error)}") from None
+    notes += left_out_note(path, left_out)
+    parts = [part for part in loaded if hasattr(part, "faces")]  # and no lines or points
+    for part in parts:
+        part.metadata.clear()  # names of files and folders
+        part.apply_transform(np.diag([*geometry.scale, 1.0]))
+        # A triangle without an area has no normal.
+        part.update_faces(part.nondegenerate_faces())
+        part.remove_unreferenced_vertices()
+    parts = [part for part in parts if len(part.faces)]
+    if not parts:
+        raise _Unreadable(f"its mesh {quoted(geometry.filename)} has no triangles")
+    return parts
+
+
+def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], Paint]) -> None:
+    """Give a mesh a colour of its own, unless the URDF gives none and its file does."""
+    import trimesh
+
+    if rgba is None and getattr(mesh.visual, "kind", None) is not None:
+        return
+    key = (material, rgba or GREY)
+    if key not in paints:
+        paints[key] = Paint(fresh_name(material or "grey", {paint.name for paint in paints.values()}), key[1])
+    visual: Any = trimesh.visual  # not typed
+    opacity = key[1][3]
+    paint = visual.material.PBRMaterial(
+        name=paints[key].name,
+        baseColorFactor=[0.0, 0.0, 0.0, opacity],  # trimesh rounds colours to 8 bits: they are set afterwards
+        metallicFactor=0.0,
+        roughnessFactor=0.6,
+        alphaMode="OPAQUE" if opacity == 1.0 else "BLEND",
+    )
+    mesh.visual = visual.TextureVisuals(material=paint)
+
+
+def linear(rgba: Rgba) -> list[float]:
+    """A colour as screens take it (sRGB) → as glTF has it, proportional to light (IEC 61966-2-1); opacity stays."""
+    *rgb, opacity = rgba
+    return [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in rgb] + [opacity]
+
+
+# --- The container of a binary glTF: its JSON, its block of numbers, and numbers added to that.
+#
+# Source: Khronos, glTF 2.0 specification, "GLB File Format Specification" and "Accessors".
+
+_MAGIC, _VERSION = 0x46546C67, 2
+_JSON, _BINARY = 0x4E4F534A, 0x004E4942
+_FLOAT = 5126
+_KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
+
+
+class Glb:
+    """A binary glTF in memory.
+
+    Attributes:
+        tree: its JSON; changes here are written.
+        binary: its block of numbers.
+    """
+
+    def __init__(self, content: bytes) -> None:
+        """The file with this content, of one block of JSON and at most one of numbers."""
+        length, _ = struct.unpack_from("<II", content, 12)
+        self.tree: dict[str, Any] = json.loads(content[20 : 20 + length])
+        self.binary = bytearray(content[28 + length :])
+
+    def add_numbers(self, values: Floats, *, bounds: bool = False) -> int:
+        """Add rows of single-precision numbers.
+
+        Args:
+            values: shape (n,), (n, 3) or (n, 4).
+            bounds: write the smallest and the largest, as times of an animation need.
+
+        Returns:
+            The place of the accessor that reads them.
+        """
+        rows = np.ascontiguousarray(values, dtype="<f4")
+        self.binary += bytes(-len(self.binary) % 4)
+        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": rows.nbytes}
+        self.binary += rows.tobytes()
+        views, accessors = self.tree.setdefault("bufferViews", []), self.tree.setdefault("accessors", [])
+        views.append(view)
+        kind = _KINDS[1 if rows.ndim == 1 else rows.shape[1]]
+        accessor = {"bufferView": len(views) - 1, "componentType": _FLOAT, "count": len(rows), "type": kind}
+        if bounds:
+            accessor |= {"min": [float(rows.min())], "max": [float(rows.max())]}
+        accessors.append(accessor)
+        return len(accessors) - 1
+
+    def content(self) -> bytes:
+        """The file."""
+        self.binary += bytes(-len(self.binary) % 4)
+        if self.binary:
+            self.tree["buffers"] = [{"byteLength": len(self.binary)}]
+        text = json.dumps(self.tree, separators=(",", ":"), allow_nan=False).encode()
+        text += b" " * (-len(text) % 4)
+        blocks = struct.pack("<II", len(text), _JSON) + text
+        if self.binary:
+            blocks += struct.pack("<II", len(self.binary), _BINARY) + bytes(self.binary)
+        return struct.pack("<III", _MAGIC, _VERSION, 12 + len(blocks)) + blocks
+
+
+# --- A robot as a glTF scene, for Blender, web pages and game engines.
+
+FRAMES_PER_SECOND = 30.0
+_STILL = (0.0, 0.0, 0.0, 1.0)
+
+
+def gltf(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    posture: str | None = None,
+    motion: Motion | Path | str | None = None,
+    fps: float = FRAMES_PER_SECOND,
+    frames: str = "all",
+    names: str = "naoqi",
+    overwrite: bool = False,
+) -> Exported:
+    """Write a binary glTF 2.0 scene (.glb): the posed robot, each joint a node, and a motion as an animation.
+
+    Metres, y up. The scene's first node has the robot's name and turns z up into y up. A joint is a node of its name
+    that stands where the joint is; in it stands the node of the link that it moves, whose rotation or position is that
+    of the joint and nothing else. Axis, limits and coupling of the joint are in the node's `extras`.
+
+    Args:
+        robot: the robot.
+        path: the file; its name ends in .glb.
+        posture: the posture it stands in; None for the one it starts in, or the first configuration of the motion.
+        motion: a motion, or a file of one: the animation.
+        fps: poses per second in the animation; between them, glTF turns evenly.
+        frames: see `urdf`; frames are empty nodes.
+        names: see `urdf`.
+        overwrite: replace a file that is there.
+
+    Returns:
+        The file, and one line for each look that cannot be read.
+
+    Raises:
+        UnknownName: no such posture, names or frames, or a joint of the motion that the robot lacks.
+        BadArgument: another ending, no rate, posture and motion both, a file is there, or it cannot be written.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 1.0], ["HeadPitch"], [[0.0], [0.4]])
+        >>> nk.export.gltf(nk.load_nao("v6"), "nod.glb", motion=nod).changes
+        ()
+    """
+    check_robot(robot)
+    if not str(path).lower().endswith((".glb", "/dev/stdout")):
+        raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
+    check_replaceable(path, overwrite=overwrite)
+    tree, _ = variant(robot, frames=frames, names=names)
+    moving = _trajectory(robot, motion, fps, posture)
+    values = joint_values(robot, moving.q, names)
+    nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q[0]))
+    shapes, paints, notes = scene_shapes(tree)
+    glb = Glb(_scene(tree, nodes, shapes))
+    _place(glb, nodes)
+    colours = {paint.name: linear(paint.rgba) for paint in paints}
+    for row in glb.tree.get("materials", ()):
+        factors = row["pbrMetallicRoughness"]
+        if row.get("name") in colours and not any(factors["baseColorFactor"][:3]):
+            factors["baseColorFactor"] = colours[row["name"]]
+    if motion is not None:
+        _animate(glb, nodes, moving, values)
+    glb.tree["asset"]["generator"] = "nao_kin, trimesh"
+    return Exported(Path(path), write_document(path, glb.content(), overwrite=overwrite), notes)
+
+
+def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:
+    if isinstance(fps, bool) or not isinstance(fps, (int, float)) or not 0.0 < fps <= 1000.0:
+        raise BadArgument(f"fps must be a number above 0 and at most 1000, got {quoted(fps)}")
+    if motion is None:
+        start = robot.semantics.start if posture is None else posture
+        q = robot.posture(start) if start or posture is not None else robot.clamp(robot.neutral())
+        return Trajectory(np.zeros(1), q[None])
+    if posture is not None:
+        raise BadArgument("give a posture or a motion: the scene stands as the motion begins")
+    known = motion if isinstance(motion, Motion) else read_motion(motion, robot=robot)
+    return known.configurations(robot, rate=float(fps))
+
+
+def _base(robot: RobotModel, q: Floats) -> Floats:
+    """Position and quaternion of the root link, shape (7,): no motion moves it."""
+    return q[:7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_STILL])
+
+
+def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -> bytes:
+    """The scene as trimesh writes it; where its nodes stand is written over later."""
+    import trimesh
+    import trimesh.exchange.gltf
+
+    taken = {node.name for node in nodes}
+    scene: Any = trimesh.Scene(base_frame=with_underscores("world", taken))
+    for node in nodes:
+        scene.graph.update(frame_to=node.name, frame_from=node.parent or scene.graph.base_frame, matrix=np.eye(4))
+    geometries = dict[tuple[object, ...], str]()
+    for shape in shapes:
+        name = fresh_name(shape.name or f"{shape.link}_visual", taken)
+        taken.add(name)
+        place = transform(shape.origin)
+        if shape.key in geometries:
+            scene.graph.update(frame_to=name, frame_from=shape.link, matrix=place, geometry=geometries[shape.key])
+        else:
+            geometries[shape.key] = name
+            scene.add_geometry(shape.mesh, geom_name=name, node_name=name, parent_node_name=shape.link, transform=place)
+    writer: Any = trimesh.exchange.gltf  # not typed
+    exported: bytes = writer.export_glb(scene, include_normals=True)
+    return exported
+
+
+def _place(glb: Glb, nodes: tuple[Node, ...]) -> None:
+    """Position and rotation of every node of the robot, which an animation may then move, in place of a matrix."""
+    by_name = {row["name"]: row for row in glb.tree["nodes"]}
+    for node in nodes:
+        row = by_name[node.name]
+        row.pop("matrix", None)
+        if any(node.position):
+            row["translation"] = node.position.tolist()
+        if tuple(node.quaternion) != _STILL:
+            row["rotation"] = node.quaternion.tolist()
+        extras = node.extras()
+        if extras:
+            row["extras"] = extras
+
+
+def _animate(glb: Glb, nodes: tuple[Node, ...], moving: Trajectory, values: dict[str, Floats]) -> None:
+    places = {row["name"]: index for index, row in enumerate(glb.tree["nodes"])}
+    samplers: list[dict[str, Any]] = []
+    channels: list[dict[str, Any]] = []
+    times = glb.add_numbers(moving.times, bounds=True)
+
+    def add(name: str, path: str, rows: Floats) -> None:
+        samplers.append({"input": times, "output": glb.add_numbers(rows), "interpolation": "LINEAR"})
+        channels.append({"sampler": len(samplers) - 1, "target": {"node": places[name], "path": path}})
+
+    for node in nodes:
+        if node.joint is not None and np.ptp(values[node.joint.name]) > 0.0:
+            positions, quaternions = motion_of(node.joint, values[node.joint.name])
+            sliding = node.joint.kind == "prismatic"
+            add(node.name, "translation" if sliding else "rotation", positions if sliding else quaternions)
+    if channels:
+        glb.tree["animations"] = [{"name": "motion", "samplers": samplers, "channels": channels}]

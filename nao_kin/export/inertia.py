@@ -1,0 +1,210 @@
+"""Inertias that a simulator takes: the nearest that a body can have, and a little mass for what moves without any."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats, choice
+from nao_kin.export.placement import (
+    HERE,
+    body_of,
+    central_tensor,
+    composed,
+    pseudo_inertia,
+    second_moments,
+    tensor,
+    transform,
+    with_moments,
+)
+from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+
+InertiaChoice = Literal["published", "physical"]
+INERTIAS: tuple[InertiaChoice, ...] = ("published", "physical")
+
+# The least second moment of a body beside its largest: what is flatter is, to a simulator, flat.
+_THINNEST = 1e-6
+# What is within a micrometre of its centre of mass is nothing but rounding [m²].
+_SMALLEST = 1e-12
+# Of a link's mass, the massless links that it carries get this much together.
+_GIVEN = 0.01
+# What a massless link weighs where nothing that carries it has mass [kg].
+_FROM_NOWHERE = 1e-3
+_DENSITY_OF_WATER = 1000.0
+
+
+def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with inertias that bodies can have, wherever the published ones are not.
+
+    A body of nowhere negative density has second moments Σ = ½ tr(I) 1 − I ⪰ 0 about its centre of mass; that is
+    A + B ≥ C for its principal moments. Three things are mended, and nothing else is touched:
+
+    1. Σ with an eigenvalue below 10⁻⁶ of the largest: such eigenvalues are raised to that. Mass and centre of mass
+       stay, and of all admissible tensors this one has the Σ nearest in the Frobenius norm (Higham 1988).
+    2. Mass without any inertia, or with less than it has within a micrometre of its centre, 10⁻¹² m²: it becomes a
+       ball of water, I = ⅖ m r².
+    3. A link that moves and has no mass: it gets a ball on the axis of its joint, taken out of the link that carries
+       it. A ball looks the same however it turns, so mass, centre of mass and inertia of the two together stay what
+       they were in every configuration. Of massless links in a row each weighs as much as all it carries, and is
+       spread so that with them it makes a ball again. A link gives away a hundredth of its mass in all. Where nothing
+       that carries the link has mass, the mass is added.
+
+    Args:
+        tree: the robot.
+        inertia: "published" changes nothing, or "physical".
+
+    Returns:
+        The tree, and one line for each link whose numbers have changed.
+
+    Raises:
+        UnknownName: no such choice.
+
+    Source: Wensing, Kim and Slotine 2018 (see `nao_kin.export.placement`); Higham, Computing a Nearest Symmetric
+    Positive Semidefinite Matrix, Linear Algebra and its Applications 103, 1988.
+
+    Examples:
+        >>> from nao_kin.export.inertia import make_physical
+        >>> nao = nk.load_nao("v6")
+        >>> tree, changes = make_physical(nao.tree)
+        >>> print(changes[0])
+        LHand_link: mass 0 → 0.000168 kg, a ball on the axis of LHand
+        >>> abs(nk.RobotModel(tree).mass - nao.mass) < 1e-12
+        True
+    """
+    choice(inertia, INERTIAS, "choice of inertias")
+    if inertia == "published":
+        return tree, ()
+    bodies, changes = dict(tree.inertials), list[str]()
+    _realize(tree, bodies, changes)
+    _fill(tree, bodies, changes)
+    _realize(tree, bodies, changes)  # what gave mass away may have been thin
+    return replace(tree, inertials=bodies), tuple(changes)
+
+
+def realizable(body: Inertial) -> bool:
+    """Whether a body of nowhere negative density has this mass and this tensor, thin ones counted out."""
+    values = np.linalg.eigvalsh(second_moments(central_tensor(body)))
+    thick = values[0] >= (1.0 - 1e-9) * _THINNEST * values[2]
+    return bool(body.mass > 0.0 and thick and values[2] > _SMALLEST * body.mass)
+
+
+def _realize(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> None:
+    """Mend every tensor that no body can have."""
+    for link in tree.links:
+        body = bodies.get(link)
+        if body is None or body.mass == 0.0 or realizable(body):
+            continue
+        before = central_tensor(body)
+        moments, axes = np.linalg.eigh(second_moments(before))
+        if moments[2] <= _SMALLEST * body.mass:  # nothing of it can be kept
+            what = "no" if moments[0] >= -_SMALLEST * body.mass else "a negative"
+            bodies[link] = ball = _ball(body.mass, body.origin)
+            changes.append(f"{link}: {what} inertia → a ball of water, {ball.inertia[0]:.3g} kg m²")
+            continue
+        # A hair above the bound, so that numbers rounded in a text stay above it.
+        raised = np.maximum(moments, (1.0 + 1e-6) * _THINNEST * moments[2])
+        bodies[link] = with_moments(body.mass, np.array(body.origin.xyz), (axes * raised) @ axes.T)
+        changes.append(
+            f"{link}: principal moments {_principal(before)} → {_principal(central_tensor(bodies[link]))} kg m²"
+        )
+
+
+def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> None:
+    """Give a ball to every link that moves without mass, out of what carries it."""
+    groups = _rigid_groups(tree)
+    heavy = {group for group, _ in (groups[link] for link, body in bodies.items() if body.mass > 0.0)}
+    light = {joint.child: joint for joint in tree.moving_joints if joint.child not in heavy}
+    # Massless link → the massless links that it carries, outer ones first: a child comes after its parent in the tree.
+    carried: dict[str, list[tuple[str, Origin]]] = {link: [] for link in light}
+    donors: dict[str, list[tuple[str, Origin]]] = {}
+    for link, joint in light.items():
+        group, place = groups[joint.parent]
+        at = composed(place, joint.origin)
+        (carried[group] if group in light else donors.setdefault(group, [])).append((link, at))
+    for group, outermost in donors.items():
+        members = [link for link, (other, _) in groups.items() if other == group and _mass(bodies, link) > 0.0]
+        giver = max(members, key=lambda link: _mass(bodies, link), default=None)
+        sizes: dict[str, float] = {}
+        for link, _ in outermost:
+            _weigh(link, carried, sizes)
+        total = sum(sizes[link] for link, _ in outermost)
+        unit = _FROM_NOWHERE if giver is None else _GIVEN * bodies[giver].mass / total
+        wholes = {link: _whole(link, at, carried, sizes, unit, bodies, light, changes) for link, at in outermost}
+        if giver is None:
+            changes.append(f"{group}: nothing that carries {', '.join(wholes)} has mass; {unit * total:.3g} kg added")
+            continue
+        P = pseudo_inertia(bodies[giver], groups[giver][1]) - sum(wholes.values())
+        before = bodies[giver].mass
+        bodies[giver] = _seen_from(P, groups[giver][1])
+        changes.append(f"{giver}: mass {before:.6g} → {bodies[giver].mass:.6g} kg, the rest given to what it carries")
+
+
+def _weigh(link: str, carried: Mapping[str, list[tuple[str, Origin]]], sizes: dict[str, float]) -> float:
+    """Of a massless link with all that it carries, the mass in units: as much again as that of what it carries."""
+    sizes[link] = max(1.0, 2.0 * sum(_weigh(other, carried, sizes) for other, _ in carried[link]))
+    return sizes[link]
+
+
+def _whole(
+    link: str,
+    at: Origin,
+    carried: Mapping[str, list[tuple[str, Origin]]],
+    sizes: Mapping[str, float],
+    unit: float,
+    bodies: dict[str, Inertial],
+    light: Mapping[str, UrdfJoint],
+    changes: list[str],
+) -> Floats:
+    """The ball that a massless link makes with all that it carries, as pseudo-inertia where it stands at `at`."""
+    others = [_whole(other, place, carried, sizes, unit, bodies, light, changes) for other, place in carried[link]]
+    rest = np.asarray(sum(others, np.zeros((4, 4))))
+    mass = sizes[link] * unit
+    own = mass - rest[3, 3]
+    # Second moments of the whole, such that what is left for the link alone is at least a ball of its own.
+    needed = rest[:3, :3] + np.outer(rest[:3, 3], rest[:3, 3]) / own
+    whole = np.diag([float(np.linalg.eigvalsh(needed)[2]) + _ball_moment(own)] * 3 + [mass])
+    bodies[link] = body_of(whole - rest)
+    what = "with all that it carries a ball" if others else "a ball"
+    changes.append(f"{link}: mass 0 → {own:.3g} kg, {what} on the axis of {light[link].name}")
+    place = Inertial(mass, HERE, tuple(tensor(whole[:3, :3])[np.triu_indices(3)].tolist()))
+    return pseudo_inertia(place, at)
+
+
+def _rigid_groups(tree: UrdfTree) -> dict[str, tuple[str, Origin]]:
+    """Link → the innermost link that fixed joints hold it to, and its place there."""
+    groups = {tree.root: (tree.root, HERE)}
+    for joint in tree.joints:
+        group, place = groups[joint.parent]
+        groups[joint.child] = (group, composed(place, joint.origin)) if joint.kind == "fixed" else (joint.child, HERE)
+    return groups
+
+
+def _seen_from(P: Floats, place: Origin) -> Inertial:
+    """The body of a pseudo-inertia in the frame that stands at `place`."""
+    if place == HERE:
+        return body_of(P)
+    inverse = np.linalg.inv(transform(place))
+    return body_of(inverse @ P @ inverse.T)
+
+
+def _ball(mass: float, origin: Origin) -> Inertial:
+    moment = 2.0 * _ball_moment(mass)
+    return Inertial(mass, Origin(origin.xyz), (moment, 0.0, 0.0, moment, 0.0, moment))
+
+
+def _ball_moment(mass: float) -> float:
+    """Second moment along any direction of a ball of water about its centre, m r²/5."""
+    radius = math.pow(3.0 * mass / (4.0 * math.pi * _DENSITY_OF_WATER), 1.0 / 3.0)
+    return mass * radius**2 / 5.0
+
+
+def _mass(bodies: Mapping[str, Inertial], link: str) -> float:
+    return bodies[link].mass if link in bodies else 0.0
+
+
+def _principal(inertia: Floats) -> str:
+    return ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(inertia))

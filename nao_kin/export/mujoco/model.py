@@ -1,0 +1,299 @@
+"""Bodies, joints and couplings in MuJoCo's specification."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._core.text import fresh_name
+from nao_kin.export.meshes import MeshFiles
+from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, link_of, pos_quat, pose
+from nao_kin.export.mujoco.devices import proper_range, servo, weakest
+from nao_kin.robot.semantics import Semantics
+from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, UrdfTree, Visual
+
+# Couplings as stiff as MuJoCo takes them: a time constant of two steps of the simulation, critically damped, and
+# constraint forces that give way to a ten-thousandth.
+_COUPLING_SOLREF = (0.004, 1.0)
+_COUPLING_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+
+
+def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
+    """Add bodies with their masses and joints, and one equality for each joint that follows another.
+
+    Args:
+        spec: the specification.
+        bodies: of the robot.
+        floating: whether the root moves freely.
+
+    Returns:
+        What the specification has for each body.
+    """
+    import mujoco
+
+    added: list[Any] = []
+    for body in bodies.bodies:
+        parent = spec.worldbody if body.parent < 0 else added[body.parent]
+        one = parent.add_body(name=body.name, **pos_quat(body.T_parent))
+        _set_inertia(one, body)
+        for joint in body.joints:
+            _add_joint(one, joint)
+        added.append(one)
+    if floating:
+        added[0].add_freejoint(name=free_name(bodies))
+    for joint in bodies.joints():
+        mimic = joint.rows[0].mimic
+        if joint.kind != "ball" and mimic is not None:
+            equality = spec.add_equality(
+                name=joint.name,
+                type=mujoco.mjtEq.mjEQ_JOINT,
+                objtype=mujoco.mjtObj.mjOBJ_JOINT,
+                name1=joint.name,
+                name2=mimic.joint,
+                solref=_COUPLING_SOLREF,
+                solimp=_COUPLING_SOLIMP,
+            )
+            # Coefficients of a polynomial; the length of the array differs between versions of MuJoCo.
+            equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
+    return added
+
+
+def free_name(bodies: Bodies) -> str:
+    """Name of the root's free joint: "root_joint", or the first of its kind that no joint has."""
+    return fresh_name("root_joint", {joint.name for joint in bodies.joints()})
+
+
+def _set_inertia(one: Any, body: Body) -> None:
+    if body.inertia.mass == 0.0 and not np.any(body.inertia.inertia) and not body.joints:
+        return
+    tensor = body.inertia.inertia
+    one.mass, one.ipos = float(body.inertia.mass), body.inertia.lever.tolist()
+    one.fullinertia = [float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    one.explicitinertial = True
+
+
+def _add_joint(one: Any, joint: BodyJoint) -> None:
+    import mujoco
+
+    motor, row = weakest(map(servo, joint.rows)), joint.rows[0]
+    kind = {"hinge": "HINGE", "slide": "SLIDE", "ball": "BALL"}[joint.kind]
+    added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{kind}"))
+    if joint.kind != "ball":
+        added.axis = joint.axes[0].tolist()
+    if joint.kind == "ball":
+        _set_passive(added, motor.damping, motor.armature, max(part.friction for part in joint.rows))
+    elif row.mimic is not None:
+        # The driving joint has the motor and the limits of both.
+        _set_passive(added, row.damping, 0.0, row.friction)
+    else:
+        _set_passive(added, motor.damping, motor.armature, row.friction)
+        if math.isfinite(row.lower) and math.isfinite(row.upper):
+            added.range = proper_range(row.lower, row.upper)
+
+
+def _set_passive(added: Any, damping: float, armature: float, friction: float) -> None:
+    # A polynomial of the speed since MuJoCo 3.10, a number before.
+    added.damping = damping if np.ndim(added.damping) == 0 else [damping, 0.0, 0.0]
+    added.armature = armature
+    added.frictionloss = friction
+
+
+# --- Visual and collision shapes as MuJoCo's geoms.
+
+VISUAL, COLLISION = "visual", "collision"
+_VISUAL_GROUP, _COLLISION_GROUP = 2, 3
+_GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
+
+
+class Shapes:
+    """Adds geoms to the bodies of a specification; of two classes, that say which touch and in which group they are."""
+
+    def __init__(self, spec: Any, added: list[Any], bodies: Bodies, files: MeshFiles | None) -> None:
+        """Prepare the two classes.
+
+        Args:
+            spec: the specification.
+            added: what it has for each body.
+            bodies: of the robot.
+            files: where mesh files go; None leaves out the shapes of meshes.
+        """
+        self._spec, self._files = spec, files
+        self._bodies = {
+            link: (one, T) for body, one in zip(bodies.bodies, added, strict=True) for link, T in body.links.items()
+        }
+        self._names: set[str] = set()
+        self._materials: dict[tuple[str, Rgba], str] = {}
+        self._meshes: dict[tuple[str, tuple[float, ...]], str] = {}
+        self._visual = spec.add_default(VISUAL, spec.default)
+        self._visual.geom.group = _VISUAL_GROUP
+        self._visual.geom.contype = self._visual.geom.conaffinity = 0
+        self._collision = spec.add_default(COLLISION, spec.default)
+        self._collision.geom.group = _COLLISION_GROUP
+
+    def add(self, tree: UrdfTree) -> tuple[str, ...]:
+        """Add all shapes of a tree.
+
+        Returns:
+            One line for what is left out.
+        """
+        everything: tuple[Visual | Collision, ...] = (*tree.visuals, *tree.collisions)
+        meshes = [shape for shape in everything if isinstance(shape.geometry, MeshFile)]
+        for visual in self._kept(tree.visuals):
+            geom = self._add(visual, self._visual, f"{visual.link}_{VISUAL}")
+            if visual.material or visual.rgba:
+                geom.material = self._material(visual.material or "colour", visual.rgba or _GREY)
+        for collision in self._kept(tree.collisions):
+            self._add(collision, self._collision, f"{collision.link}_{COLLISION}")
+        if self._files is not None:
+            return ()
+        return (f"{len(meshes)} shapes that are meshes are left out",) if meshes else ()
+
+    def _kept(self, shapes: tuple[Any, ...]) -> Iterator[Any]:
+        return (shape for shape in shapes if self._files is not None or not isinstance(shape.geometry, MeshFile))
+
+    def _add(self, shape: Visual | Collision, default: Any, name: str) -> Any:
+        one, T_link = self._bodies[shape.link]
+        T_shape = T_link * pose(shape.origin)
+        geom = one.add_geom(default, name=self._free(shape.name or name), **pos_quat(T_shape))
+        self._set_geometry(geom, shape.geometry)
+        return geom
+
+    def _set_geometry(self, geom: Any, geometry: Geometry) -> None:
+        import mujoco
+
+        kinds = mujoco.mjtGeom
+        if isinstance(geometry, Box):
+            geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * length for length in geometry.size]
+        elif isinstance(geometry, Cylinder):
+            geom.type, geom.size = kinds.mjGEOM_CYLINDER, [geometry.radius, 0.5 * geometry.length, 0.0]
+        elif isinstance(geometry, Sphere):
+            geom.type, geom.size = kinds.mjGEOM_SPHERE, [geometry.radius, 0.0, 0.0]
+        else:
+            geom.type, geom.meshname = kinds.mjGEOM_MESH, self._mesh(geometry)
+
+    def _mesh(self, geometry: MeshFile) -> str:
+        import mujoco
+
+        assert self._files is not None
+        file = self._files.add(geometry)
+        key = file, geometry.scale
+        if key not in self._meshes:
+            stem = file.rpartition(".")[0]
+            self._meshes[key] = name = fresh_name(stem, self._meshes.values())
+            # The masses are those of the bodies: a mesh may be open, or flat.
+            shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+            self._spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
+        return self._meshes[key]
+
+    def _material(self, name: str, rgba: Rgba) -> str:
+        if (name, rgba) not in self._materials:
+            self._materials[name, rgba] = free = fresh_name(name, self._materials.values())
+            self._spec.add_material(name=free, rgba=rgba)
+        return self._materials[name, rgba]
+
+    def _free(self, name: str) -> str:
+        free = fresh_name(name, self._names)
+        self._names.add(free)
+        return free
+
+
+# --- Which bodies of a robot do not touch each other.
+
+
+def add_excludes(spec: Any) -> tuple[str, ...]:
+    """No contacts between neighbours, nor between bodies whose shapes overlap with all joints at zero or in a posture.
+
+    Collision shapes stand for links roughly: those of neighbours overlap always, and others where the real shells just
+    pass each other. Neighbours are a body and the nearest before it that has a shape.
+
+    Args:
+        spec: the specification, with shapes and key frames.
+
+    Returns:
+        One line that names the pairs that are no neighbours.
+    """
+    import mujoco
+
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    apart: dict[tuple[int, int], None] = {}
+    touching = {int(model.geom_bodyid[geom]) for geom in range(model.ngeom) if model.geom_contype[geom]}
+    for body in range(1, model.nbody):
+        before = int(model.body_parentid[body])
+        while before and before not in touching:
+            before = int(model.body_parentid[before])
+        if body in touching and before:
+            apart[before, body] = None
+    neighbours = len(apart)
+    for key in range(-1, model.nkey):
+        if key < 0:
+            mujoco.mj_resetData(model, data)
+        else:
+            mujoco.mj_resetDataKeyframe(model, data, key)
+        mujoco.mj_forward(model, data)
+        for contact in data.contact:
+            first, second = sorted(int(model.geom_bodyid[geom]) for geom in contact.geom)
+            if contact.dist < 0.0:
+                apart[first, second] = None
+    for first, second in apart:
+        spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
+    pairs = [f"{model.body(a).name}–{model.body(b).name}" for a, b in list(apart)[neighbours:]]
+    return (f"shapes overlap in a posture, and do not touch: {', '.join(pairs)}",) if pairs else ()
+
+
+# --- Feet that stand on their soles: boxes whose lower faces are nearly the soles' planes, moved to them.
+
+# A box that ends nearer than this to the plane of a sole is that of the foot [m].
+_NEAR = 0.005
+_PARALLEL = 1e-6
+
+
+def on_their_soles(tree: UrdfTree, bodies: Bodies, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with the boxes of its feet ending in the planes of the soles.
+
+    The published box of NAO's foot ends 0.6 mm above the sole: the frames of the soles would stand below the floor.
+
+    Args:
+        tree: the robot.
+        bodies: of it.
+        semantics: which frames are soles.
+
+    Returns:
+        The tree, and one line for each sole whose foot was changed, or has no shape.
+    """
+    collisions, changes = list(tree.collisions), []
+    for sole in semantics.soles:
+        body, T_sole = bodies.place(link_of(tree, sole))
+        own = [(place, shape) for place, shape in enumerate(collisions) if shape.link in body.links]
+        if not own:
+            changes.append(f"no shape holds the sole {sole}: it touches nothing")
+        for place, shape in own:
+            T_shape = T_sole.actInv(body.links[shape.link] * pose(shape.origin))
+            lowered = _to_the_plane(shape, T_shape)
+            if lowered is not None:
+                collisions[place], gap = lowered
+                changes.append(f"the lower face of {shape.name or shape.link} is moved by {gap * 1e3:.2f} mm to {sole}")
+    return replace(tree, collisions=tuple(collisions)), tuple(changes)
+
+
+def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, float] | None:
+    """A box that ends in the plane z = 0, and by how much it has grown downwards; None for what is no such box."""
+    if not isinstance(shape.geometry, Box):
+        return None
+    down = T_sole_shape.rotation[2]
+    axis = int(np.argmax(np.abs(down)))
+    size = list(shape.geometry.size)
+    gap = float(T_sole_shape.translation[2] - 0.5 * size[axis])
+    if abs(down[axis]) < 1.0 - _PARALLEL or gap == 0.0 or abs(gap) > _NEAR:
+        return None
+    size[axis] += gap
+    # The box grows along its own axis, away from the side that stays.
+    shift = np.zeros(3)
+    shift[axis] = -0.5 * gap * np.sign(down[axis])
+    x, y, z = (np.array(shape.origin.xyz) + pose(shape.origin).rotation @ shift).tolist()
+    return replace(shape, geometry=Box((size[0], size[1], size[2])), origin=Origin((x, y, z), shape.origin.rpy)), gap

@@ -1,0 +1,402 @@
+"""A robot as a ROS 2 package."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from nao_kin._core.files import check_folder, write_folder
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, BadModel, UnknownName
+from nao_kin.export.meshes import MESH_FOLDER, coloured, mesh_names, read_files
+from nao_kin.export.placement import Exported
+from nao_kin.export.srdf import srdf_document
+from nao_kin.export.urdf import urdf_document, variant
+from nao_kin.export.variants import joint_values
+from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot.urdf import UrdfTree
+
+# --- The texts of a ROS 2 package that describes a robot: what is needed to build it, and to look at it in RViz.
+#
+# Sources: REP 149 (package.xml, format 3); ament_cmake user documentation; urdf_launch and the ROS 2 tutorials on URDF,
+# for the nodes; MoveIt, "Time Parameterization", for joint_limits.yaml.
+
+FOLDERS = ("config", "launch", "meshes", "rviz", "urdf")
+
+
+def package_xml(name: str, version: str, description: str, maintainer: tuple[str, str], license: str, file: str) -> str:
+    """What the package is, for the tools that build and install it.
+
+    Args:
+        name: of the package.
+        version: three numbers.
+        description: one sentence.
+        maintainer: name and mail address.
+        license: what it is called, best as SPDX does.
+        file: name of the file with its text, "" without one.
+    """
+    root = ET.Element("package", format="3")
+    ET.SubElement(root, "name").text = name
+    ET.SubElement(root, "version").text = version
+    ET.SubElement(root, "description").text = description
+    ET.SubElement(root, "maintainer", email=maintainer[1]).text = maintainer[0]
+    ET.SubElement(root, "license", {"file": file} if file else {}).text = license
+    ET.SubElement(root, "buildtool_depend").text = "ament_cmake"
+    nodes = ("joint_state_publisher_gui", "robot_state_publisher", "rviz2")
+    for needed in ("ament_index_python", *nodes, "launch", "launch_ros"):
+        ET.SubElement(root, "exec_depend").text = needed
+    ET.SubElement(ET.SubElement(root, "export"), "build_type").text = "ament_cmake"
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def cmake_lists(name: str, folders: Iterable[str]) -> str:
+    """How the package is built: its folders are copied to where packages find each other's files."""
+    return f"""cmake_minimum_required(VERSION 3.8)
+project({name} NONE)
+
+find_package(ament_cmake REQUIRED)
+
+install(DIRECTORY {" ".join(folders)}
+  DESTINATION share/${{PROJECT_NAME}})
+
+ament_package()
+"""
+
+
+def display_launch(name: str, urdf: str, rviz: str) -> str:
+    """A launch file: the robot's frames from joint values, sliders for these, and RViz."""
+    return f'''"""Show the robot in RViz, with a slider for each joint."""
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+
+def generate_launch_description():
+    """The nodes; sliders:=false leaves /joint_states to somebody else, rviz:=false shows nothing."""
+    share = Path(get_package_share_directory("{name}"))
+    description = (share / "urdf" / "{urdf}").read_text(encoding="utf-8")
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("sliders", default_value="true", description="Publish joint values from sliders."),
+            DeclareLaunchArgument("rviz", default_value="true", description="Open RViz."),
+            Node(
+                package="robot_state_publisher",
+                executable="robot_state_publisher",
+                # Not read as YAML, which an XML text may by chance be.
+                parameters=[{{"robot_description": ParameterValue(description, value_type=str)}}],
+            ),
+            Node(
+                package="joint_state_publisher_gui",
+                executable="joint_state_publisher_gui",
+                parameters=[str(share / "config" / "joint_state_publisher.yaml")],
+                condition=IfCondition(LaunchConfiguration("sliders")),
+            ),
+            Node(
+                package="rviz2",
+                executable="rviz2",
+                arguments=["-d", str(share / "rviz" / "{rviz}")],
+                condition=IfCondition(LaunchConfiguration("rviz")),
+            ),
+        ]
+    )
+'''
+
+
+def rviz_config(root: str, focus: tuple[float, float, float], distance: float) -> str:
+    """A view for RViz: the robot, its frames switched off, a grid, and a camera in front of it.
+
+    Args:
+        root: the frame that stands still.
+        focus: what the camera looks at, in that frame [m].
+        distance: of the camera from it [m].
+    """
+    x, y, z = (f"{value:.4g}" for value in focus)
+    frame = json.dumps(root)
+    return f"""Panels:
+  - Class: rviz_common/Displays
+    Name: Displays
+  - Class: rviz_common/Views
+    Name: Views
+Visualization Manager:
+  Class: ""
+  Displays:
+    - Class: rviz_default_plugins/Grid
+      Name: Grid
+      Cell Size: 0.1
+      Plane Cell Count: 20
+      Reference Frame: <Fixed Frame>
+      Enabled: true
+      Value: true
+    - Class: rviz_default_plugins/RobotModel
+      Name: RobotModel
+      Description Source: Topic
+      Description Topic:
+        Value: /robot_description
+        Durability Policy: Transient Local
+        Reliability Policy: Reliable
+        History Policy: Keep Last
+        Depth: 5
+      Visual Enabled: true
+      Collision Enabled: false
+      Enabled: true
+      Value: true
+    - Class: rviz_default_plugins/TF
+      Name: TF
+      Marker Scale: 0.1
+      Show Names: false
+      Enabled: false
+      Value: false
+  Enabled: true
+  Global Options:
+    Background Color: 48; 48; 48
+    Fixed Frame: {frame}
+    Frame Rate: 30
+  Name: root
+  Tools:
+    - Class: rviz_default_plugins/MoveCamera
+    - Class: rviz_default_plugins/Select
+    - Class: rviz_default_plugins/FocusCamera
+    - Class: rviz_default_plugins/Measure
+  Value: true
+  Views:
+    Current:
+      Class: rviz_default_plugins/Orbit
+      Name: Current View
+      Target Frame: <Fixed Frame>
+      Value: Orbit (rviz)
+      Distance: {distance:.4g}
+      Focal Point:
+        X: {x}
+        Y: {y}
+        Z: {z}
+      Near Clip Distance: 0.01
+      Pitch: 0.3
+      Yaw: 0.5
+Window Geometry:
+  Width: 1200
+  Height: 800
+"""
+
+
+def joint_limits(tree: UrdfTree) -> str:
+    """Largest speeds for MoveIt; accelerations, which a URDF does not have, are left open."""
+    lines = [
+        "# For MoveIt. has_acceleration_limits: false until somebody measures them.",
+        "default_velocity_scaling_factor: 0.1",
+        "default_acceleration_scaling_factor: 0.1",
+        "joint_limits:",
+    ]
+    own = [joint for joint in tree.moving_joints if joint.mimic is None]
+    for joint in own:
+        limited = math.isfinite(joint.velocity) and joint.velocity > 0.0
+        lines += [
+            f"  {json.dumps(joint.name)}:",
+            f"    has_velocity_limits: {'true' if limited else 'false'}",
+            f"    max_velocity: {joint.velocity if limited else 0.0!r}",
+            "    has_acceleration_limits: false",
+            "    max_acceleration: 0.0",
+        ]
+    return "\n".join(lines) + "\n" if own else lines[0] + "\njoint_limits: {}\n"
+
+
+def slider_starts(values: Mapping[str, float]) -> str:
+    """Where the sliders of joint_state_publisher begin: its parameter `zeros`."""
+    lines = ["/**:", "  ros__parameters:", "    zeros:" if values else "    rate: 10"]
+    return "\n".join([*lines, *(f"      {json.dumps(name)}: {value!r}" for name, value in values.items())]) + "\n"
+
+
+def readme(name: str, robot: str) -> str:
+    """What to do with the package."""
+    return f"""# {name}
+
+Description of the robot {robot}, written by nao_kin.
+
+    cd ~/ros2_ws && colcon build --packages-select {name} && source install/setup.bash
+    ros2 launch {name} display.launch.py
+
+Needs ament_cmake, joint_state_publisher_gui, robot_state_publisher and rviz2: `rosdep install --from-paths .`
+"""
+
+
+# --- A robot as a ROS 2 package.
+
+MESHES = ("package", "none")
+
+# REP 149 and its schema; REP 144 asks for two characters at least.
+_NAME = re.compile(r"[a-z](_?[a-z0-9]+)*", re.ASCII)
+_VERSION = re.compile(r"\d+\.\d+\.\d+", re.ASCII)
+_PERSON = re.compile(r"\s*([^<>]*[^<>\s])\s*<([-\w.+]+@[-\w]+(?:\.[-\w]+)*)>\s*")
+
+NOBODY = "TODO <todo@todo.todo>"
+_NO_LICENCE = "TODO: License declaration"
+
+
+def ros2(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    package: str | None = None,
+    package_version: str = "0.1.0",
+    maintainer: str = NOBODY,
+    license: str | None = None,
+    names: str | None = None,
+    frames: str = "all",
+    meshes: str = "package",
+    coupling: str = "mimic",
+    inertia: str = "published",
+    samples: int = 10_000,
+    seed: int = 0,
+    overwrite: bool = False,
+) -> Exported:
+    """Write a ROS 2 package: the robot's URDF and meshes, its SRDF, and a launch file that shows it in RViz.
+
+    The folder builds with colcon; `ros2 launch PACKAGE display.launch.py` then opens RViz with a slider for each joint.
+    Meshes are named by `package://`, and .obj files get the colours that the URDF gives them, because RViz shows them
+    grey otherwise.
+
+    Args:
+        robot: the robot.
+        path: the folder, best named as the package.
+        package: name of the package: lower-case letters, digits and single underscores, a letter first; None for the
+            robot's name and "_description".
+        package_version: three numbers.
+        maintainer: "Name <mail address>".
+        license: of the package's content, as SPDX calls it; None for the license of nao_kin's own files, and for a
+            place to fill in where the robot came from elsewhere.
+        names: "naoqi" or "ros", see `urdf`; None for "ros" where the robot has such names.
+        frames: see `urdf`.
+        meshes: "package", or "none" to leave them out.
+        coupling: see `urdf`.
+        inertia: see `urdf`.
+        samples: see `srdf`.
+        seed: see `srdf`.
+        overwrite: replace the folder, if it holds nothing but such a package.
+
+    Returns:
+        The folder, its files, and what in them differs from the robot or is left to fill in.
+
+    Raises:
+        UnknownName: no such choice of an option.
+        BadArgument: a name, version, maintainer or license that ROS does not take; a mesh is missing; the folder
+            is there.
+
+    Examples:
+        >>> done = nk.export.ros2(nk.load_nao("v6"), "nao_description", package="nao_description", samples=100)
+        >>> sorted({file.parent.name for file in done.files})
+        ['config', 'launch', 'meshes', 'nao_description', 'rviz', 'urdf']
+    """
+    check_robot(robot)
+    check_folder(path, overwrite=overwrite)
+    person = _checked_person(maintainer)
+    if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
+        raise BadArgument(f"package_version must be three numbers, as 1.0.0, got {quoted(package_version)}")
+    if license is not None and not (isinstance(license, str) and license.strip() and license.isprintable()):
+        raise BadArgument(f"license must be one line, as SPDX calls it, got {quoted(license)}")
+    if meshes not in MESHES:
+        raise UnknownName("choice of meshes", meshes, MESHES)
+    chosen = ("ros" if robot.semantics.ros_names else "naoqi") if names is None else names
+    tree, changes = variant(robot, frames=frames, names=chosen, coupling=coupling, inertia=inertia)
+    name = _checked_name(package, tree)
+    stem = _plain(tree.name)
+
+    looks: dict[str, bytes] = {}
+    painted: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    links: dict[str, str] | None = None
+    if meshes == "package":
+        inside, copied, left_out = mesh_names(tree)
+        looks, painted = coloured(tree, inside, read_files(copied), f"{name}.mtl")
+        links = {mesh: f"package://{name}/{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
+    urdf, unsaid = urdf_document(tree, links)
+    semantic = srdf_document(robot, names=chosen, frames=frames, coupling=coupling, samples=samples, seed=seed)
+
+    texts = {
+        f"urdf/{stem}.urdf": urdf,
+        f"config/{stem}.srdf": semantic.text,
+        "config/joint_limits.yaml": joint_limits(tree),
+        "config/joint_state_publisher.yaml": slider_starts(_start(robot, tree, chosen)),
+        "launch/display.launch.py": display_launch(name, f"{stem}.urdf", f"{stem}.rviz"),
+        f"rviz/{stem}.rviz": rviz_config(tree.root, *_view(robot)),
+        "README.md": readme(name, tree.name),
+    }
+    folders = [folder for folder in FOLDERS if folder != MESH_FOLDER or looks]
+    own = robot.parameters is not None and license is None
+    said = ("BSD-3-Clause" if own else _NO_LICENCE) if license is None else license
+    texts |= {"LICENSE": _license(robot)} if own else {}
+    about = f"Description of the robot {tree.name}: URDF, meshes, SRDF and a view for RViz."
+    texts["package.xml"] = package_xml(name, package_version, about, person, said, "LICENSE" if own else "")
+    texts["CMakeLists.txt"] = cmake_lists(name, folders)
+
+    files = {file: text.encode() for file, text in sorted(texts.items())}
+    files |= {f"{MESH_FOLDER}/{file}": content for file, content in looks.items()}
+    open_ends = [f"package.xml: fill in the {what}" for what in _open(maintainer, said)]
+    written = write_folder(path, files, overwrite=overwrite)
+    return Exported(Path(path), written, (*changes, *unsaid, *left_out, *painted, *semantic.changes, *open_ends))
+
+
+def _checked_name(package: str | None, tree: UrdfTree) -> str:
+    name = f"{_plain(tree.name)}_description" if package is None else package
+    if not isinstance(name, str) or len(name) < 2 or not _NAME.fullmatch(name):
+        raise BadArgument(
+            f"package must be two or more lower-case letters, digits and single underscores between them, a letter "
+            f"first, got {quoted(name)}; nearest: {_plain(name)}"
+        )
+    return name
+
+
+def _plain(name: object) -> str:
+    """A name made of what names of packages and files may have."""
+    words = re.findall(r"[a-z0-9]+", str(name)[:100].lower())
+    plain = "_".join(words)
+    return plain if len(plain) > 1 and plain[0].isalpha() else f"robot_{plain}".rstrip("_")
+
+
+def _checked_person(maintainer: str) -> tuple[str, str]:
+    match = _PERSON.fullmatch(maintainer) if isinstance(maintainer, str) and maintainer.isprintable() else None
+    if match is None:
+        raise BadArgument(f"maintainer must be as 'Name <name@example.org>', got {quoted(maintainer)}")
+    return match[1], match[2]
+
+
+def _open(maintainer: str, license: str) -> list[str]:
+    return [what for what, left in (("maintainer", maintainer == NOBODY), ("license", license == _NO_LICENCE)) if left]
+
+
+def _license(robot: RobotModel) -> str:
+    """The license of the robot's own files: beside them in a wheel, above them in a checkout."""
+    folder = Path(robot.urdf_path).parent
+    for file in (folder / "LICENSE", folder.parent / "LICENSE"):
+        if file.is_file():
+            return file.read_text(encoding="utf-8")
+    raise BadModel(f"no file LICENSE in {folder}; reinstall nao-kin")
+
+
+def _start(robot: RobotModel, tree: UrdfTree, names: str) -> dict[str, float]:
+    """The posture that the robot starts in, as far as the exported joints have values of their own."""
+    if not robot.semantics.start:
+        return {}
+    values = joint_values(robot, robot.posture(robot.semantics.start), names)
+    return {joint.name: float(values[joint.name]) for joint in tree.moving_joints if joint.mimic is None}
+
+
+def _view(robot: RobotModel) -> tuple[tuple[float, float, float], float]:
+    """The middle of the links in the posture that the robot starts in, and a camera distance that shows them all."""
+    start = robot.semantics.start
+    points = robot.fk(robot.posture(start) if start else robot.neutral())[:, :3, 3]
+    low, high = points.min(axis=0), points.max(axis=0)
+    x, y, z = ((low + high) / 2.0).tolist()
+    return (x, y, z), float(max(2.0 * np.linalg.norm(high - low), 0.3))

@@ -1,0 +1,666 @@
+"""SRDF: what MoveIt asks about a robot beside its URDF."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import coal
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats, whole_number
+from nao_kin._core.files import check_replaceable, write_document
+from nao_kin._core.text import abbreviated, fresh_name, quoted
+from nao_kin.errors import UnknownName
+from nao_kin.export.placement import Exported, transform
+from nao_kin.export.urdf import variant
+from nao_kin.export.variants import joint_values, name_frames, named_semantics, new_names
+from nao_kin.robot import RobotModel, UnreadableShape, check_robot, shape_geometry
+from nao_kin.robot.semantics import Posture, Semantics
+from nao_kin.robot.urdf import UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import srdf as writing
+
+# --- Groups of joints and end effectors for MoveIt, from the chains and effectors of a robot's semantics.
+
+
+@dataclass(frozen=True)
+class Group:
+    """A planning group.
+
+    Attributes:
+        name: its name.
+        chain: base link and tip link of a chain, None for a group of other kinds.
+        joints: further joints.
+        links: further links, each with the joint that holds it.
+        groups: groups that it holds.
+        own: the joints with a value of their own in it, in the order of the URDF.
+    """
+
+    name: str
+    chain: tuple[str, str] | None = None
+    joints: tuple[str, ...] = ()
+    links: tuple[str, ...] = ()
+    groups: tuple[str, ...] = ()
+    own: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class EndEffector:
+    """An end effector.
+
+    Attributes:
+        name: its name.
+        parent_link: the link it is attached to, which its group must not contain.
+        group: the group of what it consists of.
+        parent_group: the group that moves the parent link; "" without one.
+    """
+
+    name: str
+    parent_link: str
+    group: str
+    parent_group: str
+
+
+@dataclass(frozen=True)
+class Planning:
+    """Groups and end effectors of a robot, the group of all joints first; and one line for what cannot be said."""
+
+    groups: tuple[Group, ...]
+    end_effectors: tuple[EndEffector, ...]
+    notes: tuple[str, ...]
+
+
+def planning(tree: UrdfTree, semantics: Semantics) -> Planning:
+    """Groups and end effectors for a robot.
+
+    Each chain is a group of its name. Where the frame of an end effector is moved by all but the last joints of a
+    chain, as a hand's frame is by the arm without its gripper, a second group ends in that frame: the inverse
+    kinematics of a planner is asked for the last link of a group. What else hangs on the link of the effector is the
+    effector's own group: the gripper and its fingers, or the fixed links there.
+    """
+    return _Planner(tree, semantics).planning()
+
+
+class _Planner:
+    def __init__(self, tree: UrdfTree, semantics: Semantics) -> None:
+        self.tree, self.semantics = tree, semantics
+        self.above = {joint.child: joint for joint in tree.joints}
+        self.joints = {joint.name: joint for joint in tree.joints}
+        self.groups: dict[str, Group] = {}
+        self.effectors: list[EndEffector] = []
+        # End effector → the moving joints between the root and it.
+        self.ends: dict[str, tuple[str, ...]] = {}
+        self.notes: list[str] = []
+
+    def planning(self) -> Planning:
+        frames = {self._link(name): name for name in self.semantics.end_effectors}
+        self.ends = {link: self._moving_above(link) for link in frames if link in self.tree.links}
+        lacking = [name for link, name in frames.items() if link not in self.tree.links]
+        self.notes += [f"end effector {name} is left out: the URDF has no such link" for name in lacking]
+        for name, joints in self.semantics.chains.items():
+            moving = tuple(joint for joint in joints if joint in self.joints and self.joints[joint].kind != "fixed")
+            if moving:
+                self._chain(name, moving)
+            else:
+                self.notes.append(f"chain {name} is left out: none of its joints moves")
+        whole = self._whole() if self.tree.moving_joints else None
+        for link, path in self.ends.items():
+            self._effector(link, path)
+        groups = (*((whole,) if whole else ()), *self.groups.values())
+        return Planning(groups, tuple(self.effectors), tuple(self.notes))
+
+    def _link(self, frame: str) -> str:
+        """The link of a frame: of a joint's, the link that it moves."""
+        frame = self.tree.shared_names.get(frame, frame)
+        return self.joints[frame].child if frame in self.joints and frame not in self.tree.links else frame
+
+    def _path(self, link: str) -> list[UrdfJoint]:
+        """The joints from the root to a link."""
+        path = []
+        while link in self.above:
+            path.append(self.above[link])
+            link = self.above[link].parent
+        return path[::-1]
+
+    def _moving_above(self, link: str) -> tuple[str, ...]:
+        return tuple(joint.name for joint in self._path(link) if joint.kind != "fixed")
+
+    def _own(self, joints: Iterable[str]) -> tuple[str, ...]:
+        named = set(joints)
+        return tuple(joint.name for joint in self.tree.moving_joints if joint.name in named and joint.mimic is None)
+
+    def _chain(self, name: str, joints: tuple[str, ...]) -> None:
+        base, last = self.joints[joints[0]].parent, self.joints[joints[-1]].child
+        before = self._moving_above(base)
+        if self._moving_above(last) != (*before, *joints):
+            # Joints beside each other, or with a joint between them that the chain leaves out.
+            self.groups[name] = Group(name, joints=joints, own=self._own(joints))
+            return
+        tips = [link for link, path in self.ends.items() if path == (*before, *joints)]
+        self.groups[name] = Group(name, chain=(base, tips[0] if tips else last), own=self._own(joints))
+        for link, path in self.ends.items():
+            part = path[len(before) :]
+            inside = path[: len(before)] == before and 0 < len(part) < len(joints) and part == joints[: len(part)]
+            if inside and part not in self.semantics.chains.values():
+                within = self._fresh(f"{name}_without_{'_'.join(joints[len(part) :])}")
+                self.groups[within] = Group(within, chain=(base, link), own=self._own(part))
+
+    def _whole(self) -> Group:
+        """All joints: the chains as groups, and what is in none of them."""
+        chains = tuple(name for name in self.groups if name in self.semantics.chains)
+        inside = {joint for name in chains for joint in self.semantics.chains[name]}
+        rest = tuple(joint.name for joint in self.tree.moving_joints if joint.name not in inside)
+        own = self._own(joint.name for joint in self.tree.moving_joints)
+        return Group(self._fresh("whole_body"), joints=rest, groups=chains, own=own)
+
+    def _fresh(self, name: str) -> str:
+        return fresh_name(name, {*self.groups, *self.semantics.chains})
+
+    def _effector(self, link: str, path: tuple[str, ...]) -> None:
+        parent, name = link, self._fresh(f"{link}_effector".replace("/", "_"))
+        group = self._gripper(link, path, name) or self._fixed_beyond(link, name)
+        if group is None:
+            held = self.above.get(link)
+            if held is None or held.kind != "fixed":
+                self.notes.append(f"end effector {link} is left out: nothing is attached to that link")
+                return
+            # The frame is a last one: it is itself what is attached.
+            group, parent = Group(name, links=(link,)), held.parent
+            self.notes.append(f"end effector {link} is attached to {parent}: nothing else is there")
+        self.groups[name] = group
+        holding = [g for g in self.groups.values() if g.chain is not None and parent in self._links(g.chain)]
+        fewest = min(holding, key=lambda g: len(g.own), default=None)
+        self.effectors.append(EndEffector(link.replace("/", "_"), parent, name, fewest.name if fewest else ""))
+
+    def _gripper(self, link: str, path: tuple[str, ...], name: str) -> Group | None:
+        """The moving joints outwards of the body that an end effector is part of, if they move no other effector."""
+        body = self._body(link)
+        beyond = tuple(
+            joint.name
+            for joint in self.tree.moving_joints
+            if any(step.parent in body and step.kind != "fixed" for step in self._path(joint.child))
+        )
+        others = {joint for end, above in self.ends.items() if end != link for joint in above}
+        if not path or not beyond or others & set(beyond):
+            return None
+        return Group(name, joints=beyond, own=self._own(beyond))
+
+    def _fixed_beyond(self, link: str, name: str) -> Group | None:
+        held = tuple(joint.child for joint in self.tree.joints if joint.parent == link and joint.kind == "fixed")
+        return Group(name, links=held) if held else None
+
+    def _body(self, link: str) -> set[str]:
+        """The links that are fixed to a link."""
+        while link in self.above and self.above[link].kind == "fixed":
+            link = self.above[link].parent
+        body = {link}
+        for joint in self.tree.joints:  # parents come before children
+            if joint.kind == "fixed" and joint.parent in body:
+                body.add(joint.child)
+        return body
+
+    def _links(self, chain: tuple[str, str]) -> set[str]:
+        base, link = chain
+        found = set()
+        while link != base:
+            found.add(link)
+            link = self.above[link].parent
+        return found
+
+
+# --- Which links of a robot touch each other, found by trying many configurations with the collision library coal.
+
+# By how much boxes around shapes are larger than them [m]: coal takes shapes within its tolerance for touching.
+_MARGIN = 1e-5
+# So few configurations at once are posed by Pinocchio: no kernel has to be compiled for them.
+_POSED_AT_ONCE = 50
+# How many planes between two meshes are tried, and in how few configurations it is not worth while.
+_PLANES, _FEW = 8, 4
+_DISTANCE = coal.DistanceRequest()
+# Two names, the one that comes first in the alphabet first.
+LinkPair = tuple[str, str]
+
+
+class LinkContacts:
+    """The collision shapes of a robot, ready to be held against each other.
+
+    Attributes:
+        links: the links that have shapes, in the order of the URDF.
+        notes: one line for each shape that cannot be read.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        self._robot, tree = robot, robot.tree
+        self.notes: list[str] = []
+        self._shapes: dict[str, list[int]] = defaultdict(list)
+        self._geometries: list[Any] = []
+        owners, placements = [], []
+        packages = tree.packages
+        for collision in tree.collisions:
+            try:
+                geometry = shape_geometry(collision.geometry, packages)
+            except UnreadableShape as reason:
+                self.notes.append(f"a collision shape of {abbreviated(collision.link)} is left out: {reason}")
+                continue
+            geometry.computeLocalAABB()
+            self._shapes[collision.link].append(len(self._geometries))
+            self._geometries.append(geometry)
+            owners.append(collision.link)
+            placements.append(transform(collision.origin))
+        self.links = tuple(link for link in tree.links if link in self._shapes)
+        self._columns = [self.links.index(link) for link in owners]
+        self._T_link_shape = np.array(placements).reshape(-1, 4, 4)
+        self._centres = np.array([[*shape.aabb_center, 1.0] for shape in self._geometries]).reshape(-1, 4, 1)
+        self._radii = np.array([shape.aabb_radius for shape in self._geometries])
+        boxes = [shape.aabb_local for shape in self._geometries]
+        self._hulls = [_hull(shape) for shape in self._geometries]
+        self._corners = [
+            None if hull is shape else np.array(hull.points())
+            for hull, shape in zip(self._hulls, self._geometries, strict=True)
+        ]
+        self._halves = np.array([(box.max_ - box.min_) / 2.0 for box in boxes]).reshape(-1, 3) + _MARGIN
+
+    def pairs(self) -> Iterator[LinkPair]:
+        """Every two links that have shapes."""
+        yield from combinations(sorted(self.links), 2)
+
+    def count(self, q: Floats, pairs: set[LinkPair], *, most: int | None = None) -> dict[LinkPair, int]:
+        """In how many of several configurations the links of each pair touch.
+
+        Args:
+            q: configurations, shape (n, nq).
+            pairs: the pairs to look at.
+            most: stop looking at a pair after so many.
+        """
+        counts = dict.fromkeys(sorted(pairs), 0)
+        both = [(pair, a, b) for pair in counts for a in self._shapes[pair[0]] for b in self._shapes[pair[1]]]
+        if not both or not len(q):
+            return counts
+        parts = [q[start : start + _POSED_AT_ONCE] for start in range(0, len(q), _POSED_AT_ONCE)]
+        T_root_link = np.concatenate([self._robot.fk(part, list(self.links)) for part in parts])
+        T_root_shape = T_root_link[:, self._columns] @ self._T_link_shape
+        place = functools.cache(lambda sample, shape: _transform(T_root_shape[sample, shape]))
+        seen: set[tuple[LinkPair, int]] = set()
+        for index, samples in self._near(T_root_shape, np.array([row[1:] for row in both]).T):
+            pair, a, b = both[index]
+            if most is not None and counts[pair] >= most:
+                continue
+            for sample in samples[~self._apart(a, b, T_root_shape[samples])].tolist():
+                if (most is not None and counts[pair] >= most) or (pair, sample) in seen:
+                    continue
+                if self._touch(a, place(sample, a), b, place(sample, b)):
+                    seen.add((pair, sample))
+                    counts[pair] += 1
+        return counts
+
+    def _near(self, T_root_shape: Floats, shapes: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
+        """Yield the pairs of shapes that need a closer look, each as its place in `shapes` with its configurations.
+
+        Two shapes are apart where the spheres around them are, or their boxes when seen along an edge of one of them.
+        """
+        a, b = shapes
+        centres = (T_root_shape @ self._centres)[..., :3, 0]
+        gaps = np.linalg.norm(centres[:, a] - centres[:, b], axis=-1) - self._radii[a] - self._radii[b]
+        pair, sample = np.nonzero(gaps.T <= 0.0)
+        a, b = a[pair], b[pair]
+        R_root_a, R_root_b = T_root_shape[sample, a, :3, :3], T_root_shape[sample, b, :3, :3]
+        R_ab = R_root_a.transpose(0, 2, 1) @ R_root_b
+        between = (centres[sample, b] - centres[sample, a])[:, None, :]
+        along_a, along_b = np.abs(between @ R_root_a)[:, 0], np.abs(between @ R_root_b)[:, 0]
+        reach = np.abs(R_ab)
+        is_near = (along_a <= self._halves[a] + np.einsum("nij,nj->ni", reach, self._halves[b])).all(axis=1)
+        is_near &= (along_b <= self._halves[b] + np.einsum("nij,ni->nj", reach, self._halves[a])).all(axis=1)
+        pair, sample = pair[is_near], sample[is_near]
+        starts = np.flatnonzero(np.diff(pair, prepend=-1))
+        yield from zip(pair[starts].tolist(), np.split(sample, starts)[1:], strict=True)
+
+    def _apart(self, a: int, b: int, T_root_shape: Floats) -> NDArray[np.bool_]:
+        """Find the configurations in which a plane separates two meshes; in the others they may touch or not.
+
+        The plane between the two hulls in one configuration, held to the first mesh, often separates them in many.
+        """
+        apart, tried = np.zeros(len(T_root_shape), bool), np.zeros(len(T_root_shape), bool)
+        corners_a, corners_b = self._corners[a], self._corners[b]
+        if corners_a is None or corners_b is None or len(apart) < _FEW:
+            return apart
+        T_root_a, T_root_b = T_root_shape[:, a], T_root_shape[:, b]
+        for _ in range(_PLANES):
+            sample = int(np.argmin(apart | tried))
+            if apart[sample] or tried[sample]:
+                break
+            tried[sample] = True
+            result = coal.DistanceResult()
+            places = _transform(T_root_a[sample]), _transform(T_root_b[sample])
+            if coal.distance(self._hulls[a], places[0], self._hulls[b], places[1], _DISTANCE, result) <= _MARGIN:
+                continue
+            normal = T_root_a[sample, :3, :3].T @ (result.getNearestPoint2() - result.getNearestPoint1())
+            normal /= np.linalg.norm(normal)
+            normals = T_root_a[:, :3, :3] @ normal  # the plane's normal in the root's frame, shape (n, 3)
+            origins = ((T_root_b - T_root_a)[:, :3, 3] * normals).sum(axis=1)
+            lowest = ((normals[:, None] @ T_root_b[:, :3, :3])[:, 0] @ corners_b.T).min(axis=1) + origins
+            apart |= lowest > (corners_a @ normal).max() + _MARGIN
+        return apart
+
+    def _touch(self, a: int, place_a: Any, b: int, place_b: Any) -> bool:
+        """Whether two shapes touch: not where their convex hulls are apart, which is found much sooner."""
+        return _collide(self._hulls[a], place_a, self._hulls[b], place_b) and (
+            (self._hulls[a] is self._geometries[a] and self._hulls[b] is self._geometries[b])
+            or _collide(self._geometries[a], place_a, self._geometries[b], place_b)
+        )
+
+
+def _transform(T: Floats) -> Any:
+    return coal.Transform3s(T[:3, :3], T[:3, 3])
+
+
+def _collide(a: Any, place_a: Any, b: Any, place_b: Any) -> bool:
+    return bool(coal.collide(a, place_a, b, place_b, coal.CollisionRequest(), coal.CollisionResult()))
+
+
+def _hull(shape: Any) -> Any:
+    """Return the convex hull of a mesh, or the shape itself where it is no mesh or has no hull, as a flat one."""
+    try:
+        shape.buildConvexHull(True, "Qt")
+        hull = shape.convex
+        hull.computeLocalAABB()
+    except (AttributeError, RuntimeError, ValueError):
+        return shape
+    return hull
+
+
+# --- Pairs of links that a planner need not look at, by the rules and words of MoveIt's setup assistant.
+#
+# Source: MoveIt Setup Assistant, "Generate Self-Collision Matrix"; moveit_setup_srdf_plugins,
+# compute_default_collisions.
+
+ADJACENT, DEFAULT, ALWAYS, NEVER = "Adjacent", "Default", "Always", "Never"
+# A pair that touches in more than this part of the configurations is taken to touch always.
+ALWAYS_FROM = 0.95
+# "Always" is decided by the first of the samples, for they must be counted to the last.
+_COUNTED = 1000
+# Configurations looked at together: at first few, for many pairs are soon decided.
+_AT_ONCE, _REST_AT_ONCE = 50, 500
+
+
+def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: int, seed: int) -> dict[LinkPair, str]:
+    """The pairs of links with shapes that need no collision check, and why.
+
+    "Adjacent": `adjacent_links`. "Default": they touch in the posture that the robot starts in, or without one with
+    every joint at zero, or in the middle of its range where zero is outside. "Always": they touch in more than 95 % of
+    the configurations tried. "Never": they touch in none of them, and in no posture.
+
+    Args:
+        robot: the robot; its configurations are drawn inside its limits, coupled ones included.
+        contacts: its shapes.
+        samples: how many configurations are tried.
+        seed: of the random numbers: the same seed gives the same pairs.
+    """
+    adjacent = adjacent_links(robot.tree, contacts.links)
+    reasons = {pair: ADJACENT for pair in contacts.pairs() if pair in adjacent}
+    unknown = set(contacts.pairs()) - set(reasons)
+    touching = contacts.count(_default(robot)[None], unknown)
+    reasons |= {pair: DEFAULT for pair in unknown if touching[pair]}
+    unknown -= set(reasons)
+
+    q, counts = robot.random(seed, samples), dict.fromkeys(unknown, 0)
+    counted = min(samples, _COUNTED)
+    for start in range(0, counted, _AT_ONCE):
+        # A pair that has touched once, and been apart too often to touch always, needs no further look.
+        still = {pair for pair in unknown if not counts[pair] or counted - start + counts[pair] > ALWAYS_FROM * counted}
+        for pair, count in contacts.count(q[start : min(start + _AT_ONCE, counted)], still).items():
+            counts[pair] += count
+    reasons |= {pair: ALWAYS for pair in unknown if counts[pair] > ALWAYS_FROM * counted}
+    rest = np.array([*(robot.posture(name) for name in robot.posture_names), *q[counted:]])
+    unseen = {pair for pair in unknown if not counts[pair]}
+    for start in range(0, len(rest), _REST_AT_ONCE):
+        touching = contacts.count(rest[start : start + _REST_AT_ONCE], unseen, most=1)
+        unseen = {pair for pair in unseen if not touching[pair]}
+    return dict(sorted((reasons | dict.fromkeys(unseen, NEVER)).items()))
+
+
+def adjacent_links(tree: UrdfTree, shaped: Collection[str]) -> set[LinkPair]:
+    """Links with shapes whose contact says nothing: joined by a joint, or across links without shapes at one point.
+
+    The setup assistant takes any two links for adjacent that have only links without shapes between them. Where an
+    upper arm has no shape, a planner would then lead the forearm through the trunk.
+
+    Args:
+        tree: the robot.
+        shaped: its links with shapes.
+    """
+    held: dict[str, list[UrdfJoint]] = defaultdict(list)
+    for joint in tree.joints:
+        held[joint.parent].append(joint)
+    pairs: set[LinkPair] = set()
+    # Link → itself if it has shapes, else the links with shapes that stand at the same point of it.
+    here: dict[str, list[str]] = {}
+    for link in reversed([tree.root, *(joint.child for joint in tree.joints)]):  # the outer ones first
+        beyond = [here[joint.child] for joint in held[link] if link in shaped or _at_one_point(joint)]
+        if link in shaped:
+            pairs |= {(min(link, other), max(link, other)) for others in beyond for other in others}
+            here[link] = [link]
+        else:
+            several = combinations(beyond, 2)
+            pairs |= {(min(a, b), max(a, b)) for first, second in several for a in first for b in second}
+            here[link] = [other for others in beyond for other in others]
+    return pairs
+
+
+def _at_one_point(joint: UrdfJoint) -> bool:
+    """Whether what the joint moves stays where it is in its parent: at its origin, or rigidly held."""
+    return joint.kind == "fixed" or (joint.kind == "revolute" and not any(joint.origin.xyz))
+
+
+def _default(robot: RobotModel) -> Floats:
+    if robot.semantics.start:
+        return robot.posture(robot.semantics.start)
+    values = {
+        name: 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2.0
+        for name, lower, upper in zip(robot.joint_names, robot.lower, robot.upper, strict=True)
+    }
+    return robot.configuration(values, limits="ignore")
+
+
+# --- SRDF: what MoveIt asks about a robot beside its URDF.
+
+BASES = ("fixed", "floating", "planar")
+WORLD = "world"
+
+# MoveIt, "URDF and SRDF": characters that joint names should not contain.
+_TROUBLESOME = re.compile(r"[-\[\](),]")
+_MOST_SAMPLES = 1_000_000
+# Names of groups become names of parameters.
+_PARAMETER = re.compile(r"[A-Za-z]\w*", re.ASCII)
+
+
+def srdf(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    names: str = "naoqi",
+    frames: str = "all",
+    coupling: str = "mimic",
+    base: str | None = None,
+    samples: int = 10_000,
+    seed: int = 0,
+    overwrite: bool = False,
+) -> Exported:
+    """Write an SRDF: planning groups, end effectors, postures, and the collision checks that a planner may leave out.
+
+    Groups are the robot's chains, as `nk.semantics` names them, and "whole_body"; a chain whose last joint moves
+    a gripper has a second group without it, which ends in the frame of the end effector. Postures are group states
+    without the joints that follow others, which are passive joints. A pair of links is not checked when the two are
+    adjacent, touch in the posture the robot starts in, touch in more than 95 % of the configurations tried, or in none
+    of them. A robot without chains has the group of all its joints; one without collision shapes leaves out no check.
+
+    Args:
+        robot: the robot.
+        path: the file.
+        names: "naoqi" for the names of the robot's own URDF, "ros" for those of its ROS description: as in the URDF
+            beside it.
+        frames: "all", "effectors" or "none": which frames the URDF beside it has.
+        coupling: "mimic", "locked" or "independent": as in the URDF beside it.
+        base: what holds the root link in the frame "world": "fixed", "floating" or "planar"; None for what the
+            robot was loaded with.
+        samples: how many configurations are tried for contacts.
+        seed: of the random numbers; the same seed gives the same file.
+        overwrite: replace a file that is there.
+
+    Returns:
+        The file, and one line for everything that an SRDF cannot say.
+
+    Raises:
+        UnknownName: no such names, frames, coupling or base.
+        BadArgument: no robot, no ROS names known, no count of samples, a file is there, or it cannot be written.
+
+    Examples:
+        >>> nao = nk.load_nao("v6")
+        >>> done = nk.export.srdf(nao, "nao.srdf", samples=100)
+        >>> again = nk.RobotModel.from_urdf(nao.urdf_path, semantics="nao.srdf")
+        >>> again.chains["LLeg"] == nao.chains["LLeg"], again.posture_names == nao.posture_names
+        (True, True)
+    """
+    check_replaceable(path, overwrite=overwrite)
+    document = srdf_document(
+        robot, names=names, frames=frames, coupling=coupling, base=base, samples=samples, seed=seed
+    )
+    return Exported(Path(path), write_document(path, document.text.encode(), overwrite=overwrite), document.changes)
+
+
+@dataclass(frozen=True)
+class SrdfDocument:
+    """An SRDF that is not written yet, and what it cannot say, one line each."""
+
+    text: str
+    changes: tuple[str, ...]
+
+
+def srdf_document(
+    robot: RobotModel,
+    *,
+    names: str = "naoqi",
+    frames: str = "all",
+    coupling: str = "mimic",
+    base: str | None = None,
+    samples: int = 10_000,
+    seed: int = 0,
+) -> SrdfDocument:
+    """The text of an SRDF; arguments and errors as `srdf`."""
+    check_robot(robot)
+    held = ("floating" if robot.base == "floating" else "fixed") if base is None else base
+    if held not in BASES:
+        raise UnknownName("base", base, BASES)
+    count = whole_number(samples, "samples", 1, _MOST_SAMPLES)
+    own, _ = variant(robot, frames=frames, coupling=coupling)
+    tree, _ = name_frames(own, names, robot.semantics)
+    body = _as_written(robot, own)
+    plan = planning(tree, named_semantics(robot.semantics, names))
+    contacts = LinkContacts(body)
+    reasons = disabled_collisions(body, contacts, samples=count, seed=whole_number(seed, "seed", 0))
+    new = new_names(robot.semantics, names)
+    unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
+    states = {name: joint_values(robot, robot.posture(name), names) for name in robot.posture_names}
+    root = _robot(tree, states, plan, unchecked, held)
+    found = _found(contacts, reasons, count)
+    return SrdfDocument(
+        writing.document_text(root),
+        (*plan.notes, *contacts.notes, found, *_unsaid(body, plan, contacts, set(reasons), new)),
+    )
+
+
+def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:
+    """The robot as the tree of a variant moves it, with what of its meaning is asked here."""
+    own = {joint.name for joint in tree.moving_joints if joint.mimic is None}
+    values = {name: joint_values(robot, robot.posture(name)) for name in robot.posture_names}
+    postures = {name: Posture({joint: float(q[joint]) for joint in own}) for name, q in values.items()}
+    limits = tuple(table for table in robot.coupled_limits if {table.joint, table.of} <= own)
+    meaning = Semantics(postures=postures, start=robot.semantics.start, coupled_limits=limits)
+    return RobotModel(tree, meaning, base=robot.base)
+
+
+def _robot(
+    tree: UrdfTree,
+    states: Mapping[str, Mapping[str, Floats]],
+    plan: Planning,
+    unchecked: Mapping[LinkPair, str],
+    held: str,
+) -> ET.Element:
+    root = ET.Element("robot", name=tree.name)
+    root.append(ET.Comment(" Written by nao_kin; the URDF of the same name has the links and joints. "))
+    for group in plan.groups:
+        _add_group(root, group)
+    # Pinocchio keeps the first state of a name: that of all joints.
+    for group in plan.groups:
+        for name, values in states.items():
+            _add_state(root, name, group, values)
+    for effector in plan.end_effectors:
+        element = ET.SubElement(root, "end_effector", name=effector.name, parent_link=effector.parent_link)
+        element.set("group", effector.group)
+        if effector.parent_group:
+            element.set("parent_group", effector.parent_group)
+    virtual = fresh_name("virtual_joint", {joint.name for joint in tree.joints})
+    ET.SubElement(root, "virtual_joint", name=virtual, type=held, parent_frame=WORLD, child_link=tree.root)
+    for follower in tree.mimics:
+        ET.SubElement(root, "passive_joint", name=follower)
+    for (first, second), reason in unchecked.items():
+        ET.SubElement(root, "disable_collisions", link1=first, link2=second, reason=reason)
+    return root
+
+
+def _add_group(root: ET.Element, group: Group) -> None:
+    element = ET.SubElement(root, "group", name=group.name)
+    if group.chain is not None:
+        ET.SubElement(element, "chain", base_link=group.chain[0], tip_link=group.chain[1])
+    for tag, names in (("joint", group.joints), ("link", group.links), ("group", group.groups)):
+        for name in names:
+            ET.SubElement(element, tag, name=name)
+
+
+def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, Floats]) -> None:
+    if group.own:
+        state = ET.SubElement(root, "group_state", name=name, group=group.name)
+        for joint in group.own:
+            ET.SubElement(state, "joint", name=joint, value=repr(float(values[joint])))
+
+
+def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int) -> str:
+    pairs = sum(1 for _ in contacts.pairs())
+    if not pairs:
+        return "no two links have collision shapes: a planner finds no contacts of the robot with itself"
+    counts = ", ".join(f"{count} {reason}" for reason, count in sorted(Counter(reasons.values()).items()))
+    return (
+        f"{len(reasons)} of {pairs} pairs of links with collision shapes are not checked "
+        f"({counts}; {samples} configurations tried)"
+    )
+
+
+def _unsaid(
+    robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked: set[LinkPair], new: Mapping[str, str]
+) -> list[str]:
+    """What a planner will not know, or not like."""
+    lines = []
+    if robot.coupled_limits:
+        names = ", ".join(dict.fromkeys(table.joint for table in robot.coupled_limits))
+        lines.append(f"coupled limits are left out, a planner knows one range for each joint: {names}")
+    checked = set(contacts.pairs()) - unchecked
+    for name in robot.posture_names:
+        touching = contacts.count(robot.posture(name)[None], checked)
+        found = [pair for pair, count in touching.items() if count]
+        pairs = ", ".join(f"{new.get(first, first)} and {new.get(second, second)}" for first, second in found)
+        if pairs:
+            lines.append(f"in posture {quoted(name)} shapes touch that are checked, no plan can start there: {pairs}")
+    for group in plan.groups:
+        if not _PARAMETER.fullmatch(group.name):
+            lines.append(f"group {quoted(group.name)} is no name for a parameter of ROS: letters, digits and _")
+    joints = [joint.name for joint in robot.tree.moving_joints if _TROUBLESOME.search(joint.name)]
+    if joints:
+        lines.append(f"MoveIt warns of the characters in {len(joints)} names of joints, first {quoted(joints[0])}")
+    return [abbreviated(line, 400) for line in lines]

@@ -1,0 +1,287 @@
+"""A robot as a URDF that another tool loads right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from nao_kin._core.files import check_replaceable, write_document
+from nao_kin._core.text import fresh_name, quoted
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.export.inertia import make_physical
+from nao_kin.export.meshes import MESH_FOLDER, mesh_names, read_files
+from nao_kin.export.placement import Exported
+from nao_kin.export.variants import align_axes, couple, keep_frames, merge_balls, name_frames
+from nao_kin.robot import RobotModel
+from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, Rgba, UrdfJoint, UrdfTree, Visual
+from nao_kin.robot.urdf import srdf as writing
+
+# --- A robot's tree as the text of a URDF: the same text every time, its numbers the shortest that read back.
+
+# URDF has no word for "without bound": this stands for it [m, m/s, rad/s, N, N m].
+UNBOUNDED = 1e9
+
+# What a visual has for its colour: name of the material, "" for none, and the colour.
+Paint = tuple[str, Rgba]
+
+
+def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tuple[str, tuple[str, ...]]:
+    """The URDF of a tree.
+
+    Each link stands before the joint that moves it, and joints are in the order of the tree, so that a joint comes
+    after the one that drives it. Colours are materials of the robot, one name for each.
+
+    Args:
+        tree: the robot.
+        meshes: name of a mesh in the tree → the name to write; None leaves out what is a mesh.
+
+    Returns:
+        The document, ending in a newline, and one line for each thing that a URDF cannot say.
+    """
+    changes: list[str] = []
+    materials = _materials(tree)
+    robot = ET.Element("robot", name=tree.name)
+    for (_, rgba), name in materials.items():
+        writing.add_colour(robot, name, rgba)
+    joints = {joint.name: joint for joint in tree.joints}
+    robot.append(_link(tree, tree.root, materials, meshes))
+    for joint in tree.joints:
+        robot.append(_link(tree, joint.child, materials, meshes))
+        robot.append(_joint(joint, joints, changes))
+    if meshes is None:
+        left = {visual.link for visual in tree.visuals if isinstance(visual.geometry, MeshFile)}
+        left |= {shape.link for shape in tree.collisions if isinstance(shape.geometry, MeshFile)}
+        if left:
+            changes.append(f"the meshes of {len(left)} links are left out")
+    return writing.document_text(robot), tuple(changes)
+
+
+def _materials(tree: UrdfTree) -> dict[Paint, str]:
+    """Name and colour of a visual → name of its material: its own, or another one where two colours share a name."""
+    found: dict[Paint, str] = {}
+    for visual in tree.visuals:
+        if visual.rgba is not None and (visual.material, visual.rgba) not in found:
+            found[visual.material, visual.rgba] = fresh_name(visual.material or "colour", found.values())
+    return found
+
+
+def _link(tree: UrdfTree, name: str, materials: Mapping[Paint, str], meshes: Mapping[str, str] | None) -> ET.Element:
+    link = ET.Element("link", name=name)
+    if name in tree.inertials:
+        writing.add_inertial(link, tree.inertials[name])
+    for visual in tree.visuals:
+        if visual.link == name:
+            element = _add_shape(link, "visual", visual, meshes)
+            # A material without a colour anywhere is an error to most readers.
+            if element is not None and visual.rgba is not None:
+                ET.SubElement(element, "material", name=materials[visual.material, visual.rgba])
+    for shape in tree.collisions:
+        if shape.link == name:
+            _add_shape(link, "collision", shape, meshes)
+    return link
+
+
+def _add_shape(
+    link: ET.Element, tag: str, shape: Visual | Collision, meshes: Mapping[str, str] | None
+) -> ET.Element | None:
+    geometry = shape.geometry
+    if isinstance(geometry, MeshFile):
+        if meshes is None:
+            return None
+        geometry = replace(geometry, filename=meshes[geometry.filename])
+    element = ET.SubElement(link, tag, {"name": shape.name} if shape.name else {})
+    writing.add_origin(element, shape.origin)
+    writing.add_geometry(element, geometry)
+    return element
+
+
+def _joint(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str]) -> ET.Element:
+    element = ET.Element("joint", name=joint.name, type=joint.kind)
+    writing.add_ends(element, joint.parent, joint.child, joint.origin)
+    if joint.kind not in ("revolute", "prismatic"):
+        return element
+    ET.SubElement(element, "axis", xyz=writing.numbers(joint.axis))
+    limits = _limits(joint, joints, changes)
+    if "lower" not in limits:
+        element.set("type", "continuous")
+    if limits:
+        ET.SubElement(element, "limit", {name: writing.number(value) for name, value in limits.items()})
+    if joint.mimic is not None:
+        writing.add_mimic(element, joint.mimic)
+    if joint.damping or joint.friction:
+        losses = {"damping": writing.number(joint.damping), "friction": writing.number(joint.friction)}
+        ET.SubElement(element, "dynamics", losses)
+    return element
+
+
+def _limits(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str]) -> dict[str, float]:
+    """The limits to write; without lower and upper for a joint that is continuous."""
+    lower, upper = joint.lower, joint.upper
+    if joint.mimic is not None and not math.isfinite(upper - lower):
+        # A continuous joint may not follow one with limits.
+        driver = joints[joint.mimic.joint]
+        lower, upper = joint.mimic.range(driver.lower, driver.upper)
+    bounds = {"velocity": joint.velocity, "effort": joint.effort}
+    if math.isfinite(upper - lower):
+        bounds = {"lower": lower, "upper": upper} | bounds
+    elif joint.kind == "prismatic":
+        bounds = {"lower": -UNBOUNDED, "upper": UNBOUNDED} | bounds
+        changes.append(f"{joint.name} slides without limits: written as ±{UNBOUNDED:g}")
+    elif not any(map(math.isfinite, bounds.values())):
+        return {}
+    endless = [name for name, value in bounds.items() if math.isinf(value)]
+    if endless:
+        changes.append(f"{joint.name} has no bound on {' and '.join(endless)}: written as {UNBOUNDED:g}")
+    return {name: min(value, UNBOUNDED) if name in endless else value for name, value in bounds.items()}
+
+
+# --- A robot as a URDF that another tool loads right.
+
+MESHES = ("relative", "absolute", "none", "package://NAME")
+
+
+def urdf(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    frames: str = "all",
+    names: str = "naoqi",
+    meshes: str = "relative",
+    coupling: str = "mimic",
+    inertia: str = "published",
+    typed: bool = False,
+    axes: str = "published",
+    overwrite: bool = False,
+) -> Exported:
+    """Write a robot as a URDF.
+
+    With the defaults it is what was read: the same links, joints, inertias and shapes, its meshes copied.
+
+    Args:
+        robot: any robot.
+        path: the file to write.
+        frames: which links on fixed joints stay: "all"; "effectors", those that the semantics name: end effectors,
+            soles, cameras, sensors; or "none", one link for each body. The mass of the others goes to what carries
+            them.
+        names: "naoqi", those of the robot's own file, or "ros", those of its published ROS description.
+        meshes: "relative" copies them to a folder "meshes" beside the file; "absolute" names them where they are;
+            "package://NAME" names them in the folder "meshes" of a ROS package, "package://NAME/FOLDER" in a folder of
+            it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
+        coupling: joints that follow another one "mimic" it, are "locked" together with it, or are "independent".
+        inertia: "published", or "physical": the nearest that bodies can have, see
+            `nao_kin.export.inertia.make_physical`; and a mass of 0 in words where a link has none, for
+            PyBullet takes silence for 1 kg.
+        typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
+            do not.
+        axes: "published", as in the robot's file; "aligned" turns the frame of a joint whose axis is oblique until the
+            axis is its z axis, for tools that take no other axes than those of the frame. Links stay as they are.
+        overwrite: replace files that are there.
+
+    Returns:
+        The file, all files written, and what in them differs from the robot.
+
+    Raises:
+        UnknownName: no such choice of an option.
+        BadArgument: a mesh is missing, the robot has no ROS names, a file is there, or it cannot be written.
+
+    Examples:
+        >>> done = nk.export.urdf(nk.load_nao("v6"), "nao.urdf", frames="none", meshes="none", inertia="physical")
+        >>> done.path.name, done.changes[0]
+        ('nao.urdf', 'base_link has neither mass nor shapes: torso is the root instead of it')
+        >>> nk.RobotModel.from_urdf("nao.urdf").link_names[0]
+        'torso'
+    """
+    check_replaceable(path, overwrite=overwrite)
+    tree, changes = variant(
+        robot, frames=frames, names=names, coupling=coupling, inertia=inertia, typed=typed, axes=axes
+    )
+    if inertia == "physical":
+        tree, massless = _said_massless(tree)
+        changes = (*changes, *massless)
+    named, copied, left_out = _named_meshes(tree, meshes)
+    text, unsaid = urdf_document(tree, named)
+    files = write_document(path, text.encode(), read_files(copied), overwrite=overwrite)
+    return Exported(Path(path), files, (*changes, *unsaid, *left_out))
+
+
+def variant(
+    robot: RobotModel,
+    *,
+    frames: str = "all",
+    names: str = "naoqi",
+    coupling: str = "mimic",
+    inertia: str = "published",
+    typed: bool = False,
+    axes: str = "published",
+) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree of a robot in a variant, and one line for each change.
+
+    Args:
+        robot: any robot.
+        frames: as in `urdf`.
+        names: as in `urdf`.
+        coupling: as in `urdf`.
+        inertia: as in `urdf`.
+        typed: as in `urdf`.
+        axes: as in `urdf`.
+
+    Raises:
+        UnknownName: no such choice of an option.
+        BadArgument: the robot has no ROS names.
+
+    Examples:
+        >>> tree, changes = nk.export.variant(nk.load_nao("v6"), frames="none", coupling="locked")
+        >>> len(tree.links), len(tree.moving_joints)
+        (23, 22)
+    """
+    if not isinstance(robot, RobotModel):
+        raise BadArgument(f"expected a robot model, got {quoted(robot)}")
+    tree, locked = couple(robot.tree, coupling)
+    tree, balls = merge_balls(tree, typed)
+    tree, gone = keep_frames(tree, frames, robot.semantics)
+    tree, mended = make_physical(tree, inertia)
+    tree, renamed = name_frames(tree, names, robot.semantics)
+    tree, turned = align_axes(tree, axes)
+    return tree, (*locked, *balls, *gone, *mended, *renamed, *turned)
+
+
+def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with a mass of 0 for every link but the root that has no word about its mass."""
+    nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    silent = [link for link in tree.links if link not in tree.inertials and link != tree.root]
+    if not silent:
+        return tree, ()
+    inertials = {**tree.inertials, **dict.fromkeys(silent, nothing)}
+    return replace(tree, inertials=inertials), (f"{len(silent)} links without mass are given a mass of 0 in words",)
+
+
+def _named_meshes(tree: UrdfTree, meshes: str) -> tuple[dict[str, str] | None, dict[str, Path], tuple[str, ...]]:
+    """Name of each mesh in the tree → its name in the URDF, None to leave it out; files to copy; and what is not."""
+    if meshes == "none":
+        return None, {}, ()
+    package = _package(meshes)
+    names, files, left_out = mesh_names(tree)
+    if meshes == "relative":
+        copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
+        return {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}, copied, left_out
+    if meshes == "absolute":
+        return {name: str(files[inside]) for name, inside in names.items()}, {}, ()
+    return {name: f"{package}/{inside}" for name, inside in names.items()}, {}, ()
+
+
+def _package(meshes: object) -> str:
+    """The folder of meshes that a `package://` names; "" for the choices without one.
+
+    Raises:
+        UnknownName: neither.
+    """
+    if meshes in ("relative", "absolute"):
+        return ""
+    start = "package://"
+    inside = meshes.removeprefix(start).strip("/") if isinstance(meshes, str) else ""
+    if not isinstance(meshes, str) or not meshes.startswith(start) or not inside or set(inside) & set(" \t\n\\"):
+        raise UnknownName("choice of meshes", meshes, MESHES)
+    return start + (inside if "/" in inside else f"{inside}/{MESH_FOLDER}")

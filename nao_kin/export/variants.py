@@ -1,0 +1,466 @@
+"""Variants of a robot's tree: pure functions from a tree to another one and to one line for each change made.
+
+They are applied in this order: `couple`, `merge_balls`, `keep_frames`, `make_physical`, `name_frames`, `align_axes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats, Vector, choice, flag
+from nao_kin._core.text import with_underscores
+from nao_kin.errors import BadArgument
+from nao_kin.export.placement import HERE, body_of, composed, moved, pseudo_inertia, rpy_of
+from nao_kin.joints import MultiDofJoint, group_joints
+from nao_kin.robot import RobotModel
+from nao_kin.robot.semantics import Semantics, meaning
+from nao_kin.robot.urdf import Collision, Inertial, Origin, UrdfJoint, UrdfTree, Visual
+from nao_kin.rotations import rotation_between
+
+# --- Joint axes: as published, or each along an axis of its joint's frame.
+
+Axes = Literal["published", "aligned"]
+AXES: tuple[Axes, ...] = ("published", "aligned")
+
+_ALONG_AN_AXIS = ("revolute", "prismatic")
+_Z: Vector = (0.0, 0.0, 1.0)
+
+
+def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree without oblique axes: every joint axis is plus or minus x, y or z of its joint's frame.
+
+    Some tools know joints about the axes of the frame only. In a joint whose axis is oblique, a link without mass is
+    put between: the joint carries it, with its z axis along the joint's axis, and a fixed joint turns back to the link
+    that was carried. Every link of the robot stays where it was in every configuration, and every joint keeps its
+    name, its limits and its value.
+
+    Args:
+        tree: the robot.
+        axes: "published" changes nothing, or "aligned".
+
+    Returns:
+        The tree, and one line for each joint that is turned.
+
+    Raises:
+        UnknownName: no such choice.
+
+    Examples:
+        >>> from nao_kin.export.variants import align_axes
+        >>> align_axes(nk.load_nao("v6").tree, "aligned")[1][0]
+        'LHipYawPitch: its frame is turned until its axis is z; LHipYawPitch_axis stands between torso and LPelvis'
+    """
+    choice(axes, AXES, "choice of axes")
+    if axes == "published":
+        return tree, ()
+    taken = {*tree.links, *(joint.name for joint in tree.joints)}
+    joints, links, changes = list[UrdfJoint](), list(tree.links), list[str]()
+    for joint in tree.joints:
+        if joint.kind not in _ALONG_AN_AXIS or sorted(map(abs, joint.axis)) == [0.0, 0.0, 1.0]:
+            joints.append(joint)
+            continue
+        between = with_underscores(f"{joint.name}_axis", taken)
+        R = rotation_between(_Z, joint.axis)
+        turned = composed(joint.origin, Origin(rpy=rpy_of(R)))
+        joints.append(replace(joint, origin=turned, axis=_Z, child=between))
+        back = with_underscores(f"{joint.name}_axis_fixedjoint", taken)
+        taken |= {between, back}
+        joints.append(UrdfJoint(back, "fixed", between, joint.child, Origin(rpy=rpy_of(R.T))))
+        links.insert(links.index(joint.child), between)
+        changes.append(
+            f"{joint.name}: its frame is turned until its axis is z; "
+            f"{between} stands between {joint.parent} and {joint.child}"
+        )
+    return replace(tree, links=tuple(links), joints=tuple(joints)), tuple(changes)
+
+
+# --- Joints that follow another one: kept, fixed together with what drives them, or set free.
+
+Coupling = Literal["mimic", "locked", "independent"]
+COUPLINGS: tuple[Coupling, ...] = ("mimic", "locked", "independent")
+
+
+def couple(tree: UrdfTree, coupling: str) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with its couplings kept, locked or taken away.
+
+    A tool that does not know couplings moves each joint alone. "locked" gives it joints that cannot be moved wrongly:
+    the driving joint and all that follow it are fixed, where the driving joint is at zero, or at the limit nearest to
+    zero. "independent" leaves it to whoever sets the joints to set them alike.
+
+    Args:
+        tree: the robot.
+        coupling: "mimic" changes nothing, "locked" or "independent".
+
+    Returns:
+        The tree, and one line for each group of coupled joints.
+
+    Raises:
+        UnknownName: no such choice.
+
+    Examples:
+        >>> from nao_kin.export.variants import couple
+        >>> tree, changes = couple(nk.load_nao("v6").tree, "independent")
+        >>> len(tree.moving_joints), len(tree.mimics)
+        (42, 0)
+        >>> changes[1]
+        'RHipYawPitch no longer follows LHipYawPitch: each is moved alone'
+    """
+    choice(coupling, COUPLINGS, "coupling")
+    if coupling == "mimic" or not tree.mimics:
+        return tree, ()
+    followers: dict[str, list[str]] = {}
+    for joint in tree.joints:
+        if joint.mimic is not None:
+            followers.setdefault(joint.mimic.joint, []).append(joint.name)
+    changes: list[str] = []
+    if coupling == "independent":
+        for driver, names in followers.items():
+            what = "no longer follows" if len(names) == 1 else "no longer follow"
+            changes.append(f"{', '.join(names)} {what} {driver}: each is moved alone")
+        return replace(tree, joints=tuple(replace(joint, mimic=None) for joint in tree.joints)), tuple(changes)
+    values = {joint.name: _at_rest(joint) for joint in tree.joints if joint.name in followers}
+    for driver, names in followers.items():
+        changes.append(f"{driver} is fixed at {values[driver]:g}, and with it what follows it: {', '.join(names)}")
+    values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in tree.mimics.items()}
+    joints = (_fixed(joint, values[joint.name]) if joint.name in values else joint for joint in tree.joints)
+    return replace(tree, joints=tuple(joints)), tuple(changes)
+
+
+def _at_rest(joint: UrdfJoint) -> float:
+    return min(max(0.0, joint.lower), joint.upper)
+
+
+def _fixed(joint: UrdfJoint, value: float) -> UrdfJoint:
+    origin = moved(joint.origin, joint.kind, joint.axis, value)
+    return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, origin)
+
+
+# --- Which of the links that fixed joints hold stay: all, those that the robot's semantics name, or none.
+
+Frames = Literal["all", "effectors", "none"]
+FRAMES: tuple[Frames, ...] = ("all", "effectors", "none")
+
+_MOST_NAMED = 6
+
+
+def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with fewer of the links that fixed joints hold; the others are merged into the links that carry them.
+
+    Mass and shapes of a merged link go to the link that carries it, so that every remaining link moves as before, and
+    the mass and the centre of mass of the robot stay. A root without mass and shapes that holds one link at its own
+    place, and nothing else, gives way to that link: simulators want the mass of the trunk on the root.
+
+    Args:
+        tree: the robot.
+        frames: "all" changes nothing; "effectors" leaves the frames that `semantics` names: end effectors, soles,
+            cameras, sensors; "none" leaves one link for each body.
+        semantics: what the robot means.
+
+    Returns:
+        The tree, and one line for what has changed.
+
+    Raises:
+        UnknownName: no such choice.
+
+    Examples:
+        >>> from nao_kin.export.variants import keep_frames
+        >>> nao = nk.load_nao("v6")
+        >>> tree, changes = keep_frames(nao.tree, "none", nao.semantics)
+        >>> len(nao.tree.links), len(tree.links), tree.root
+        (124, 43, 'torso')
+    """
+    choice(frames, FRAMES, "choice of frames")
+    if frames == "all":
+        return tree, ()
+    named = {name for name, _ in semantics.frames()} if frames == "effectors" else set[str]()
+    named |= {tree.shared_names[name] for name in named if name in tree.shared_names}
+    fixed = [joint for joint in tree.joints if joint.kind == "fixed"]
+    changes: list[str] = []
+    bare = _bare_root(tree, fixed)
+    if bare is not None:
+        changes.append(f"{tree.root} has neither mass nor shapes: {bare} is the root instead of it")
+        tree = _rooted_at(tree, bare)
+    gone = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.child not in named]
+    if gone:
+        names = ", ".join(gone[:_MOST_NAMED]) + (", …" if len(gone) > _MOST_NAMED else "")
+        changes.append(f"{len(gone)} links on fixed joints are merged into the links that carry them: {names}")
+    return merged(tree, gone), tuple(changes)
+
+
+def merged(tree: UrdfTree, gone: Collection[str]) -> UrdfTree:
+    """The tree without the links `gone`, which fixed joints hold: what they have and carry goes to what holds them."""
+    away = set(gone)
+    # Link → the link it is part of, and where in that one's frame.
+    hosts: dict[str, tuple[str, Origin]] = {tree.root: (tree.root, HERE)}
+    joints: list[UrdfJoint] = []
+    for joint in tree.joints:
+        host, place = hosts[joint.parent]
+        place = composed(place, joint.origin)
+        if joint.child in away:
+            hosts[joint.child] = host, place
+        else:
+            hosts[joint.child] = joint.child, HERE
+            joints.append(joint if host == joint.parent else replace(joint, parent=host, origin=place))
+    return replace(
+        tree,
+        links=tuple(link for link in tree.links if link not in away),
+        joints=tuple(joints),
+        inertials=_merged_bodies(tree, hosts),
+        visuals=tuple(replace(v, link=hosts[v.link][0], origin=_in_host(v, hosts)) for v in tree.visuals),
+        collisions=tuple(replace(c, link=hosts[c.link][0], origin=_in_host(c, hosts)) for c in tree.collisions),
+        shared_names={old: new for old, new in tree.shared_names.items() if new not in away},
+    )
+
+
+def _in_host(shape: Visual | Collision, hosts: Mapping[str, tuple[str, Origin]]) -> Origin:
+    return composed(hosts[shape.link][1], shape.origin)
+
+
+def _merged_bodies(tree: UrdfTree, hosts: Mapping[str, tuple[str, Origin]]) -> dict[str, Inertial]:
+    parts: dict[str, list[tuple[Inertial, Origin]]] = {}
+    for link in tree.links:
+        body = tree.inertials.get(link)
+        if body is not None:
+            host, place = hosts[link]
+            parts.setdefault(host, []).append((body, place))
+    bodies = dict[str, Inertial]()
+    for host, several in parts.items():
+        (first, place), *others = several
+        if not others and place == HERE:
+            bodies[host] = first  # with the numbers that the file has
+        else:
+            bodies[host] = body_of(np.sum([pseudo_inertia(body, place) for body, place in several], axis=0))
+    return bodies
+
+
+def _bare_root(tree: UrdfTree, fixed: Collection[UrdfJoint]) -> str | None:
+    """The one link that a root without mass and shapes holds at its own place; None where it is not so."""
+    root = tree.root
+    held = [joint for joint in tree.joints if joint.parent == root]
+    shaped = {visual.link for visual in tree.visuals} | {shape.link for shape in tree.collisions}
+    if len(held) != 1 or held[0] not in fixed or held[0].origin != HERE or root in shaped or root in tree.inertials:
+        return None
+    return held[0].child
+
+
+def _rooted_at(tree: UrdfTree, link: str) -> UrdfTree:
+    return replace(
+        tree,
+        root=link,
+        links=tuple(name for name in tree.links if name != tree.root),
+        joints=tuple(joint for joint in tree.joints if joint.child != link),
+        shared_names={old: new for old, new in tree.shared_names.items() if new != tree.root},
+    )
+
+
+# --- The names of a robot's published ROS description instead of those of its URDF here.
+
+Names = Literal["naoqi", "ros"]
+NAMES: tuple[Names, ...] = ("naoqi", "ros")
+
+
+def name_frames(tree: UrdfTree, names: str, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with the names of the robot's ROS description, `semantics.ros_names`.
+
+    Where two links that a fixed joint holds at one place get one name, they become one link. A link and a joint may
+    have one name afterwards, as in ros-naoqi's nao_description.
+
+    Args:
+        tree: the robot.
+        names: "naoqi" changes nothing: these are the names of the robot's own file; or "ros".
+        semantics: what the robot means.
+
+    Returns:
+        The tree, and one line for what has changed.
+
+    Raises:
+        UnknownName: no such choice.
+        BadArgument: no ROS names are known of this robot, or two links of the tree cannot both have theirs.
+
+    Examples:
+        >>> from nao_kin.export.variants import name_frames
+        >>> nao = nk.load_nao("v5")
+        >>> tree, _ = name_frames(nao.tree, "ros", nao.semantics)
+        >>> [joint.child for joint in tree.joints if joint.name in ("LLeg_effector_fixedjoint", "LAnklePitch")]
+        ['LAnklePitch', 'l_sole']
+    """
+    choice(names, NAMES, "choice of names")
+    if names == "naoqi":
+        return tree, ()
+    new = new_names(semantics, names)
+    if not new:
+        raise BadArgument(f"{tree.name}: no ROS names are known of this robot; leave out names='ros' (--names ros)")
+    twins = [
+        joint.child
+        for joint in tree.joints
+        if joint.kind == "fixed"
+        and new.get(joint.child, joint.child) == new.get(joint.parent, joint.parent)
+        and joint.origin == HERE
+    ]
+    tree = merged(tree, twins)
+    links = [new.get(link, link) for link in tree.links]
+    double = sorted({name for name in links if links.count(name) > 1})
+    if double:
+        raise BadArgument(f"{tree.name}: two links would be named {', '.join(double)} in ROS")
+    changed = [name for name in (*tree.links, *(joint.name for joint in tree.joints)) if new.get(name, name) != name]
+    return _renamed(tree, new), (
+        f"{len(changed)} links and joints have the names of the ROS description, "
+        f"and {len(twins)} that would name one place a second time are left out",
+    )
+
+
+def new_names(semantics: Semantics, names: str) -> Mapping[str, str]:
+    """Name of a link or joint → its name by that choice, for those that get another one.
+
+    Examples:
+        >>> from nao_kin.export.variants import new_names
+        >>> new_names(nk.load_nao().semantics, "ros")["Accelerometer"]
+        'ImuTorsoAccelerometer_frame'
+    """
+    return semantics.ros_names if names == "ros" else {}
+
+
+def named_semantics(semantics: Semantics, names: str) -> Semantics:
+    """What a robot means by a choice of names, to stand beside the tree of `name_frames`.
+
+    Examples:
+        >>> from nao_kin.export.variants import named_semantics
+        >>> named_semantics(nk.load_nao().semantics, "ros").soles
+        ('l_sole', 'r_sole')
+    """
+    new = new_names(semantics, names)
+    frames: dict[str, Any] = {
+        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in meaning.FRAME_FIELDS
+    }
+    views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
+    return replace(semantics, **frames, fields_of_view=views)
+
+
+def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:
+    def named(name: str) -> str:
+        return new.get(name, name)
+
+    joints = tuple(
+        replace(
+            joint,
+            name=named(joint.name),
+            parent=named(joint.parent),
+            child=named(joint.child),
+            mimic=None if joint.mimic is None else replace(joint.mimic, joint=named(joint.mimic.joint)),
+        )
+        for joint in tree.joints
+    )
+    return replace(
+        tree,
+        name=named(tree.name),
+        root=named(tree.root),
+        links=tuple(map(named, tree.links)),
+        joints=joints,
+        inertials={named(link): body for link, body in tree.inertials.items()},
+        visuals=tuple(replace(visual, link=named(visual.link)) for visual in tree.visuals),
+        collisions=tuple(replace(shape, link=named(shape.link)) for shape in tree.collisions),
+        shared_names={},
+    )
+
+
+# --- Three revolute joints with one centre as the one spherical joint that they are together.
+
+SPHERICAL = "spherical"
+
+
+def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree with joints of the kind "spherical" where `nao_kin.joints.group_joints` finds them.
+
+    The links between the three axes have no place in a ball: with their mass and all that is fixed to them they stay
+    on the link before, where they are with all joints at zero. So the centre of mass is no longer exact, and poses of
+    everything else are. A ball has no limits and follows nothing; three joints of which one drives or follows another
+    are left as they are.
+
+    Args:
+        tree: the robot.
+        typed: False changes nothing.
+
+    Returns:
+        The tree, and one line for each spherical joint.
+
+    Raises:
+        BadArgument: `typed` is neither True nor False.
+
+    Examples:
+        >>> from nao_kin.export.variants import couple
+        >>> from nao_kin.export.variants import merge_balls
+        >>> tree, changes = merge_balls(couple(nk.load_nao("v6").tree, "independent")[0])
+        >>> [joint.name for joint in tree.joints if joint.kind == "spherical"]
+        ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
+    """
+    check_typed(typed)
+    if not typed:
+        return tree, ()
+    changes: list[str] = []
+    coupled = tree.mimics.keys() | {mimic.joint for mimic in tree.mimics.values()}
+    for group in group_joints(RobotModel(tree)):
+        if group.pair.name != SPHERICAL:
+            continue
+        bound = [name for name in group.joints if name in coupled]
+        if bound:
+            names = ", ".join(group.joints)
+            changes.append(
+                f"{names} are not merged, for {bound[0]} is coupled; coupling='independent' (--coupling independent) "
+                "sets it free"
+            )
+            continue
+        tree = _merged(tree, group, changes)
+    return tree, tuple(changes) or ("no three joints have one centre: there is nothing to merge",)
+
+
+def check_typed(typed: object) -> None:
+    """Refuse what is neither True nor False: every other text is true to Python.
+
+    Raises:
+        BadArgument: neither.
+    """
+    flag(typed, "typed")
+
+
+def _merged(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTree:
+    by_name = {joint.name: joint for joint in tree.joints}
+    first, second, third = (by_name[name] for name in group.joints)
+    # Links of fixed joints may stand between the axes.
+    origin, link = third.origin, third.parent
+    above = {joint.child: joint for joint in tree.joints}
+    while link != first.parent:
+        origin, link = composed(above[link].origin, origin), above[link].parent
+    ball = UrdfJoint(group.name, SPHERICAL, first.parent, third.child, origin)
+    changes.append(
+        f"{first.name}, {second.name}, {third.name} are one spherical joint, {ball.name}, without limits; "
+        f"{first.child} and {second.child} stay where they are at zero"
+    )
+    new = {
+        first.name: UrdfJoint(first.name, "fixed", first.parent, first.child, first.origin),
+        second.name: UrdfJoint(second.name, "fixed", second.parent, second.child, second.origin),
+        third.name: ball,
+    }
+    return replace(tree, joints=tuple(new.get(joint.name, joint) for joint in tree.joints))
+
+
+# --- The values of all joints of a robot, by the names that an export gives them.
+
+
+def joint_values(robot: RobotModel, q: Floats, names: str = "naoqi") -> dict[str, Floats]:
+    """Values of every joint in configurations, of joints that follow another one too.
+
+    Args:
+        robot: the robot.
+        q: configurations, shape (..., nq).
+        names: "naoqi" or "ros".
+
+    Returns:
+        Name → values, shape (...).
+    """
+    own = {name: np.asarray(value) for name, value in robot.angles(q).items()}
+    values = own | {name: mimic.value(own[mimic.joint]) for name, mimic in robot.mimics.items()}
+    new = new_names(robot.semantics, names)
+    return {new.get(name, name): value for name, value in values.items()}

@@ -1,1 +1,0 @@
-"""Poses of the whole NAO on one or both feet."""

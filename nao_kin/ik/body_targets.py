@@ -1,0 +1,408 @@
+"""What a whole-body pose is asked for, looked at once at the door and laid out for the search."""
+
+from __future__ import annotations
+
+import math
+import threading
+import weakref
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.ik.body import SIDES, Body
+from nao_kin.ik.body_errors import COM, GAZE, PLACE, POSE, Legs, Plan
+from nao_kin.ik.geometry import Limb, torso_frame
+from nao_kin.ik.leg import leg_limb
+from nao_kin.ik.targets import rigid_poses
+from nao_kin.robot import ModelNumbers, RobotModel, SupportPolygon, check_robot, sole_corners
+
+# --- A robot read into the arrays of `body`, and kept until somebody changes the numbers of its model.
+
+
+class BodyTables:
+    """A robot as a `Body`, with what leads from its joints and frames there.
+
+    Attributes:
+        body: the arrays.
+        order: place in q of each variable, shape (n,).
+        turns: which variables may go round by whole turns, and everything is where it was, shape (n,).
+        torso_in_root: T_root_torso, the torso's frame in the link that carries all, shape (4, 4).
+    """
+
+    def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
+        model = robot.model
+        trunk = 1 if robot.base == "floating" else 0
+        # Weakly, for what is kept for a robot must not keep the robot.
+        self._robot, self.torso_in_root = weakref.ref(robot), self._placement(robot, torso_frame(robot))[1]
+        moves = [unit == "rad" for unit in robot.joint_units]
+        columns = np.argsort(np.logical_not(moves), kind="stable")
+        self.order = robot.nq - len(moves) + columns
+        variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
+        self._row = {joint: joint - trunk for joint in range(trunk, model.njoints)}
+        rows = model.njoints - trunk
+        T_torso_root = np.linalg.inv(self.torso_in_root)
+        placements, levers = np.tile(np.eye(4), (rows, 1, 1)), np.zeros((rows, 3))
+        axes, mass = np.zeros((rows, 3)), np.zeros(rows)
+        parent, which = np.full(rows, -1, np.int64), np.full(rows, -1, np.int64)
+        multiplier, offset = np.zeros(rows), np.zeros(rows)
+        joint_of = {joint.name: joint for joint in robot.tree.moving_joints}
+        for joint, row in self._row.items():
+            inertia = model.inertias[joint]
+            mass[row], levers[row] = inertia.mass, inertia.lever
+            if row == 0:
+                levers[0] = T_torso_root[:3, :3] @ inertia.lever + T_torso_root[:3, 3]
+                continue
+            name = str(model.names[joint])
+            parent[row] = self._row[int(model.parents[joint])]
+            T = np.array(model.jointPlacements[joint].homogeneous)
+            placements[row] = T_torso_root @ T if parent[row] == 0 else T
+            axes[row] = joint_of[name].axis
+            mimic = robot.mimics.get(name)
+            which[row] = variable[name if mimic is None else mimic.joint]
+            multiplier[row], offset[row] = (1.0, 0.0) if mimic is None else (mimic.multiplier, mimic.offset)
+        moving = int(np.count_nonzero(moves))
+        tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
+        table_rows = np.zeros((len(tables), 3, max([2, *(len(table.at) for table in tables)])))
+        for k, table in enumerate(tables):
+            table_rows[k, :, : len(table.at)] = table.at, table.lower, table.upper
+        self.turns = np.arange(len(columns)) < moving
+        self.turns[which[multiplier % 1.0 != 0.0]] = False
+        unbounded = np.full(len(columns), math.inf)
+        self.body = Body(
+            parent,
+            placements[:, :3, :3].copy(),
+            placements[:, :3, 3].copy(),
+            axes,
+            which,
+            multiplier,
+            offset,
+            mass,
+            levers,
+            np.array([[self._row[int(model.getJointId(joint))] for joint in leg] for leg in legs]),
+            np.array([self.frame(f"{side}Leg")[1] for side in SIDES]),
+            robot.lower[columns] if enforce else -unbounded,
+            robot.upper[columns] if enforce else unbounded,
+            moving,
+            np.array([[variable[table.joint], variable[table.of]] for table in tables], np.int64).reshape(-1, 2),
+            np.array([len(table.at) if enforce else 0 for table in tables], np.int64),
+            table_rows,
+        )
+
+    @property
+    def robot(self) -> RobotModel:
+        """Whose tables these are."""
+        robot = self._robot()
+        if robot is None:
+            raise ReferenceError("the robot of these tables is gone")
+        return robot
+
+    def frame(self, name: str) -> tuple[int, Floats]:
+        """The row that carries a frame, and T of the frame in it.
+
+        Raises:
+            UnknownName: no such frame.
+        """
+        joint, T = self._placement(self.robot, name)
+        row = self._row.get(joint, 0)
+        return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
+
+    def unwound(self, x: Floats, near: Floats | float) -> Floats:
+        """Variables without whole turns: those that may go round within π of `near`, shape (..., n)."""
+        turns = np.round((x - near) / (2.0 * math.pi))
+        return np.asarray(np.where(self.turns & (turns != 0.0), x - 2.0 * math.pi * turns, x))
+
+    @staticmethod
+    def _placement(robot: RobotModel, name: str) -> tuple[int, Floats]:
+        frame = robot.model.frames[robot.frame_ids([name])[0]]
+        return int(frame.parentJoint), np.array(frame.placement.homogeneous)
+
+
+class PreparedRobot:
+    """All that whole-body poses need to know of a robot.
+
+    Attributes:
+        tables: as arrays, with and without limits.
+        legs: the closed forms.
+        corners: of the soles, by side, shape (k, 3) [m].
+        rest: the configuration with all joints at zero, or at the limit nearest to it, shape (nq,).
+
+    Raises:
+        BadArgument: the robot has no legs of a NAO, or its soles have no outline.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        limbs: list[Limb] = [leg_limb(robot, side, None) for side in SIDES]
+        self.numbers = ModelNumbers(robot.model)
+        joints = limbs[0].joints, limbs[1].joints
+        self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}
+        self.legs = Legs(limbs[0].numbers, limbs[1].numbers, limbs[0].ranges, limbs[1].ranges)
+        self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}
+        self.rest = limbs[0].rest
+
+
+_KEPT: weakref.WeakKeyDictionary[RobotModel, PreparedRobot] = weakref.WeakKeyDictionary()
+_LOCK = threading.Lock()
+
+
+def prepared(robot: RobotModel) -> PreparedRobot:
+    """A robot, made ready; made anew when somebody has written into `robot.model`.
+
+    Raises:
+        BadArgument: no robot model, or one without the legs of a NAO.
+    """
+    check_robot(robot)
+    with _LOCK:
+        kept = _KEPT.get(robot)
+        if kept is None or kept.numbers.changed():
+            kept = _KEPT[robot] = PreparedRobot(robot)
+    return kept
+
+
+# --- What a whole-body pose is asked for, looked at once at the door and laid out for the search.
+
+SUPPORT = "support"
+_OWN_NAMES = ("com", "gaze", "torso")
+# Weights of what is measured in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
+DEFAULT_WEIGHTS = (1.0, 0.1)
+DEFAULT_POSTURE = 0.01
+# Beside a target that weighs more, rounding leaves nothing of the others.
+_LARGEST_WEIGHT = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """One of the things that are asked for.
+
+    Attributes:
+        name: what it is called in weights and residuals.
+        kind: PLACE, POSE, GAZE or COM.
+        row: the row of the body that carries the frame.
+        T_row_frame: of the frame in it, shape (4, 4).
+        values: T_world_target, or the place in its last column, shape (..., 4, 4).
+        weights: of metres and of radians.
+    """
+
+    name: str
+    kind: int
+    row: int
+    T_row_frame: Floats
+    values: Floats
+    weights: tuple[float, float]
+
+
+def standing_feet(feet: Mapping[str, ArrayLike] | None, at_reference: Floats) -> dict[str, Floats]:
+    """The feet that stand with T_world_foot, shape (..., 4, 4); None for both where the reference has them.
+
+    Raises:
+        BadArgument: no mapping, or no foot.
+        NotARotation, BadArgument: a pose that is not rigid.
+        UnknownName: a foot that is neither "L" nor "R".
+        WrongShape, NotFinite: no poses.
+    """
+    if feet is None:
+        return {side: at_reference[..., k, :, :] for k, side in enumerate(SIDES)}
+    if not isinstance(feet, Mapping):
+        raise BadArgument(f"feet must be a mapping of L and R to poses, or None for both, got {type(feet).__name__}")
+    for side in feet:
+        if side not in SIDES:
+            raise UnknownName("foot", side, SIDES)
+    if not feet:
+        raise BadArgument("feet names no foot: a robot in the air has nothing to stand on; nk.ik.numeric moves limbs")
+    return {side: rigid_poses(feet[side], f"feet[{quoted(side)}]") for side in SIDES if side in feet}
+
+
+def all_targets(
+    tables: BodyTables,
+    standing: Mapping[str, Floats],
+    targets: Mapping[str, ArrayLike],
+    com: ArrayLike | str | None,
+    gaze: ArrayLike | tuple[ArrayLike, str] | None,
+    torso: ArrayLike | None,
+    weights: Mapping[str, float | tuple[float, float]],
+) -> list[Target]:
+    """Everything that is asked for, except the support polygon.
+
+    Raises:
+        BadArgument: targets that contradict what stands or each other, or are no poses or places.
+        NotARotation: a pose that is none.
+        UnknownName: a frame, camera or weight that is not there.
+        WrongShape, NotFinite: other shapes, NaN or infinity.
+    """
+    robot = tables.robot
+    if not isinstance(targets, Mapping):
+        raise BadArgument(f"targets must be a mapping of frames to poses or places, got {type(targets).__name__}")
+    asked: list[tuple[str, str, ArrayLike, int]] = []
+    for name, value in targets.items():
+        if not isinstance(name, str) or name not in robot.frame_table:
+            raise UnknownName("target", name, (*robot.semantics.end_effectors, *robot.frame_names))
+        asked.append((name, name, value, POSE))
+    trunk = torso_frame(robot)
+    if torso is not None:
+        # The torso's body carries other frames as well, and who places these places it.
+        for name in targets:
+            if tables.frame(name)[0] == 0:
+                raise BadArgument(f"the torso is asked for twice: as torso and as the target {quoted(name)}")
+        asked.append(("torso", trunk, torso, POSE))
+    if gaze is not None:
+        with_camera = isinstance(gaze, tuple) and len(gaze) == 2 and isinstance(gaze[1], str)
+        point, camera = cast("tuple[ArrayLike, str]", gaze) if with_camera else (cast("ArrayLike", gaze), "CameraTop")
+        if camera not in robot.frame_table:
+            raise UnknownName("camera", camera, robot.semantics.cameras)
+        asked.append(("gaze", camera, point, GAZE))
+    if com is not None and not isinstance(com, str):
+        asked.append(("com", trunk, com, COM))
+    elif isinstance(com, str) and com != SUPPORT:
+        raise UnknownName("com", com, (SUPPORT,), "or a place (x, y)")
+    ankles = {int(tables.body.legs[SIDES.index(side), -1]): side for side in standing}
+    found = []
+    for name, frame, value, kind in asked:
+        row, T_row_frame = tables.frame(frame)
+        if row in ankles and kind != GAZE:
+            raise BadArgument(
+                f"{quoted(name)} is on the {'left' if ankles[row] == 'L' else 'right'} foot, which stands: "
+                f"leave it out of targets, or feet without {ankles[row]}"
+            )
+        what, weight = (f"targets[{quoted(name)}]" if name not in _OWN_NAMES else name), _weights(name, weights)
+        kind, values = _values(what, value, kind)
+        as_vectors(weight[0] * values[..., :3, 3], f"{what} times its weight")
+        found.append(Target(name, kind, row, T_row_frame, values, weight))
+    names = [target.name for target in found] + ["com", "posture"]
+    for name in weights:
+        if name not in names:
+            raise UnknownName("weight", name, names)
+    return found
+
+
+def plan_of(targets: list[Target], support: float, posture: float) -> Plan:
+    """Targets for the compiled search."""
+    return Plan(
+        np.array([target.kind for target in targets], np.int64),
+        np.array([target.row for target in targets], np.int64),
+        np.array([target.T_row_frame for target in targets]).reshape(-1, 4, 4),
+        np.array([target.weights for target in targets]).reshape(-1, 2),
+        float(support),
+        float(posture),
+    )
+
+
+def checked_weights(weights: Mapping[str, object] | None) -> Mapping[str, float | tuple[float, float]]:
+    """Weights by name, each a factor or a pair.
+
+    Raises:
+        BadArgument: not so, negative, or above 1e12.
+    """
+    found: dict[str, float | tuple[float, float]] = {}
+    if weights is not None and not isinstance(weights, Mapping):
+        raise BadArgument(f"weights must be a mapping of targets to numbers, got {type(weights).__name__}")
+    for name, given in (weights or {}).items():
+        values = as_floats(given, (), f"weights[{quoted(str(name))}]")  # type: ignore[arg-type]
+        if values.shape not in ((), (2,)) or (values < 0.0).any():
+            raise BadArgument(
+                f"weights[{quoted(str(name))}] must be a factor, or two weights for metres and radians, none below 0, "
+                f"got {values.tolist()}"
+            )
+        if (values > _LARGEST_WEIGHT).any():
+            raise BadArgument(
+                f"weights[{quoted(str(name))}] must not exceed {_LARGEST_WEIGHT:.0e}, got {values.max():.3g}"
+            )
+        found[str(name)] = float(values) if values.ndim == 0 else (float(values[0]), float(values[1]))
+    return found
+
+
+def factor(name: str, weights: Mapping[str, float | tuple[float, float]]) -> float:
+    """The weight of what has but one: a factor.
+
+    Raises:
+        BadArgument: two are given.
+    """
+    given = weights.get(name, 1.0)
+    if isinstance(given, tuple):
+        raise BadArgument(f"weights[{quoted(name)}] must be one factor, got {list(given)}")
+    return given
+
+
+def _weights(name: str, weights: Mapping[str, float | tuple[float, float]]) -> tuple[float, float]:
+    given = weights.get(name, 1.0)
+    return given if isinstance(given, tuple) else (given * DEFAULT_WEIGHTS[0], given * DEFAULT_WEIGHTS[1])
+
+
+def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
+    """The kind of a target, a pose or a place, and its numbers, shape (..., 4, 4)."""
+    if kind == POSE:
+        shape = as_numbers(value, what).shape
+        if shape[-2:] == (4, 4):
+            return POSE, rigid_poses(value, what)
+        if shape[-1:] != (3,):
+            raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for places", shape)
+        kind = PLACE
+    size = 2 if kind == COM else 3
+    places = as_vectors(value, what, size)
+    values = np.zeros((*places.shape[:-1], 4, 4))
+    values[...] = np.eye(4)
+    values[..., :size, 3] = places
+    return kind, values
+
+
+# --- What certainly cannot be met: farther away than a robot whose joints all bend as they like, stretched.
+#
+# A search that finds nothing proves nothing. By the triangle inequality no pose takes two points of the robot farther
+# apart than the sum of the lengths between them, and no place is deeper inside a polygon than half its least width.
+
+
+def target_beyond(body: Body, target: Target, standing: tuple[str, ...], feet: Floats, places: Floats) -> Floats:
+    """How much farther than the stretched robot a target is from the feet that stand, at least, shape (n,) [m].
+
+    Args:
+        body: the robot.
+        target: what is asked for. A gaze is nowhere, and has zeros.
+        standing: the feet that stand.
+        feet: their poses, shape (n, 2, 4, 4).
+        places: of the target, shape (n, 3); of a centre of mass two numbers count.
+    """
+    beyond = np.zeros(len(places))
+    if target.kind == GAZE or not target.weights[0] > 0.0:
+        return beyond
+    axes = 2 if target.kind == COM else 3
+    for side in standing:
+        k = SIDES.index(side)
+        away = np.linalg.norm((places - feet[:, k, :3, 3])[:, :axes], axis=-1)
+        most = _com_reach(body, k) if target.kind == COM else _reach(body, k, target.row, target.T_row_frame[:3, 3])
+        beyond = np.maximum(beyond, away - most)
+    return beyond
+
+
+def feet_beyond(body: Body, feet: Floats) -> Floats:
+    """How much farther than two stretched legs the feet are apart, at least, shape (n,) for (n, 2, 4, 4) [m]."""
+    most = _reach(body, 0, int(body.legs[1, -1]), body.ankle_to_sole[1, :3, 3])
+    apart = np.linalg.norm(feet[:, 1, :3, 3] - feet[:, 0, :3, 3], axis=-1)
+    return np.asarray(np.maximum(0.0, apart - most))
+
+
+def margin_beyond(polygon: SupportPolygon, margin: float) -> float:
+    """How much more a margin is than the half of the polygon's least width [m]."""
+    planes = polygon.half_planes
+    widths = (planes[:, :2] @ polygon.vertices.T - planes[:, 2:]).max(axis=1)
+    return max(0.0, margin - 0.5 * float(widths.min()))
+
+
+def _reach(body: Body, side: int, row: int, place: Floats) -> float:
+    """No pose takes a place on a body farther from the sole of a foot [m]."""
+    hip, *leg = body.legs[side]
+    length = float(np.linalg.norm(body.ankle_to_sole[side, :3, 3]))
+    length += sum(float(np.linalg.norm(body.place[joint])) for joint in leg)
+    while row > 0:
+        length += float(np.linalg.norm(place))
+        place, row = body.place[row], int(body.parent[row])
+    return length + float(np.linalg.norm(place - body.place[hip]))
+
+
+def _com_reach(body: Body, side: int) -> float:
+    """No pose takes the centre of mass farther from the sole of a foot [m]."""
+    lengths = [_reach(body, side, row, body.lever[row]) for row in range(len(body.mass))]
+    return float(np.dot(lengths, body.mass) / body.mass.sum())

@@ -1,0 +1,347 @@
+"""Which branch a limb takes at each sample of a path: dynamic programming for the least total motion.
+
+The motion between two samples is Σ (Δq_j / v_j)² over the joints, with their speed limits v_j, and its sum over the
+path is least among all sequences of branches (Bellman 1957; for inverse kinematics Ferrentino and Chiacchio, IEEE T-RO
+2020). Squares make continuity win: a continuous way of length L costs L²/m in m steps, a jump its square in any.
+
+Where a sample has one branch of a family, or none and a nearest pose, its joint values depend on the sample before. It
+is then solved once for each branch that the sample before may have, with that branch as the reference, and the answer
+can be reached from that branch only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats
+from nao_kin.ik.follow_limbs import LimbPath
+from nao_kin.ik.results import Codes, Family, IKResult, Integers
+from nao_kin.robot import RobotModel
+
+# Followed through a family, every branch of the sample before brings its own member; more than these are not kept.
+_MOST_CANDIDATES = 16
+# Members that are no farther apart are the same [rad].
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What a limb does at each of n samples.
+
+    Attributes:
+        columns: the coordinates that it moves.
+        values: theirs, shape (n, c); nan where the solver offers nothing.
+        reasons: a `Reason` for each sample as a number, shape (n,).
+        residual: errors in position and angle, shape (n, 2) [m, rad].
+        messages: of each sample that is not reached, why.
+        cost: the sum of the squared motion [s²].
+    """
+
+    columns: tuple[int, ...]
+    values: Floats
+    reasons: Codes
+    residual: Floats
+    messages: dict[int, str]
+    cost: float
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Samples that have values, shape (n,)."""
+        return np.asarray(np.isfinite(self.values).all(axis=1))
+
+
+class _Layer(NamedTuple):
+    """What may be at one sample: values (k, c), least cost up to each (k,), which of the layer before it follows (k,).
+
+    `answers` and `rows` say which result of the solver, and which target of it, each comes from.
+    """
+
+    sample: int
+    values: Floats
+    cost: Floats
+    back: Integers
+    answers: list[IKResult]
+    rows: Integers
+
+
+def choose(
+    limb: LimbPath, reference: Floats, weights: Floats, *, start: Floats | None = None, end: Floats | None = None
+) -> Choice:
+    """The branches of a limb with the least total motion.
+
+    Args:
+        limb: the limb and its n targets.
+        reference: configurations of the whole robot, shape (n, nq).
+        weights: of each coordinate of the robot, 1/v_j, shape (nq,).
+        start: the whole robot before the first sample, shape (nq,): motion from it counts. None: it does not.
+        end: the whole robot after the last, likewise.
+    """
+    n = len(limb.targets[0])
+    # Where every sample follows from the one before, only the first can be solved ahead.
+    ahead = 1 if limb.follows_only else n
+    first = limb.at(*range(ahead)).solve(reference[:ahead])
+    columns = list(first.columns)
+    layers: list[_Layer] = []
+    before = None if start is None else _Layer(-1, start[None, columns], np.zeros(1), np.zeros(1, np.int64), [], _NONE)
+    for i in range(n):
+        layer = _layer(limb, first, i, before, reference, weights[columns])
+        if layer is not None:
+            layers.append(layer)
+            before = layer
+    chosen: list[tuple[_Layer, int]] = []
+    cost = 0.0
+    if layers:
+        last = layers[-1].cost
+        if end is not None:
+            last = last + _squares((layers[-1].values - end[columns]) * weights[columns])
+        place = int(np.argmin(last))
+        cost = float(last[place])
+        for layer in reversed(layers):
+            chosen.append((layer, place))
+            place = int(layer.back[place])
+    return _choice(limb, first, reference, n, chosen, cost)
+
+
+_NONE = np.zeros(0, dtype=np.int64)
+
+
+def _layer(
+    limb: LimbPath, first: IKResult, i: int, before: _Layer | None, reference: Floats, weights: Floats
+) -> _Layer | None:
+    """What may be at sample i; None where there is nothing."""
+    ahead = i < len(first.count)
+    if before is None and not ahead:
+        # Nothing was found at the samples before: this one begins.
+        alone = _layer(limb.at(i), limb.at(i).solve(reference[i : i + 1]), 0, None, reference[i : i + 1], weights)
+        return None if alone is None else alone._replace(sample=i)
+    count = int(first.count[i]) if ahead else 0
+    in_family = first.families[i, :count] != Family.NONE if ahead else np.zeros(0, dtype=np.bool_)
+    if before is None or (count and not in_family.any()):
+        values = first.branches[i, :count] if count else first.best[i : i + 1]
+        if np.isnan(values).any():
+            return None
+        if before is None:
+            cost, back = np.zeros(len(values)), np.zeros(len(values), dtype=np.int64)
+        else:
+            cost, back = _reached(before, values, weights)
+        return _Layer(i, values, cost, back, [first] * len(values), np.full(len(values), i))
+    if ahead and not count and np.isnan(first.best[i]).any():
+        return None
+    return _followed(limb, first, i, before, reference, weights)
+
+
+def _reached(before: _Layer, values: Floats, weights: Floats) -> tuple[Floats, Integers]:
+    """Least cost of each of these values, and which of the layer before it follows."""
+    total = before.cost[:, None] + _squares((values[None] - before.values[:, None]) * weights)
+    back = np.argmin(total, axis=0)
+    return total[back, np.arange(len(values))], back
+
+
+def _followed(
+    limb: LimbPath, first: IKResult, i: int, before: _Layer, reference: Floats, weights: Floats
+) -> _Layer | None:
+    """A sample that is solved anew for each branch of the one before."""
+    k = len(before.values)
+    references = np.tile(reference[i], (k, 1))
+    references[:, list(first.columns)] = before.values
+    found = limb.at(*[i] * k).solve(references)
+    # Branches that stand alone do not depend on the reference: those of the first row are those of all.
+    alone = np.zeros(0, dtype=np.int64)
+    if found.count[0]:
+        alone = np.flatnonzero(found.families[0, : found.count[0]] == Family.NONE)
+    values = [found.branches[0, alone]]
+    cost, back = _reached(before, found.branches[0, alone], weights)
+    costs, backs, rows = [cost], [back], [np.zeros(len(alone), dtype=np.int64)]
+    for p in range(k):
+        members = found.branches[p, : found.count[p]][found.families[p, : found.count[p]] != Family.NONE]
+        if not found.count[p]:
+            members = found.best[p : p + 1]
+        if not len(members) or np.isnan(members).any():
+            continue
+        values.append(members)
+        costs.append(before.cost[p] + _squares((members - before.values[p]) * weights))
+        backs.append(np.full(len(members), p))
+        rows.append(np.full(len(members), p))
+    joined, cost = np.concatenate(values), np.concatenate(costs)
+    if not len(joined):
+        return None
+    kept = _cheapest(joined, cost)
+    back, row = np.concatenate(backs)[kept], np.concatenate(rows)[kept]
+    return _Layer(i, joined[kept], cost[kept], back, [found] * len(kept), row)
+
+
+def _cheapest(values: Floats, cost: Floats) -> Integers:
+    """Which candidates to keep: of equal ones the cheapest, and not too many."""
+    order = np.argsort(cost, kind="stable")
+    kept: list[int] = []
+    for place in order:
+        if all(np.abs(values[place] - values[other]).max() > _SAME for other in kept):
+            kept.append(int(place))
+        if len(kept) == _MOST_CANDIDATES:
+            break
+    return np.array(kept, dtype=np.int64)
+
+
+def _choice(
+    limb: LimbPath, first: IKResult, reference: Floats, n: int, chosen: list[tuple[_Layer, int]], cost: float
+) -> Choice:
+    values, residual = np.full((n, len(first.columns)), np.nan), np.full((n, 2), np.nan)
+    reasons, messages = np.zeros(n, dtype=np.int8), {}
+    for layer, place in chosen:
+        answer, row = layer.answers[place], int(layer.rows[place])
+        values[layer.sample] = layer.values[place]
+        reasons[layer.sample] = answer.reasons[row]
+        residual[layer.sample] = answer.residual[row]
+        if answer.reasons[row]:
+            messages[layer.sample] = answer.describe((row,))
+    for i in sorted(set(range(n)) - {layer.sample for layer, _ in chosen}):
+        answer, row = (first, i) if i < len(first.count) else (limb.at(i).solve(reference[i : i + 1]), 0)
+        reasons[i], messages[i] = answer.reasons[row], answer.describe((row,))
+    return Choice(first.columns, values, reasons, residual, dict(sorted(messages.items())), cost)
+
+
+def _squares(displacements: Floats) -> Floats:
+    return np.asarray((displacements**2).sum(axis=-1))
+
+
+# --- Where a limb must jump: steps between two samples that no finer path between the two targets makes smaller.
+#
+# A step is first looked at as the robot would make it, every joint straight from one value to the other: where the limb
+# halfway is off by less than a quarter of the way, it stays with the path as closely as the path is sampled, and this
+# is
+# no jump. For other steps the way from the one pose to the other is cut into fifteen pieces, and the branches chosen
+# that
+# lead along it with the least motion; then again inside the largest step that is left, and again. Along a continuous
+# way
+# the largest step shrinks each time, fifteen times, or at a singularity, where joints move like a square root, four
+# times. A jump stays.
+
+# Steps below the resolution of NAO's joint sensors, 0.1°, are none [rad].
+_SMALLEST = 1.75e-3
+# Halfway the limb may be off by this share of the way, and the step still follows the path.
+_BESIDE = 0.25
+# An odd number, so that opposite directions have no middle.
+_PIECES = 15
+_ZOOMS = 3
+# A branch that is continued regardless of the limits moves by less between two samples [rad].
+_FAR = 1.0
+# A largest step that shrinks to no less than this when its piece is cut again is a jump.
+_STILL = 0.5
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Two samples between which a limb cannot move continuously along the path.
+
+    Attributes:
+        index: it is between this sample and the next one.
+        limb: "LLeg", "RLeg", "legs", "LArm", "RArm" or "Head".
+        joint: the joint that has the farthest to go, in time at its speed limit.
+        size: how far it goes [rad].
+        cause: what ends the branch that is left, and where.
+
+    Examples:
+        >>> jump = nk.ik.Jump(3, "LArm", "LElbowYaw", 2.1, "another branch")
+        >>> jump.index, jump.joint
+        (3, 'LElbowYaw')
+    """
+
+    index: int
+    limb: str
+    joint: str
+    size: float
+    cause: str
+
+    def describe(self) -> str:
+        """The jump in a sentence.
+
+        Examples:
+            >>> nk.ik.Jump(3, "LArm", "LElbowYaw", 2.1, "another branch").describe()
+            'LArm jumps after sample 3: LElbowYaw by 2.1 rad; another branch'
+        """
+        return f"{self.limb} jumps after sample {self.index}: {self.joint} by {self.size:.3g} rad; {self.cause}"
+
+
+def jumps_of(limb: LimbPath, choice: Choice, reference: Floats, weights: Floats) -> tuple[Jump, ...]:
+    """The jumps of a limb along its path.
+
+    Args:
+        limb: the limb and its n targets.
+        choice: what it does.
+        reference: configurations of the whole robot, shape (n, nq).
+        weights: of each coordinate of the robot, shape (nq,).
+    """
+    columns = list(choice.columns)
+    known = choice.known
+    large = np.abs(np.diff(choice.values, axis=0)).max(axis=1, initial=0.0) > _SMALLEST
+    steps = np.flatnonzero(known[:-1] & known[1:] & large)
+    if not len(steps):
+        return ()
+    q = np.array(reference)
+    q[:, columns] = choice.values
+    jumps = []
+    for i in steps[_leaves_path(limb, q[steps], q[steps + 1])]:
+        if _stays(limb, q[i], q[i + 1], weights, columns):
+            step = choice.values[i + 1] - choice.values[i]
+            place = int(np.argmax(np.abs(step) * weights[columns]))
+            joint = _joint_of(limb.robot, columns[place])
+            jumps.append(Jump(int(i), limb.name, joint, float(step[place]), _cause(limb, q, int(i), columns)))
+    return tuple(jumps)
+
+
+def _leaves_path(limb: LimbPath, first: Floats, second: Floats) -> Floats:
+    """Whether the limb, with its joints moved straight, leaves the straight way of what is asked of it, shape (m,)."""
+    ends = limb.points(first), limb.points(second)
+    halfway = limb.points(0.5 * (first + second))
+    away = np.linalg.norm(ends[1] - ends[0], axis=-1).max(axis=-1)
+    beside = np.linalg.norm(halfway - 0.5 * (ends[0] + ends[1]), axis=-1).max(axis=-1)
+    return np.asarray(beside > _BESIDE * away)
+
+
+def _stays(limb: LimbPath, first: Floats, second: Floats, weights: Floats, columns: list[int]) -> bool:
+    """Whether a step stays as large however finely the way between its two poses is cut."""
+    shares = np.arange(1, _PIECES) / _PIECES
+    size = float(np.abs(second - first)[columns].max())
+    for _ in range(_ZOOMS):
+        inner = limb.between(first, second, shares)
+        reference = np.tile(first, (len(shares), 1))
+        choice = choose(inner, reference, weights, start=first, end=second)
+        known = choice.known
+        q = np.concatenate([[first], reference[known], [second]])
+        q[1:-1, columns] = choice.values[known]
+        steps = np.abs(np.diff(q[:, columns], axis=0)).max(axis=1)
+        place = int(np.argmax(steps))
+        before, size = size, float(steps[place])
+        if size < _SMALLEST:
+            return False
+        first, second = q[place], q[place + 1]
+    return size > _STILL * before
+
+
+def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
+    """What ends the branch that sample i is on: it is continued regardless of the limits until it is outside them."""
+    now = q[i]
+    for sample in range(i + 1, len(q)):
+        found = limb.at(sample).solve(now[None], limits="ignore")
+        if not found.count[0]:
+            return f"its branch ends at sample {sample}: {found.describe((0,))}"
+        step = found.branches[0, 0] - now[columns]
+        if np.abs(step).max() > _FAR:
+            return f"its branch ends at sample {sample}"
+        now = np.array(q[sample])
+        now[columns] = found.branches[0, 0]
+        if sample == i + 1 and np.abs(now - q[sample]).max() < _SMALLEST:
+            return "the limb cannot go straight from the one pose to the other"
+        moved = {_joint_of(limb.robot, column) for column in columns}
+        outside = [row for row in limb.robot.limit_violations(now) if row.joint in moved]
+        if outside and limb.options.get("limits") != "ignore":
+            return f"its branch ends at sample {sample}, where {outside[0].describe()}"
+    return "its branch goes on, and there is less motion in all this way"
+
+
+def _joint_of(robot: RobotModel, column: int) -> str:
+    return robot.joint_names[column - (robot.nq - len(robot.joint_names))]

@@ -1,0 +1,424 @@
+"""A limb and its targets along a path: how they are solved, what lies between two of them, what of the pose counts."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, all_finite, as_numbers, as_vectors, refuse_non_finite, unit
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.ik.arm import arm
+from nao_kin.ik.geometry import torso_frame
+from nao_kin.ik.head import head, look_at
+from nao_kin.ik.leg import leg
+from nao_kin.ik.legs import legs
+from nao_kin.ik.results import IKResult
+from nao_kin.ik.targets import as_poses, refuse_not_rigid, refuse_not_rotation
+from nao_kin.robot import RobotModel
+from nao_kin.rotations import exp, log
+
+# Points are compared this far from a frame's origin [m]: one radian counts as much as 0.1 m, as in `arm`.
+_LEVER = 0.1
+
+Targets = tuple[Floats, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class LimbPath(ABC):
+    """Targets of one limb along a path, in the torso.
+
+    Attributes:
+        robot: whose limb.
+        name: what it is called in reports.
+        frames: the frames that are asked for.
+        targets: arrays of n targets each.
+        options: what else its solver is called with.
+    """
+
+    robot: RobotModel
+    name: str
+    frames: tuple[str, ...]
+    targets: Targets
+    options: dict[str, Any]
+
+    @property
+    def follows_only(self) -> bool:
+        """Whether every target has a family of solutions, so that each sample follows from the one before."""
+        return False
+
+    @abstractmethod
+    def solve(self, reference: Floats, **changed: Any) -> IKResult:
+        """All solutions for the targets, with references of shape (n, nq) and options changed."""
+
+    @abstractmethod
+    def points(self, q: Floats) -> Floats:
+        """Points that stand for what is asked of the pose, shape (n, p, 3) [m]."""
+
+    def at(self, *rows: int) -> LimbPath:
+        """The same for some of the targets, in any order and number."""
+        return replace(self, targets=tuple(array[list(rows)] for array in self.targets))
+
+    @abstractmethod
+    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
+        """Targets on the way from the pose in one configuration to that in another.
+
+        Places go straight, orientations turn about a fixed axis.
+
+        Args:
+            first: the whole robot, shape (nq,).
+            second: the whole robot.
+            shares: how far each target is on its way, in [0, 1], shape (m,).
+        """
+
+    def _poses(self, q: Floats) -> Floats:
+        return np.asarray(self.robot.fk(q, self.frames, reference=torso_frame(self.robot)))
+
+
+@dataclass(frozen=True, eq=False)
+class LegPath(LimbPath):
+    """One foot."""
+
+    def solve(self, reference: Floats, **changed: Any) -> IKResult:
+        """As `LimbPath.solve`."""
+        return leg(
+            self.robot,
+            self.name[0],
+            self.targets[0],
+            frame=self.frames[0],
+            reference=reference,
+            **(self.options | changed),
+        )
+
+    def points(self, q: Floats) -> Floats:
+        """The origin and a point on each axis."""
+        return _pose_points(self._poses(q))
+
+    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
+        """As `LimbPath.between`."""
+        T = self._poses(np.stack([first, second]))
+        return replace(self, targets=(_between(T[0, 0], T[1, 0], shares),))
+
+
+@dataclass(frozen=True, eq=False)
+class LegsPath(LimbPath):
+    """Both feet, on the one motor of the hips."""
+
+    def solve(self, reference: Floats, **changed: Any) -> IKResult:
+        """As `LimbPath.solve`."""
+        left, right = self.targets
+        frames = (self.frames[0], self.frames[1])
+        return legs(self.robot, left, right, frames=frames, reference=reference, **(self.options | changed))
+
+    def points(self, q: Floats) -> Floats:
+        """The origins and a point on each axis, of both."""
+        return _pose_points(self._poses(q))
+
+    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
+        """As `LimbPath.between`."""
+        T = self._poses(np.stack([first, second]))
+        return replace(self, targets=tuple(_between(T[0, foot], T[1, foot], shares) for foot in range(2)))
+
+
+@dataclass(frozen=True, eq=False)
+class ArmPath(LimbPath):
+    """One hand: poses, places, or places and directions as a second array."""
+
+    @property
+    def follows_only(self) -> bool:
+        """Places alone leave two joints free."""
+        return len(self.targets) == 1 and self.targets[0].ndim == 2
+
+    def solve(self, reference: Floats, **changed: Any) -> IKResult:
+        """As `LimbPath.solve`; of a place alone, the solution nearest to the reference."""
+        direction = self.targets[1] if len(self.targets) == 2 else None
+        return arm(
+            self.robot,
+            self.name[0],
+            self.targets[0],
+            direction=direction,
+            frame=self.frames[0],
+            reference=reference,
+            **(self.options | changed),
+        )
+
+    def points(self, q: Floats) -> Floats:
+        """The origin; with a direction a point along it, with a pose on each axis."""
+        points = _pose_points(self._poses(q))
+        if self.targets[0].ndim == 3:
+            return points
+        return points[:, : len(self.targets)]
+
+    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
+        """Places, and directions of the forearm where more than places are asked for.
+
+        Poses between two that five joints make are none that they make; place and direction are five numbers.
+        """
+        q = np.stack([first, second])
+        place = self._poses(q)[:, 0, :3, 3]
+        places = _between(place[0], place[1], shares)
+        if self.follows_only:
+            return replace(self, targets=(places,))
+        forearm = f"{self.name[0]}WristYaw"
+        direction = self.robot.rotation(q, forearm, reference=torso_frame(self.robot))[:, :, 0]
+        return replace(self, targets=(places, _between(direction[0], direction[1], shares)))
+
+
+@dataclass(frozen=True, eq=False)
+class HeadPath(LimbPath):
+    """Orientations of the head."""
+
+    def solve(self, reference: Floats, **changed: Any) -> IKResult:
+        """As `LimbPath.solve`."""
+        options = self.options | changed
+        return head(self.robot, self.targets[0], frame=self.frames[0], reference=reference, **options)
+
+    def points(self, q: Floats) -> Floats:
+        """A point on each axis, seen from the origin."""
+        points = _pose_points(self._poses(q))
+        return np.asarray(points[:, 1:] - points[:, :1])
+
+    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
+        """As `LimbPath.between`."""
+        T = self._poses(np.stack([first, second]))[:, 0]
+        return replace(self, targets=(_between(T[0, :3, :3], T[1, :3, :3], shares),))
+
+
+@dataclass(frozen=True, eq=False)
+class GazePath(LimbPath):
+    """Points that a camera looks at."""
+
+    def solve(self, reference: Floats, **changed: Any) -> IKResult:
+        """As `LimbPath.solve`."""
+        return look_at(self.robot, self.targets[0], self.frames[0], reference=reference, **(self.options | changed))
+
+    def points(self, q: Floats) -> Floats:
+        """A point on the optical axis, seen from the camera."""
+        points = _pose_points(self._poses(q))
+        return np.asarray(points[:, 1:2] - points[:, :1])
+
+    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
+        """Orientations of the camera: what it looks at is the same for two of them."""
+        T = self._poses(np.stack([first, second]))[:, 0]
+        turns = _between(T[0, :3, :3], T[1, :3, :3], shares)
+        return HeadPath(self.robot, self.name, self.frames, (turns,), self.options)
+
+
+def _pose_points(T: Floats) -> Floats:
+    """Origin, and points on the axes x, y and z, of poses (n, f, 4, 4): shape (n, 4 f, 3), frame by frame."""
+    origin = T[..., None, :3, 3]
+    axes = np.swapaxes(T[..., :3, :3], -1, -2)
+    return np.concatenate([origin, origin + _LEVER * axes], axis=-2).reshape(len(T), -1, 3)
+
+
+def _between(first: Floats, second: Floats, shares: Floats) -> Floats:
+    """Poses, rotations or vectors on the way from one to another."""
+    if first.ndim == 1:
+        return np.asarray(first + shares[:, None] * (second - first))
+    turn = log(first[:3, :3].T @ second[:3, :3])
+    R = first[:3, :3] @ exp(shares[:, None] * turn)
+    if first.shape == (3, 3):
+        return np.asarray(R)
+    T = np.tile(np.eye(4), (len(shares), 1, 1))
+    T[:, :3, :3] = R
+    T[:, :3, 3] = _between(first[:3, 3], second[:3, 3], shares)
+    return T
+
+
+# --- A path as callers give it: looked at once at the door, and brought into the torso.
+
+_LEGS, _ARMS = ("LLeg", "RLeg"), ("LArm", "RArm")
+_POSE, _ROTATION, _PLACE = (4, 4), (3, 3), (3,)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Targets along a path, each array with n of them, in the world where the torso's poses are given, else in it.
+
+    Attributes:
+        n: how many samples.
+        targets: effector or camera → poses, rotations or places.
+        directions: arm → where its forearm is to point.
+        torso: T_world_torso, shape (n, 4, 4); None where targets are in the torso.
+        times: shape (n,) [s], or None.
+        reference: shape (n, nq); None where none is given.
+    """
+
+    n: int
+    targets: dict[str, Floats]
+    directions: dict[str, Floats]
+    torso: Floats | None
+    times: Floats | None
+    reference: Floats | None
+
+    def in_torso(self, array: Floats, *, free: bool = False) -> Floats:
+        """Poses, rotations, places, or with `free` directions, as the torso sees them."""
+        if self.torso is None:
+            return array
+        R = np.swapaxes(self.torso[:, :3, :3], -1, -2)
+        if array.shape[1:] == _ROTATION:
+            return np.asarray(R @ array)
+        if array.shape[1:] == _PLACE:
+            seen = array if free else array - self.torso[:, :3, 3]
+            return np.asarray(np.einsum("nij,nj->ni", R, seen))
+        T = np.array(array)
+        T[:, :3, :3] = R @ array[:, :3, :3]
+        T[:, :3, 3] = np.einsum("nij,nj->ni", R, array[:, :3, 3] - self.torso[:, :3, 3])
+        return T
+
+
+def checked_path(
+    robot: RobotModel,
+    path: Mapping[str, ArrayLike],
+    directions: Mapping[str, ArrayLike] | None,
+    torso: ArrayLike | None,
+    times: ArrayLike | None,
+    reference: ArrayLike | None,
+) -> Path:
+    """A path from what a caller gives; what is there once stands for all samples.
+
+    Raises:
+        UnknownName, BadArgument, WrongShape, NotFinite, NotARotation, ZeroNorm: see `follow`.
+    """
+    names = (*_LEGS, *_ARMS, "Head", *robot.semantics.cameras)
+    given: dict[str, tuple[Floats, int]] = {}
+    for name, value in _mapping(path, "path").items():
+        if name not in names:
+            raise UnknownName("effector", name, names)
+        what = f"path[{quoted(name)}]"
+        if name in _ARMS:
+            array = as_numbers(value, what)
+            tail = _POSE if array.shape[-2:] == _POSE else _PLACE
+        else:
+            tail = _POSE if name in _LEGS else _ROTATION if name == "Head" else _PLACE
+        given[what] = _samples(value, tail, what)
+    if not given:
+        raise BadArgument(f"path names no effector; it takes {', '.join(names)}")
+    heads = [name for name in path if name not in (*_LEGS, *_ARMS)]
+    if len(heads) > 1:
+        raise BadArgument(f"path[{quoted(heads[0])}] and path[{quoted(heads[1])}] both move the head: one of them")
+    for name, value in _mapping({} if directions is None else directions, "directions").items():
+        what = f"directions[{quoted(name)}]"
+        if name not in path or name not in _ARMS:
+            arms = [arm for arm in _ARMS if arm in path]
+            raise UnknownName("arm", name, arms, "a direction goes with the places of an arm in the path")
+        if given[f"path[{quoted(name)}]"][0].shape[1:] == _POSE:
+            raise BadArgument(f"{what} goes with places (n, 3), a pose has a direction")
+        array, count = _samples(value, _PLACE, what, free=True)
+        given[what] = unit(array, what)[0], count
+    if torso is not None:
+        given["torso"] = _samples(torso, _POSE, "torso")
+    if reference is not None:
+        given["reference"] = _samples(reference, (robot.nq,), "reference")
+    if times is not None:
+        given["times"] = _times(times)
+    n = _common_length({what: count for what, (_, count) in given.items()})
+    full = {what: np.array(np.broadcast_to(array, (n, *array.shape[1:]))) for what, (array, _) in given.items()}
+    return Path(
+        n,
+        {name: full[f"path[{quoted(name)}]"] for name in path},
+        {name: full[f"directions[{quoted(name)}]"] for name in directions or {}},
+        full.get("torso"),
+        full.get("times"),
+        full.get("reference"),
+    )
+
+
+def limb_paths(
+    robot: RobotModel, path: Path, frames: Mapping[str, str] | None, options: dict[str, Any], priority: str
+) -> tuple[LimbPath, ...]:
+    """The limbs that follow a path, each with its targets in the torso.
+
+    Args:
+        robot: whose.
+        path: as `checked_path` returns it.
+        frames: effector → the frame on it that the targets are of; for those not named, the effector itself.
+        options: what all solvers are called with.
+        priority: which foot's yaw counts where both legs disagree.
+
+    Raises:
+        UnknownName: a frame is given for what is not in the path.
+    """
+    frame = {name: name for name in path.targets}
+    for name, value in _mapping({} if frames is None else frames, "frames").items():
+        if name not in frame:
+            raise UnknownName("effector of the path", name, tuple(frame))
+        frame[name] = value
+    seen = {name: path.in_torso(array) for name, array in path.targets.items()}
+    limbs: list[LimbPath] = []
+    legs = [name for name in _LEGS if name in seen]
+    if len(legs) == 2:
+        pair = seen["LLeg"], seen["RLeg"]
+        limbs.append(LegsPath(robot, "legs", (frame["LLeg"], frame["RLeg"]), pair, {**options, "priority": priority}))
+    else:
+        limbs.extend(LegPath(robot, name, (frame[name],), (seen[name],), options) for name in legs)
+    for name in (name for name in seen if name not in _LEGS):
+        if name in _ARMS:
+            towards = path.directions.get(name)
+            aside = () if towards is None else (path.in_torso(towards, free=True),)
+            limbs.append(ArmPath(robot, name, (frame[name],), (seen[name], *aside), options))
+        elif name == "Head":
+            limbs.append(HeadPath(robot, "Head", (frame[name],), (seen[name],), options))
+        else:
+            limbs.append(GazePath(robot, "Head", (frame[name],), (seen[name],), options))
+    return tuple(limbs)
+
+
+def _mapping(value: object, what: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise BadArgument(f"{what} must be a mapping from effectors, got {type(value).__name__}")
+    return value
+
+
+def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool = False) -> tuple[Floats, int]:
+    """Samples, shape (n, *tail), and how many; one without an axis for them counts as 0, for it fits all.
+
+    Vectors that are `free`, directions, may have any length.
+    """
+    array = as_numbers(value, what)
+    shape = ", ".join(map(str, tail))
+    if array.shape != tail and array.shape[1:] != tail:
+        raise WrongShape(
+            what, f"(n, {shape}), or ({shape}{',' if len(tail) == 1 else ''}) for all samples", array.shape
+        )
+    constant = array.shape == tail
+    samples = array[None] if constant else array
+    if not len(samples):
+        raise BadArgument(f"{what} has no samples")
+    if not all_finite(array):
+        refuse_non_finite(array, what)
+    if tail == _POSE:
+        refuse_not_rigid(as_poses(array, what), what)
+    elif tail == _ROTATION:
+        refuse_not_rotation(array, what)
+    elif not free:
+        as_vectors(array, what, *tail)
+    return samples, 0 if constant else len(samples)
+
+
+def _times(value: ArrayLike) -> tuple[Floats, int]:
+    array = as_numbers(value, "times")
+    if array.ndim != 1 or not len(array):
+        raise WrongShape("times", "(n,)", array.shape)
+    as_vectors(array, "times", len(array))
+    late = np.flatnonzero(np.diff(array) <= 0.0)
+    if len(late):
+        i = int(late[0])
+        raise BadArgument(f"times must increase, got {array[i]:.6g} and then {array[i + 1]:.6g} at index [{i + 1}]")
+    return array, len(array)
+
+
+def _common_length(counts: dict[str, int]) -> int:
+    sampled = {what: count for what, count in counts.items() if count}
+    if not sampled:
+        return 1
+    first, n = next(iter(sampled.items()))
+    for what, count in sampled.items():
+        if count != n:
+            raise BadArgument(f"all of a path has one length: {first} has {n} samples and {what} has {count}")
+    return n

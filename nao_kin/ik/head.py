@@ -1,0 +1,544 @@
+"""`head` and `look_at`: the two joints of the neck, for an orientation or for a point that a camera is to see."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, SupportsIndex
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats, as_vectors
+from nao_kin._kernels.cache import both_ways
+from nao_kin.errors import UnknownName
+from nao_kin.ik.compiling import Row, kept, limb_arguments
+from nao_kin.ik.geometry import ClosedForm, Limb, Y, Z, chain_at_zero, kept_limb, limb_of, solved
+from nao_kin.ik.ranges import (
+    ANGLE_ERROR,
+    BESIDE,
+    BEST,
+    NEEDED,
+    NOT_ENOUGH_JOINTS,
+    NOT_RIGID,
+    OUT_OF_REACH,
+    POSITION_ERROR,
+    REASON,
+    VERIFIED,
+    Ranges,
+    admitted,
+    angle_of_chord,
+    begun,
+    concluded,
+    entered,
+    laid_down,
+    rigid,
+    table_range,
+)
+from nao_kin.ik.results import Family, IKResult, Integers
+from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced, refuse_not_rotation
+from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
+
+# --- The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
+#
+# An orientation is made where its second column has no z; then there is one solution. A camera in the head's plane of
+# symmetry, at o in the head with the optical axis n, sees the point P in the middle where
+#
+#     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
+#
+# |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. What the two joints do not make, or their limits
+# do
+# not allow, is answered with the nearest. For an orientation the best pitch of every yaw is known, and the yaw is
+# searched for. The error of a look may have several valleys over yaw and pitch: a grid finds them, and each is
+# searched.
+
+JOINTS = 2
+MOST_BRANCHES = 4
+
+_ALONE, _YAW_AXIS = float(Family.NONE), float(Family.YAW_AXIS)
+# Below this distance from the yaw's axis [m], every yaw looks at a point as well as another.
+_ON_AXIS = 1e-12
+# Steps of the search for the nearest yaw, and divisions of the best two after it.
+_STEPS, _DIVISIONS = 120, 60
+# A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
+_YAWS, _PITCHES, _LAST_STEP = 60, 40, 1e-10
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+class Head(NamedTuple):
+    """What the closed form needs to know of a head.
+
+    Attributes:
+        x: the neck in the torso, three numbers [m].
+        y: see there.
+        z: see there.
+        a00: rotation of the frame in the head, nine numbers by rows.
+        a01: see there.
+        a02: see there.
+        a10: see there.
+        a11: see there.
+        a12: see there.
+        a20: see there.
+        a21: see there.
+        a22: see there.
+        forward: its origin in the head, along x [m].
+        up: along z [m].
+    """
+
+    x: float
+    y: float
+    z: float
+    a00: float
+    a01: float
+    a02: float
+    a10: float
+    a11: float
+    a12: float
+    a20: float
+    a21: float
+    a22: float
+    forward: float
+    up: float
+
+
+@both_ways
+def solve_head(
+    head: Head,
+    ranges: Ranges,
+    target: Row,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+) -> int:
+    """The joint values for an orientation of the frame, or the nearest to it; see `ranges` for the arguments."""
+    begun(report)
+    fine, a, b, c, d, e, f, g, h, i = rigid(target)
+    if not fine:
+        report[REASON] = NOT_RIGID
+        return 0
+    wanted = (
+        a * head.a00 + b * head.a01 + c * head.a02,
+        a * head.a10 + b * head.a11 + c * head.a12,
+        a * head.a20 + b * head.a21 + c * head.a22,
+        d * head.a00 + e * head.a01 + f * head.a02,
+        d * head.a10 + e * head.a11 + f * head.a12,
+        d * head.a20 + e * head.a21 + f * head.a22,
+        g * head.a00 + h * head.a01 + i * head.a02,
+        g * head.a10 + h * head.a11 + i * head.a12,
+        g * head.a20 + h * head.a21 + i * head.a22,
+    )
+    q[0], q[1] = math.atan2(-wanted[1], wanted[4]), math.atan2(-wanted[6], wanted[8])
+    error = orientation_error(wanted, q[0], q[1])
+    count = 0
+    if error > VERIFIED:
+        report[REASON] = NOT_ENOUGH_JOINTS
+    elif admitted(ranges, enforce, q, report):
+        count = entered(reference, q, enforce, (0.0, error), _ALONE, found, 0)
+    if count == 0:
+        _nearest(ranges, wanted, enforce, report)
+    concluded(found, JOINTS, count, report)
+    return count
+
+
+@both_ways
+def solve_gaze(
+    head: Head,
+    ranges: Ranges,
+    target: Row,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+) -> int:
+    """The joint values with which the frame's x axis passes through a point, or nearest to it."""
+    begun(report)
+    x, y, z = target[0] - head.x, target[1] - head.y, target[2] - head.z
+    point = x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    far, aside = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
+    # The optical axis (n_x, n_z), and the camera along it and across.
+    nx, nz = head.a00, head.a20
+    along, across = head.forward * nx + head.up * nz, head.forward * nz - head.up * nx
+    beyond = (far - abs(across)) * (far + abs(across))
+    radius = math.sqrt(head.forward * head.forward + head.up * head.up)
+    count = 0
+    if beyond < 0.0 or (along >= 0.0 and far <= radius):
+        report[REASON] = OUT_OF_REACH
+        report[NEEDED] = (radius if along >= 0.0 else abs(across)) - far
+    else:
+        for root in range(2):
+            ahead = math.sqrt(beyond) if root == 0 else -math.sqrt(beyond)
+            if ahead <= along or (root == 1 and beyond == 0.0):
+                continue  # λ = ahead − along
+            u, w = head.forward + (ahead - along) * nx, head.up + (ahead - along) * nz
+            if aside <= _ON_AXIS:
+                q[1] = math.atan2(-u * z, w * z)
+                q[0] = _free_yaw(ranges, q[1], reference[0], enforce)
+                count = _look(head, ranges, point, _YAW_AXIS, reference, enforce, q, found, report, count)
+                continue
+            for back in range(2):
+                r = aside if back == 0 else -aside
+                q[0] = math.atan2(y, x) if back == 0 else math.atan2(-y, -x)
+                q[1] = math.atan2(w * r - u * z, u * r + w * z)
+                count = _look(head, ranges, point, _ALONE, reference, enforce, q, found, report, count)
+    if count == 0 and far > 0.0:
+        _nearest_look(head, ranges, point, enforce, report)
+    concluded(found, JOINTS, count, report)
+    return count
+
+
+@both_ways
+def _look(
+    head: Head,
+    ranges: Ranges,
+    point: tuple[float, ...],
+    family: float,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+    count: int,
+) -> int:
+    """Enter a branch that looks at a point, if it does and is inside the limits."""
+    if not admitted(ranges, enforce, q, report):
+        return count
+    error = gaze_error(head, point, q[0], q[1])
+    return entered(reference, q, enforce, (0.0, error), family, found, count) if error <= VERIFIED else count
+
+
+@both_ways
+def _free_yaw(ranges: Ranges, pitch: float, wanted: float, enforce: bool) -> float:
+    """The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere."""
+    if not enforce:
+        return wanted
+    best = min(max(wanted, ranges.lower[0]), ranges.upper[0])
+    if ranges.bends == 0:
+        return best
+    low, high = table_range(ranges, best)
+    if low <= pitch <= high:
+        return best
+    # The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
+    nearest, found = math.inf, best
+    for i in range(ranges.bends):
+        for edge in range(3):
+            yaw = ranges.at[i]
+            if edge > 0 and i > 0:
+                one = ranges.low[i - 1] if edge == 1 else ranges.high[i - 1]
+                two = ranges.low[i] if edge == 1 else ranges.high[i]
+                if one != two:
+                    share = (pitch - one) / (two - one)
+                    yaw = ranges.at[i - 1] + share * (ranges.at[i] - ranges.at[i - 1])
+            low, high = table_range(ranges, yaw)
+            inside = ranges.lower[0] <= yaw <= ranges.upper[0]
+            inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
+            if inside and abs(yaw - wanted) < nearest:
+                nearest, found = abs(yaw - wanted), yaw
+    return found
+
+
+@both_ways
+def _nearest(ranges: Ranges, wanted: tuple[float, ...], enforce: bool, report: Row) -> None:
+    """Report the joint values with the nearest orientation: the yaw by search, for each the best pitch."""
+    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
+    step = (high - low) / _STEPS
+    best, at = math.inf, low
+    for i in range(_STEPS + 1):
+        error = _error_at_yaw(ranges, wanted, enforce, low + i * step)[0]
+        if error < best:
+            best, at = error, low + i * step
+    left, right = max(low, at - step), min(high, at + step)
+    for _ in range(_DIVISIONS):
+        width = _GOLDEN * (right - left)
+        one, two = right - width, left + width
+        error_one = _error_at_yaw(ranges, wanted, enforce, one)[0]
+        error_two = _error_at_yaw(ranges, wanted, enforce, two)[0]
+        if error_one < error_two:
+            right = two
+        else:
+            left = one
+        if min(error_one, error_two) < best:
+            best, at = min(error_one, error_two), one if error_one < error_two else two
+    error, pitch = _error_at_yaw(ranges, wanted, enforce, at)
+    report[BEST], report[BEST + 1] = at, pitch
+    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, error
+
+
+@both_ways
+def _error_at_yaw(ranges: Ranges, wanted: tuple[float, ...], enforce: bool, yaw: float) -> tuple[float, float]:
+    """The error of the best pitch at a yaw, and that pitch."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    # The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
+    pitch = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
+    if enforce:
+        low = _allowed_pitch(ranges, yaw, -math.inf, True)
+        high = _allowed_pitch(ranges, yaw, math.inf, True)
+        if pitch < low or pitch > high:
+            below, above = orientation_error(wanted, yaw, low), orientation_error(wanted, yaw, high)
+            return (below, low) if below < above else (above, high)
+    return orientation_error(wanted, yaw, pitch), pitch
+
+
+@both_ways
+def _nearest_look(head: Head, ranges: Ranges, point: tuple[float, ...], enforce: bool, report: Row) -> None:
+    """Report the joint values that look nearest to a point: down from the lowest of each valley of a grid."""
+    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
+    least, most = (ranges.lower[1], ranges.upper[1]) if enforce else (-math.pi, math.pi)
+    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, math.inf
+    here, pitch, before = math.inf, 0.0, math.inf
+    for i in range(_YAWS + 2):
+        error, best = math.inf, 0.0
+        if i <= _YAWS:
+            yaw = low + (high - low) * i / _YAWS
+            for k in range(_PITCHES + 1):
+                other = _allowed_pitch(ranges, yaw, least + (most - least) * k / _PITCHES, enforce)
+                found = gaze_error(head, point, yaw, other)
+                if found < error:
+                    error, best = found, other
+        if here <= before and here <= error and here < math.inf:
+            _look_down(head, ranges, point, enforce, low + (high - low) * (i - 1) / _YAWS, pitch, report)
+        here, pitch, before = error, best, here
+
+
+@both_ways
+def _look_down(
+    head: Head, ranges: Ranges, point: tuple[float, ...], enforce: bool, yaw: float, pitch: float, report: Row
+) -> None:
+    """In steps to nearer looks, along the edge of the range too, until they are tiny; report the nearest so far."""
+    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
+    error, step = gaze_error(head, point, yaw, pitch), (high - low) / _YAWS
+    while step > _LAST_STEP:
+        before = error
+        for i in range(9):
+            one = min(max(yaw + step * (i // 3 - 1), low), high)
+            other = _allowed_pitch(ranges, one, pitch + step * (i % 3 - 1), enforce)
+            found = gaze_error(head, point, one, other)
+            if found < error:
+                error, yaw, pitch = found, one, other
+        if error == before:
+            step *= 0.5
+    if error < report[ANGLE_ERROR]:
+        report[BEST], report[BEST + 1], report[ANGLE_ERROR] = yaw, pitch, error
+
+
+@both_ways
+def _allowed_pitch(ranges: Ranges, yaw: float, pitch: float, enforce: bool) -> float:
+    """The pitch nearest to one that is allowed at a yaw."""
+    if not enforce:
+        return pitch
+    low, high = ranges.lower[1], ranges.upper[1]
+    if ranges.bends > 0:
+        bounds = table_range(ranges, yaw)
+        low, high = min(max(low, bounds[0]), high), max(min(high, bounds[1]), low)
+    return min(max(pitch, low), high)
+
+
+@both_ways
+def orientation_error(wanted: tuple[float, ...], yaw: float, pitch: float) -> float:
+    """The angle between Rz(yaw) Ry(pitch) and the orientation wanted [rad]."""
+    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    d0, d1, d2 = c * cp - wanted[0], -s - wanted[1], c * sp - wanted[2]
+    d3, d4, d5 = s * cp - wanted[3], c - wanted[4], s * sp - wanted[5]
+    d6, d7, d8 = -sp - wanted[6], -wanted[7], cp - wanted[8]
+    squares = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3 + d4 * d4 + d5 * d5
+    return angle_of_chord(squares + d6 * d6 + d7 * d7 + d8 * d8)
+
+
+@both_ways
+def gaze_error(head: Head, point: tuple[float, ...], yaw: float, pitch: float) -> float:
+    """The angle between the optical axis and the direction from the camera to a point seen from the neck [rad]."""
+    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    # The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
+    x, y = c * point[0] + s * point[1], c * point[1] - s * point[0]
+    u, w = cp * x - sp * point[2] - head.forward, sp * x + cp * point[2] - head.up
+    nx, nz = head.a00, head.a20
+    across = w * nx - u * nz
+    return math.atan2(math.sqrt(across * across + y * y), u * nx + w * nz)
+
+
+# --- `head` and `look_at`: the two joints of the neck, for an orientation or for a point that a camera is to see.
+
+_JOINTS = ("HeadYaw", "HeadPitch")
+
+
+def head(
+    robot: RobotModel,
+    R_torso_head: ArrayLike,
+    *,
+    frame: str = "Head",
+    reference: ArrayLike | None = None,
+    limits: Limits = "enforce",
+    threads: SupportsIndex | None = None,
+) -> IKResult:
+    """The joint values with which the head has an orientation, or comes nearest to it.
+
+    Two joints make two of three turns: an orientation that leans to a side is out of their reach. `best` and `q` then
+    hold the joint values that are nearest by angle, inside the limits if these are enforced, and `residual` how far
+    they are off; so they do where only the limits are in the way.
+
+    Args:
+        robot: a NAO of any version, or another robot with a neck of its geometry.
+        R_torso_head: orientations of the frame in the torso, shape (..., 3, 3).
+        frame: a frame on the head, a camera for instance.
+        reference: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
+            taken; None for all joints at zero, or at the limit nearest to it.
+        limits: "enforce" keeps joints inside their limits, the range of HeadPitch at this HeadYaw included.
+        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
+
+    Returns:
+        One solution at most, to within 1e-10 rad. Two joints make no orientation that is rounded, to float32 for
+        instance: its reason is `NOT_ENOUGH_JOINTS`, `q` the nearest and `residual` what is left, some 1e-8 rad.
+
+    Raises:
+        UnknownName: no such frame or policy.
+        BadArgument: the robot has no such neck; the message says what is missing.
+        NotARotation: a target is no rotation; names the argument, its index and its defect.
+        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> result = nk.ik.head(nao, nk.rotations.rot_z(0.5))
+        >>> nao.angles(result.q)["HeadYaw"]
+        0.5
+    """
+    limb = head_limb(robot, frame)
+    R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
+    enforce, batch = is_enforced(limits), R.shape[:-2]
+    references = as_reference(robot, limb.rest, reference, batch, enforce)
+    T = np.zeros((*batch, 4, 4))
+    T[..., :3, :3], T[..., 3, 3] = R, 1.0
+    targets = T.reshape(*batch, 16)
+    workers = check_threads(threads)
+    return solved(_HEAD, limb, targets, references, enforce, workers, lambda: refuse_not_rotation(R, "R_torso_head"))
+
+
+def look_at(
+    robot: RobotModel,
+    point: ArrayLike,
+    camera: str = "CameraTop",
+    *,
+    reference: ArrayLike | None = None,
+    limits: Limits = "enforce",
+    threads: SupportsIndex | None = None,
+) -> IKResult:
+    """The joint values with which a camera has a point on its optical axis, before it.
+
+    The camera's place and tilt in the head are exact. There are two solutions, the second with the head turned round
+    and looking over the crown. For a point on the axis of HeadYaw any yaw will do (`YAW_AXIS`). What is in the way of
+    the limits, or too near the neck to be looked at, is answered with the joint values that leave the smallest angle
+    between the optical axis and the direction to the point; `residual` has that angle.
+
+    Args:
+        robot: a NAO of any version, or another robot with a neck of its geometry.
+        point: points in the torso, shape (..., 3) [m].
+        camera: one of the robot's cameras, or any frame on the head that looks along its x axis and has its origin and
+            this axis in the plane of x and z.
+        reference: as in `head`.
+        limits: as in `head`.
+        threads: as in `head`.
+
+    Raises:
+        UnknownName: no such camera or policy.
+        BadArgument: the robot has no such neck, or the camera is not in the head's plane of symmetry. Or a number is
+            beyond ±1e150.
+        WrongShape, NotFinite: no points, NaN or infinity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> result = nk.ik.look_at(nao, [1.0, 0.3, 0.1])
+        >>> point = np.append([1.0, 0.3, 0.1], 1.0)
+        >>> (np.linalg.inv(nao.fk(result.q, "CameraTop_optical_frame")) @ point)[:2].round(9).tolist()
+        [0.0, 0.0]
+    """
+    check_robot(robot)
+    if not isinstance(camera, str) or camera not in robot.frame_table:
+        raise UnknownName("camera", camera, robot.semantics.cameras)
+    limb = camera_limb(robot, camera)
+    points = as_vectors(point, "point")
+    enforce, batch = is_enforced(limits), points.shape[:-1]
+    references = as_reference(robot, limb.rest, reference, batch, enforce)
+    return solved(_GAZE, limb, points, references, enforce, check_threads(threads), lambda: None)
+
+
+def head_limb(robot: RobotModel, frame: str) -> Limb:
+    """The head of a robot as the closed form takes it.
+
+    Raises:
+        BadArgument: the robot has none of this geometry.
+        UnknownName: no such frame.
+    """
+    return kept_limb(robot, _head_of, frame)
+
+
+def camera_limb(robot: RobotModel, camera: str) -> Limb:
+    """The same for a camera, which has to be in the head's plane of symmetry.
+
+    Raises:
+        BadArgument, UnknownName: as `head_limb`; or it is beside that plane.
+    """
+    return kept_limb(robot, _camera_of, camera)
+
+
+def _head_of(robot: RobotModel, frame: str) -> Limb:
+    chain = chain_at_zero(robot, "head", _JOINTS, frame)
+    chain.require_axis(0, Z)
+    chain.require_axis(1, Y)
+    chain.require_meeting(0, 1)
+    place = chain.point - chain.points[0]
+    numbers = (*chain.points[0], *chain.rotation.ravel(), place[0], place[2])
+    return limb_of(chain, frame, Head(*(float(value) for value in numbers)))
+
+
+def _camera_of(robot: RobotModel, camera: str) -> Limb:
+    chain = chain_at_zero(robot, "head", _JOINTS, camera)
+    aside = np.array([chain.point[1] - chain.points[0][1], chain.rotation[1, 0]])
+    chain.require_zero(f"{camera} is beside the head's plane of symmetry, or looks out of it", aside)
+    return _head_of(robot, camera)
+
+
+_ARGUMENTS = Head, len(Head._fields), JOINTS
+
+
+@kept("heads", lambda: limb_arguments(*_ARGUMENTS))
+def _heads(
+    limb: Head,
+    ranges: Ranges,
+    targets: Floats,
+    references: Floats,
+    enforce: bool,
+    most: int,
+    values: Any,
+    beside: Any,
+    count: Integers,
+    report: Floats,
+) -> None:
+    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
+    for i in range(targets.shape[0]):
+        count[i] = solve_head(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
+        laid_down(found, count[i], values[i], beside[i])
+
+
+@kept("gazes", lambda: limb_arguments(*_ARGUMENTS))
+def _gazes(
+    limb: Head,
+    ranges: Ranges,
+    targets: Floats,
+    references: Floats,
+    enforce: bool,
+    most: int,
+    values: Any,
+    beside: Any,
+    count: Integers,
+    report: Floats,
+) -> None:
+    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
+    for i in range(targets.shape[0]):
+        count[i] = solve_gaze(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
+        laid_down(found, count[i], values[i], beside[i])
+
+
+_HEAD = ClosedForm(solve_head, _heads, MOST_BRANCHES)
+_GAZE = ClosedForm(solve_gaze, _gazes, MOST_BRANCHES)
+
+HEAD_KERNELS = (_heads, _gazes)

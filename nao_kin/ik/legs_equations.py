@@ -1,0 +1,361 @@
+"""Both legs on the motor of HipYawPitch: what is left of a leg when the motor stands, and where both feet are met.
+
+With the names of `leg_equations`: let e = Ry(q₁) x be the axis of HipRoll, p the ankle seen from the hip and n the
+normal of the sole. The plane of the leg contains e and p, so its own normal is along p × e, and the foot's x-axis, in
+that plane and perpendicular to n, is along
+
+    u = (p × e) × n = e (p · n) − p (e · n).
+
+p and n are met for every q₁, and the foot is turned about n by the angle ψ of u against the x-axis that is asked for,
+
+    tan ψ = Y / X,  X = u · x_foot,  Y = u · y_foot,
+
+both linear in (cos q₁, sin q₁). ψ never turns back, for X Y' − Y X' is constant; one foot is exact where Y = 0, at two
+values of q₁ half a turn apart. Two feet agree where one q₁ is a root of both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+from nao_kin._kernels.cache import both_ways
+from nao_kin.ik.compiling import Row
+from nao_kin.ik.leg import Foot, Leg, foot_of, knee_of, leg_errors
+from nao_kin.ik.ranges import (
+    ANGLE_ERROR,
+    BEST,
+    NOT_RIGID,
+    POSITION_ERROR,
+    REASON,
+    VERIFIED,
+    Ranges,
+    begun,
+    concluded,
+    entered,
+    is_inside,
+    is_outside,
+    wrapped,
+)
+from nao_kin.ik.results import Family
+
+# Values of the joints of one leg.
+Joints: TypeAlias = tuple[float, float, float, float, float, float]
+
+# HipYawPitch, and five joints of each leg.
+JOINTS, OF_ONE = 11, 6
+# Two values of HipYawPitch, and of each leg two knees and two rolls of the hip.
+MOST_BRANCHES = 32
+# Where the parts of a target begin.
+LEFT, RIGHT, PRIORITY = 0, 16, 32
+# Places in a report after the joints: errors of both feet in position, angle and yaw; which leg is to blame; how far
+# the torso is moved.
+LEFT_FOOT = BEST + JOINTS
+RIGHT_FOOT, BLAMED, MOVED, MORE = LEFT_FOOT + 3, LEFT_FOOT + 6, LEFT_FOOT + 7, 8
+NEITHER, LEFT_LEG, RIGHT_LEG = -1.0, 0.0, 1.0
+
+_ALONE = float(Family.NONE)
+# A turn of a foot [rad] up to which a solution is looked for: verified is the pose.
+_NEARLY = 1e-9
+# A slope ψ' below which HipYawPitch does not matter to a foot.
+LEVEL = 1e-11
+# What rounding may leave of Y [m].
+_ROUNDING = 1e-15
+# Nearer to the axis of HipRoll [m], the ankle does not tell the roll as well as the foot does.
+_ALONG = 1e-4
+
+
+class Legs(NamedTuple):
+    """Both legs, as `leg` takes each."""
+
+    left: Leg
+    right: Leg
+
+
+class LegsRanges(NamedTuple):
+    """Limits of the six joints of each."""
+
+    left: Ranges
+    right: Ranges
+
+
+class FootYaw(NamedTuple):
+    """The turn ψ of a foot about its normal: X = x_cos cos q₁ + x_sin sin q₁, and Y the same."""
+
+    x_cos: float
+    x_sin: float
+    y_cos: float
+    y_sin: float
+
+
+@both_ways
+def solve_legs(
+    legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
+) -> int:
+    """All joint values that meet the poses of both feet; see `ranges` for the arguments."""
+    begun(report)
+    report[BLAMED], report[MOVED] = NEITHER, 0.0
+    fine, left = foot_of(legs.left, target[LEFT:RIGHT])
+    fine_too, right = foot_of(legs.right, target[RIGHT:PRIORITY])
+    if not (fine and fine_too):
+        report[REASON] = NOT_RIGID
+        return 0
+    left_knee = knee_of(legs.left, left, report)
+    right_knee = knee_of(legs.right, right, report) if left_knee[1] > 0 else left_knee
+    if right_knee[1] == 0:
+        report[BLAMED] = LEFT_LEG if left_knee[1] == 0 else RIGHT_LEG
+        return 0
+    left_yaw, right_yaw = foot_yaw(left), foot_yaw(right)
+    if slope(left_yaw) < LEVEL and slope(right_yaw) < LEVEL:
+        return 0  # a family, over which is searched
+    hip = common_hip(left_yaw, right_yaw)
+    c, s = math.cos(hip), math.sin(hip)
+    if off_root(left_yaw, c, s) > _NEARLY or off_root(right_yaw, c, s) > _NEARLY:
+        return 0
+    count = 0
+    for _ in range(2):
+        count = _with_hip(
+            legs, ranges, (left, right), (left_knee, right_knee), hip, reference, enforce, q, found, report, count
+        )
+        hip = wrapped(hip + math.pi)
+    if count > 0:
+        concluded(found, JOINTS, count, report)
+        for foot in range(2):
+            yaw, place = (left_yaw, LEFT_FOOT) if foot == 0 else (right_yaw, RIGHT_FOOT)
+            x, y = yaw.x_cos * c + yaw.x_sin * s, yaw.y_cos * c + yaw.y_sin * s
+            report[place + 2] = math.copysign(report[place + 1], x * y)
+    return count
+
+
+@both_ways
+def _with_hip(
+    legs: Legs,
+    ranges: LegsRanges,
+    feet: tuple[Foot, Foot],
+    knees: tuple[tuple[float, int], tuple[float, int]],
+    hip: float,
+    reference: Row,
+    enforce: bool,
+    q: Row,
+    found: Row,
+    report: Row,
+    count: int,
+) -> int:
+    """Enter all solutions with a value of HipYawPitch, and report the errors of both feet in the best."""
+    if enforce and (is_outside(ranges.left, 0, hip) or is_outside(ranges.right, 0, hip)):
+        return count
+    for branch in range(2 * knees[0][1]):
+        fits, away, turned, left = _exact(
+            legs.left, ranges.left, feet[0], hip, knees[0][0], branch, reference[1], enforce
+        )
+        if not fits:
+            continue
+        for other in range(2 * knees[1][1]):
+            fits, far, off, right = _exact(
+                legs.right, ranges.right, feet[1], hip, knees[1][0], other, reference[OF_ONE], enforce
+            )
+            if fits:
+                write_joints(left, right, q)
+                errors = max(away, far), max(turned, off)
+                nearest = found[JOINTS] if count > 0 else math.inf
+                count = entered(reference, q, enforce, errors, _ALONE, found, count)
+                if found[JOINTS] < nearest:
+                    report[LEFT_FOOT], report[LEFT_FOOT + 1] = away, turned
+                    report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = far, off
+    return count
+
+
+@both_ways
+def _exact(
+    leg: Leg, ranges: Ranges, foot: Foot, hip: float, knee: float, branch: int, roll: float, enforce: bool
+) -> tuple[bool, float, float, Joints]:
+    """Whether a branch of a leg is a solution with this value of HipYawPitch; its errors, and its joints."""
+    bent = knee if branch < 2 else -knee
+    if enforce and is_outside(ranges, 3, bent):
+        return False, 0.0, 0.0, (hip, 0.0, 0.0, bent, 0.0, 0.0)
+    cosine, sine = _roll(foot, hip, 1.0 if branch % 2 == 0 else -1.0, roll - leg.kappa)
+    hip_roll = wrapped(leg.kappa + math.atan2(sine, cosine))
+    if enforce and is_outside(ranges, 1, hip_roll):
+        return False, 0.0, 0.0, (hip, hip_roll, 0.0, bent, 0.0, 0.0)
+    q = _exact_joints(leg, foot, hip, hip_roll, bent, cosine, sine)
+    if enforce and not is_inside(ranges, q):
+        return False, 0.0, 0.0, q
+    away, turned = errors_of(leg, foot, q)
+    return away <= VERIFIED and turned <= VERIFIED, away, turned, q
+
+
+@both_ways
+def write_joints(
+    left: Joints,
+    right: Joints,
+    q: Row,
+) -> None:
+    """The joints of both legs into one row."""
+    q[0], q[1], q[2], q[3], q[4], q[5] = left
+    q[6], q[7], q[8], q[9], q[10] = right[1], right[2], right[3], right[4], right[5]
+
+
+@both_ways
+def errors_of(leg: Leg, foot: Foot, q: Joints) -> tuple[float, float]:
+    """How far a frame is from its target by forward kinematics: distance [m] and angle [rad]."""
+    turn = q[3] + q[4]
+    ankle = math.sin(turn), math.cos(turn), math.sin(q[5]), math.cos(q[5])
+    return leg_errors(leg, foot, (math.sin(q[3]), math.cos(q[3])), ankle, q)
+
+
+@both_ways
+def feet_reported(legs: Legs, feet: tuple[Foot, Foot], yaws: tuple[FootYaw, FootYaw], q: Row, report: Row) -> None:
+    """Report joint values as the best, with the errors of both feet."""
+    left = q[0], q[1], q[2], q[3], q[4], q[5]
+    right = q[0], q[6], q[7], q[8], q[9], q[10]
+    for j in range(JOINTS):
+        report[BEST + j] = q[j]
+    one, two = errors_of(legs.left, feet[0], left), errors_of(legs.right, feet[1], right)
+    report[LEFT_FOOT], report[LEFT_FOOT + 1] = one
+    report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = two
+    report[LEFT_FOOT + 2] = math.copysign(one[1], yaw_of(yaws[0], q[0], one[1]))
+    report[RIGHT_FOOT + 2] = math.copysign(two[1], yaw_of(yaws[1], q[0], two[1]))
+    report[POSITION_ERROR], report[ANGLE_ERROR] = max(one[0], two[0]), max(one[1], two[1])
+
+
+# --- the motor and the turn of a foot ---------------------------------------------------------------------------------
+
+
+@both_ways
+def foot_yaw(foot: Foot) -> FootYaw:
+    """X and Y of a target."""
+    x = foot.x * foot.f00 + foot.y * foot.f10 + foot.z * foot.f20
+    y = foot.x * foot.f01 + foot.y * foot.f11 + foot.z * foot.f21
+    n = foot.x * foot.f02 + foot.y * foot.f12 + foot.z * foot.f22
+    return FootYaw(
+        foot.f00 * n - x * foot.f02,
+        x * foot.f22 - foot.f20 * n,
+        foot.f01 * n - y * foot.f02,
+        y * foot.f22 - foot.f21 * n,
+    )
+
+
+@both_ways
+def yaw_of(yaw: FootYaw, hip: float, angle: float) -> float:
+    """The turn ψ of the foot about its normal [rad]: of the two ways of the ankle that of a size nearer to `angle`."""
+    c, s = math.cos(hip), math.sin(hip)
+    turn = math.atan2(yaw.y_cos * c + yaw.y_sin * s, yaw.x_cos * c + yaw.x_sin * s)
+    other = wrapped(turn + math.pi)
+    return turn if abs(abs(turn) - angle) <= abs(abs(other) - angle) else other
+
+
+@both_ways
+def hip_of(yaw: FootYaw) -> float:
+    """The value of HipYawPitch with which the foot is exact; there is another half a turn away."""
+    return math.atan2(-yaw.y_cos, yaw.y_sin)
+
+
+@both_ways
+def slope(yaw: FootYaw) -> float:
+    """The size of ψ' where ψ = 0; infinite where ψ has no value there."""
+    # With Y = ‖Y‖ sin (q₁ − root), X at the root is the constant X Y' − Y X' over ‖Y‖.
+    square = yaw.y_cos * yaw.y_cos + yaw.y_sin * yaw.y_sin
+    constant = abs(yaw.x_cos * yaw.y_sin - yaw.x_sin * yaw.y_cos)
+    return square / constant if constant > 0.0 else math.inf if square > 0.0 else 0.0
+
+
+@both_ways
+def common_hip(left: FootYaw, right: FootYaw) -> float:
+    """The value of HipYawPitch beside the roots of both, up to half a turn, with the least ψ² of both feet together.
+
+    Beside a singularity a root is lost in rounding, but there ψ hardly changes with it: the slopes weigh both.
+    """
+    hip = hip_of(left)
+    gap = hips_apart(left, right)
+    # As `slope`, without what may be zero below.
+    one = (left.y_cos * left.y_cos + left.y_sin * left.y_sin) * (right.x_cos * right.y_sin - right.x_sin * right.y_cos)
+    two = (right.y_cos * right.y_cos + right.y_sin * right.y_sin) * (left.x_cos * left.y_sin - left.x_sin * left.y_cos)
+    one, two = one * one, two * two
+    return wrapped(hip + gap * (two / (one + two))) if one + two > 0.0 else hip
+
+
+@both_ways
+def hips_apart(left: FootYaw, right: FootYaw) -> float:
+    """How far the root of the right foot is from that of the left one, up to half a turn, within ±π/2 [rad]."""
+    # The sine and the cosine of the difference of two arcus tangents.
+    sine = left.y_cos * right.y_sin - left.y_sin * right.y_cos
+    cosine = left.y_cos * right.y_cos + left.y_sin * right.y_sin
+    return math.atan2(sine, cosine) if cosine >= 0.0 else math.atan2(-sine, -cosine)
+
+
+@both_ways
+def off_root(yaw: FootYaw, c: float, s: float) -> float:
+    """|sin ψ|: how far a foot is turned, up to half a turn and to rounding, from cosine and sine of HipYawPitch."""
+    x, y = yaw.x_cos * c + yaw.x_sin * s, yaw.y_cos * c + yaw.y_sin * s
+    size = math.sqrt(x * x + y * y)
+    return max(0.0, abs(y) - _ROUNDING) / size if size > 0.0 else 0.0
+
+
+# --- the other five joints --------------------------------------------------------------------------------------------
+
+
+@both_ways
+def _roll(foot: Foot, hip: float, way: float, otherwise: float) -> tuple[float, float]:
+    """Cosine and sine of ρ, the turn of the plane of a leg about the axis of HipRoll, where the foot is met.
+
+    Args:
+        foot: the target.
+        hip: HipYawPitch.
+        way: 1 for the leg below the axis of HipRoll, −1 for above.
+        otherwise: ρ where it does not matter: with hip, ankle and foot on the axis.
+    """
+    c, s = math.cos(hip), math.sin(hip)
+    # The ankle and the foot's x-axis, beside the axis.
+    py, pz = foot.y, s * foot.x + c * foot.z
+    fy, fz = foot.f10, s * foot.f00 + c * foot.f20
+    aside, turned = math.sqrt(py * py + pz * pz), math.sqrt(fy * fy + fz * fz)
+    if aside > _ALONG or (aside >= turned and aside > 0.0):
+        return -way * pz / aside, way * py / aside
+    if turned > 0.0:
+        return -way * fz / turned, way * fy / turned
+    return math.cos(otherwise), math.sin(otherwise)
+
+
+@both_ways
+def _exact_joints(leg: Leg, foot: Foot, hip: float, hip_roll: float, knee: float, cosine: float, sine: float) -> Joints:
+    """The joints of a leg whose pose a value of HipYawPitch meets, with cosine and sine of ρ."""
+    c, s = math.cos(hip), math.sin(hip)
+    px, pz = c * foot.x - s * foot.z, s * foot.x + c * foot.z
+    fx, fz = c * foot.f00 - s * foot.f20, s * foot.f00 + c * foot.f20
+    nz, yz = s * foot.f02 + c * foot.f22, s * foot.f01 + c * foot.f21
+    turn = math.atan2(foot.f10 * sine - fz * cosine, fx)
+    ankle_roll = math.atan2(-foot.f12 * cosine - nz * sine, foot.f11 * cosine + yz * sine)
+    pitch = hip_pitch(leg, px, pz * cosine - foot.y * sine, knee)
+    return hip, hip_roll, pitch, knee, wrapped(turn - pitch - knee), ankle_roll
+
+
+@both_ways
+def level_joints(leg: Leg, foot: Foot, hip: float, knee: float, way: float, ankle: float) -> Joints:
+    """The joints with which ankle and normal are met, whatever the turn of the foot about it.
+
+    Args:
+        leg: its geometry.
+        foot: the target.
+        hip: HipYawPitch.
+        knee: KneePitch.
+        way: as `_roll`.
+        ankle: the sign of the cosine of AnkleRoll.
+    """
+    c, s = math.cos(hip), math.sin(hip)
+    px, py, pz = c * foot.x - s * foot.z, foot.y, s * foot.x + c * foot.z
+    aside = math.sqrt(py * py + pz * pz)
+    cosine, sine = (-way * pz / aside, way * py / aside) if aside > 0.0 else (way, 0.0)
+    nx, nz = c * foot.f02 - s * foot.f22, s * foot.f02 + c * foot.f22
+    up = nz * cosine - foot.f12 * sine
+    turn = math.atan2(ankle * nx, ankle * up)
+    ankle_roll = math.atan2(-foot.f12 * cosine - nz * sine, ankle * math.sqrt(nx * nx + up * up))
+    pitch = hip_pitch(leg, px, pz * cosine - py * sine, knee)
+    hip_roll = wrapped(leg.kappa + math.atan2(sine, cosine))
+    return hip, hip_roll, pitch, knee, wrapped(turn - pitch - knee), ankle_roll
+
+
+@both_ways
+def hip_pitch(leg: Leg, x: float, z: float, knee: float) -> float:
+    """HipPitch with which the ankle is at (x, z) in the plane of the leg."""
+    vx, vz = -leg.tibia * math.sin(knee), -leg.thigh - leg.tibia * math.cos(knee)
+    return math.atan2(vz * x - vx * z, vx * x + vz * z)

@@ -1,1 +1,0 @@
-"""Joint trajectories along paths of targets."""

@@ -1,1 +1,0 @@
-"""Joint values of any robot by damped least squares inside the limits."""

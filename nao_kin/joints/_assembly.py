@@ -1,0 +1,263 @@
+"""The Pinocchio model of a robot whose merged joints are universal and spherical joints.
+
+A merged joint has no links between its axes, but the robot has: they carry mass and frames. Each stays on a carrier, a
+revolute joint about the original axis, on a side branch. The carrier of a universal joint mimics the universal joint's
+own coordinate. A ball has no angles to mimic, so its carriers have coordinates of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from nao_kin._core.arrays import Floats
+from nao_kin.joints._readings import Ball, JointReading, Repetition, Slot, Source
+from nao_kin.joints.grouping import JointNode
+from nao_kin.joints.pairs import JointGroups, MultiDofJoint
+from nao_kin.robot import LIMIT_ARRAYS, RobotModel
+from nao_kin.robot.semantics import Mimic
+
+
+class _Holder(NamedTuple):
+    """The joint here that holds the value of a joint of the robot, and the place among that joint's coordinates."""
+
+    joint: int
+    place: int
+    derived: bool
+
+
+class Assembly:
+    """A typed model, put together on construction.
+
+    Attributes:
+        model: the Pinocchio model; its first frames are the robot's, in the robot's order.
+        slots: its coordinates that are joint values.
+        balls: its spherical joints.
+        repetitions: values that it holds a second time.
+        carriers: names of the carriers.
+        lumped: joints of the robot that have no place in the model → the joint that their bodies are fixed to.
+    """
+
+    def __init__(
+        self, robot: RobotModel, nodes: Mapping[int, JointNode], groups: JointGroups, *, keep: bool = True
+    ) -> None:
+        self._source, self._nodes = robot.model, nodes
+        self._by_name = {node.name: node for node in nodes.values()}
+        self._merged = {
+            self._by_name[name].index: group for group in groups for name in group.joints if len(group.axes) > 1
+        }
+        self.model = pin.Model()
+        self.model.name, self.model.gravity = self._source.name, self._source.gravity
+        self.slots: list[Slot] = []
+        self.balls: list[Ball] = []
+        self.repetitions: list[Repetition] = []
+        self.carriers: list[str] = []
+        self.lumped: dict[int, int] = {}
+        self._keep = keep
+        # Joint of the robot → the joint here that moves with it, and where in that joint's frame it is.
+        self._places = {0: (0, pin.SE3.Identity())}
+        self._holders: dict[str, _Holder] = {}
+        self._add_joints(groups)
+        self._add_bodies_and_frames(groups)
+
+    def _add_joints(self, groups: JointGroups) -> None:
+        # Pinocchio's algorithms want the joints in depth-first order; the last task added is the next one done.
+        tasks = [("joint", index) for index in reversed(list(self._nodes)) if self._nodes[index].parent == 0]
+        while tasks:
+            task, index = tasks.pop()
+            node, group = self._nodes[index], self._merged.get(index)
+            if group is None:
+                self._add_single(node)
+                tasks += [("joint", child) for child in reversed(node.children)]
+                continue
+            members = [self._by_name[name] for name in group.joints]
+            outer = [("joint", child) for child in reversed(members[-1].children)]
+            carriers = [("carrier", member.index) for member in reversed(members[:-1])] if self._keep else []
+            if task == "joint" and not self._keep:
+                self._drop_between(members)
+            if task == "carrier":
+                self._add_carrier(group, node)
+                tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
+            elif group.pair.name == "universal":
+                # Its carrier mimics it and comes after it.
+                self._add_universal(group, members)
+                tasks += carriers + outer
+            elif task == "joint":
+                # Its carriers hold the angles that joints further out may mimic, and come before it.
+                tasks += [("ball", index), *carriers]
+            else:
+                self._add_ball(group, members)
+                tasks += outer
+
+    def _drop_between(self, members: Sequence[JointNode]) -> None:
+        """Fix all that moves between the axes of a merged joint to the body before it, as with all joints at zero."""
+        before = members[0].parent
+        parent, T_parent = self._places[before]
+        waiting = [member.index for member in members[:-1]]
+        while waiting:
+            index = waiting.pop()
+            self.lumped[index] = before
+            self._places[index] = parent, T_parent * self._pose(before).actInv(self._nodes[index].T_root)
+            waiting += [child for child in self._nodes[index].children if child not in self._merged]
+
+    def _add_single(self, node: JointNode) -> None:
+        parent, T_parent = self._places[node.parent]
+        if node.kind == "fixed":
+            self._places[node.index] = parent, T_parent * self._pose(node.parent).actInv(node.T_root)
+            return
+        placement = T_parent * self._source.jointPlacements[node.index]
+        if node.mimic is not None:
+            self._add_follower(node, node.mimic, parent, placement)
+            return
+        joint = self._source.joints[node.index]
+        index = self._add(node, parent, joint, placement)
+        if node.kind == "free":
+            self._copy_limits(joint, self.model.joints[index])
+        else:
+            self._hold(node, index, 0, derived=False)
+
+    def _add_universal(self, group: MultiDofJoint, members: list[JointNode]) -> None:
+        index, _ = self._add_merged(group, members)
+        for place, node in enumerate(members):
+            self._hold(node, index, place, derived=False)
+
+    def _add_ball(self, group: MultiDofJoint, members: list[JointNode]) -> None:
+        index, axes = self._add_merged(group, members)
+        joint = self.model.joints[index]
+        first, second, third = (self._reading(node) for node in members)
+        self.balls.append(Ball(group.name, (first, second, third), axes, joint.idx_q, joint.idx_v))
+
+    def _add_merged(self, group: MultiDofJoint, members: list[JointNode]) -> tuple[int, Floats]:
+        parent, T_parent = self._places[members[0].parent]
+        T_last = members[-1].T_root
+        T_joint = pin.SE3(T_last.rotation, np.array(group.centre))
+        axes = group.axes @ T_joint.rotation
+        joint = group.pair.joint_model(axes if group.pair.axes else ())
+        index = self.model.addJoint(parent, joint, T_parent * self._pose(members[0].parent).actInv(T_joint), group.name)
+        self._places[members[-1].index] = index, T_joint.actInv(T_last)
+        return int(index), axes
+
+    def _add_carrier(self, group: MultiDofJoint, node: JointNode) -> None:
+        parent, T_parent = self._places[node.parent]
+        placement = T_parent * self._source.jointPlacements[node.index]
+        self.carriers.append(node.name)
+        if group.pair.name == "universal":
+            holder = _Holder(self.model.getJointId(group.name), 0, derived=False)
+            self._add(node, parent, self._mimic(node, holder, 1.0, 0.0), placement)
+        elif node.mimic is not None:
+            self._add_follower(node, node.mimic, parent, placement)
+        else:
+            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
+
+    def _add_follower(self, node: JointNode, mimic: Mimic, parent: int, placement: pin.SE3) -> None:
+        """A joint that mimics the joint that holds its driver's value, or with a coordinate of its own.
+
+        It has its own where the driver's value is inside a ball, or comes later, or where Pinocchio's crba goes wrong.
+        """
+        holder = self._holders.get(mimic.joint)
+        if holder is None or self._misleads_crba(node, holder.joint, parent):
+            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
+            return
+        self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
+        if holder.derived and node.name not in self.carriers:
+            source = Source(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
+            self.repetitions.append(Repetition(self._reading(node), source, carrier=False))
+
+    def _misleads_crba(self, node: JointNode, holder: int, parent: int) -> bool:
+        """Whether crba of Pinocchio 4.1 would put wrong entries into the mass matrix if this follower mimicked.
+
+        It does where a joint of several coordinates carries the follower but not the joint it mimics, and where more
+        than one coordinate begins behind the follower: it couples the first alone.
+        """
+        shared = set(self.model.supports[holder]) - {holder}
+        carrying = set(self.model.supports[parent]) - shared
+        return any(self.model.joints[joint].nv > 1 for joint in carrying) or self._branches(node) > 1
+
+    def _branches(self, node: JointNode) -> int:
+        """How many coordinates begin behind a joint that mimics, those behind other joints left out."""
+        return sum(self._begun_by(node, self._nodes[child]) for child in node.children)
+
+    def _begun_by(self, carrying: JointNode, node: JointNode) -> int:
+        group, own = self._merged.get(node.index), self._merged.get(carrying.index)
+        if group is not None and group is own:
+            # Carriers of one ball carry each other; its last joint is the ball itself, elsewhere.
+            return int(node.name != group.joints[-1])
+        if group is not None:
+            # A ball, and beside it its first carrier.
+            return 2 if group.pair.name == "spherical" else 1
+        if node.kind == "fixed":
+            return self._branches(node)
+        if node.mimic is None or node.mimic.joint not in self._holders:
+            return 1
+        return min(self._branches(node), 1)
+
+    def _add(self, node: JointNode, parent: int, joint: pin.JointModel, placement: pin.SE3) -> int:
+        index = int(self.model.addJoint(parent, joint, placement, node.name))
+        self._places[node.index] = index, pin.SE3.Identity()
+        return index
+
+    def _hold(self, node: JointNode, index: int, place: int, *, derived: bool) -> None:
+        """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
+        reading = self._reading(node)
+        if not reading.follows:
+            self._holders[node.name] = _Holder(index, place, derived)
+        joint, model = self.model.joints[index], self.model
+        column, row = joint.idx_q + place, joint.idx_v + place
+        self.slots.append(Slot(reading, column, row, derived))
+        if derived:
+            self.repetitions.append(Repetition(reading, Source(column), node.name in self.carriers))
+        model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
+        speed = abs(reading.mimic.multiplier) * self._source.upperVelocityLimit[reading.row]
+        model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed
+        if not reading.follows:
+            effort = self._source.upperEffortLimit[reading.row]
+            model.lowerEffortLimit[row], model.upperEffortLimit[row] = -effort, effort
+
+    def _mimic(self, node: JointNode, holder: _Holder, multiplier: float, offset: float) -> pin.JointModel:
+        joint, place = self.model.joints[holder.joint], holder.place
+        motion = _motion(node)
+        # Pinocchio follows the indices, and so any coordinate of any joint.
+        motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
+        return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
+
+    def _reading(self, node: JointNode) -> JointReading:
+        driver = self._source.joints[self._by_name[node.driver].index]
+        mimic = Mimic(node.name) if node.mimic is None else node.mimic
+        revolute = node.kind == "revolute"
+        return JointReading(node.name, mimic, driver.idx_q, driver.idx_v, node.lower, node.upper, revolute)
+
+    def _pose(self, index: int) -> pin.SE3:
+        return self._nodes[index].T_root if index else pin.SE3.Identity()
+
+    def _copy_limits(self, source: pin.JointModel, target: pin.JointModel) -> None:
+        for name in LIMIT_ARRAYS:
+            start, size = ("idx_q", "nq") if "Position" in name else ("idx_v", "nv")
+            there, here, count = getattr(source, start), getattr(target, start), getattr(source, size)
+            getattr(self.model, name)[here : here + count] = getattr(self._source, name)[there : there + count]
+
+    def _add_bodies_and_frames(self, groups: JointGroups) -> None:
+        for index, inertia in enumerate(self._source.inertias):
+            joint, T_joint = self._places[index]
+            self.model.appendBodyToJoint(joint, inertia, T_joint)
+        # Place of a frame in the robot → its place here; of one that is dropped, that of the nearest before it.
+        places = [0]
+        for frame in list(self._source.frames)[1:]:
+            if frame.parentJoint in self.lumped:
+                places.append(places[frame.parentFrame])
+                continue
+            joint, T_joint = self._places[frame.parentJoint]
+            before = places[frame.parentFrame]
+            copy = pin.Frame(frame.name, joint, before, T_joint * frame.placement, frame.type)
+            places.append(int(self.model.addFrame(copy, False)))
+        for group in groups:
+            if len(group.axes) > 1:
+                first = self._source.frames[self._source.getFrameId(group.joints[0], pin.FrameType.JOINT)]
+                self.model.addJointFrame(self.model.getJointId(group.name), places[first.parentFrame])
+
+
+def _motion(node: JointNode) -> pin.JointModel:
+    kind = pin.JointModelRevoluteUnaligned if node.kind == "revolute" else pin.JointModelPrismaticUnaligned
+    return kind(node.axis)

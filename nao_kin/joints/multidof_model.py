@@ -1,0 +1,457 @@
+"""A robot with joints of several axes: the same motion, in the joints a mechanic would name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats, common_batch
+from nao_kin.errors import DisagreeingJoints, UnknownName
+from nao_kin.joints._assembly import Assembly
+from nao_kin.joints._readings import (
+    Ball,
+    CouplingViolation,
+    Mismatch,
+    Quaternions,
+    angular_velocity_axes,
+    coupling_violations,
+    quaternion_of_turns,
+    turns_of_quaternion,
+)
+from nao_kin.joints._turn_selection import TurnSelection
+from nao_kin.joints.grouping import Rule, group_joints, read_joint_tree
+from nao_kin.joints.pairs import JointGroups, MultiDofJoint
+from nao_kin.robot import Expression, FrameIds, Kinematics, RobotModel, expression_named
+from nao_kin.rotations import EulerAngles
+
+CouplingPolicy = Literal["raise", "nearest"]
+_POLICIES = ("raise", "nearest")
+Intermediate = Literal["keep", "drop"]
+_INTERMEDIATE = ("keep", "drop")
+
+
+class MultiDofModel:
+    """A robot whose runs of revolutes have become universal and spherical joints of a Pinocchio model.
+
+    A configuration of the typed model, shape (..., nq), holds for every joint its Pinocchio coordinates in the order
+    of the model: one value for a revolute or prismatic joint, two angles for a universal one, a unit quaternion
+    (x, y, z, w) for a spherical one; `columns` says where. Bodies, inertias, frame names and gravity are the robot's.
+    So are the limits of revolute, prismatic and universal joints; those of the three angles of a ball do not bound
+    its quaternion, and stay in `pairs`.
+
+    The links between the axes of a merged joint ride on `carriers`, revolutes on a side branch. Carriers of a universal
+    joint mimic it. Those of a ball have coordinates of their own: `from_q` writes them, `to_q` reads them only where
+    the limits leave a choice, and `from_q(to_q(q_typed))` sets them right. With intermediate="drop" there are no
+    carriers: the links between go, their masses are fixed to the body before the joint, and the model has the
+    coordinates of its typed joints alone.
+
+    Attributes:
+        robot: the robot it was made from.
+        model: the Pinocchio model. As with every fixed base, its `centerOfMass` leaves out the root link.
+        groups: the merged joints, their couplings, and the joints left as followers.
+        pairs: the merged joints, parents first.
+        carriers: names of the joints that only carry links between the axes of merged joints.
+        frame_names: the frames that it has, those of the robot unless links were dropped.
+        link_names: the links among them.
+        notes: what is not the robot's, one sentence each; none unless links were dropped.
+        columns: joint name → its part of a typed configuration.
+        rows: joint name → its part of a typed velocity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> model = nk.joints.MultiDofModel(nao)
+        >>> model.nq, model.nv
+        (31, 29)
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        *,
+        rule: Rule = "coincident",
+        tolerance: float = 1e-9,
+        intermediate: Intermediate = "keep",
+    ) -> None:
+        """Merge the joints of a robot.
+
+        Args:
+            robot: any `RobotModel`.
+            rule: which runs to merge, as in `group_joints`.
+            tolerance: as in `group_joints`. The model is the robot's to rounding when the axes of each joint meet to
+                rounding. Where they miss it by up to r, rotations are still the robot's, and positions are off by up to
+                2 r for every merged axis on the way, by nothing at zero.
+            intermediate: "keep" has the links between the axes of merged joints ride on carriers: all is the robot's.
+                "drop" leaves them and their frames out: poses and Jacobians of all other frames are the robot's, the
+                whole mass is, and the centre of mass and the mass matrix are where all merged joints are at zero, as
+                `notes` says.
+
+        Raises:
+            UnknownName: no such rule, no such way with the links between.
+            BadArgument, BadModel: as `group_joints`.
+        """
+        if not isinstance(intermediate, str) or intermediate not in _INTERMEDIATE:
+            raise UnknownName("way with intermediate links", intermediate, _INTERMEDIATE)
+        self.robot = robot
+        self.groups: JointGroups = group_joints(robot, rule=rule, tolerance=tolerance)
+        self.pairs: tuple[MultiDofJoint, ...] = self.groups.joints
+        assembly = Assembly(robot, read_joint_tree(robot), self.groups, keep=intermediate == "keep")
+        self._intermediate = intermediate
+        self.model: pin.Model = assembly.model
+        self.carriers = tuple(assembly.carriers)
+        moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
+        names = [self.model.names[joint.id] for joint in moving]
+        places = [(joint.idx_q, joint.nq, joint.idx_v, joint.nv) for joint in moving]
+        self.columns: Mapping[str, slice] = MappingProxyType(
+            {name: slice(q, q + nq) for name, (q, nq, _, _) in zip(names, places, strict=True)}
+        )
+        self.rows: Mapping[str, slice] = MappingProxyType(
+            {name: slice(v, v + nv) for name, (_, _, v, nv) in zip(names, places, strict=True)}
+        )
+        self._slots, self._balls = tuple(assembly.slots), tuple(assembly.balls)
+        self._base = (7, 6) if robot.base == "floating" else (0, 0)
+        starts = {"base": 3} if robot.base == "floating" else {}
+        self._quaternions = Quaternions(self.nq, starts | {ball.name: ball.column for ball in self._balls})
+        self._selection = TurnSelection(self._balls, self._slots, assembly.repetitions)
+        # Place of a frame in the robot's model → its place here: those that were kept come first, in the same order.
+        kept = (i for i, frame in enumerate(robot.model.frames) if frame.parentJoint not in assembly.lumped)
+        self._places = {theirs: here for here, theirs in enumerate(kept)}
+        self.frame_names = tuple(name for name, index in robot.frame_table.items() if index in self._places)
+        self.link_names = tuple(name for name in robot.link_names if robot.frame_table[name] in self._places)
+        self.notes = _notes(robot, assembly.lumped)
+        self._kinematics = Kinematics(self.model)
+
+    @property
+    def nq(self) -> int:
+        """Number of coordinates of a typed configuration."""
+        return int(self.model.nq)
+
+    @property
+    def nv(self) -> int:
+        """Number of velocity coordinates, those of the carriers included."""
+        return int(self.model.nv)
+
+    # --- configurations -------------------------------------------------------------------------------------------
+
+    def neutral(self) -> Floats:
+        """All joints at zero, shape (nq,).
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> model.neutral().shape
+            (31,)
+        """
+        return self.from_q(self.robot.neutral())
+
+    def from_q(self, q: ArrayLike) -> Floats:
+        """The typed configuration of a configuration of the robot.
+
+        Quaternions are products of the three turns' quaternions, and so continuous in the angles.
+
+        Args:
+            q: configurations of the robot, shape (..., robot.nq).
+
+        Returns:
+            Shape (..., nq).
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> model.from_q(nao.random(rng=0, n=4)).shape
+            (4, 31)
+        """
+        values = self._configuration(q)
+        typed = np.empty((*values.shape[:-1], self.nq))
+        typed[..., : self._base[0]] = values[..., : self._base[0]]
+        for slot in self._slots:
+            typed[..., slot.column] = slot.reading.of(values)
+        for ball in self._balls:
+            typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, self._ball_angles(ball, values))
+        return typed
+
+    def to_q(
+        self, q_typed: ArrayLike, *, reference: ArrayLike | None = None, couplings: CouplingPolicy = "raise"
+    ) -> Floats:
+        """The configuration of the robot that a typed configuration belongs to.
+
+        A quaternion belongs to two triples of angles, each angle up to whole turns. Of all combinations that one is
+        taken that comes first in this order: fewest followers at odds with their drivers, anywhere; nearest to
+        the reference, or, without one, least outside the limits; nearest to what carriers and followers say, whole
+        turns included; nearest to the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, but
+        for whole turns of a last angle of a ball, which has no carrier, when its limits span more than one and nothing
+        follows it. At a lock, where a ball knows only the sum of its outer angles, joints of the same motor that are
+        known better decide, then the same order.
+
+        Revolute followers agree with their drivers up to whole turns, which leave every pose as it is. Sixteen turns of
+        a driver to either side are considered, and those nearest to what carriers and followers say. A joint without
+        limits stands where its carrier says, a last angle in [−π, π], unless a coupling asks for more.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq). What stands for carriers only tells apart what all else
+                leaves open.
+            reference: configurations of the robot, shape (..., robot.nq).
+            couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" puts the motor
+                where it is nearest to all of them, and leaves the other angles.
+
+        Returns:
+            Shape (..., robot.nq).
+
+        Raises:
+            DisagreeingJoints: with couplings="raise".
+            BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
+            UnknownName: no such policy.
+            WrongShape, NotFinite: in either argument.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(model.to_q(model.from_q(q)), q)
+            True
+        """
+        if couplings not in _POLICIES:
+            raise UnknownName("couplings policy", couplings, _POLICIES)
+        q, mismatches, batch = self._taken_apart(q_typed, reference)
+        if couplings == "raise":
+            violations = coupling_violations(mismatches, batch)
+            if violations:
+                raise DisagreeingJoints(violations)
+        for mismatch in mismatches:
+            column = mismatch.follower.column
+            q[:, column] = np.where(mismatch.violated, mismatch.nearest, q[:, column])
+        return q.reshape(*batch, self.robot.nq)
+
+    def violations(self, q_typed: ArrayLike, *, reference: ArrayLike | None = None) -> tuple[CouplingViolation, ...]:
+        """Every pair of joints of one motor that a typed configuration puts at odds, by configuration.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            reference: as in `to_q`.
+
+        Raises:
+            BadArgument, WrongShape, NotFinite: as `to_q`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> model.violations(model.from_q(nao.posture("Stand")))
+            ()
+        """
+        _, mismatches, batch = self._taken_apart(q_typed, reference)
+        return coupling_violations(mismatches, batch)
+
+    def ball_angles(self, q_typed: ArrayLike, joint: str) -> EulerAngles:
+        """Both triples of angles of a spherical joint, as `davenport_angles` finds them.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            joint: name of the ball, or of one of its parts.
+
+        Raises:
+            UnknownName: no such spherical joint.
+            BadArgument: as in `fk`.
+            WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> q = nao.configuration({"LHipYawPitch": -0.2, "LHipRoll": 0.1, "LHipPitch": -0.4})
+            >>> model.ball_angles(model.from_q(q), "LHipRoll").angles.round(9).tolist()
+            [-0.2, 0.1, -0.4]
+        """
+        typed = self._typed_configuration(q_typed)
+        for ball in self._balls:
+            if joint == ball.name or joint in (reading.name for reading in ball.readings):
+                return turns_of_quaternion(ball, ball.quaternions(typed))
+        raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
+
+    def velocity_matrix(self, q: ArrayLike) -> Floats:
+        """E(q) with v_typed = E(q) v: the velocity of the typed model from that of the robot.
+
+        For revolute, prismatic and universal joints, and for carriers, the rates are the same: rows of ones (or of a
+        follower's multiplier). For a ball with axes a1, a2, a3 it gives the angular velocity in the moved frame,
+        ω = Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) = J_typed E(q), and
+        the mass matrices M(q) = Eᵀ M_typed E.
+
+        Args:
+            q: configurations of the robot, shape (..., robot.nq).
+
+        Returns:
+            Shape (..., nv, robot.nv).
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> model.velocity_matrix(nao.neutral()).shape
+            (29, 25)
+        """
+        values = self._configuration(q)
+        E = np.zeros((*values.shape[:-1], self.nv, self.robot.nv))
+        base = np.arange(self._base[1])
+        E[..., base, base] = 1.0
+        for slot in self._slots:
+            E[..., slot.row, slot.reading.row] = slot.reading.mimic.multiplier
+        for ball in self._balls:
+            directions = angular_velocity_axes(ball, self._ball_angles(ball, values))
+            for k, reading in enumerate(ball.readings):
+                E[..., ball.row : ball.row + 3, reading.row] = reading.mimic.multiplier * directions[..., k]
+        return E
+
+    # --- kinematics -----------------------------------------------------------------------------------------------
+
+    def fk(self, q_typed: ArrayLike, frame: str | Sequence[str] | None = None) -> Floats:
+        """Poses of frames in the root's frame, as `RobotModel.fk` gives them.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            frame: a frame name of the robot, several, or None for all links in the order of `link_names`.
+
+        Returns:
+            Shape (..., 4, 4) for one name, (..., n, 4, 4) for several [m].
+
+        Raises:
+            UnknownName: no such frame.
+            BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
+            WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(model.fk(model.from_q(q), "LLeg"), nao.fk(q, "LLeg"))
+            True
+        """
+        typed = self._typed_configuration(q_typed)
+        one = isinstance(frame, str)
+        names = self.link_names if frame is None else (frame,) if one else frame
+        poses = self._kinematics.poses(typed, self._frame_ids(names))  # type: ignore[arg-type]
+        return poses[..., 0, :, :] if one else poses
+
+    def jacobian(self, q_typed: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
+        """Geometric Jacobian of a frame with respect to the velocities of the typed model.
+
+        Args:
+            q_typed: typed configurations, shape (..., nq).
+            frame: a frame name of the robot.
+            expressed_in: as `RobotModel.jacobian` has it.
+
+        Returns:
+            J_typed, shape (..., 6, nv), linear rows first; J_typed E(q) is the robot's Jacobian.
+
+        Raises:
+            UnknownName: no such frame or expression.
+            BadArgument: as in `fk`.
+            WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> J = model.jacobian(model.from_q(q), "LLeg") @ model.velocity_matrix(q)
+            >>> np.allclose(J, nao.jacobian(q, "LLeg"))
+            True
+        """
+        typed = self._typed_configuration(q_typed)
+        (frame_id,), expression = self._frame_ids((frame,)), expression_named(expressed_in)
+        return self._kinematics.jacobians(typed, frame_id, expression)
+
+    def com(self, q_typed: ArrayLike) -> Floats:
+        """Centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
+
+        Raises:
+            BadArgument: the robot has no mass; or as in `fk`.
+            WrongShape, NotFinite: no typed configuration.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> model = nk.joints.MultiDofModel(nao)
+            >>> q = nao.posture("Stand")
+            >>> np.allclose(model.com(model.from_q(q)), nao.com(q))
+            True
+        """
+        typed = self._typed_configuration(q_typed)
+        return self._kinematics.centres_of_mass(typed)
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _configuration(self, q: ArrayLike) -> Floats:
+        values = as_floats(q, (self.robot.nq,), "q")
+        if self._base[0]:
+            # The robot's own check of its base's quaternion.
+            self.robot.angles(values)
+        return values
+
+    def _typed_configuration(self, q_typed: ArrayLike) -> Floats:
+        return self._quaternions.checked(q_typed)
+
+    def _taken_apart(
+        self, q_typed: ArrayLike, reference: ArrayLike | None
+    ) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
+        """Configurations (n, robot.nq), what the couplings miss, and the batch shape that n stands for."""
+        typed = self._typed_configuration(q_typed)
+        target = None if reference is None else self._configuration(reference)
+        batch = typed.shape[:-1]
+        if target is not None:
+            batch = common_batch("q_typed and reference", batch, target.shape[:-1])
+            target = np.broadcast_to(target, (*batch, self.robot.nq)).reshape(math.prod(batch), self.robot.nq)
+        typed = np.broadcast_to(typed, (*batch, self.nq)).reshape(math.prod(batch), self.nq)
+        angles, mismatches = self._selection.choose(typed, target)
+        q = np.empty((len(typed), self.robot.nq))
+        q[:, : self._base[0]] = typed[:, : self._base[0]]
+        for slot in self._slots:
+            if not slot.derived and not slot.reading.follows:
+                q[:, slot.reading.column] = typed[:, slot.column]
+        for reading in (reading for ball in self._balls for reading in ball.readings if not reading.follows):
+            q[:, reading.column] = angles[reading.name]
+        return q, mismatches, batch
+
+    @staticmethod
+    def _ball_angles(ball: Ball, q: Floats) -> Floats:
+        return np.stack([reading.of(q) for reading in ball.readings], axis=-1)
+
+    def _frame_ids(self, names: Sequence[str]) -> FrameIds:
+        """Places of frames in this model."""
+        places = []
+        for name, index in zip(names, self.robot.frame_ids(names), strict=True):
+            if index not in self._places:
+                raise UnknownName("frame", name, self.frame_names)
+            places.append(self._places[index])
+        return tuple(places)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance, self._intermediate)
+
+    def __repr__(self) -> str:
+        dropped = ", links between dropped" if self._intermediate == "drop" else ""
+        return f"<{type(self).__name__} {self.robot.name}: {self.groups.summary}, {self.groups.rule}{dropped}>"
+
+
+def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
+    """A sentence for every joint whose links are fixed to the body before."""
+    model = robot.model
+    return tuple(
+        f"{model.inertias[index].mass:.6g} kg carried by {model.names[index]} are fixed to the body "
+        f"{f'carried by {model.names[before]}' if before else 'of the root'} as with all joints at zero: "
+        "the centre of mass and the mass matrix are the robot's there only"
+        for index, before in sorted(lumped.items())
+        if model.inertias[index].mass > 0.0
+    )
+
+
+def _rebuilt(
+    kind: type[MultiDofModel], robot: RobotModel, rule: Rule, tolerance: float, intermediate: Intermediate
+) -> MultiDofModel:
+    """A Pinocchio model with mimic joints does not survive pickling; the typed one is made again."""
+    return kind(robot, rule=rule, tolerance=tolerance, intermediate=intermediate)

@@ -1,0 +1,420 @@
+"""The joints of mechanism theory: what each allows and forbids, its Pinocchio joint, and the Grübler–Kutzbach count."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, unit, whole_number
+from nao_kin._core.text import html_table, quoted
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.robot.semantics import Mimic
+from nao_kin.screws.lines import PluckerLine
+
+# Directions closer than this span no plane [rad].
+PARALLEL = 1e-6
+
+
+@dataclass(frozen=True)
+class KinematicPair:
+    """A kind of joint between two rigid bodies.
+
+    Attributes:
+        name: its name, a key of `KINEMATIC_PAIRS`.
+        symbol: the letter mechanism theory writes for it.
+        rotations: independent rotations it allows.
+        translations: independent translations it allows. A helical joint turns and slides, but not independently: it
+            counts as one rotation.
+        axes: how many directions define it: the axis, the two axes of a universal joint, the normal of a plane.
+        pinocchio: the Pinocchio joint that moves this way.
+        lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolutes
+            with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
+
+    Examples:
+        >>> pair = nk.joints.kinematic_pair("spherical")
+        >>> pair.symbol, pair.rotations, pair.translations
+        ('S', 3, 0)
+    """
+
+    name: str
+    symbol: str
+    rotations: int
+    translations: int
+    axes: int
+    pinocchio: str
+    lower: bool
+
+    @property
+    def freedoms(self) -> int:
+        """Degrees of freedom it allows."""
+        return self.rotations + self.translations
+
+    @property
+    def constraints(self) -> int:
+        """Degrees of freedom it forbids, 6 − freedoms."""
+        return 6 - self.freedoms
+
+    def joint_model(self, axes: ArrayLike = (), *, pitch: float | None = None) -> pin.JointModel:
+        """A Pinocchio joint of this kind.
+
+        Args:
+            axes: the directions that define it, in the joint frame: shape (3,) for one, (n, 3) for several; of any
+                length but zero. A universal joint turns about the first, then about the second as carried along.
+            pitch: advance of a helical joint per radian [m/rad].
+
+        Returns:
+            The joint model; nv = `freedoms`. A planar joint is Pinocchio's own, q = (x, y, cos, sin), when its normal
+            is z; for any other normal it is composed, q = (u, v, angle) with u and v along two directions of the plane.
+
+        Raises:
+            BadArgument: two parallel axes; a pitch missing, or given to another joint.
+            WrongShape: not as many directions as `axes` says.
+            ZeroNorm, NotFinite: in the directions or the pitch.
+
+        Examples:
+            >>> nk.joints.kinematic_pair("spherical").joint_model().shortname()
+            'JointModelSpherical'
+        """
+        directions = self._directions(axes)
+        if (pitch is not None) != (self.name == "helical"):
+            raise BadArgument(f"a {self.name} joint {'needs a' if self.name == 'helical' else 'has no'} pitch")
+        if self.name == "helical":
+            advance = float(as_floats(0.0 if pitch is None else pitch, (), "pitch"))
+            return pin.JointModel(pin.JointModelHelicalUnaligned(directions[0], advance))
+        return pin.JointModel(_MAKERS[self.name](directions))
+
+    def _directions(self, axes: ArrayLike) -> Floats:
+        what = f"axes of a {self.name} joint"
+        directions = as_numbers(axes, what)
+        if self.axes == 0 and directions.size == 0:
+            return np.zeros((0, 3))
+        if directions.shape != (self.axes, 3) and not (self.axes == 1 and directions.shape == (3,)):
+            expected = "(0,)" if self.axes == 0 else "(3,)" if self.axes == 1 else f"({self.axes}, 3)"
+            raise WrongShape(what, expected, directions.shape)
+        units, _ = unit(as_vectors(directions.reshape(self.axes, 3), what), what)
+        if self.axes == 2 and np.linalg.norm(np.cross(*units)) < PARALLEL:
+            raise BadArgument(f"the two axes of a {self.name} joint must not be parallel, got {directions.tolist()}")
+        return units
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def _composite(parts: Sequence[pin.JointModel]) -> pin.JointModelComposite:
+    composite = pin.JointModelComposite()
+    for part in parts:
+        composite.addJoint(part)
+    return composite
+
+
+def _cylindrical(axes: Floats) -> pin.JointModel:
+    return _composite([pin.JointModelPrismaticUnaligned(axes[0]), pin.JointModelRevoluteUnaligned(axes[0])])
+
+
+def _planar(axes: Floats) -> pin.JointModel:
+    normal = axes[0]
+    if np.array_equal(normal, (0.0, 0.0, 1.0)):
+        return pin.JointModelPlanar()
+    u, _ = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]), "a direction of the plane")
+    slides = [pin.JointModelPrismaticUnaligned(direction) for direction in (u, np.cross(normal, u))]
+    return _composite([*slides, pin.JointModelRevoluteUnaligned(normal)])
+
+
+_MAKERS: dict[str, Callable[[Floats], pin.JointModel]] = {
+    "revolute": lambda axes: pin.JointModelRevoluteUnaligned(axes[0]),
+    "prismatic": lambda axes: pin.JointModelPrismaticUnaligned(axes[0]),
+    "cylindrical": _cylindrical,
+    "universal": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
+    "condyloid": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
+    "spherical": lambda axes: pin.JointModelSpherical(),
+    "planar": _planar,
+    "free": lambda axes: pin.JointModelFreeFlyer(),
+}
+
+KINEMATIC_PAIRS = MappingProxyType(
+    {
+        pair.name: pair
+        for pair in (
+            KinematicPair("revolute", "R", 1, 0, 1, "JointModelRevoluteUnaligned", True),
+            KinematicPair("prismatic", "P", 0, 1, 1, "JointModelPrismaticUnaligned", True),
+            KinematicPair("helical", "H", 1, 0, 1, "JointModelHelicalUnaligned", True),
+            KinematicPair("cylindrical", "C", 1, 1, 1, "JointModelComposite of a prismatic and a revolute", True),
+            KinematicPair("universal", "U", 2, 0, 2, "JointModelUniversal", False),
+            KinematicPair("condyloid", "U", 2, 0, 2, "JointModelUniversal", False),
+            KinematicPair("spherical", "S", 3, 0, 0, "JointModelSpherical", True),
+            KinematicPair("planar", "E", 1, 2, 1, "JointModelPlanar; with another normal, JointModelComposite", True),
+            KinematicPair("free", "F", 3, 3, 0, "JointModelFreeFlyer", False),
+        )
+    }
+)
+"""The pairs by name. Source: Reuleaux, The Kinematics of Machinery, 1876; Hartenberg and Denavit, Kinematic Synthesis
+of Linkages, 1964, ch. 2."""
+
+
+def kinematic_pair(name: str) -> KinematicPair:
+    """The pair called `name`.
+
+    Raises:
+        UnknownName: there is none.
+
+    Examples:
+        >>> nk.joints.kinematic_pair("universal").pinocchio
+        'JointModelUniversal'
+    """
+    if not isinstance(name, str) or name not in KINEMATIC_PAIRS:
+        raise UnknownName("pair", name, tuple(KINEMATIC_PAIRS))
+    return KINEMATIC_PAIRS[name]
+
+
+def mobility(
+    pairs: Iterable[KinematicPair | str],
+    *,
+    links: int | None = None,
+    couplings: int = 0,
+    space: Literal[3, 6] = 6,
+) -> int:
+    """Degrees of freedom of a mechanism, M = d (n − 1 − j) + Σ fᵢ − c.
+
+    n links, the frame included, are connected by j joints with fᵢ freedoms in a space of d = 6 motions; every coupling
+    (one motor for two joints, a gear, a tendon) takes one more away. In a chain or tree n − 1 = j, and the count is the
+    sum of the freedoms less the couplings, exact for all dimensions. In a mechanism with loops it is a lower bound:
+    special dimensions can make constraints redundant (a planar four-bar linkage counted in space has −2; count it with
+    space=3).
+
+    Args:
+        pairs: the joints, as pairs or their names.
+        links: n; left out, the mechanism is a chain or tree and n = j + 1.
+        couplings: c.
+        space: d: 6, or 3 for a mechanism that moves in a plane.
+
+    Raises:
+        UnknownName: no such pair.
+        BadArgument: links or couplings that are no count, or links the joints cannot connect; a space other than 3 or
+            6; a joint with more freedoms than the space has.
+
+    Source: Hartenberg and Denavit, Kinematic Synthesis of Linkages, 1964, ch. 5.
+
+    Examples:
+        >>> nk.joints.mobility(["revolute"] * 4, links=4, space=3)
+        1
+    """
+    if not isinstance(pairs, Iterable):
+        raise BadArgument(f"pairs must be a list of joints, got {quoted(pairs)}")
+    known = [pair if isinstance(pair, KinematicPair) else kinematic_pair(pair) for pair in pairs]
+    if space not in (3, 6):
+        raise BadArgument(f"space must be 3 or 6, got {quoted(space)}")
+    freest = max((pair.freedoms for pair in known), default=0)
+    if freest > space:
+        raise BadArgument(f"a joint of {freest} freedoms does not fit a space of {space}")
+    n = len(known) + 1 if links is None else whole_number(links, "links", 1)
+    if n > len(known) + 1:
+        raise BadArgument(f"{len(known)} joints cannot connect {n} links")
+    c = whole_number(couplings, "couplings", 0)
+    return space * (n - 1 - len(known)) + sum(pair.freedoms for pair in known) - c
+
+
+# --- A joint of one, two or three axes, as found in a robot, and the robot's joints taken together.
+
+
+@dataclass(frozen=True)
+class Singularity:
+    """Where a joint of three axes loses one: its third axis is carried parallel to the first.
+
+    Attributes:
+        joint: the joint of the middle axis, which decides.
+        at: its two singular values, in (−π, π] [rad].
+        lower: smallest value its limits allow [rad].
+        upper: largest value its limits allow [rad].
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> [(joint.singularity.joint, joint.singularity.reachable) for joint in groups if joint.singularity]
+        [('LHipRoll', False), ('RHipRoll', False)]
+    """
+
+    joint: str
+    at: tuple[float, float]
+    lower: float
+    upper: float
+
+    @property
+    def margin(self) -> float:
+        """How far the limits keep the joint from the nearest singular value; negative when they allow one [rad]."""
+        return min(self._outside(value) for value in self.at)
+
+    @property
+    def reachable(self) -> bool:
+        """Whether the limits allow a singular value."""
+        return self.margin <= 0.0
+
+    def _outside(self, value: float) -> float:
+        if math.isinf(self.lower) or math.isinf(self.upper):
+            first, last = -1, 1
+        else:
+            first = math.floor((self.lower - value) / (2.0 * math.pi))
+            last = math.ceil((self.upper - value) / (2.0 * math.pi))
+        turns = [value + 2.0 * math.pi * k for k in range(first, last + 1)]
+        return min(max(self.lower - angle, angle - self.upper) for angle in turns)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """One motor for two joints: value of `joint` = multiplier · value of `driver` + offset.
+
+    Attributes:
+        joint: the joint that follows.
+        mimic: how it follows.
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> [(coupling.joint, coupling.mimic.joint) for coupling in groups.couplings][-1]
+        ('RHipYawPitch', 'LHipYawPitch')
+    """
+
+    joint: str
+    mimic: Mimic
+
+    @property
+    def driver(self) -> str:
+        """The joint it follows."""
+        return self.mimic.joint
+
+    @property
+    def multiplier(self) -> float:
+        """Ratio of the two values."""
+        return self.mimic.multiplier
+
+    @property
+    def offset(self) -> float:
+        """Value when the driver is at zero."""
+        return self.mimic.offset
+
+
+@dataclass(frozen=True, eq=False)
+class MultiDofJoint:
+    """One joint of the robot, made of one to three joints of its URDF.
+
+    Attributes:
+        name: the names of its parts, joined by "+".
+        pair: what kind of joint it is.
+        joints: its parts, from the root outwards.
+        parent: name of the joint that carries it, "" for the root.
+        centre: the point common to its axes, or the joint centre of a single axis, in the root's frame with all joints
+            at zero, shape (3,) [m].
+        axes: unit vectors of its axes in the root's frame with all joints at zero, shape (n, 3); none for a free base.
+        angles_between: angles between consecutive axes, shape (n − 1,) [rad].
+        residual: largest distance of an axis from the centre [m].
+        lower: smallest value of each part, shape (n,) [rad or m].
+        upper: largest value of each part, shape (n,) [rad or m].
+        units: unit of each part's value.
+        singularity: for three axes, where they stop spanning space.
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> [joint.name for joint in groups if joint.pair.name == "spherical"]
+        ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
+    """
+
+    name: str
+    pair: KinematicPair
+    joints: tuple[str, ...]
+    parent: str
+    centre: Floats
+    axes: Floats
+    angles_between: Floats
+    residual: float
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    units: tuple[str, ...]
+    singularity: Singularity | None = None
+
+    @property
+    def lines(self) -> PluckerLine:
+        """The axes as lines of the root's frame with all joints at zero, batch shape (n,)."""
+        return PluckerLine.from_point_direction(self.centre, self.axes)
+
+    def __repr__(self) -> str:
+        x, y, z = (f"{value + 0.0:.4g}" for value in self.centre)
+        return f"<{type(self).__name__} {self.name}: {self.pair.name} at ({x}, {y}, {z}) m>"
+
+
+@dataclass(frozen=True, eq=False)
+class JointGroups:
+    """All joints of a robot, and the motors that several of them share.
+
+    Iterating goes through the joints; `len` counts them.
+
+    Attributes:
+        joints: the joints, parents first.
+        mimics: joints that follow another one, and how; each takes a freedom away.
+        driven: joints of the URDF that follow another one and carry none with a coordinate of its own, such as fingers
+            that follow the hand: each adds a freedom and takes it back, and none is a joint here.
+        rule: the rule that merged them.
+        tolerance: how far centres or axes may miss their common point [m].
+
+    Examples:
+        >>> groups = nk.joints.group_joints(nk.load_nao())
+        >>> len(groups), groups.rule
+        (15, 'coincident')
+    """
+
+    joints: tuple[MultiDofJoint, ...]
+    mimics: Mapping[str, Mimic]
+    driven: tuple[str, ...]
+    rule: str
+    tolerance: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mimics", MappingProxyType(dict(self.mimics)))
+
+    def __iter__(self) -> Iterator[MultiDofJoint]:
+        return iter(self.joints)
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    def __getitem__(self, name: str) -> MultiDofJoint:
+        """The joint of this name, or the one that this joint of the URDF is a part of.
+
+        Raises:
+            UnknownName: there is none.
+        """
+        for joint in self.joints:
+            if name == joint.name or name in joint.joints:
+                return joint
+        raise UnknownName("joint", name, [part for joint in self.joints for part in joint.joints])
+
+    @property
+    def couplings(self) -> tuple[Coupling, ...]:
+        """The motors that drive two joints, one row for each joint that follows."""
+        return tuple(Coupling(joint, mimic) for joint, mimic in self.mimics.items())
+
+    @property
+    def mobility(self) -> int:
+        """Degrees of freedom of the robot by the Grübler–Kutzbach count, couplings counted."""
+        return mobility([joint.pair for joint in self.joints], couplings=len(self.mimics))
+
+    @property
+    def summary(self) -> str:
+        """The count in one line, as "25 DOF = 2×3 + 7×2 + 6×1 − 1": joints × freedoms each, less the couplings."""
+        counts = Counter(joint.pair.freedoms for joint in self.joints)
+        terms = " + ".join(f"{count}×{freedoms}" for freedoms, count in sorted(counts.items(), reverse=True)) or "0"
+        return f"{self.mobility} DOF = {terms}" + (f" − {len(self.mimics)}" if self.mimics else "")
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.rule}: {len(self)} joints, {self.summary}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (joint.name, joint.pair.name, joint.parent or "–", " ".join(f"{value + 0.0:.4g}" for value in joint.centre))
+            for joint in self
+        ]
+        return html_table(f"{self.summary} ({self.rule})", ("joint", "pair", "carried by", "centre [m]"), rows)

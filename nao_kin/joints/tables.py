@@ -1,0 +1,430 @@
+"""The joints of a robot as a table, and the joints of the human body that move like them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from nao_kin._core.arrays import Floats, finite_or_none, flag
+from nao_kin._core.text import html_table, quoted, text_table
+from nao_kin.errors import BadArgument
+from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
+from nao_kin.joints.pairs import KINEMATIC_PAIRS, JointGroups, KinematicPair, MultiDofJoint
+from nao_kin.robot import RobotModel
+from nao_kin.robot.nao import JOINTS
+
+# --- Where the NAO has which joint of the human body: all that is NAO's own among the joint types.
+
+NAO_TWISTS = frozenset(row.name for row in JOINTS if row.motion == "twist")
+"""NAO's joints that turn a limb about its own length."""
+
+
+@dataclass(frozen=True)
+class BodyPart:
+    """Where the NAO has a joint, and what the human has there.
+
+    Attributes:
+        name: part of the body.
+        joints: NAO's joints there, from the trunk outwards, without the side.
+        anatomical: the anatomical joint that moves like them.
+        human: the anatomical joints of the human there.
+        difference: what the NAO does otherwise than the human.
+
+    Examples:
+        >>> part = nk.joints.NAO_ANATOMY[0]
+        >>> part.name, part.joints
+        ('neck', ('HeadYaw', 'HeadPitch'))
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    anatomical: str
+    human: tuple[str, ...]
+    difference: str
+
+
+NAO_ANATOMY: tuple[BodyPart, ...] = (
+    BodyPart("neck", ("HeadYaw", "HeadPitch"), "saddle", ("pivot", "ellipsoid"), "does not lean the head sideways"),
+    BodyPart(
+        "shoulder",
+        ("ShoulderPitch", "ShoulderRoll"),
+        "saddle",
+        ("ball and socket",),
+        "the turn about the upper arm sits in the elbow",
+    ),
+    BodyPart(
+        "elbow",
+        ("ElbowYaw", "ElbowRoll"),
+        "saddle",
+        ("hinge", "pivot"),
+        "turns the upper arm's share of the shoulder's motion; the forearm's turn sits in the wrist",
+    ),
+    BodyPart("wrist", ("WristYaw",), "pivot", ("ellipsoid",), "turns as the human forearm does; does not bend"),
+    BodyPart("hand", ("Hand",), "hinge", ("hinge", "saddle"), "one motor opens all fingers"),
+    BodyPart(
+        "hip",
+        ("HipYawPitch", "HipRoll", "HipPitch"),
+        "ball and socket",
+        ("ball and socket",),
+        "the first axis lies at 45°, and one motor turns it for both hips",
+    ),
+    BodyPart("knee", ("KneePitch",), "hinge", ("hinge",), "none"),
+    BodyPart(
+        "ankle", ("AnklePitch", "AnkleRoll"), "saddle", ("hinge", "plane"), "rolls about an axis through the hinge"
+    ),
+)
+"""NAO's own joints mapped to anatomy, as the versions from V3.2 to V6 have them."""
+
+
+# --- Joints of the human body, the machine joints that move like them, and what a joint's name says of the body.
+
+
+@dataclass(frozen=True)
+class AnatomicalJoint:
+    """A kind of synovial joint.
+
+    Attributes:
+        name: its anatomical name.
+        mechanical: names of the pairs that move like it, the closest first.
+        freedoms: degrees of freedom of each of these.
+        allows: what it allows.
+        forbids: what it forbids.
+        example: where the human body has it.
+        table: the table of the source that lists it.
+
+    Examples:
+        >>> hinge = nk.joints.ANATOMY[0]
+        >>> hinge.name, hinge.mechanical
+        ('hinge', ('revolute',))
+    """
+
+    name: str
+    mechanical: tuple[str, ...]
+    freedoms: tuple[int, ...]
+    allows: str
+    forbids: str
+    example: str
+    table: str
+
+    @property
+    def pairs(self) -> tuple[KinematicPair, ...]:
+        """The mechanical equivalents."""
+        return tuple(KINEMATIC_PAIRS[name] for name in self.mechanical)
+
+
+class AnatomyTable(tuple[AnatomicalJoint, ...]):
+    """A tuple of anatomical joints that prints as a table.
+
+    Examples:
+        >>> len(nk.joints.ANATOMY), isinstance(nk.joints.ANATOMY, nk.joints.AnatomyTable)
+        (6, True)
+    """
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return text_table(_HEAD, self._cells())
+
+    def _repr_html_(self) -> str:
+        return html_table("Anatomical joints", _HEAD, self._cells())
+
+    def _cells(self) -> list[tuple[str, ...]]:
+        return [
+            (kind.name, ", ".join(kind.mechanical), ", ".join(map(str, kind.freedoms)), kind.example) for kind in self
+        ]
+
+
+_HEAD = ("joint", "moves like", "freedoms", "example")
+
+ANATOMY = AnatomyTable(
+    (
+        AnatomicalJoint(
+            "hinge",
+            ("revolute",),
+            (1,),
+            "rotation about one axis, across the bone",
+            "rotation about any other axis; all translation",
+            "elbow, knee, fingers",
+            "I",
+        ),
+        AnatomicalJoint(
+            "pivot",
+            ("revolute", "cylindrical"),
+            (1, 2),
+            "rotation about one axis, along the bone; where it slides, translation along that axis too",
+            "rotation about any other axis; translation across the axis",
+            "atlas on the axis of the neck, radius on the ulna",
+            "I",
+        ),
+        AnatomicalJoint(
+            "ball and socket",
+            ("spherical",),
+            (3,),
+            "rotation about every axis through one point",
+            "all translation",
+            "shoulder, hip",
+            "I",
+        ),
+        AnatomicalJoint(
+            "ellipsoid",
+            ("condyloid",),
+            (2,),
+            "rotation about two axes: flexion and extension, abduction and adduction",
+            "rotation about the bone's own axis; all translation",
+            "wrist, skull on the atlas",
+            "I",
+        ),
+        AnatomicalJoint(
+            "saddle",
+            ("universal",),
+            (2,),
+            "rotation about two crossing axes",
+            "rotation about the bone's own axis; all translation",
+            "base of the thumb",
+            "I",
+        ),
+        AnatomicalJoint(
+            "plane",
+            ("planar", "prismatic"),
+            (3, 1),
+            "gliding in a plane and rotation about its normal; where it is guided, translation along one line only",
+            "leaving the plane; rotation about directions in it",
+            "between the bones of the carpus and of the tarsus, between vertebrae",
+            "II",
+        ),
+    )
+)
+"""Tables I and II of the source paper: six anatomical joints, their mechanical equivalents and degrees of freedom."""
+
+
+_KIND_OF_PAIR = {pair: kind.name for kind in reversed(ANATOMY) for pair in kind.mechanical}
+_PARTS = ("neck", "shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle")
+_SIDES = (
+    ("left", re.compile(r"^(L(?=[A-Z])|l_|left)|_l(eft)?_")),
+    ("right", re.compile(r"^(R(?=[A-Z])|r_|right)|_r(ight)?_")),
+)
+
+
+def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Collection[str] = NAO_TWISTS) -> str:
+    """The anatomical joint that a joint moves like: "hinge", "ball and socket" …; "" when the body has none like it.
+
+    Args:
+        joints: the joints of the URDF it is made of.
+        pair: what kind of joint it is.
+        twists: the revolutes known to turn a limb about its own length, NAO's unless given: such a one is a pivot, any
+            other a hinge.
+
+    Raises:
+        BadArgument: the pair is none.
+
+    Examples:
+        >>> nk.joints.anatomical_kind(("LKneePitch",), nk.joints.kinematic_pair("revolute"))
+        'hinge'
+    """
+    if not isinstance(pair, KinematicPair):
+        raise BadArgument(f"pair must be a KinematicPair, got {type(pair).__name__}")
+    if pair.name == "revolute" and joints[0] in twists:
+        return "pivot"
+    return _KIND_OF_PAIR.get(pair.name, "")
+
+
+def body_part(joint: str) -> str:
+    """The part of the body that a joint's name speaks of, as "left hip"; "" when it speaks of none.
+
+    Raises:
+        BadArgument: no name.
+
+    Examples:
+        >>> nk.joints.body_part("LHipRoll")
+        'left hip'
+    """
+    if not isinstance(joint, str):
+        raise BadArgument(f"joint must be a name, got {quoted(joint)}")
+    lower = joint.lower()
+    # The head turns in the neck.
+    part = next((part for part in _PARTS if part in lower), "neck" if "head" in lower else "")
+    side = next((side for side, pattern in _SIDES if pattern.search(joint)), "")
+    return f"{side} {part}".strip() if part else ""
+
+
+# --- The joints of a robot as a table: what each is, where its axes lie, how far it goes, what the body calls it.
+
+Numbers = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class JointTableRow:
+    """One joint; lengths and directions in the root's frame with all joints at zero.
+
+    Attributes:
+        chain: the chain it is in: the robot's own name for it, or the name of its first joint.
+        joint: its name; for a merged joint the names of its parts, joined by "+".
+        parts: the joints of the URDF it is made of.
+        pair: "revolute", "universal" …
+        symbol: the letter for it.
+        freedoms: degrees of freedom.
+        axes: unit vector of each axis.
+        centre: common point of the axes [m].
+        lower: smallest value of each part, in its unit.
+        upper: largest value of each part, in its unit.
+        units: "rad", "m", or "1" for a ratio, of each part.
+        body: the part of the body, "" when the joint's name speaks of none.
+        anatomical: the anatomical joint that moves like it, "" when there is none.
+        screws: Plücker coordinates (direction; moment) of each axis about the root's origin [1; m]; the line of a
+            prismatic joint runs through its centre.
+        coupled_to: the joints of other rows that drive one of its parts.
+
+    Examples:
+        >>> row = nk.joints.joint_table(nk.load_nao(), typed=True).rows[0]
+        >>> row.joint, row.pair, row.freedoms
+        ('HeadYaw+HeadPitch', 'universal', 2)
+    """
+
+    chain: str
+    joint: str
+    parts: tuple[str, ...]
+    pair: str
+    symbol: str
+    freedoms: int
+    axes: tuple[Numbers, ...]
+    centre: Numbers
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    units: tuple[str, ...]
+    body: str
+    anatomical: str
+    screws: tuple[Numbers, ...]
+    coupled_to: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class JointTable:
+    """All joints of a robot, chain by chain.
+
+    Attributes:
+        robot: name of the robot.
+        rule: the rule that merged its joints, "none" for the joints as its URDF has them.
+        tolerance: how far the axes of a merged joint may miss their common point [m]; zero for "none".
+        rows: the joints.
+        driven: joints of the URDF that only follow another one and are no rows.
+        dof: degrees of freedom.
+        summary: the count, as "25 DOF = 2×3 + 7×2 + 6×1 − 1".
+
+    Examples:
+        >>> table = nk.joints.joint_table(nk.load_nao())
+        >>> table.robot, table.dof
+        ('nao_v6', 25)
+    """
+
+    robot: str
+    rule: str
+    tolerance: float
+    rows: tuple[JointTableRow, ...]
+    driven: tuple[str, ...]
+    dof: int
+    summary: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """The table as plain dictionaries, lists, strings and numbers; a limit that is not there is None.
+
+        Examples:
+            >>> nk.joints.joint_table(nk.load_nao()).as_dict()["dof"]
+            25
+        """
+        return asdict(self, dict_factory=_without_infinities)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.robot}, {self.rule}: {len(self.rows)} joints, {self.summary}>"
+
+    def _repr_html_(self) -> str:
+        head = ("chain", "joint", "pair", "body", "like a", "centre [m]", "range")
+        return html_table(f"{self.robot}: {self.summary} ({self.rule})", head, map(_cells, self.rows))
+
+
+def joint_table(
+    robot: RobotModel, *, typed: bool = False, rule: Rule = "coincident", tolerance: float = 1e-9
+) -> JointTable:
+    """The joints of a robot as a table.
+
+    Args:
+        robot: any `RobotModel`.
+        typed: merge runs of revolutes first, as `group_joints` does; else one row for each joint of the URDF.
+        rule: with `typed`, the rule that merges.
+        tolerance: with `typed`, how far the axes of a merged joint may miss their common point [m].
+
+    Raises:
+        UnknownName, BadArgument, BadModel: as `group_joints`.
+
+    Examples:
+        >>> nk.joints.joint_table(nk.load_nao(), typed=True).summary
+        '25 DOF = 2×3 + 7×2 + 6×1 − 1'
+    """
+    groups = group_joints(robot, rule=rule, tolerance=tolerance) if flag(typed, "typed") else unmerged_joints(robot)
+    chains = _chains(groups, getattr(robot, "chains", {}))
+    order = list(dict.fromkeys(chains[joint.name] for joint in groups))
+    named = [chain for chain in getattr(robot, "chains", {}) if chain in order]
+    order = named + [chain for chain in order if chain not in named]
+    drivers = {name: mimic.joint for name, mimic in groups.mimics.items()}
+    rows = [_row(joint, chains[joint.name], drivers) for joint in groups]
+    return JointTable(
+        robot=str(robot.model.name),
+        rule=groups.rule,
+        tolerance=groups.tolerance,
+        rows=tuple(sorted(rows, key=lambda row: order.index(row.chain))),
+        driven=groups.driven,
+        dof=groups.mobility,
+        summary=groups.summary,
+    )
+
+
+def _chains(groups: JointGroups, named: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Joint → chain: the one the robot names, else the first joint behind the last branching."""
+    chain_of = {part: chain for chain, parts in named.items() for part in parts}
+    siblings: dict[str, int] = {}
+    for joint in groups:
+        siblings[joint.parent] = siblings.get(joint.parent, 0) + 1
+    chains: dict[str, str] = {}
+    for joint in groups:
+        starts = joint.parent == "" or siblings[joint.parent] > 1
+        chains[joint.name] = chain_of.get(joint.joints[0], joint.joints[0] if starts else chains.get(joint.parent, ""))
+    return chains
+
+
+def _row(joint: MultiDofJoint, chain: str, drivers: Mapping[str, str]) -> JointTableRow:
+    return JointTableRow(
+        chain=chain,
+        joint=joint.name,
+        parts=joint.joints,
+        pair=joint.pair.name,
+        symbol=joint.pair.symbol,
+        freedoms=joint.pair.freedoms,
+        axes=_plain(joint.axes),
+        centre=_plain(joint.centre[None])[0],
+        lower=joint.lower,
+        upper=joint.upper,
+        units=joint.units,
+        body=body_part(joint.joints[0]),
+        anatomical=anatomical_kind(joint.joints, joint.pair),
+        screws=_plain(joint.lines.coordinates) if len(joint.axes) else (),
+        coupled_to=tuple(drivers[part] for part in joint.joints if part in drivers),
+    )
+
+
+def _cells(row: JointTableRow) -> tuple[str, ...]:
+    centre = " ".join(f"{value:.4g}" for value in row.centre)
+    ranges = (
+        f"{lower:.4g} … {upper:.4g}{'' if unit == '1' else f' {unit}'}"
+        for lower, upper, unit in zip(row.lower, row.upper, row.units, strict=True)
+    )
+    return row.chain, row.joint, row.pair, row.body, row.anatomical, centre, "; ".join(ranges)
+
+
+def _without_infinities(items: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {name: tuple(map(finite_or_none, value)) if name in ("lower", "upper") else value for name, value in items}
+
+
+def _plain(rows: Floats) -> tuple[Numbers, ...]:
+    # Adding 0.0 turns −0.0 into 0.0.
+    return tuple(tuple(float(value) + 0.0 for value in row) for row in rows)

@@ -1,0 +1,452 @@
+"""Choregraphe's behaviours (.xar): the timelines in their boxes.
+
+    <ChoregrapheProject xar_version="3"><Box name="root"><Timeline fps="25" start_frame="1" end_frame="-1">
+      <ActuatorList model="nao">
+        <ActuatorCurve actuator="HeadYaw" mute="0" unit="0">
+          <Key frame="13" value="20.0">
+            <Tangent side="left" interpType="bezier" abscissaParam="-4.0" ordinateParam="0.0" />
+          </Key>
+        </ActuatorCurve>
+      </ActuatorList>
+    </Timeline></Box></ChoregrapheProject>
+
+Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp: a key is played at (frame −
+start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and where there is no unit
+ratios for the hands and degrees for all else; tangents are offsets in frames and in the unit of the value, automatic
+where there is none; muted curves are not played.
+
+The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing outside
+of the file is opened.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import warn_caller
+from nao_kin.motion.files.source import MOST_SHOWN, Format, MotionFileWarning, Place, PlaceOf, Source, chosen, described
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
+from nao_kin.motion.motion import Motion
+
+# --- The timelines of a Choregraphe behaviour, as its XML has them: frames, values and tangents.
+#
+# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing outside
+# of the file is opened.
+
+AUTOMATIC, BEZIER, LINEAR = "bezier_auto", "bezier", "linear"
+SIDES = {"left": 0, "right": 1}
+_DEEPEST = 200
+
+
+@dataclass
+class Curve:
+    """The keys of one actuator, in flat lists: a million small objects would cost more than the reading.
+
+    Attributes:
+        kinds: of the two tangents of each key.
+        offsets: of the same, in frames.
+        rises: of the same, in the unit of the value.
+    """
+
+    joint: str
+    unit: str | None
+    place: Place
+    frames: list[float] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+    kinds: list[str] = field(default_factory=list)
+    offsets: list[float] = field(default_factory=list)
+    rises: list[float] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    columns: list[int] = field(default_factory=list)
+
+    def add(self, frame: float, value: float, line: int, column: int) -> None:
+        """A key whose tangents are automatic until something else is said."""
+        self.frames.append(frame)
+        self.values.append(value)
+        self.kinds += (AUTOMATIC, AUTOMATIC)
+        self.offsets += (0.0, 0.0)
+        self.rises += (0.0, 0.0)
+        self.lines.append(line)
+        self.columns.append(column)
+
+    def place_of(self, key: int) -> Place:
+        """Where a key stands."""
+        return Place(self.lines[key], self.columns[key])
+
+
+@dataclass
+class Timeline:
+    """A timeline of a box."""
+
+    name: str
+    fps: float
+    first: float
+    last: float
+    place: Place
+    curves: list[Curve] = field(default_factory=list)
+
+
+class TimelineReader:
+    """What expat tells, kept: boxes that are open, timelines that are open, all timelines."""
+
+    def __init__(self, source: Source) -> None:
+        self.timelines: list[Timeline] = []
+        self._source = source
+        self._boxes: list[str] = []
+        self._open: list[Timeline] = []
+        self._curve: Curve | None = None
+        self._depth = 0
+        self._parser = parser = expat.ParserCreate()
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.StartDoctypeDeclHandler = self._refuse
+        parser.EntityDeclHandler = self._refuse
+        parser.ExternalEntityRefHandler = self._refuse
+
+    def read(self) -> None:
+        """Read all of the file."""
+        try:
+            self._parser.Parse(self._source.data, True)
+        except expat.ExpatError as error:
+            reason = expat.ErrorString(error.code)
+            raise self._source.error(f"malformed XML: {reason}", Place(error.lineno, error.offset + 1)) from None
+        except (ValueError, LookupError) as error:  # an encoding that Python does not know or that is no single byte
+            raise self._source.error(f"malformed XML: {abbreviated(error)}") from None
+
+    def _position(self) -> tuple[int, int]:
+        return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
+
+    def _place(self) -> Place:
+        return Place(*self._position())
+
+    def _refuse(self, *_: object) -> int:
+        raise self._source.error("a document type or an entity, which are refused", self._place())
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise self._source.error(f"elements more than {_DEEPEST} deep", self._place())
+        kind = tag.rpartition(":")[2]
+        if kind == "Tangent":
+            if self._curve and self._curve.kinds:
+                self._tangent(attributes, self._curve)
+        elif kind == "Key":
+            if self._curve:
+                frame, value = self._number(attributes, "frame"), self._number(attributes, "value")
+                self._curve.add(frame, value, *self._position())
+        elif kind == "ActuatorCurve" and self._open:
+            self._start_curve(attributes)
+        elif kind == "Timeline":
+            self._start_timeline(attributes)
+        elif kind == "Box":
+            self._boxes.append(attributes.get("name", ""))
+
+    def _end(self, tag: str) -> None:
+        self._depth -= 1
+        kind = tag.rpartition(":")[2]
+        if kind == "Box":
+            self._boxes.pop()
+        elif kind == "Timeline":
+            self._open.pop()
+        elif kind == "ActuatorCurve":
+            self._curve = None
+
+    def _start_timeline(self, attributes: dict[str, str]) -> None:
+        names = self._boxes[1:] if len(self._boxes) > 1 else self._boxes
+        timeline = Timeline(
+            "/".join(names) or "timeline",
+            self._number(attributes, "fps", 0.0),
+            self._number(attributes, "start_frame", 0.0),
+            self._number(attributes, "end_frame", -1.0),
+            self._place(),
+        )
+        self._open.append(timeline)
+        self.timelines.append(timeline)
+
+    def _start_curve(self, attributes: dict[str, str]) -> None:
+        unit = attributes.get("unit")
+        self._curve = Curve(attributes.get("actuator", ""), unit, self._place())
+        if attributes.get("mute", "0") not in ("1", "true"):
+            self._open[-1].curves.append(self._curve)
+
+    def _tangent(self, attributes: dict[str, str], curve: Curve) -> None:
+        side, kind = attributes.get("side"), attributes.get("interpType")
+        if side not in SIDES:
+            raise self._source.error(
+                f"side of a tangent is {quoted(side, MOST_SHOWN)}, expected left or right", self._place()
+            )
+        if kind not in (AUTOMATIC, BEZIER, LINEAR):
+            expected = f"{BEZIER}, {AUTOMATIC} or {LINEAR}"
+            raise self._source.error(f"interpType is {quoted(kind, MOST_SHOWN)}, expected {expected}", self._place())
+        at = len(curve.kinds) - 2 + SIDES[side]
+        curve.kinds[at] = kind
+        curve.offsets[at] = self._number(attributes, "abscissaParam", 0.0)
+        curve.rises[at] = self._number(attributes, "ordinateParam", 0.0)
+
+    def _number(self, attributes: dict[str, str], name: str, missing: float | None = None) -> float:
+        if name not in attributes:
+            if missing is None:
+                raise self._source.error(f"an element without {name}", self._place())
+            return missing
+        text = attributes[name]
+        try:
+            # Python reads more than decimal digits, but not in plain text without underscores.
+            value = float(text) if text.isascii() and "_" not in text else math.inf
+        except ValueError:
+            value = math.inf
+        if not math.isfinite(value):
+            shown = quoted(text, MOST_SHOWN)
+            raise self._source.error(f"{name} is {shown}, expected a finite number", self._place())
+        return value
+
+
+# --- NAOqi's control points: [value, [type, time, value] before, [type, time, value] after], offsets from the key.
+#
+# Types, as Aldebaran's qicore has them: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic handles, which the
+# points
+# hold too.
+
+CONSTANT_CODE, LINEAR_CODE, BEZIER_CODE, AUTOMATIC_CODE = range(4)
+_EXPECTED = "[value, [type, time, value], [type, time, value]]"
+
+
+def plain_keys(rows: list[Any]) -> bool:
+    """Whether the keys of a joint are values without handles."""
+    return not any(isinstance(row, list) for row in rows)
+
+
+def control_points(source: Source, rows: list[Any], times: Floats, place: PlaceOf) -> tuple[Floats, Floats]:
+    """Values (k,) and handles (k, 2, 2) of the control points of one joint.
+
+    Raises:
+        BadInputFile: no control point, or one that jumps.
+    """
+    for key, row in enumerate(rows):
+        if not (
+            type(row) is list
+            and len(row) == 3
+            and type(row[1]) is list is type(row[2])
+            and len(row[1]) == 3 == len(row[2])
+        ):
+            raise source.error(f"expected {_EXPECTED}, got {described(row)}", place(key))
+    if len(rows) != len(times):
+        raise source.error(f"{len(times)} times and {len(rows)} keys", place(0))
+    flat = [number for row in rows for number in (row[0], *row[1], *row[2])]
+    table = source.floats(flat, "control point", lambda at: place(at // 7)).reshape(-1, 7)
+    types = table[:, [1, 4]]
+    known = np.isin(types, (LINEAR_CODE, BEZIER_CODE, AUTOMATIC_CODE))
+    if not known.all():
+        key = int(np.argmin(known.all(axis=1)))
+        kind = types[key][~known[key]][0]
+        what = "constant, and so jumps to the next key" if kind == CONSTANT_CODE else f"of type {kind:g}"
+        raise source.error(f"the curve beside this key is {what}; expected type 1, 2 or 3", place(key))
+    handles = table[:, [[2, 3], [5, 6]]]
+    straight(times, table[:, 0], handles, types == LINEAR_CODE)
+    return table[:, 0].copy(), handles
+
+
+def straight(times: Floats, keys: Floats, handles: Floats, linear: Any) -> None:
+    """Lay the handles that are marked as linear along the straight line to the next key, a third of it long."""
+    chords = np.stack([np.diff(times), np.diff(keys)], axis=-1) / 3.0
+    handles[1:, 0][linear[1:, 0]] = -chords[linear[1:, 0]]
+    handles[:-1, 1][linear[:-1, 1]] = chords[linear[:-1, 1]]
+
+
+def points(motion: Motion) -> list[list[Any]]:
+    """The keys of each joint as NAOqi takes them: plain for a linear motion, else control points."""
+    if motion.interpolation == "linear":
+        return [keys.tolist() for keys in motion.keys]
+    curves = motion.as_bezier()
+    assert curves.handles is not None
+    return [
+        [
+            [key, [AUTOMATIC_CODE, *before], [AUTOMATIC_CODE, *after]]
+            for key, (before, after) in zip(keys, handles, strict=True)
+        ]
+        for keys, handles in zip((k.tolist() for k in curves.keys), (h.tolist() for h in curves.handles), strict=True)
+    ]
+
+
+# --- Choregraphe's behaviours (.xar): the timelines in their boxes.
+#
+#     <ChoregrapheProject xar_version="3"><Box name="root"><Timeline fps="25" start_frame="1" end_frame="-1">
+#       <ActuatorList model="nao">
+#         <ActuatorCurve actuator="HeadYaw" mute="0" unit="0">
+#           <Key frame="13" value="20.0">
+#             <Tangent side="left" interpType="bezier" abscissaParam="-4.0" ordinateParam="0.0" />
+#           </Key>
+#         </ActuatorCurve>
+#       </ActuatorList>
+#     </Timeline></Box></ChoregrapheProject>
+#
+# Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp: a key is played at (frame −
+# start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and where there is no unit
+# ratios for the hands and degrees for all else; tangents are offsets in frames and in the unit of the value, automatic
+# where there is none; muted curves are not played.
+#
+# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing outside
+# of the file is opened.
+
+_THIRD = 1.0 / 3.0
+_DEGREE, _PERCENT = "0", "1"
+_RATES = (25, 50, 100, 1000)
+_NOTICED = 1e-6
+_FIRST_FRAME = 1
+
+
+def recognises(source: Source) -> bool:
+    """Whether it is XML that says Choregraphe or has a timeline near its beginning."""
+    head = source.data[:4096].replace(b"\x00", b"")
+    start = head.removeprefix(b"\xef\xbb\xbf").removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").lstrip()
+    return start[:1] == b"<" and (b"Choregraphe" in head or b"<Timeline" in head or b"<?xml" in head)
+
+
+def read(source: Source) -> Motion:
+    """The motion of the only timeline with keys, or of the one that `timeline` names.
+
+    Timelines are named by their boxes, from the outermost inside the root: "Dance/wave".
+
+    Raises:
+        BadInputFile: with line and column.
+    """
+    reader = TimelineReader(source)
+    reader.read()
+    full = [timeline for timeline in reader.timelines if any(curve.frames for curve in timeline.curves)]
+    if not full:
+        raise source.error("no timeline with keys")
+    timeline = full[chosen(source, [timeline.name for timeline in full], "timelines")]
+    if timeline.fps <= 0.0:
+        raise source.error(f"fps is {timeline.fps:g}, expected a number > 0", timeline.place)
+    tracks, curved = [], False
+    for curve in timeline.curves:
+        if curve.frames:
+            track, bends = _track(source, timeline, curve)
+            curved |= bends
+            if len(track.keys):
+                tracks.append(track)
+    if sum(len(track.keys) for track in tracks) < sum(len(curve.frames) for curve in timeline.curves):
+        warn_caller(
+            f"{abbreviated(source.name)}: keys outside of frames {timeline.first:g} to {timeline.last:g} are left out",
+            MotionFileWarning,
+        )
+    return motion_of(source, tracks, "bezier" if curved else "linear")
+
+
+def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, bool]:
+    """The keys of a curve that are played, and whether it is more than straight lines."""
+    if curve.unit not in (None, "-1", _DEGREE, _PERCENT):
+        shown = quoted(curve.unit, MOST_SHOWN)
+        raise source.error(f"unit {shown}, expected {_DEGREE} (degrees) or {_PERCENT} (percent)", curve.place)
+    ratio = curve.unit == _PERCENT or (curve.unit != _DEGREE and is_hand(curve.joint))
+    scale = 1.0 if ratio else math.pi / 180.0
+    frames, values = np.array(curve.frames), np.array(curve.values)
+    if not (np.diff(frames) > 0.0).all():
+        key = int(np.argmin(np.diff(frames) > 0.0)) + 1
+        raise source.error(f"frame {frames[key]:g} does not come after frame {frames[key - 1]:g}", curve.place_of(key))
+    kinds = np.array(curve.kinds).reshape(-1, 2)
+    handles = np.stack([curve.offsets, curve.rises], axis=-1).reshape(-1, 2, 2)
+    automatic = kinds == AUTOMATIC
+    handles[automatic] = automatic_handles(frames, values)[automatic]
+    straight(frames, values, handles, kinds == LINEAR)
+    inner = np.concatenate([kinds[1:, 0], kinds[:-1, 1]])
+    played = (frames >= timeline.first) & ((frames <= timeline.last) | (timeline.last < 1.0))
+    kept = np.flatnonzero(played)
+
+    def place(key: int) -> Place:
+        return curve.place_of(int(kept[key]))
+
+    times = (frames[played] - timeline.first) / timeline.fps
+    scaled = handles[played] * [1.0 / timeline.fps, scale]
+    track = Track(curve.joint, times, values[played] * scale, scaled, curve.place, place, place)
+    return track, bool((inner != LINEAR).any())
+
+
+def automatic_handles(frames: Floats, values: Floats) -> Floats:
+    """Choregraphe's automatic handles, shape (k, 2, 2), in frames and values.
+
+    They are a third of the segment beside them long. Their slope β is zero at the first and the last key and where the
+    value is not strictly between its neighbours; else β = (v₊ − v₋) / (f₊ − f₋), made smaller where a handle would end
+    beyond the value of its neighbour.
+    """
+    slopes = np.zeros_like(values)
+    if len(values) > 2:
+        before, after = np.diff(values)[:-1], np.diff(values)[1:]
+        left, right = np.diff(frames)[:-1], np.diff(frames)[1:]
+        inner = np.where(np.sign(before) * np.sign(after) > 0.0, (before + after) / (left + right), 0.0)
+        for width, rise in ((right, after), (left, before)):
+            height = _THIRD * width * inner
+            beyond = np.abs(height) > np.abs(rise)
+            inner[beyond] *= rise[beyond] / height[beyond]
+        slopes[1:-1] = inner
+    handles = np.zeros((len(values), 2, 2))
+    thirds = np.diff(frames) * _THIRD
+    handles[1:, 0, 0], handles[:-1, 1, 0] = -thirds, thirds
+    handles[..., 1] = handles[..., 0] * slopes[:, None]
+    return handles
+
+
+def write(motion: Motion, rate: float | None) -> bytes:
+    """A behaviour with one timeline, in degrees and ratios, at 25, 50, 100 or 1000 frames a second.
+
+    Raises:
+        BadArgument: times before 0 or nearer than a millisecond.
+    """
+    if rate is not None:
+        times, values = sampled(motion, rate, "xar")
+        motion = Motion(times, motion.joint_names, values)
+    fps, frames = _frames(motion)
+    curves = motion.as_bezier()
+    assert curves.handles is not None
+    kind = LINEAR if motion.interpolation == "linear" else BEZIER
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8" ?>',
+        '<ChoregrapheProject xmlns="http://www.aldebaran-robotics.com/schema/choregraphe/project.xsd" xar_version="3">',
+        '<Box name="root" id="-1" localization="8" tooltip="" x="0" y="0">',
+        f'<Timeline enable="1" fps="{fps}" start_frame="{_FIRST_FRAME}" end_frame="-1" '
+        f'size="{int(max(own[-1] for own in frames)) + _FIRST_FRAME}">',
+        '<ActuatorList model="nao">',
+    ]
+    for joint, own, keys, handles in zip(motion.joint_names, frames, motion.keys, curves.handles, strict=True):
+        hand = is_hand(joint)
+        scale = 1.0 if hand else 180.0 / math.pi
+        lines.append(
+            f'<ActuatorCurve name="value" actuator={quoteattr(joint)} recordable="0" mute="0" '
+            f'unit="{_PERCENT if hand else _DEGREE}">'
+        )
+        offsets = handles * [fps, scale]
+        # Where frames are rounded, handles must not leave their segment.
+        offsets[1:, 0, 0] = np.maximum(offsets[1:, 0, 0], -np.diff(own))
+        offsets[:-1, 1, 0] = np.minimum(offsets[:-1, 1, 0], np.diff(own))
+        for frame, value, pair in zip(own.tolist(), (keys * scale).tolist(), offsets.tolist(), strict=True):
+            lines.append(f'<Key frame="{int(frame) + _FIRST_FRAME}" value="{value!r}">')
+            for side, (x, y) in zip(SIDES, pair, strict=True):
+                lines.append(
+                    f'<Tangent side="{side}" interpType="{kind}" abscissaParam="{x!r}" ordinateParam="{y!r}" />'
+                )
+            lines.append("</Key>")
+        lines.append("</ActuatorCurve>")
+    lines += ["</ActuatorList>", "</Timeline>", "</Box>", "</ChoregrapheProject>"]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _frames(motion: Motion) -> tuple[int, list[Floats]]:
+    """Frames a second, and the frame of each key of each joint; with a warning where keys had to move."""
+    from nao_kin.motion.files.tracks import milliseconds
+
+    milliseconds(motion.key_times, "xar")
+    times = motion.key_times
+    for fps in _RATES:
+        if np.abs(np.rint(times * fps) / fps - times).max() <= _NOTICED:
+            break
+    return fps, [np.rint(own * fps) for own in motion.times]
+
+
+XAR = Format("xar", (".xar",), "Choregraphe's timelines", recognises, read, write)

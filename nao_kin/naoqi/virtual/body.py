@@ -1,0 +1,419 @@
+"""The 26 actuators: what they are commanded, where they are, and how stiff."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, rigid_inverse
+from nao_kin.naoqi.names import as_names, chain_names, joint_names
+from nao_kin.naoqi.spaces import robot_frame
+from nao_kin.naoqi.virtual.engine import Notes
+from nao_kin.robot import NaoModel
+from nao_kin.rotations import rot_z
+
+LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
+# Below this, a command that was clipped or a joint that is late is rounding.
+_NOTEWORTHY = 1e-9
+
+
+class Joints:
+    """Commands, sensors and stiffnesses of NAOqi's 26 joints, in the order of "Body".
+
+    In every tick the tasks `set` commands, and `advance` makes them the robot's:
+
+    1. LHipYawPitch and RHipYawPitch are one motor. Where both are commanded in a tick, the left one counts, as NAOqi
+       documents; where only the right one is, it moves both.
+    2. The commands are clipped as `robot.clamp` does: first every joint into its box, then into its table. A joint that
+       nobody commands is clipped too where its table narrows (HeadPitch when HeadYaw turns), and stays there.
+    3. A joint whose stiffness is above zero goes to its command, at most at its maximum speed; one whose stiffness is
+       zero stays where it is. Stiffness between 0 and 1 does not slow a joint: there is no load here.
+
+    What was clipped or is too fast is noted once for each command and joint.
+
+    Args:
+        robot: a NAO.
+        q: configuration to begin with, shape (25,).
+
+    Attributes:
+        names: the 26 names.
+        column: name → place in the arrays.
+        lower, upper: limits, shape (26,).
+        max_speed: largest speeds, shape (26,) [rad/s, 1/s for the hands].
+    """
+
+    def __init__(self, robot: NaoModel, q: Floats) -> None:
+        self.robot = robot
+        self.names = robot.body_order
+        self.column = {name: index for index, name in enumerate(self.names)}
+        places = {name: index for index, name in enumerate(robot.joint_names)}
+        self._from_q = np.array([places[LEFT_HIP if name == RIGHT_HIP else name] for name in self.names])
+        self._to_q = np.array([self.column[name] for name in robot.joint_names])
+        self.lower, self.upper = robot.lower[self._from_q], robot.upper[self._from_q]
+        self.max_speed = robot.velocity_limits[self._from_q]
+        self._left, self._right = self.column[LEFT_HIP], self.column[RIGHT_HIP]
+        self._command: Floats = robot.clamp(q)[self._from_q]
+        self._sensor = self._command.copy()
+        self._stiffness = np.zeros(len(self.names))
+        self._set: list[tuple[list[int], Floats, Notes]] = []
+        self._released: list[int] = []
+        self._chain = {self.column[name]: chain for chain in chain_names(robot) for name in robot.chains[chain]}
+        self._told_limp: set[str] = set()
+
+    # --- reading --------------------------------------------------------------------------------------------------
+
+    @property
+    def command(self) -> Floats:
+        """What the actuators are commanded, shape (26,); a copy."""
+        return np.array(self._command)
+
+    @property
+    def sensor(self) -> Floats:
+        """Where the joints are, shape (26,); a copy."""
+        return np.array(self._sensor)
+
+    @property
+    def stiffness(self) -> Floats:
+        """Stiffnesses from 0 to 1, shape (26,); a copy."""
+        return np.array(self._stiffness)
+
+    def sensor_at(self, column: int) -> float:
+        """Where one joint is."""
+        return float(self._sensor[column])
+
+    def command_at(self, column: int) -> float:
+        """What one joint is commanded."""
+        return float(self._command[column])
+
+    def stiffness_at(self, column: int) -> float:
+        """How stiff one joint is."""
+        return float(self._stiffness[column])
+
+    def columns(self, names: Sequence[str]) -> list[int]:
+        """Places of joints in the arrays."""
+        return [self.column[name] for name in names]
+
+    def q(self, *, sensor: bool = True) -> Floats:
+        """The configuration that the sensors show, or that the actuators are commanded, shape (25,)."""
+        return np.array((self._sensor if sensor else self._command)[self._to_q])
+
+    # --- commanding -----------------------------------------------------------------------------------------------
+
+    def set(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
+        """Command joints in this tick; of several commands for one joint, the last counts.
+
+        Args:
+            columns: places of the joints.
+            values: one for each, not clipped.
+            notes: of the command, for what must be remarked.
+        """
+        self._set.append((list(columns), values, notes))
+
+    def set_q(self, q: Floats, notes: Notes) -> None:
+        """Command all joints in this tick, as a configuration of shape (25,)."""
+        self.set(range(len(self.names)), q[self._from_q], notes)
+
+    def set_stiffness(self, columns: Sequence[int], values: Floats | float) -> None:
+        """Set stiffnesses at once; the two HipYawPitch share a motor, and so the value set last."""
+        chosen = list(columns)
+        self._stiffness[chosen] = values
+        self._told_limp -= {self._chain[column] for column in chosen if self._stiffness[column] > 0.0}
+        if self._left in chosen:
+            self._stiffness[self._right] = self._stiffness[self._left]
+        elif self._right in chosen:
+            self._stiffness[self._left] = self._stiffness[self._right]
+
+    def release(self, columns: Sequence[int]) -> None:
+        """Take the stiffness of joints away at the end of this tick, when they have followed its commands."""
+        self._released += columns
+
+    def hold(self) -> None:
+        """Command every joint to stay where it is."""
+        self._command = self._sensor.copy()
+
+    def note_limp(self, columns: Sequence[int], notes: Notes) -> None:
+        """Remark which of these joints have no stiffness, and will not move.
+
+        Whoever watches is told too, as a change of kind "limp": at the first command to a chain that moves none of its
+        joints, and at the first after the chain has had stiffness again.
+        """
+        limp = [self.names[column] for column in columns if self._stiffness[column] == 0.0]
+        if limp:
+            named = ", ".join(limp) if len(limp) <= 4 else f"{len(limp)} joints, from {limp[0]} to {limp[-1]},"
+            message = f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)"
+            notes.once("limp", message)
+            stiff = {self._chain[column] for column in columns if self._stiffness[column] > 0.0}
+            untold = {self._chain[column] for column in columns} - stiff - self._told_limp
+            if untold:
+                self._told_limp |= untold
+                notes.tell("limp", message)
+
+    def note_outside(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
+        """Remark which joints will be clipped, from some of the values that they will get, (n, joints)."""
+        outside = (values < self.lower[columns] - _NOTEWORTHY) | (values > self.upper[columns] + _NOTEWORTHY)
+        for place in np.flatnonzero(outside.any(axis=0)).tolist():
+            column = columns[place]
+            name, box = self.names[column], (self.lower[column], self.upper[column])
+            value = values[outside[:, place], place][0]
+            notes.once(("box", name), f"{name} = {value:.6g} is clipped to [{box[0]:.6g}, {box[1]:.6g}]")
+
+    def advance(self, dt: float) -> bool:
+        """One tick: take what was set, clip it, and move the joints; whether any moved."""
+        if self._set:
+            self._take(dt)
+        moved = self._follow(dt)
+        if self._released:
+            self.set_stiffness(self._released, 0.0)
+            self._released.clear()
+        return moved
+
+    def _follow(self, dt: float) -> bool:
+        """Move every stiff joint towards its command; whether any moved."""
+        reach = np.where(self._stiffness > 0.0, self.max_speed * dt, 0.0)
+        missing = self._command - self._sensor
+        if not missing.any():
+            return False
+        near = np.abs(missing) <= reach
+        before = self._sensor
+        self._sensor = np.where(near, self._command, before + np.clip(missing, -reach, reach))
+        return bool((self._sensor != before).any())
+
+    def _take(self, dt: float) -> None:
+        """Make what was set in this tick the command."""
+        wanted = self._command.copy()
+        writers: dict[int, Notes] = {}
+        for columns, values, notes in self._set:
+            wanted[columns] = values
+            writers.update(dict.fromkeys(columns, notes))
+        self._set.clear()
+        if self._left in writers and self._right in writers:
+            if abs(wanted[self._left] - wanted[self._right]) > _NOTEWORTHY:
+                writers[self._right].once("hips", f"{LEFT_HIP} and {RIGHT_HIP} are one motor: {LEFT_HIP} counts")
+        elif self._right in writers:
+            wanted[self._left] = wanted[self._right]
+            writers[self._left] = writers[self._right]
+        wanted[self._right] = wanted[self._left]
+        command: Floats = self.robot.clamp(wanted[self._to_q])[self._from_q]
+        clipped = np.abs(command - wanted) > _NOTEWORTHY
+        fast = np.abs(command - self._command) > self.max_speed * dt * (1.0 + _NOTEWORTHY)
+        if clipped.any() or fast.any():
+            self._remark(wanted, command, clipped, fast, writers, dt)
+        self._command = command
+
+    def _remark(
+        self, wanted: Floats, command: Floats, clipped: Floats, fast: Floats, writers: dict[int, Notes], dt: float
+    ) -> None:
+        anyone = next(iter(writers.values()))
+        for column in np.flatnonzero(clipped).tolist():
+            name, value, limit = self.names[column], wanted[column], command[column]
+            if name == RIGHT_HIP:  # the left one is the same
+                continue
+            notes = writers.get(column, anyone)
+            if self.lower[column] - _NOTEWORTHY <= value <= self.upper[column] + _NOTEWORTHY:
+                others = " and ".join(table.of for table in self.robot.coupled_limits if table.joint == name)
+                notes.once(
+                    ("table", name), f"{name} = {value:.6g} is clipped to {limit:.6g}: {others} narrows its range"
+                )
+            else:
+                self.note_outside([column], np.array([[value]]), notes)
+        for column in np.flatnonzero(fast).tolist():
+            name = self.names[column]
+            if name == RIGHT_HIP or self._stiffness[column] == 0.0:
+                continue
+            speed, most = abs(command[column] - self._command[column]) / dt, self.max_speed[column]
+            notes = writers.get(column, anyone)
+            notes.once(("fast", name), f"{name} is asked for {speed:.4g} per second, does {most:.4g}, and comes late")
+
+
+# --- Where the torso is in the world, while the joints move: one sole stays on the floor, or the robot rests on it.
+
+FEET = ("LLeg", "RLeg")
+# The other foot takes over where its sole is lower by more than this; less is two feet on one floor.
+_LOWER = 1e-3
+# How far the shell of a limb reaches from its joints, on average; what a resting robot lies on.
+_SHELL = 0.04
+
+
+class Base:
+    """The torso's pose in the world: kinematics alone, without weight or balance.
+
+    On its feet the robot stands on one sole, flat on the floor z = 0; at first the left one. When the other comes to be
+    lower by more than 1 mm, it becomes the one: with its position and yaw of that moment, and flat. Where the feet are
+    inclined to each other, so that each is lower than the other when that one is flat, the foot stays the same. A walk
+    names the foot itself (`plant`).
+
+    The sole stays where it is while the other is lifted, by more than 1 mm, and during tasks that plan with a foot in
+    place (`Task.keeps_feet`). Otherwise both soles are down and slide alike, and FRAME_ROBOT between them stays.
+
+    In a posture on the floor (Sit, LyingBack …) the vertical is the one that the posture has in the torso's frame, and
+    the torso is so high that the lowest joint is 40 mm above the floor, or the lowest sole on it: an estimate, where
+    the shells are not looked at. The torso's x, y and yaw in the world stay. On the way into such a posture and out of
+    it the vertical turns with the movement.
+
+    Args:
+        robot: a NAO.
+        q: configuration to begin with, shape (25,); the world's origin is then on the floor at FRAME_ROBOT's x and y,
+            and its x axis along FRAME_ROBOT's.
+        posture: the posture that this is, if it is one.
+
+    Attributes:
+        support: the foot that stands, "LLeg" or "RLeg"; None where the robot rests on the floor.
+    """
+
+    def __init__(self, robot: NaoModel, q: Floats, posture: str | None = None) -> None:
+        self._robot = robot
+        self._points = list(robot.body_order)
+        self.support: str | None = None
+        self._T_world_sole = np.eye(4)
+        self._up: Floats = np.array([0.0, 0.0, 1.0])
+        self._place, self._yaw = np.zeros(2), 0.0
+        up = None if posture is None else robot.semantics.postures[posture].up
+        if up is None:
+            self.stand_on(self.standing_foot(q), q, np.eye(4))
+            T_world_robot = robot_frame(robot, q, torso_in_world=self.torso(q))
+            T_world_robot[2, 3] = 0.0
+            self._T_world_sole = rigid_inverse(T_world_robot) @ self._T_world_sole
+        else:
+            self.rest(up, q, np.eye(4))
+
+    def torso(self, q: Floats) -> Floats:
+        """T_world_torso in a configuration, with what stands on the floor as it is now; shape (4, 4)."""
+        if self.support is not None:
+            T_torso_sole = self._robot.fk(q, self.support)
+            return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
+        T = np.eye(4)
+        T[:3, :3] = rot_z(self._yaw) @ _upright(self._up)
+        T[:2, 3] = self._place
+        heights = self._robot.fk(q, self._points)[:, :3, 3] @ T[2, :3]
+        soles = self._robot.fk(q, list(FEET))[:, :3, 3] @ T[2, :3]
+        T[2, 3] = -min(float(heights.min()) - _SHELL, float(soles.min()))
+        return T
+
+    def update(self, q: Floats, before: Floats | None = None) -> None:
+        """The joints have moved: change the foot if the other sole is lower now.
+
+        Args:
+            q: configuration, shape (25,).
+            before: the configuration before, to hold FRAME_ROBOT while both soles are down; None to hold the sole.
+        """
+        if self.support is None:
+            return
+        foot = self.standing_foot(q, self.support)
+        if foot != self.support:
+            self.stand_on(foot, q)
+        elif before is not None and self._both_down(before) and self._both_down(q):
+            T_world_before, T_world_after = (
+                robot_frame(self._robot, one, torso_in_world=self.torso(one)) for one in (before, q)
+            )
+            change = T_world_before @ rigid_inverse(T_world_after)
+            change[2, 3] = 0.0  # along the floor
+            self._T_world_sole = change @ self._T_world_sole
+
+    def stand_on(self, foot: str, q: Floats, T_world_torso: Floats | None = None) -> None:
+        """Put a foot flat on the floor where it is, to stay there.
+
+        Args:
+            foot: "LLeg" or "RLeg".
+            q: configuration, shape (25,).
+            T_world_torso: the torso's pose before; None for what `torso` says.
+        """
+        before = self.torso(q) if T_world_torso is None else T_world_torso
+        self.plant(foot, _flat(before @ self._robot.fk(q, foot)))
+
+    def plant(self, foot: str, T_world_sole: Floats) -> None:
+        """Have a foot stand with its sole in any pose, to stay there: what a walk does at each step."""
+        self.support, self._T_world_sole = foot, np.array(T_world_sole)
+
+    def rest(self, up: Floats | tuple[float, float, float], q: Floats, T_world_torso: Floats | None = None) -> None:
+        """Rest on the floor.
+
+        Args:
+            up: the vertical in the torso's frame, shape (3,).
+            q: configuration, shape (25,).
+            T_world_torso: the torso's pose before; None for what `torso` says.
+        """
+        before = self.torso(q) if T_world_torso is None else T_world_torso
+        if self.support is not None or T_world_torso is not None:
+            # The yaw is what is left of the torso's rotation when its vertical has been made upright.
+            level = before[:3, :3] @ _upright(before[2, :3]).T
+            self._place, self._yaw = before[:2, 3].copy(), math.atan2(level[1, 0], level[0, 0])
+        self.support = None
+        vertical = np.asarray(up, dtype=np.float64)
+        self._up = vertical / np.linalg.norm(vertical)
+
+    def vertical(self, q: Floats) -> Floats:
+        """The world's vertical in the torso's frame, as an accelerometer at rest shows it; shape (3,)."""
+        return np.array(self.torso(q)[2, :3])
+
+    def vertical_on_feet(self, q: Floats) -> Floats:
+        """The vertical in the torso's frame if the robot stood on its lower sole in a configuration; shape (3,)."""
+        return np.array(self._robot.fk(q, self.standing_foot(q))[:3, 2])
+
+    def _both_down(self, q: Floats) -> bool:
+        """Whether the other sole is not lifted from the floor that the standing one is on."""
+        assert self.support is not None
+        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, FEET[1 - FEET.index(self.support)]])
+        return bool((rigid_inverse(T_torso_sole) @ T_torso_other)[2, 3] <= _LOWER)
+
+    def standing_foot(self, q: Floats, before: str = FEET[0]) -> str:
+        """The foot that carries the robot: `before`, unless the other is lower, and is so on its own sole too."""
+        other = FEET[1 - FEET.index(before)]
+        T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
+        T_before_other = rigid_inverse(T_torso_before) @ T_torso_other
+        lower = T_before_other[2, 3] < -_LOWER and rigid_inverse(T_before_other)[2, 3] > -_LOWER
+        return other if lower else before
+
+
+def _flat(T: Floats) -> Floats:
+    """The pose on the floor below, with the same yaw."""
+    flat = np.eye(4)
+    flat[:3, :3] = rot_z(math.atan2(T[1, 0], T[0, 0]))
+    flat[:2, 3] = T[:2, 3]
+    return flat
+
+
+def _upright(up: Floats) -> Floats:
+    """The smallest rotation that makes `up` the z axis, shape (3, 3); about y where up points down."""
+    x, y, z = (float(component) for component in up)
+    if z < -1.0 + 1e-9:
+        return np.diag([-1.0, 1.0, -1.0])
+    # Rodrigues with axis up × z and cosine z.
+    cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])
+    return np.array(np.eye(3) + cross + cross @ cross / (1.0 + z))
+
+
+# --- Masses and centres of mass of the robot's segments, as getMass and getCOM want them.
+
+TORSO = "Torso"
+WHOLE = ("Body", "Joints", "Com")
+
+
+def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Floats]:
+    """Mass of a part and its centre of mass in the torso's frame.
+
+    Args:
+        robot: a NAO with a fixed base.
+        q: configuration, shape (25,).
+        name: a joint for the segment that it moves, a chain or group for the segments of its joints, "Torso" for the
+            trunk alone, "Body", "Joints" or "Com" for the whole robot.
+
+    Returns:
+        Mass [kg] and position, shape (3,) [m]; the origin of the torso for a part without mass.
+
+    Raises:
+        UnknownName: no such part.
+    """
+    if name in WHOLE:
+        return robot.mass, np.array(robot.com(q))
+    trunk = name == TORSO
+    joints = () if trunk else joint_names(robot, as_names(name))
+    total, moment = 0.0, np.zeros(3)
+    for joint in (TORSO,) if trunk else joints:
+        inertia = robot.model.inertias[0 if trunk else robot.model.getJointId(joint)]
+        T_torso_segment = np.eye(4) if trunk else robot.fk(q, joint)
+        total += inertia.mass
+        moment += inertia.mass * (T_torso_segment[:3, :3] @ inertia.lever + T_torso_segment[:3, 3])
+    return float(total), moment / total if total > 0.0 else np.zeros(3)

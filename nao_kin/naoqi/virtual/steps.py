@@ -1,0 +1,474 @@
+"""Steps as joint values: the standing foot fixed, the other one lifted along a smooth arc, the torso between.
+
+It is kinematics, without balance: no centre of mass is moved over the standing foot, as a real walk does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin import ik
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.naoqi.spaces import pose
+from nao_kin.naoqi.virtual.cartesian import EffectorPath
+from nao_kin.robot import RobotModel
+
+# --- How the virtual NAO walks: NAOqi's move configuration, with its defaults and bounds.
+
+SIDES: tuple[str, ...] = ("L", "R")
+_PREFIXES = {"L": "Left", "R": "Right"}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of the move configuration.
+
+    Attributes:
+        default, least, most: as documented.
+    """
+
+    default: float
+    least: float
+    most: float
+
+
+# Aldebaran documentation 2.1, locomotion control, "Move config parameters" of NAO. getMoveConfig("Default") of a robot
+# prints the same defaults.
+PARAMETERS: MappingProxyType[str, Parameter] = MappingProxyType(
+    {
+        "MaxStepX": Parameter(0.04, 0.001, 0.08),
+        "MaxStepY": Parameter(0.14, 0.101, 0.16),
+        "MaxStepTheta": Parameter(0.349, 0.001, 0.524),
+        "MaxStepFrequency": Parameter(1.0, 0.0, 1.0),
+        "StepHeight": Parameter(0.02, 0.005, 0.04),
+        "TorsoWx": Parameter(0.0, -0.122, 0.122),
+        "TorsoWy": Parameter(0.0, -0.122, 0.122),
+    }
+)
+# moveToward takes the frequency under a name of its own.
+_OTHER_NAMES = {"Frequency": "MaxStepFrequency"}
+
+# A step lasts 21 cycles of 20 ms at frequency 1, and 30 at frequency 0; with MaxStepX that is 9.5 cm/s.
+_SHORTEST, _LONGEST = 0.42, 0.6
+
+
+@dataclass(frozen=True)
+class FootGait:
+    """The move configuration of one foot: the fields are those of `PARAMETERS` [m, rad, share].
+
+    The lean of the torso is kept and not walked with: it stays level.
+    """
+
+    max_step_x: float = PARAMETERS["MaxStepX"].default
+    max_step_y: float = PARAMETERS["MaxStepY"].default
+    max_step_theta: float = PARAMETERS["MaxStepTheta"].default
+    frequency: float = PARAMETERS["MaxStepFrequency"].default
+    step_height: float = PARAMETERS["StepHeight"].default
+    torso_wx: float = PARAMETERS["TorsoWx"].default
+    torso_wy: float = PARAMETERS["TorsoWy"].default
+
+    @property
+    def period(self) -> float:
+        """How long a step lasts [s]."""
+        return _LONGEST + (_SHORTEST - _LONGEST) * self.frequency
+
+
+_FIELDS = dict(zip(PARAMETERS, FootGait.__dataclass_fields__, strict=True))
+
+
+@dataclass(frozen=True)
+class Gait:
+    """The move configuration of both feet.
+
+    Attributes:
+        left, right: of the steps of each foot.
+    """
+
+    left: FootGait = FootGait()
+    right: FootGait = FootGait()
+
+    def of(self, side: str) -> FootGait:
+        """That of one foot, "L" or "R"."""
+        return self.left if side == "L" else self.right
+
+
+def gait_of(config: Any) -> Gait:
+    """A gait from NAOqi's list of [name, value] pairs; numbers outside of the documented range are brought into it.
+
+    A name holds for both feet, or with "Left" or "Right" before it for one. Later pairs count.
+
+    Raises:
+        BadArgument: no such list.
+        UnknownName: no such parameter.
+    """
+    values: dict[str, dict[str, float]] = {side: {} for side in SIDES}
+    for name, value in _pairs(config):
+        sides = [side for side in SIDES if name.startswith(_PREFIXES[side])]
+        plain = name.removeprefix(_PREFIXES[sides[0]]) if sides else name
+        plain = _OTHER_NAMES.get(plain, plain)
+        if plain not in PARAMETERS:
+            raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
+        parameter = PARAMETERS[plain]
+        for side in sides or SIDES:
+            values[side][_FIELDS[plain]] = min(max(value, parameter.least), parameter.most)
+    return Gait(FootGait(**values["L"]), FootGait(**values["R"]))
+
+
+def move_config(which: str) -> list[list[object]]:
+    """NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max".
+
+    Raises:
+        UnknownName: none of these.
+    """
+    columns = {"Max": "most", "Min": "least", "Default": "default"}
+    if which not in columns:
+        raise UnknownName("move configuration", which, tuple(columns))
+    return [[name, getattr(parameter, columns[which])] for name, parameter in PARAMETERS.items()]
+
+
+def _pairs(config: Any) -> list[tuple[str, float]]:
+    pairs = list(config.items()) if isinstance(config, Mapping) else config
+    if isinstance(pairs, str) or not isinstance(pairs, Sequence):
+        raise BadArgument(f"a move configuration must be a list of [name, value] pairs, got {quoted(config, 60)}")
+    found = []
+    for pair in pairs:
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or not isinstance(pair[0], str):
+            raise BadArgument(f"a move configuration must hold [name, value] pairs, got {quoted(pair, 60)}")
+        name, value = pair
+        number = isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)
+        if not number:
+            raise BadArgument(f"{name} must be a finite number, got {quoted(value, 60)}")
+        found.append((name, float(value)))
+    return found
+
+
+# --- Where the feet go: poses on the floor, and steps along a path that a NAO's legs can make.
+#
+# A pose on the floor is (x, y, theta), an array of shape (3,) [m, m, rad]. The body is the pose between the feet where
+# they stand side by side; each step puts a foot beside the pose that the body is to have next.
+
+# Feet stand below the hips, 50 mm beside the body, left positive (HipOffsetY).
+HALF_STANCE = 0.05
+# How near a foot may be put beside the other [m], and how far its toes may point inwards [rad].
+NEAREST = 0.088
+_TOES_INWARDS = 0.12
+_DONE = 1e-9
+# Feet that are so near to where they stand below a body stand there.
+_TOGETHER = 1e-6
+_SCANNED = 40
+_HALVED = 30
+
+
+def turned_by(theta: float) -> float:
+    """The same angle within ±π."""
+    return math.remainder(theta, 2.0 * math.pi)
+
+
+def composed(a: ArrayLike, b: ArrayLike) -> Floats:
+    """The pose that is b as seen from a."""
+    ax, ay, angle = np.asarray(a, dtype=np.float64).tolist()
+    bx, by, more = np.asarray(b, dtype=np.float64).tolist()
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([ax + c * bx - s * by, ay + s * bx + c * by, angle + more])
+
+
+def seen_from(a: ArrayLike, b: ArrayLike) -> Floats:
+    """The pose b as a sees it, the angle within ±π; `composed` with a takes it back."""
+    ax, ay, angle = np.asarray(a, dtype=np.float64).tolist()
+    bx, by, more = np.asarray(b, dtype=np.float64).tolist()
+    c, s = math.cos(angle), math.sin(angle)
+    x, y = bx - ax, by - ay
+    return np.array([c * x + s * y, c * y - s * x, turned_by(more - angle)])
+
+
+def foot_beside(body: ArrayLike, side: str) -> Floats:
+    """Where a foot stands below a body."""
+    return composed(body, (0.0, HALF_STANCE if side == "L" else -HALF_STANCE, 0.0))
+
+
+def body_beside(foot: ArrayLike, side: str) -> Floats:
+    """Where the body is whose foot stands there: the inverse of `foot_beside`."""
+    return composed(foot, (0.0, -HALF_STANCE if side == "L" else HALF_STANCE, 0.0))
+
+
+def between(left: Floats, right: Floats) -> Floats:
+    """The pose half way between two."""
+    middle = 0.5 * (left + right)
+    middle[2] = left[2] + 0.5 * turned_by(float(right[2] - left[2]))
+    return np.asarray(middle)
+
+
+def other(side: str) -> str:
+    """The other foot."""
+    return "R" if side == "L" else "L"
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of the walk.
+
+    Attributes:
+        side: the foot that moves, "L" or "R"; the other one stands.
+        support: where the standing foot is, shape (3,).
+        start, end: where the moving foot leaves and comes down, shape (3,).
+        height: how high the moving foot is lifted [m].
+        period: how long the step lasts, if the joints are fast enough [s].
+    """
+
+    side: str
+    support: Floats
+    start: Floats
+    end: Floats
+    height: float
+    period: float
+
+
+def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
+    """A foot's pose relative to the standing one, brought into what the gait and the one motor of the hips allow.
+
+    Forwards and back up to MaxStepX; sideways from 88 mm to MaxStepY; turned outwards up to MaxStepTheta and inwards up
+    to 0.12 rad, for the toes of a foot that is turned inwards come near those of the other.
+    """
+    x, y, theta = np.asarray(step, dtype=np.float64).tolist()
+    outwards = 1.0 if side == "L" else -1.0
+    wide = min(max(outwards * y, NEAREST), gait.max_step_y)
+    turn = min(max(outwards * theta, -min(_TOES_INWARDS, gait.max_step_theta)), gait.max_step_theta)
+    return np.array([min(max(x, -gait.max_step_x), gait.max_step_x), outwards * wide, outwards * turn])
+
+
+def first_side(wish: ArrayLike) -> str:
+    """The foot to begin with: the one that opens towards where the body goes or turns."""
+    _, y, theta = np.asarray(wish, dtype=np.float64).tolist()
+    return "R" if (y, theta) < (0.0, 0.0) or (y == 0.0 and theta < 0.0) else "L"
+
+
+def along(start: Floats, goal: Floats, share: float) -> Floats:
+    """Between two poses: straight, turning evenly along the shorter arc."""
+    turn = turned_by(float(goal[2] - start[2]))
+    if share == 1.0:
+        return np.array([goal[0], goal[1], start[2] + turn])
+    place = start[:2] + share * (goal[:2] - start[:2])
+    return np.array([place[0], place[1], start[2] + share * turn])
+
+
+def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Step, Floats]:
+    """The step that brings the body as far towards a goal as this foot can in one step.
+
+    Args:
+        feet: where the feet stand, by "L" and "R".
+        side: the foot that moves.
+        body: where the body is.
+        goal: where it is to go.
+        gait: of both feet.
+
+    Returns:
+        The step, and where the body then is: on the way from `body` to `goal`.
+    """
+    own = gait.of(side)
+    support = feet[other(side)]
+
+    def fits(share: float) -> bool:
+        wanted = seen_from(support, foot_beside(along(body, goal, share), side))
+        return float(np.abs(bounded(wanted, side, own) - wanted).max()) < _DONE
+
+    share = _largest(fits)
+    reached = along(body, goal, share)
+    wanted = seen_from(support, foot_beside(reached, side))
+    end = composed(support, bounded(wanted, side, own))
+    return Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period), reached
+
+
+def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
+    """Whether both feet stand where they do below this body."""
+    off = [float(np.abs(seen_from(foot_beside(body, side), foot)).max()) for side, foot in feet.items()]
+    return max(off) < _TOGETHER
+
+
+def _largest(fits: Callable[[float], bool]) -> float:
+    """The largest share that fits; 0 where none does."""
+    if fits(1.0):
+        return 1.0
+    low = next((k / _SCANNED for k in range(_SCANNED - 1, 0, -1) if fits(k / _SCANNED)), 0.0)
+    high = low + 1.0 / _SCANNED
+    for _ in range(_HALVED):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
+
+
+# --- Steps as joint values: the standing foot fixed, the other one lifted along a smooth arc, the torso between.
+#
+# It is kinematics, without balance: no centre of mass is moved over the standing foot, as a real walk does.
+
+# "The double support time uses one third of the step time" (Aldebaran documentation, locomotion control).
+_DOUBLE_SUPPORT = 1.0 / 3.0
+# Steps are stretched until joints need no more than this share of their largest speeds.
+_SPEED_SHARE = 0.98
+# A robot gets ready to walk in half a second, or as much longer as keeps joints to this share.
+_GETTING_READY = 0.5
+_READY_SPEED_SHARE = 0.4
+_READY = 1e-6
+_MOST_STRETCHED = 10
+
+
+@dataclass(frozen=True, eq=False)
+class StepMotion:
+    """A step in joint values at every tick.
+
+    Attributes:
+        q: configurations at the ends of the ticks, shape (n, nq); the last is where the step ends.
+        reached: whether the legs make all of it.
+        message: why not; "" where they do.
+    """
+
+    q: Floats
+    reached: bool
+    message: str = ""
+
+
+def walking_height(robot: RobotModel) -> float:
+    """Height of the level torso above the soles while walking: that of the posture StandInit [m]."""
+    return -float(robot.fk(robot.posture("StandInit"), "LLeg")[2, 3])
+
+
+def smooth(u: Floats) -> Floats:
+    """From 0 to 1 at rest at both ends, with continuous acceleration: 10u³ − 15u⁴ + 6u⁵."""
+    return np.asarray(u * u * u * (10.0 + u * (6.0 * u - 15.0)))
+
+
+def ready_motion(
+    robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats, tick: float
+) -> StepMotion:
+    """From where the robot stands to where a step begins: the torso level, between the feet.
+
+    The feet stay where they are while the torso comes over them. Where the legs cannot do that (from Crouch, whose
+    ankles are at their limits), the joints go straight to the end of it, and the feet slide a little; and where they
+    cannot stand so at all, to feet side by side.
+
+    Args:
+        robot: a NAO.
+        feet: poses on the floor by "L" and "R", shape (3,).
+        T_world_torso: where the torso is now, shape (4, 4).
+        q: the joints of now, shape (nq,).
+        tick: time between two configurations [s].
+
+    Returns:
+        No configuration at all where the robot is ready.
+    """
+    left, right = (_flat(feet[side][None]) for side in ("L", "R"))
+    ready = _legs(robot, left, right, _torso(robot, between(feet["L"], feet["R"])[None]), q)
+    stands = bool(np.all(ready.success))
+    goal = ready.q[0] if stands else _side_by_side(robot, q)
+    if np.abs(goal - q).max() < _READY:
+        return StepMotion(np.empty((0, robot.nq)), True)
+    ticks = round(_GETTING_READY / tick)
+    if stands:
+        poses = np.stack([T_world_torso, np.asarray(ready.torso)[0]])
+
+        def over_feet(count: int) -> StepMotion:
+            path = EffectorPath([0.0, float(count)], poses)
+            torso = np.stack([path.pose(float(time)) for time in range(1, count + 1)])
+            return _as_motion(_legs(robot, left, right, torso, q))
+
+        motion = _slow_enough(robot, over_feet, q, ticks, tick, _READY_SPEED_SHARE)
+        if motion.reached:
+            return motion
+
+    def straight(count: int) -> StepMotion:
+        share = smooth(np.arange(1, count + 1) / count)[:, None]
+        return StepMotion(q + share * (goal - q), True)
+
+    return _slow_enough(robot, straight, q, ticks, tick, _READY_SPEED_SHARE)
+
+
+def step_motion(robot: RobotModel, step: Step, q: Floats, tick: float) -> StepMotion:
+    """A step at every tick; longer than its period where joints would be too fast.
+
+    Args:
+        robot: a NAO.
+        step: the step.
+        q: where the robot stands now, shape (nq,).
+        tick: time between two configurations [s].
+    """
+    ticks = max(2, math.ceil(step.period / tick - 1e-9))
+    return _slow_enough(robot, lambda count: _at(robot, step, q, count), q, ticks, tick, _SPEED_SHARE)
+
+
+def _slow_enough(
+    robot: RobotModel, at: Callable[[int], StepMotion], q: Floats, ticks: int, tick: float, share: float
+) -> StepMotion:
+    """A motion of so many ticks, or of more, so that no joint needs more than a share of its largest speed.
+
+    More time does not help a joint that jumps, from one branch of the legs' solutions to another: that is not reached.
+    """
+    most = _MOST_STRETCHED * ticks
+    while True:
+        motion = at(ticks)
+        if not motion.reached:
+            return motion
+        speeds = np.abs(np.diff(np.vstack([q, motion.q]), axis=0)) / tick
+        used = speeds.max(axis=0) / robot.velocity_limits / share
+        if used.max() <= 1.0:
+            return motion
+        ticks = math.ceil(ticks * max(float(used.max()), 1.02))
+        if ticks > most:
+            jumps = robot.joint_names[int(np.argmax(used))]
+            return StepMotion(motion.q, False, f"{jumps} would have to jump")
+
+
+def _at(robot: RobotModel, step: Step, q: Floats, ticks: int) -> StepMotion:
+    time = np.arange(1, ticks + 1) / ticks
+    swing = np.clip((time - 0.5 * _DOUBLE_SUPPORT) / (1.0 - _DOUBLE_SUPPORT), 0.0, 1.0)
+    moving = _moved(step.start, step.end, smooth(swing))
+    height = step.height * 16.0 * np.square(swing * (1.0 - swing))
+    standing = np.broadcast_to(step.support, moving.shape)
+    first, last = (between(step.support, foot) for foot in (step.start, step.end))
+    torso = _torso(robot, _moved(first, last, smooth(time)))
+    feet = {step.side: _flat(moving, height), "R" if step.side == "L" else "L": _flat(standing)}
+    return _as_motion(_legs(robot, feet["L"], feet["R"], torso, q))
+
+
+def _side_by_side(robot: RobotModel, q: Floats) -> Floats:
+    """The configuration at walking height with the feet side by side, shape (nq,)."""
+    feet = {side: _flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R")}
+    return np.asarray(_legs(robot, feet["L"], feet["R"], _torso(robot, np.zeros((1, 3))), q).q[0])
+
+
+def _as_motion(found: ik.LegsResult) -> StepMotion:
+    missed = np.flatnonzero(~np.asarray(found.success))
+    return StepMotion(found.q, not missed.size, found.describe((int(missed[0]),)) if missed.size else "")
+
+
+def _legs(robot: RobotModel, left: Floats, right: Floats, torso: Floats, q: Floats) -> ik.LegsResult:
+    """Both legs by their closed form; the torso's yaw gives way so that both feet are met on one hip motor."""
+    return ik.legs(robot, left, right, base="floating", torso=torso, free="yaw", reference=q)
+
+
+def _moved(start: Floats, end: Floats, share: Floats) -> Floats:
+    way = end - start
+    way[2] = turned_by(float(way[2]))
+    return np.asarray(start + share[:, None] * way)
+
+
+def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:
+    """Level poses of places on the floor, shape (n, 4, 4)."""
+    six = np.zeros((len(places), 6))
+    six[:, :2], six[:, 2], six[:, 5] = places[:, :2], height, places[:, 2]
+    return pose(six)
+
+
+def _torso(robot: RobotModel, places: Floats) -> Floats:
+    """Level poses of the torso above places on the floor, shape (n, 4, 4)."""
+    six = np.zeros((len(places), 6))
+    six[:, :2], six[:, 2] = places[:, :2], walking_height(robot)
+    six[:, 5] = places[:, 2]
+    return pose(six)

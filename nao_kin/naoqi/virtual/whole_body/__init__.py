@@ -1,1 +1,0 @@
-"""Whole-body control: what of feet and balance is kept, and the tasks that keep it."""

@@ -1,0 +1,240 @@
+"""The joints between two frames of a robot, one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats
+from nao_kin.robot.model import RobotModel, check_robot
+from nao_kin.robot.semantics import Mimic
+from nao_kin.robot.urdf import UrdfJoint
+
+
+@dataclass(frozen=True, eq=False)
+class SerialChain:
+    """n joints that lead from a base to a frame; a floating base stays where it is.
+
+    Before joint k stands the placement k, and its axis is z there; the placement n leads from the last joint to the
+    frame.
+
+    Attributes:
+        placements: rotation and translation, shape (n + 1, 3, 4) [m].
+        slides: which joints slide instead of turning, n of them.
+        drivers: for each joint, the coordinate that moves it, by the name of its joint, with multiplier and offset.
+
+    Examples:
+        >>> chain = nk.robot.serial_chain(nk.load_nao(), "torso", "LArm")
+        >>> len(chain.drivers), chain.placements.shape
+        (5, (6, 3, 4))
+    """
+
+    placements: Floats
+    slides: tuple[bool, ...]
+    drivers: tuple[Mimic, ...]
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Whose coordinates move the frame, from the base outwards; those of a follower that stands still do not."""
+        return tuple(dict.fromkeys(driver.joint for driver in self.drivers if driver.multiplier != 0.0))
+
+
+def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
+    """The joints between two frames.
+
+    Raises:
+        UnknownName: no such frame.
+
+    Examples:
+        >>> chain = nk.robot.serial_chain(nk.load_nao(), "LLeg", "RLeg")
+        >>> len(chain.drivers), [driver.joint for driver in chain.drivers][4:8]
+        (12, ['LHipRoll', 'LHipYawPitch', 'LHipYawPitch', 'RHipRoll'])
+    """
+    up, T_last_base = joints_below(robot, base)
+    down, T_last_frame = joints_below(robot, frame)
+    while up and down and up[0] == down[0]:  # joints that carry both
+        up, down = up[1:], down[1:]
+    rows = {joint.name: joint for joint in robot.tree.moving_joints}
+    placements, fixed, motions = [], np.linalg.inv(T_last_base), []
+    for joint_id in reversed(up):
+        row = rows[robot.model.names[joint_id]]
+        turn = _z_along(row)
+        placements.append(fixed @ turn)
+        fixed = turn.T @ np.linalg.inv(_placement(robot, joint_id))
+        motions.append(_motion(row, -1.0))
+    for joint_id in down:
+        row = rows[robot.model.names[joint_id]]
+        turn = _z_along(row)
+        placements.append(fixed @ _placement(robot, joint_id) @ turn)
+        fixed = turn.T
+        motions.append(_motion(row, 1.0))
+    placements.append(fixed @ T_last_frame)
+    return SerialChain(
+        np.ascontiguousarray(np.array(placements)[:, :3]),
+        tuple(slides for slides, _ in motions),
+        tuple(driver for _, driver in motions),
+    )
+
+
+def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
+    """Pinocchio's ids of the joints from the root to a frame, a floating base left out, and its pose in the last.
+
+    Raises:
+        UnknownName: no such frame.
+
+    Examples:
+        >>> ids, placement = nk.robot.joints_below(nk.load_nao(), "CameraTop")
+        >>> len(ids), placement.shape
+        (2, (4, 4))
+    """
+    check_robot(robot)
+    model = robot.model
+    place = model.frames[robot.frame_ids([frame])[0]]
+    ids, joint_id = [], int(place.parentJoint)
+    while joint_id > 0:
+        if joint_id > 1 or robot.base == "fixed":
+            ids.append(joint_id)
+        joint_id = int(model.parents[joint_id])
+    return ids[::-1], np.array(place.placement.homogeneous)
+
+
+def _placement(robot: RobotModel, joint_id: int) -> Floats:
+    return np.array(robot.model.jointPlacements[joint_id].homogeneous)
+
+
+def _z_along(row: UrdfJoint) -> Floats:
+    """A rotation that takes z to the joint's axis; along an axis of the frame without rounding."""
+    z = np.array(row.axis)
+    x = np.zeros(3)
+    x[(int(np.argmax(np.abs(z))) + 1) % 3] = 1.0
+    x -= (x @ z) * z
+    x /= np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    return T
+
+
+def _motion(row: UrdfJoint, sign: float) -> tuple[bool, Mimic]:
+    """Whether a joint slides, and how its value, or with sign −1 the opposite, follows from a coordinate."""
+    mimic = row.mimic or Mimic(row.name)
+    return row.kind == "prismatic", Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset)
+
+
+# --- How the joints of a robot hang together: serial chains, closed loops, couplings.
+
+
+@dataclass(frozen=True)
+class SharedMotor:
+    """A joint that has no motor of its own.
+
+    Attributes:
+        joint: the joint that follows.
+        driver: the joint whose motor moves both.
+        between_limbs: whether the two belong to different limbs, as NAO's two HipYawPitch joints do; the fingers of a
+            hand that follow its motor do not.
+
+    Examples:
+        >>> motors = nk.robot.topology(nk.load_nao()).couplings
+        >>> [(motor.joint, motor.driver) for motor in motors if motor.between_limbs]
+        [('RHipYawPitch', 'LHipYawPitch')]
+    """
+
+    joint: str
+    driver: str
+    between_limbs: bool
+
+
+@dataclass(frozen=True)
+class Topology:
+    """The structure of a robot.
+
+    Attributes:
+        degrees_of_freedom: joints that can be moved on their own; a floating base is not counted.
+        moving_joints: all joints that move, followers included.
+        closed_loops: independent loops of the graph of links and joints, joints − links + 1; 0 for a tree.
+        chains: the serial chains, each from the root outwards: the longest runs of joints without a branch. Joints that
+            follow another one of their own limb are left out: they belong to a hand or a mechanism, not to a chain.
+        couplings: the joints that follow another one.
+
+    Examples:
+        >>> topology = nk.robot.topology(nk.load_nao())
+        >>> topology.degrees_of_freedom, topology.moving_joints, topology.closed_loops
+        (25, 42, 0)
+        >>> topology.chains[0]
+        ('HeadYaw', 'HeadPitch')
+    """
+
+    degrees_of_freedom: int
+    moving_joints: int
+    closed_loops: int
+    chains: tuple[tuple[str, ...], ...]
+    couplings: tuple[SharedMotor, ...]
+
+    @property
+    def couplings_between_limbs(self) -> tuple[SharedMotor, ...]:
+        """The couplings between two limbs."""
+        return tuple(coupling for coupling in self.couplings if coupling.between_limbs)
+
+
+def topology(robot: RobotModel) -> Topology:
+    """The structure of a robot, read off its Pinocchio model; the loops are counted in its URDF.
+
+    Raises:
+        BadArgument: no robot model.
+
+    Examples:
+        >>> nk.robot.topology(nk.load_nao()).degrees_of_freedom
+        25
+    """
+    check_robot(robot)
+    names, parents = _tree_of_joints(robot)
+    limbs = {name: _ancestry(name, parents)[-1] for name in names}
+    couplings = tuple(
+        SharedMotor(name, robot.mimics[name].joint, limbs[name] != limbs[robot.mimics[name].joint])
+        for name in names
+        if name in robot.mimics
+    )
+    left_out = {coupling.joint for coupling in couplings if not coupling.between_limbs}
+    return Topology(
+        degrees_of_freedom=len(robot.joint_names),
+        moving_joints=len(names),
+        closed_loops=len(robot.tree.joints) - len(robot.tree.links) + 1,
+        chains=_serial_chains([name for name in names if name not in left_out], parents),
+        couplings=couplings,
+    )
+
+
+def _tree_of_joints(robot: RobotModel) -> tuple[list[str], dict[str, str | None]]:
+    """The moving joints from the root outwards, and the joint that carries each; None for the base."""
+    model = robot.model
+    base = {0} | {joint.id for joint in list(model.joints)[1:] if joint.nq > 1}
+    ids = [index for index in range(1, model.njoints) if index not in base]
+    carrier = {index: int(model.parents[index]) for index in ids}
+    names = {index: str(model.names[index]) for index in ids}
+    return list(names.values()), {names[index]: names.get(carrier[index]) for index in ids}
+
+
+def _ancestry(name: str, parents: dict[str, str | None]) -> list[str]:
+    """The joint, then the joints that carry it, up to the one at the base."""
+    path = [name]
+    while (above := parents[path[-1]]) is not None:
+        path.append(above)
+    return path
+
+
+def _serial_chains(names: list[str], parents: dict[str, str | None]) -> tuple[tuple[str, ...], ...]:
+    kept = set(names)
+    above = {name: next((a for a in _ancestry(name, parents)[1:] if a in kept), None) for name in names}
+    carried: dict[str | None, list[str]] = {}
+    for name in names:
+        carried.setdefault(above[name], []).append(name)
+    chains = []
+    for first in names:
+        if above[first] is not None and len(carried[above[first]]) == 1:
+            continue
+        chain = [first]
+        while len(carried.get(chain[-1], [])) == 1:
+            chain.append(carried[chain[-1]][0])
+        chains.append(tuple(chain))
+    return tuple(chains)

@@ -1,0 +1,169 @@
+"""The NAO: its versions, what its parts mean, and NAOqi's Body order."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_floats
+from nao_kin.robot.build import Base
+from nao_kin.robot.limits import LimitPolicy
+from nao_kin.robot.model import RobotModel
+from nao_kin.robot.nao.parameters import NaoParameters, nao_parameters, ros_names, version_named
+from nao_kin.robot.nao.rows import Version
+from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.nao.v6 import (
+    ACCELEROMETERS,
+    BODY_ORDER,
+    CAMERAS,
+    CHAINS,
+    END_EFFECTORS,
+    FIELDS_OF_VIEW,
+    FORCE_SENSORS,
+    GYROMETERS,
+    POSTURES,
+    REST,
+    SOLES,
+    VIEWS,
+)
+from nao_kin.robot.offsets import read_offsets
+from nao_kin.robot.semantics import Posture, Semantics, View
+from nao_kin.robot.urdf import UrdfTree, read_urdf
+
+
+class NaoModel(RobotModel):
+    """A NAO H25 with its 25 degrees of freedom.
+
+    Beside what every `RobotModel` has:
+
+    Attributes:
+        version: "v3.2" … "v6".
+        body_order: NAOqi's 26 joint names in the order of "Body".
+
+    Examples:
+        >>> nao = nk.NaoModel("v5")
+        >>> nao.version, nao.nv, nao.body_order[-1]
+        ('v5', 25, 'RHand')
+    """
+
+    body_order: tuple[str, ...] = BODY_ORDER
+
+    def __init__(self, version: str = "v6", *, base: Base = "fixed") -> None:
+        self.version: Version = version_named(version)
+        super().__init__(_tree(self.version), _semantics(self.version), base=base)
+
+    @property
+    def parameters(self) -> NaoParameters:
+        """The numbers of this version, each with its unit and its source."""
+        return nao_parameters(self.version)
+
+    def to_body(self, q: ArrayLike) -> Floats:
+        """Joint values in NAOqi's Body order: 26 values, RHipYawPitch repeating LHipYawPitch.
+
+        Args:
+            q: configurations, shape (..., nq).
+
+        Returns:
+            Shape (..., 26).
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> body = nao.to_body(nao.posture("Stand"))
+            >>> body.shape, dict(zip(nao.body_order, body.round(3).tolist()))["RHipYawPitch"]
+            ((26,), -0.17)
+        """
+        return self._coordinates.with_mimics(self._checked(q)[..., self._q_offset :], BODY_ORDER)
+
+    def from_body(self, body: ArrayLike, *, limits: LimitPolicy = "ignore") -> Floats:
+        """The configuration with the given values in NAOqi's Body order.
+
+        Args:
+            body: shape (..., 26) [rad; 0 to 1 for the hands].
+            limits: what to do with joints outside their limits: "ignore", "raise" or "clamp".
+
+        Returns:
+            q, shape (..., nq).
+
+        Raises:
+            CouplingViolated: the two HipYawPitch values differ by more than 1e-6; carries which configuration.
+            WrongShape, NotFinite, OutsideLimits: as everywhere.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.posture("Stand")
+            >>> np.array_equal(nao.from_body(nao.to_body(q)), q)
+            True
+        """
+        values = as_floats(body, (len(BODY_ORDER),), "Body values")
+        return self.configuration(dict(zip(BODY_ORDER, np.moveaxis(values, -1, 0), strict=True)), limits=limits)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "version": self.version}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.version = state["version"]
+        super().__setstate__(state)
+
+
+def load_nao(
+    version: str = "v6", *, base: Base = "fixed", offsets: Mapping[str, Any] | Path | str | None = None
+) -> NaoModel:
+    """A NAO H25 as a Pinocchio model with exactly 25 degrees of freedom.
+
+    Args:
+        version: "v3.2", "v3.3", "v4", "v5" or "v6".
+        base: "fixed" holds the trunk at the origin; "floating" adds a free-flyer before the joints.
+        offsets: calibrated joints and frames, `{"joints": {…}, "frames": {…}}` as `RobotModel.with_offsets` takes them,
+            or the path of a TOML file with these two tables.
+
+    Raises:
+        UnknownName: no such version; offsets of a joint or frame that a NAO does not have.
+        BadArgument: no such base, or offsets that are none, as `RobotModel.with_offsets` says.
+        BadInputFile: the file of offsets cannot be read.
+
+    Examples:
+        >>> nao = nk.load_nao("v6")
+        >>> nao.model.nv, nao.joint_names[:2]
+        (25, ('HeadYaw', 'HeadPitch'))
+    """
+    nao = NaoModel(version, base=base)
+    return nao if offsets is None else nao.with_offsets(**read_offsets(offsets))
+
+
+@functools.cache
+def _tree(version: Version) -> UrdfTree:
+    """The URDF of a version, read once in a process: the package's own files do not change."""
+    return read_urdf(nao_urdf_path(version))
+
+
+@functools.cache
+def _semantics(version: Version) -> Semantics:
+    """What the parts of a NAO mean."""
+    parameters = nao_parameters(version)
+    horizontal, vertical = (math.radians(angle) for angle in FIELDS_OF_VIEW[version])
+    return Semantics(
+        chains=CHAINS,
+        end_effectors=END_EFFECTORS,
+        soles=SOLES,
+        cameras=CAMERAS,
+        fields_of_view=dict.fromkeys(CAMERAS, (horizontal, vertical)),
+        postures={
+            row.name: Posture(dict(zip(BODY_ORDER, row.body, strict=True)), REST.get(row.name)) for row in POSTURES
+        },
+        start="StandInit",
+        coupled_limits=parameters.coupled_limits,
+        units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
+        views={name: View(direction, joints) for name, direction, joints in VIEWS},
+        version=version,
+        root="torso",
+        accelerometers=ACCELEROMETERS,
+        gyrometers=GYROMETERS,
+        force_sensors=FORCE_SENSORS,
+        ros_names=ros_names(parameters),
+    )

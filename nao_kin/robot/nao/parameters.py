@@ -1,0 +1,413 @@
+"""The numbers of one NAO version in SI units, gathered from the rows, every distance and name resolved."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypeVar
+
+from nao_kin._core.arrays import Vector
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.robot.nao.older import TABLES
+from nao_kin.robot.nao.rows import (
+    VERSIONS,
+    ActuatorRow,
+    Coordinate,
+    FrameRow,
+    InertialRow,
+    LimitRow,
+    OffsetRow,
+    ShapeRow,
+    Version,
+    VisualRow,
+    with_versions,
+)
+from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS
+from nao_kin.robot.semantics import CoupledLimit, Mimic
+
+# The rows of all versions, each with the versions it holds for.
+OFFSETS: tuple[OffsetRow, ...] = with_versions({version: tables.offsets for version, tables in TABLES.items()})
+LIMITS: tuple[LimitRow, ...] = with_versions({version: tables.limits for version, tables in TABLES.items()})
+ACTUATORS: tuple[ActuatorRow, ...] = with_versions({version: tables.actuators for version, tables in TABLES.items()})
+INERTIALS: tuple[InertialRow, ...] = with_versions({version: tables.inertials for version, tables in TABLES.items()})
+FRAMES: tuple[FrameRow, ...] = with_versions({version: tables.frames for version, tables in TABLES.items()})
+VISUALS: tuple[VisualRow, ...] = with_versions({version: tables.visuals for version, tables in TABLES.items()})
+(PLACEHOLDER,) = with_versions(
+    {version: (tables.placeholder,) if tables.placeholder else () for version, tables in TABLES.items()}
+)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint of one version.
+
+    Attributes:
+        name: NAOqi's name.
+        chain: NAOqi's chain.
+        parent: the joint that carries it, or "torso".
+        link: the link it moves.
+        xyz: position in the parent's joint frame [m]; all joint frames are parallel to the torso at zero.
+        axis: unit vector of the axis.
+        lower: smallest value [rad; 1 for a hand].
+        upper: largest value [rad; 1 for a hand].
+        unit: "rad", or "1" for the opening of a hand.
+        velocity: largest speed [rad/s; 1/s for a hand].
+        effort: largest torque [N m].
+        mimic: the joint whose motor drives this one too, at the same value; None for a motor of its own.
+
+    Examples:
+        >>> joint = nk.parameters.nao_parameters("v6").joint("HeadYaw")
+        >>> joint.parent, joint.unit, round(joint.upper, 3)
+        ('torso', 'rad', 2.086)
+    """
+
+    name: str
+    chain: str
+    parent: str
+    link: str
+    xyz: Vector
+    axis: Vector
+    lower: float
+    upper: float
+    unit: str
+    velocity: float
+    effort: float
+    mimic: str | None
+
+
+@dataclass(frozen=True)
+class Finger:
+    """The joint of one phalanx, which follows the opening of its hand: angle = multiplier · opening.
+
+    The joints are named after the hand, so that they sort after it: a parser that takes siblings in alphabetical order
+    then meets the driving joint first, as Pinocchio needs.
+
+    Attributes:
+        name: the joint, "LHandFinger11".
+        phalanx: the phalanx without its side, "Finger11".
+        parent: the joint that carries it: the wrist or the phalanx before.
+        parent_link: the link that carries it.
+        link: the link it moves, "LFinger11_link".
+        driver: the joint of the hand, "LHand".
+        multiplier: angle at opening 1 [rad].
+        xyz: position in the parent's frame [m].
+        rpy: orientation in the parent's frame at opening 0, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
+        axis: unit vector of the axis, in the joint's own frame.
+        lower: smallest angle [rad].
+        upper: largest angle [rad].
+        velocity: largest speed [rad/s].
+        effort: largest torque [N m].
+
+    Examples:
+        >>> finger = nk.parameters.nao_parameters("v6").fingers[0]
+        >>> finger.name, finger.driver
+        ('LHandFinger11', 'LHand')
+    """
+
+    name: str
+    phalanx: str
+    parent: str
+    parent_link: str
+    link: str
+    driver: str
+    multiplier: float
+    xyz: Vector
+    rpy: Vector
+    axis: Vector
+    lower: float
+    upper: float
+    velocity: float
+    effort: float
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One sensor or effector frame of one version.
+
+    Attributes:
+        name: NAOqi's name.
+        ros_name: the official ROS link at the same place, if there is one.
+        parent: the joint that carries it, or "torso".
+        xyz: position in the parent's joint frame [m].
+        rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
+
+    Examples:
+        >>> frame = nk.parameters.nao_parameters("v6").frame("CameraTop")
+        >>> frame.xyz
+        (0.05871, 0.0, 0.06364)
+    """
+
+    name: str
+    ros_name: str | None
+    parent: str
+    xyz: Vector
+    rpy: Vector
+
+
+@dataclass(frozen=True, repr=False)
+class NaoParameters:
+    """The numbers of one NAO version, SI units.
+
+    Attributes:
+        version: "v3.2" … "v6".
+        offsets: Aldebaran's named distances [m].
+        joints: the 26 joints in NAOqi's Body order.
+        fingers: the 16 phalanges, left hand first, each after the one that carries it.
+        inertials: mass, centre of mass and inertia by the joint that moves the link, and "torso".
+        placeholder: what links without a mass of their own are given; None for nothing.
+        frames: sensor and effector frames.
+        coupled_limits: the anti-collision tables.
+        visuals: the meshes of the links, by the joint that moves the link, "torso", or a phalanx without its side.
+        collision_shapes: NAOqi's collision primitives.
+
+    Examples:
+        >>> parameters = nk.parameters.nao_parameters("v6")
+        >>> parameters.offsets["ThighLength"], len(parameters.joints)
+        (0.1, 26)
+    """
+
+    version: Version
+    offsets: Mapping[str, float]
+    joints: tuple[Joint, ...]
+    fingers: tuple[Finger, ...]
+    inertials: Mapping[str, InertialRow]
+    placeholder: InertialRow | None
+    frames: tuple[Frame, ...]
+    coupled_limits: tuple[CoupledLimit, ...]
+    visuals: tuple[VisualRow, ...]
+    collision_shapes: tuple[ShapeRow, ...]
+
+    def __repr__(self) -> str:
+        return (
+            f"<NaoParameters {self.version}: {len(self.joints)} joints, {len(self.fingers)} phalanges, "
+            f"{len(self.frames)} frames, {self.mass:.3f} kg>"
+        )
+
+    @property
+    def mass(self) -> float:
+        """Mass of all bodies [kg]; the placeholders of massless links, 0.05 g in all, not counted."""
+        return math.fsum(row.mass_kg for row in self.inertials.values())
+
+    @property
+    def mimics(self) -> Mapping[str, Mimic]:
+        """The joints without a motor of their own, and what they follow: `RHipYawPitch` and the phalanges."""
+        joints = {joint.name: Mimic(joint.mimic) for joint in self.joints if joint.mimic is not None}
+        return MappingProxyType(joints | {row.name: Mimic(row.driver, row.multiplier) for row in self.fingers})
+
+    def joint(self, name: str) -> Joint:
+        """The joint of that name.
+
+        Raises:
+            UnknownName: no such joint.
+
+        Examples:
+            >>> nk.parameters.nao_parameters("v6").joint("HeadYaw").axis
+            (0.0, 0.0, 1.0)
+        """
+        return _named("joint", self.joints, name)
+
+    def frame(self, name: str) -> Frame:
+        """The sensor or effector frame of that name, NAOqi's.
+
+        Raises:
+            UnknownName: no such frame.
+
+        Examples:
+            >>> nk.parameters.nao_parameters("v6").frame("CameraTop").parent
+            'HeadPitch'
+        """
+        return _named("frame", self.frames, name)
+
+
+_Named = TypeVar("_Named", Joint, Frame)
+
+
+def _named(kind: str, rows: Sequence[_Named], name: str) -> _Named:
+    for row in rows:
+        if row.name == name:
+            return row
+    raise UnknownName(kind, name, [row.name for row in rows])
+
+
+def version_named(name: str) -> Version:
+    """The version called `name`, whatever its letter case and with or without the v: "v6", "V6", "6", "6.0", "3.2".
+
+    The minor number is written where there is one and may be written as 0 where there is none; nothing follows it.
+
+    Raises:
+        UnknownName: no such version.
+
+    Examples:
+        >>> nk.parameters.version_named("6")
+        'v6'
+    """
+    wanted = str(name).strip().lower().removeprefix("v")
+    for version in VERSIONS:
+        number = version.removeprefix("v")
+        if wanted == number or ("." not in number and wanted == f"{number}.0"):
+            return version
+    raise UnknownName("NAO version", name, VERSIONS)
+
+
+def checked_parameters(parameters: object) -> NaoParameters:
+    """`parameters`, when they are the numbers of a version.
+
+    Raises:
+        BadArgument: they are not.
+    """
+    if not isinstance(parameters, NaoParameters):
+        raise BadArgument(f"parameters must be those that nao_parameters gives, got {quoted(parameters)}")
+    return parameters
+
+
+def nao_parameters(version: str = "v6") -> NaoParameters:
+    """The parameters of one version.
+
+    Raises:
+        UnknownName: no such version.
+
+    Examples:
+        >>> nk.parameters.nao_parameters("v3.2").version
+        'v3.2'
+    """
+    return _gathered(version_named(version))
+
+
+@functools.cache
+def _gathered(version: Version) -> NaoParameters:
+    tables = TABLES[version]
+    offsets = {row.name: row.value_mm / 1000 for row in tables.offsets}
+    joints = tuple(_joints(offsets, tables.limits, tables.actuators))
+    return NaoParameters(
+        version=version,
+        offsets=MappingProxyType(offsets),
+        joints=joints,
+        fingers=tuple(finger for joint in joints if joint.unit == "1" for finger in _fingers(joint, joints)),
+        inertials=MappingProxyType({row.link: row for row in INERTIALS if version in row.versions}),
+        placeholder=PLACEHOLDER if version in PLACEHOLDER.versions else None,
+        frames=tuple(
+            Frame(row.name, row.ros_name, row.parent, _resolved(row.xyz, offsets), row.rpy) for row in tables.frames
+        ),
+        coupled_limits=tuple(
+            CoupledLimit(
+                row.joint, row.of, *(tuple(map(math.radians, column)) for column in zip(*row.table_deg, strict=True))
+            )
+            for row in COUPLED_LIMITS
+        ),
+        visuals=tuple(row for row in VISUALS if version in row.versions),
+        collision_shapes=COLLISION_SHAPES,
+    )
+
+
+def _joints(
+    offsets: Mapping[str, float], limits: Iterable[LimitRow], actuators: Iterable[ActuatorRow]
+) -> Iterator[Joint]:
+    limit_of = {row.joint: row for row in limits}
+    actuator_of = {row.joint: row for row in actuators}
+    for row in JOINTS:
+        limit, actuator = limit_of[row.mimic or row.name], actuator_of[row.mimic or row.name]
+        turns = limit.unit == "deg"
+        yield Joint(
+            name=row.name,
+            chain=row.chain,
+            parent=row.parent,
+            link=row.link,
+            xyz=_resolved(row.origin, offsets),
+            axis=_unit(row.axis),
+            lower=math.radians(limit.lower) if turns else limit.lower,
+            upper=math.radians(limit.upper) if turns else limit.upper,
+            unit="rad" if turns else limit.unit,
+            velocity=actuator.velocity,
+            effort=actuator.effort,
+            mimic=row.mimic,
+        )
+
+
+def _fingers(hand: Joint, joints: Iterable[Joint]) -> Iterator[Finger]:
+    """The phalanges of one hand."""
+    side = hand.name[0]
+    (wrist_link,) = (joint.link for joint in joints if joint.name == hand.parent)
+    for row in FINGERS:
+        at_wrist = row.parent == "WristYaw"
+        yield Finger(
+            name=f"{hand.name}{row.name}",
+            phalanx=row.name,
+            parent=hand.parent if at_wrist else f"{hand.name}{row.parent}",
+            parent_link=wrist_link if at_wrist else f"{side}{row.parent}_link",
+            link=f"{side}{row.name}_link",
+            driver=hand.name,
+            multiplier=FINGER_RATIO,
+            xyz=row.xyz_m,
+            rpy=row.rpy,
+            axis=(0.0, 0.0, 1.0),
+            lower=0.0,
+            upper=FINGER_RATIO,
+            velocity=FINGER_RATIO * hand.velocity,
+            effort=hand.effort,
+        )
+
+
+def _resolved(xyz: tuple[Coordinate, Coordinate, Coordinate], offsets: Mapping[str, float]) -> Vector:
+    x, y, z = (_metres(coordinate, offsets) for coordinate in xyz)
+    return x, y, z
+
+
+def _metres(coordinate: Coordinate, offsets: Mapping[str, float]) -> float:
+    return coordinate if isinstance(coordinate, float) else coordinate.sign * offsets[coordinate.name]
+
+
+def _unit(axis: Vector) -> Vector:
+    length = math.hypot(*axis)
+    x, y, z = (component / length for component in axis)
+    return x, y, z
+
+
+# --- What ros-naoqi's `nao_description` calls the links and joints that this package names otherwise.
+#
+# That description has no V6; its names follow the same rules there.
+
+# Bodies that have a second name here.
+_BODIES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
+_JOINTS = {
+    "torso_fixed": "base_link_fixedjoint",
+    "Gaze_fixed": "gaze_joint",
+    "LLeg_fixed": "LLeg_effector_fixedjoint",
+    "RLeg_fixed": "RLeg_effector_fixedjoint",
+    "MicroFrontCenter_fixed": "MicroFront_sensor_fixedjoint",
+    "MicroRearCenter_fixed": "MicroRear_sensor_fixedjoint",
+    "MicroSurroundLeft_fixed": "MicroLeft_sensor_fixedjoint",
+    "MicroSurroundRight_fixed": "MicroRight_sensor_fixedjoint",
+}
+# There, the link that the hand joint turns is the gripper; here, the gripper is NAOqi's effector, which does not turn.
+_HANDS = {"LHand_link": "l_gripper", "l_gripper": "LArm", "RHand_link": "r_gripper", "r_gripper": "RArm"}
+_ANKLES = {"LAnklePitch_link": "LAnklePitch", "RAnklePitch_link": "RAnklePitch"}
+
+
+def ros_names(parameters: NaoParameters) -> dict[str, str]:
+    """Name in the URDF of this package → name in `nao_description`, of the robot, its links and its joints.
+
+    Two links of one name there are one link there: here the second one is NAOqi's name for the same place.
+
+    Args:
+        parameters: the numbers of a version.
+
+    Examples:
+        >>> names = nk.parameters.ros_names(nk.parameters.nao_parameters("v6"))
+        >>> names["CameraTop"], names["CameraTop_fixed"], names["LHandThumb1"]
+        ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
+    """
+    digits = f"{checked_parameters(parameters).version.removeprefix('v').replace('.', '')}0"[:2]
+    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | _BODIES | _ANKLES
+    for frame in parameters.frames:
+        if frame.ros_name is not None:
+            names |= {frame.name: frame.ros_name, f"{frame.name}_fixed": f"{frame.name}_sensor_fixedjoint"}
+    for camera in CAMERAS:
+        names[f"{camera}_optical_frame_fixed"] = f"{camera}_optical_frame_fixedjoint"
+    for finger in parameters.fingers:
+        names[finger.name] = finger.name.replace("Hand", "", 1)
+    del names["LArm"], names["RArm"], names["LArm_fixed"], names["RArm_fixed"]
+    return names | _HANDS | _JOINTS

@@ -1,0 +1,330 @@
+"""The meaning of a robot's parts, by the names of its joints and frames."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats, Vector
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument
+
+UNITS = ("rad", "m", "1")
+# The fields of `Semantics` that are names of frames.
+FRAME_FIELDS = ("end_effectors", "soles", "cameras", "accelerometers", "gyrometers", "force_sensors")
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: value = multiplier · value of the driving joint + offset.
+
+    Attributes:
+        joint: the driving joint.
+        multiplier: ratio of the two values.
+        offset: value when the driving joint is at zero.
+
+    Examples:
+        >>> nk.semantics.Mimic("LHand", multiplier=2.0, offset=0.1)
+        Mimic(joint='LHand', multiplier=2.0, offset=0.1)
+    """
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+    def value(self, driver: Floats | float) -> Floats:
+        """Values of the follower for values of the driving joint, any shape.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=2.0, offset=0.1).value(np.array([0.0, 1.0])).tolist()
+            [0.1, 2.1]
+        """
+        return np.asarray(self.multiplier * driver + self.offset)
+
+    def driver_value(self, value: Floats | float) -> Floats:
+        """Values of the driving joint for values of the follower; the multiplier must not be zero.
+
+        Examples:
+            >>> float(nk.semantics.Mimic("LHand", multiplier=2.0).driver_value(1.0))
+            0.5
+        """
+        return np.asarray((value - self.offset) / self.multiplier)
+
+    def through(self, driver: Mimic) -> Mimic:
+        """The mimic of the last driver, where the driving joint itself follows: a = m b + o and b = driver(c).
+
+        Examples:
+            >>> nk.semantics.Mimic("b", 2.0).through(nk.semantics.Mimic("c", 3.0, 1.0))
+            Mimic(joint='c', multiplier=6.0, offset=2.0)
+        """
+        return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
+
+    def inverted(self, follower: str) -> Mimic:
+        """How the driving joint follows the `follower`; the multiplier must not be zero.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=2.0).inverted("LFinger").multiplier
+            0.5
+        """
+        return Mimic(follower, 1.0 / self.multiplier, -self.offset / self.multiplier)
+
+    def range(self, lower: float, upper: float) -> tuple[float, float]:
+        """Range of the follower for a range of the driving joint.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=-1.0).range(0.0, 0.5)
+            (-0.5, 0.0)
+        """
+        if self.multiplier == 0.0:
+            return self.offset, self.offset
+        ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
+        return ends[0], ends[1]
+
+    def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
+        """Range of the driving joint for a range of the follower; the multiplier must not be zero.
+
+        Examples:
+            >>> nk.semantics.Mimic("LHand", multiplier=2.0).driver_range(0.0, 1.0)
+            (0.0, 0.5)
+        """
+        ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
+        return ends[0], ends[1]
+
+
+@dataclass(frozen=True)
+class CoupledLimit:
+    """Range of one joint as a piecewise linear function of another, constant outside its table.
+
+    Attributes:
+        joint: the joint whose range this is.
+        of: the joint it depends on.
+        at: values of `of` where the range bends, ascending [rad].
+        lower: smallest value of `joint` there [rad].
+        upper: largest value of `joint` there [rad].
+
+    Raises:
+        BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
+            one, a joint that depends on itself.
+
+    Examples:
+        >>> head = nk.load_nao().coupled_limits[0]
+        >>> head.joint, head.of
+        ('HeadPitch', 'HeadYaw')
+    """
+
+    joint: str
+    of: str
+    at: tuple[float, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        what = f"the coupled limit of {self.joint}"
+        if self.joint == self.of:
+            raise BadArgument(f"{what} depends on that joint itself")
+        for name in ("at", "lower", "upper"):
+            try:
+                object.__setattr__(self, name, tuple(map(float, getattr(self, name))))
+            except (TypeError, ValueError, OverflowError):
+                raise BadArgument(f"{what} must have numbers in {name}, got {quoted(getattr(self, name))}") from None
+        if not (len(self.at) == len(self.lower) == len(self.upper) > 0):
+            counts = f"{len(self.at)}, {len(self.lower)} and {len(self.upper)}"
+            raise BadArgument(f"{what} must have equally many at, lower and upper, got {counts}")
+        if not np.all(np.diff(self.at) > 0.0) or not np.isfinite([self.at, self.lower, self.upper]).all():
+            raise BadArgument(f"{what} must have finite numbers, at in ascending order")
+        if np.any(np.greater(self.lower, self.upper)):
+            raise BadArgument(f"{what} has a lower bound above the upper one")
+
+    def range(self, of: Floats) -> tuple[Floats, Floats]:
+        """Smallest and largest value of `joint` at values of `of`, any shape.
+
+        Examples:
+            >>> ends = {"at": (-1.0, 1.0), "lower": (-0.2, -0.4), "upper": (0.2, 0.4)}
+            >>> limit = nk.semantics.CoupledLimit("HeadPitch", "HeadYaw", **ends)
+            >>> lower, upper = limit.range(np.array([0.0, 5.0]))
+            >>> lower.round(9).tolist(), upper.round(9).tolist()
+            ([-0.3, -0.4], [0.3, 0.4])
+        """
+        return np.asarray(np.interp(of, self.at, self.lower)), np.asarray(np.interp(of, self.at, self.upper))
+
+
+@dataclass(frozen=True)
+class Posture:
+    """A predefined posture.
+
+    Attributes:
+        angles: joint → value; joints not named are at zero [rad, m or ratio].
+        up: the vertical in the root's frame where the robot rests in it, as an accelerometer at rest shows it; None
+            where it stands on its soles.
+
+    Examples:
+        >>> posture = nk.semantics.Posture({"HeadYaw": 0.3})
+        >>> dict(posture.angles), posture.up
+        ({'HeadYaw': 0.3}, None)
+    """
+
+    angles: Mapping[str, float]
+    up: Vector | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "angles", _mapping(self.angles, "angles of a posture"))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Posture, (dict(self.angles), self.up)  # mapping proxies do not pickle
+
+
+@dataclass(frozen=True)
+class View:
+    """A part of the robot worth looking at.
+
+    Attributes:
+        direction: from what is looked at to the camera, in the root's frame.
+        joints: look at the links that these joints move, and at all they carry.
+
+    Examples:
+        >>> view = nk.semantics.View(direction=(1.0, 0.0, 0.0), joints=("HeadYaw",))
+        >>> view.joints
+        ('HeadYaw',)
+    """
+
+    direction: Vector
+    joints: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Semantics:
+    """What a robot means beyond its URDF; every part may be empty.
+
+    Attributes:
+        chains: name → joints from the trunk outwards.
+        end_effectors: the frames whose pose is asked for most.
+        soles: frames with the floor in their xy plane when the robot stands on them.
+        cameras: frames of cameras that look along their x axis.
+        fields_of_view: camera → its horizontal and vertical field of view [rad], each in (0, π), where they are known.
+        postures: predefined postures by name.
+        start: the posture shown first; "" for all joints at zero, or at the limit nearest to it.
+        coupled_limits: tables in which one joint's range depends on another's value.
+        units: joint → "rad", "m" or "1", where it is neither "rad" for a turning joint nor "m" for a sliding one.
+        views: close views by name.
+        version: which version of the robot this is; "" where there is but one.
+        root: what people call the frame that poses are given in; "" for the name of the root link.
+        accelerometers: frames of sensors that measure acceleration along their axes.
+        gyrometers: frames of sensors that measure angular velocity about their axes.
+        force_sensors: frames of sensors that measure the force pressed on them from outside, along their z axis.
+        ros_names: name of a link, a joint or the robot → its name in the robot's published ROS description, where that
+            is another one; links of one name there are one link there.
+
+    Raises:
+        BadArgument: a part of another kind, or a unit that is none of the three.
+
+    Examples:
+        >>> semantics = nk.semantics.Semantics(chains={"Head": ("HeadYaw", "HeadPitch")}, end_effectors=("Head",))
+        >>> semantics.chains["Head"]
+        ('HeadYaw', 'HeadPitch')
+    """
+
+    chains: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    end_effectors: tuple[str, ...] = ()
+    soles: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
+    postures: Mapping[str, Posture] = field(default_factory=dict)
+    start: str = ""
+    coupled_limits: tuple[CoupledLimit, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    views: Mapping[str, View] = field(default_factory=dict)
+    version: str = ""
+    root: str = ""
+    fields_of_view: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    accelerometers: tuple[str, ...] = ()
+    gyrometers: tuple[str, ...] = ()
+    force_sensors: tuple[str, ...] = ()
+    ros_names: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        kinds = {"chains": Iterable, "postures": Posture, "units": str, "views": View, "ros_names": str}
+        for name, kind in kinds.items():
+            object.__setattr__(self, name, _mapping(getattr(self, name), name, kind))
+        chains = {name: _several(joints, f"chain {quoted(name)}", str) for name, joints in self.chains.items()}
+        object.__setattr__(self, "chains", MappingProxyType(chains))
+        for name in FRAME_FIELDS:
+            object.__setattr__(self, name, _several(getattr(self, name), name, str))
+        object.__setattr__(self, "coupled_limits", _several(self.coupled_limits, "coupled_limits", CoupledLimit))
+        fields = _mapping(self.fields_of_view, "fields_of_view", Iterable)
+        for camera, angles in fields.items():
+            pair = _several(angles, f"field of view of {camera}", (int, float))
+            if len(pair) != 2 or not all(0.0 < angle < math.pi for angle in pair):
+                raise BadArgument(f"field of view of {camera} must be two angles in (0, π), got {quoted(angles)}")
+        object.__setattr__(self, "fields_of_view", MappingProxyType({k: tuple(v) for k, v in fields.items()}))
+        for name in ("start", "version", "root"):
+            _check_kind(getattr(self, name), name, str)
+        for joint, unit in self.units.items():
+            if unit not in UNITS:
+                raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
+
+    def joints(self) -> Iterator[tuple[str, str]]:
+        """Every joint that is named here, with where it is named.
+
+        Examples:
+            >>> semantics = nk.semantics.Semantics(chains={"Head": ("HeadYaw", "HeadPitch")})
+            >>> [joint for joint, where in semantics.joints()]
+            ['HeadYaw', 'HeadPitch']
+        """
+        for chain, joints in self.chains.items():
+            yield from ((joint, f"chain {quoted(chain)}") for joint in joints)
+        for posture, values in self.postures.items():
+            yield from ((joint, f"posture {quoted(posture)}") for joint in values.angles)
+        for table in self.coupled_limits:
+            yield from ((joint, "a coupled limit") for joint in (table.joint, table.of))
+        yield from ((joint, "the units") for joint in self.units)
+        for view, what in self.views.items():
+            yield from ((joint, f"view {quoted(view)}") for joint in what.joints)
+
+    def frames(self) -> Iterator[tuple[str, str]]:
+        """Every frame that is named here, with where it is named.
+
+        Examples:
+            >>> semantics = nk.semantics.Semantics(soles=("l_sole", "r_sole"))
+            >>> [frame for frame, where in semantics.frames()]
+            ['l_sole', 'r_sole']
+        """
+        for where in FRAME_FIELDS:
+            yield from ((frame, where) for frame in getattr(self, where))
+        yield from ((frame, "fields_of_view") for frame in self.fields_of_view)
+
+    def __getstate__(self) -> dict[str, object]:
+        # Mapping proxies do not pickle.
+        return {k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in self.__dict__.items()}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        Semantics.__post_init__(self)
+
+
+def _mapping(values: object, what: str, kind: type = object) -> Mapping[str, Any]:
+    """A read-only copy of a mapping with values of one kind."""
+    if not isinstance(values, Mapping):
+        raise BadArgument(f"{what} must be a mapping of names, got {quoted(values)}")
+    for name, value in values.items():
+        _check_kind(value, f"{what}: {name}", kind)
+    return MappingProxyType(dict(values))
+
+
+def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[Any, ...]:
+    """A tuple of things of one kind; a text is one thing, not several letters."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}")
+    found = tuple(values)
+    for value in found:
+        _check_kind(value, what, kind)
+    return found
+
+
+def _check_kind(value: object, what: str, kind: type | tuple[type, ...]) -> None:
+    if not isinstance(value, kind):
+        kinds = kind if isinstance(kind, tuple) else (kind,)
+        raise BadArgument(f"{what} must be of the type {' or '.join(k.__name__ for k in kinds)}, got {quoted(value)}")

@@ -1,0 +1,218 @@
+"""Joints that follow another one: chains of mimics made direct, the driving joint first, limits that suit both."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.robot.semantics import Mimic
+from nao_kin.robot.urdf.tree import UrdfJoint
+
+# Of a chain of mimics, the notes name so many joints.
+_MOST_NAMED = 8
+
+
+class CouplingRefused(Exception):
+    """Why the couplings of a file cannot be kept."""
+
+
+def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[str, UrdfJoint]:
+    """Every mimic made to follow the joint at the end of its chain: a follows b follows c becomes a follows c.
+
+    Raises:
+        CouplingRefused: a joint follows itself, a joint that does not exist, or one that cannot move.
+    """
+    direct: dict[str, Mimic] = {}
+    for name in joints:
+        chain, end = dict[str, Mimic](), name
+        while end not in direct and (mimic := joints[end].mimic) is not None:
+            chain[end] = mimic
+            if mimic.joint not in joints:
+                raise CouplingRefused(f"joint {quoted(end)} follows {quoted(mimic.joint)}, which does not exist")
+            if mimic.joint in chain:
+                circle = abbreviated(" → ".join([*chain, mimic.joint]))
+                raise CouplingRefused(f"joints follow each other in a circle: {circle}")
+            end = mimic.joint
+        if chain and joints[end].kind == "fixed":
+            raise CouplingRefused(f"joint {quoted(name)} follows {quoted(end)}, which is fixed")
+        for follower, mimic in reversed(chain.items()):
+            direct[follower] = mimic.through(direct[mimic.joint]) if mimic.joint in direct else mimic
+    resolved = {name: replace(joint, mimic=direct.get(name)) for name, joint in joints.items()}
+    for name, joint in joints.items():
+        if joint.mimic is not None and joint.mimic.joint in direct:
+            path = ", which follows ".join(map(quoted, itertools.islice(_drivers(joints, joint.mimic), _MOST_NAMED)))
+            notes.append(f"joint {quoted(name)} follows {path}: made to follow {quoted(direct[name].joint)} directly")
+    return resolved
+
+
+def _drivers(joints: Mapping[str, UrdfJoint], mimic: Mimic | None) -> Iterator[str]:
+    """The joints of a chain of mimics, from the first driver to the last."""
+    while mimic is not None:
+        yield mimic.joint
+        mimic = joints[mimic.joint].mimic
+
+
+def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) -> list[UrdfJoint]:
+    """The joints as a depth-first walk meets them, siblings by name, but a driving joint before those that follow it.
+
+    Where no walk can meet the driving joint first (it sits further out on the same branch, or two branches drive each
+    other), the first joint of the coupled group drives the group instead: the motion is the same, the coordinate is
+    another joint's, and the notes say so.
+
+    Raises:
+        CouplingRefused: such a change would divide by a multiplier of zero, or numbers grow without bound.
+    """
+    walk = _walk(joints, root)
+    position = {joint.name: index for index, joint in enumerate(walk)}
+    changed: dict[str, UrdfJoint] = {}
+    for driver, followers in _followers(walk).items():
+        first = followers[0]
+        if position[driver] < position[first.name]:
+            continue
+        if first.mimic.multiplier == 0.0:
+            raise CouplingRefused(
+                f"joint {quoted(first.name)} follows {quoted(driver)} with multiplier 0 and comes before it"
+            )
+        inverse = first.mimic.inverted(first.name)
+        changed[first.name] = replace(joints[first.name], mimic=None)
+        changed[driver] = replace(joints[driver], mimic=inverse)
+        for other in followers[1:]:
+            changed[other.name] = replace(joints[other.name], mimic=other.mimic.through(inverse))
+        notes.append(
+            f"joint {quoted(first.name)} drives {quoted(driver)}, not the other way round: it comes first in the tree"
+        )
+    order = [changed.get(joint.name, joint) for joint in walk]
+    for joint in order:
+        if joint.mimic is not None and not math.isfinite(joint.mimic.multiplier + joint.mimic.offset):
+            raise CouplingRefused(
+                f"joint {quoted(joint.name)} follows {quoted(joint.mimic.joint)} with a multiplier or an offset "
+                "too large for floating point"
+            )
+    return order
+
+
+def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
+    """Every driving joint confined to the values at which all that follow it are inside their own limits too.
+
+    Limits that were copied from joint to joint can leave no value, or a single one, to joints that each could move: a
+    follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver keeps its own range.
+
+    Raises:
+        CouplingRefused: there is no such value, and one of the joints cannot move alone.
+    """
+    followers = _followers(joints)
+    return [_sharing(joint, followers[joint.name], notes) if joint.name in followers else joint for joint in joints]
+
+
+@dataclass(frozen=True)
+class _Follower:
+    """A joint that follows another one: its name, how it follows, and its own limits."""
+
+    name: str
+    mimic: Mimic
+    lower: float
+    upper: float
+    velocity: float
+
+
+def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[_Follower]]:
+    """Driving joint → the joints that follow it, both in the order of `joints`."""
+    found: dict[str, list[_Follower]] = {}
+    for joint in joints:
+        if joint.mimic is not None:
+            follower = _Follower(joint.name, joint.mimic, joint.lower, joint.upper, joint.velocity)
+            found.setdefault(joint.mimic.joint, []).append(follower)
+    return found
+
+
+def _sharing(driver: UrdfJoint, followers: Sequence[_Follower], notes: list[str]) -> UrdfJoint:
+    """The driving joint with the limits that it shares with its followers."""
+    turning = [follower for follower in followers if follower.mimic.multiplier != 0.0]
+    lower, upper, velocity = driver.lower, driver.upper, driver.velocity
+    confined: list[str] = []
+    for follower in turning:
+        low, high = (end + 0.0 for end in follower.mimic.driver_range(follower.lower, follower.upper))  # no −0
+        before = lower, upper
+        lower, upper = _larger(lower, low), -_larger(-upper, -high)
+        velocity = -_larger(-velocity, -follower.velocity / abs(follower.mimic.multiplier))
+        if (lower, upper) != before:
+            confined.append(
+                f"joint {quoted(driver.name)} confined to [{lower:.6g}, {upper:.6g}] by {quoted(follower.name)}"
+            )
+    collapsed = lower > upper or math.isclose(lower, upper, rel_tol=1e-9, abs_tol=1e-12)
+    if not (collapsed and turning):
+        notes += confined
+        return replace(driver, lower=lower, upper=upper, velocity=velocity)
+    names = ", ".join(quoted(follower.name) for follower in turning)
+    if driver.lower < driver.upper and all(follower.lower < follower.upper for follower in turning):
+        notes.append(
+            f"joint {quoted(driver.name)} keeps its own range [{driver.lower:.6g}, {driver.upper:.6g}]: "
+            f"the limits of {names} that follow it would leave it {'no' if lower > upper else 'a single'} value"
+        )
+        return replace(driver, velocity=velocity)
+    if lower > upper:
+        who, suits = (f"joint {names} follows", "both") if len(turning) == 1 else (f"joints {names} follow", "all")
+        raise CouplingRefused(f"{who} {quoted(driver.name)}, and no value suits {suits} their limits")
+    notes += confined
+    return replace(driver, lower=lower, upper=upper, velocity=velocity)
+
+
+def _larger(value: float, other: float) -> float:
+    """The larger of two bounds; the first where they differ by rounding only."""
+    return value if other <= value or math.isclose(value, other, rel_tol=1e-9, abs_tol=1e-12) else other
+
+
+def _walk(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:
+    children: dict[str, list[UrdfJoint]] = {}
+    for joint in sorted(joints.values(), key=lambda joint: joint.name):
+        children.setdefault(joint.parent, []).append(joint)
+    order = _depth_first(children, root)
+    if all(joint.mimic is None for joint in order):
+        return order
+    coupled = {joint.mimic.joint for joint in order if joint.mimic is not None}
+    coupled |= {joint.name for joint in order if joint.mimic is not None}
+    # Joint → the coupled joints of its branch.
+    branch: dict[str, set[str]] = {}
+    for joint in reversed(order):
+        own = {joint.name} & coupled
+        branch[joint.name] = own.union(*(branch[child.name] for child in children.get(joint.child, [])))
+    for siblings in children.values():
+        if len(siblings) > 1:
+            siblings[:] = _drivers_first(siblings, branch, joints)
+    return _depth_first(children, root)
+
+
+def _depth_first(children: Mapping[str, list[UrdfJoint]], root: str) -> list[UrdfJoint]:
+    order: list[UrdfJoint] = []
+    stack = list(reversed(children.get(root, [])))
+    while stack:
+        joint = stack.pop()
+        order.append(joint)
+        stack.extend(reversed(children.get(joint.child, [])))
+    return order
+
+
+def _drivers_first(
+    siblings: list[UrdfJoint], branch: Mapping[str, set[str]], joints: Mapping[str, UrdfJoint]
+) -> list[UrdfJoint]:
+    """Siblings by name, each after the siblings whose branches hold what drives a joint of its own branch."""
+    holder = {name: sibling.name for sibling in siblings for name in branch[sibling.name]}
+    before = {
+        sibling.name: {
+            holder[mimic.joint]
+            for name in branch[sibling.name]
+            if (mimic := joints[name].mimic) is not None and mimic.joint in holder
+        }
+        - {sibling.name}
+        for sibling in siblings
+    }
+    waiting = {sibling.name: sibling for sibling in siblings}
+    placed = list[UrdfJoint]()
+    while waiting:
+        ready = (name for name in waiting if before[name].isdisjoint(waiting))
+        # Branches that drive each other have no right order: the first by name goes first.
+        placed.append(waiting.pop(next(ready, next(iter(waiting)))))
+    return placed

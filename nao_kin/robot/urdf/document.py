@@ -1,0 +1,504 @@
+"""The XML of a URDF, read as people write it: URDF knows no namespaces, and what xacro left behind is no part of it."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from urllib.parse import unquote
+from xml.etree import ElementTree as ET
+from xml.parsers import expat
+
+from nao_kin._core.files import read_bounded
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.errors import BadArgument, BadInputFile, BadModel
+
+# What may hold ${…} without meaning that the file is still a source: it defines, and nothing uses it any more.
+_DEFINITIONS = ("property", "arg", "include")
+# What xacro puts values in place of; other programs write $(…) too, with words of their own.
+_EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
+_BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
+
+
+# Makes the text of a URDF of a xacro source, given what the source is in words.
+Expand = Callable[[str], bytes]
+
+
+def read_document(
+    path: Path | str, content: bytes, notes: list[str], expand: Expand | None = None, *, always: bool = False
+) -> tuple[ET.Element, str]:
+    """The root element of an XML file, without what xacro left in it.
+
+    Prefixes need not be bound and belong to the name; a namespace declaration is an attribute like any other; blank
+    lines may stand before the XML declaration.
+
+    Args:
+        path: the file.
+        content: what it holds.
+        notes: gets a line for what was dropped.
+        expand: what makes a URDF of a xacro source; None where there is nothing that does.
+        always: expand whatever mentions xacro, whether or not it looks finished.
+
+    Returns:
+        The root element, and the text that it was read from where that is not the file's.
+
+    Raises:
+        BadModel: the file is not well-formed, or is a xacro source that cannot be expanded.
+    """
+    document = _document(path, content)
+    if b"xacro" not in content and b"${" not in content and b"$(" not in content:
+        return document, ""
+    source = _Xacro(document, includes=Path(path).suffix == ".xacro")
+    if not (source.is_unexpanded or always):
+        source.drop(notes)
+        return document, ""
+    if expand is None:
+        raise BadModel(f"{path}: {source.unexpanded}")
+    expanded = expand(source.unexpanded)
+    document = _document(path, expanded)
+    _Xacro(document).drop(notes)
+    return document, expanded.decode()
+
+
+def root_tag(path: Path | str, content: bytes) -> str:
+    """The name of the root element of an XML file; what stands behind it is not looked at.
+
+    Args:
+        path: the file.
+        content: what it holds.
+
+    Raises:
+        BadModel: it does not begin as XML.
+    """
+    found: list[str] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> Any:
+        found.append(tag)
+        raise _Enough
+
+    try:
+        _parsed(content, start)
+    except _Enough:
+        return found[0]
+    except expat.ExpatError as error:
+        raise _not_well_formed(path, content, error) from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows
+        raise BadModel(f"cannot read {path}: {error}") from None
+    raise BadModel(f"{path}: no element in it")
+
+
+class _Enough(Exception):
+    """The root element has been met."""
+
+
+def file_content(path: Path | str) -> bytes:
+    """What a file holds, read once: a pipe gives it no second time.
+
+    Raises:
+        BadModel: it cannot be read, or is a pipe or device of more than 2³⁰ bytes, which may have no end.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            return read_bounded(file, abbreviated(path))
+    except BadInputFile as error:
+        raise BadModel(str(error)) from None
+    except TypeError:
+        raise BadModel(f"expected the path of a robot's file, got {abbreviated(repr(path))}") from None
+    except OSError as error:
+        raise BadModel(f"cannot read {abbreviated(path)}: {error.strerror or error}") from None
+    except ValueError as error:  # a path no system takes
+        raise BadModel(f"cannot read {abbreviated(path)}: {error}") from None
+
+
+def _document(path: Path | str, content: bytes) -> ET.Element:
+    builder: ET.TreeBuilder = ET.TreeBuilder()
+
+    def start(tag: str, attributes: dict[str, str]) -> Any:
+        builder.start(tag, attributes)
+
+    try:
+        _parsed(content, start, builder)
+        return builder.close()
+    except expat.ExpatError as error:
+        raise _not_well_formed(path, content, error) from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows
+        raise BadModel(f"cannot read {path}: {error}") from None
+
+
+def _not_well_formed(path: Path | str, content: bytes, error: expat.ExpatError) -> BadModel:
+    line = error.lineno + content[: _blank(content)].count(b"\n")
+    where = f"line {line}, column {error.offset + 1}"
+    return BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})")
+
+
+def _parsed(content: bytes, start: Callable[[str, dict[str, str]], Any], builder: ET.TreeBuilder | None = None) -> None:
+    parser = expat.ParserCreate()  # without namespaces: prefixes stay as they are written
+    parser.buffer_text = True
+    parser.StartElementHandler = start
+    if builder is not None:
+        parser.EndElementHandler = builder.end
+        parser.CharacterDataHandler = builder.data
+    parser.Parse(content[_blank(content) :], True)
+
+
+def _blank(content: bytes) -> int:
+    """How many bytes of blank lines, and of a byte order mark among them, stand before the text."""
+    match = _BLANK.match(content)
+    return match.end() if match else 0
+
+
+def _holds_robot(element: ET.Element) -> bool:
+    """Whether links or joints stand inside an element."""
+    return element.find(".//link") is not None or element.find(".//joint") is not None
+
+
+class _Xacro:
+    """The elements of xacro in a document.
+
+    Attributes:
+        count: how much of it is unexpanded: macros, conditions, ${…}.
+        is_unexpanded: whether the document is still a source: it defines macros, holds ${…} or $(find …) where a value
+            should be, has links or joints inside an element of xacro, includes files and calls what they may define, or
+            has no link at all.
+
+    Args:
+        document: the root element.
+        includes: whether what it includes is missing from it, as in a file that is named a source.
+    """
+
+    def __init__(self, document: ET.Element, *, includes: bool = False) -> None:
+        self._document = document
+        self._prefixes = {"xacro:"} | {
+            f"{name.removeprefix('xmlns:')}:"
+            for element in document.iter()
+            for name, value in element.attrib.items()
+            if name.startswith("xmlns:") and "xacro" in value
+        }
+        self._found = [name for element in document.iter() if (name := self._name(element)) is not None]
+        # Without a definition here or in a file that is included, a call is a leftover that nothing can expand.
+        called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
+        called = called if "include" in self._found else []
+        self.count = sum(
+            self._name(element) == "macro"
+            or any(_EXPRESSION.search(value) for value in element.attrib.values())
+            or (self._name(element) is not None and (_holds_robot(element) or element in called))
+            for element in self._used()
+        ) + includes * self._found.count("include")
+        self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)
+
+    @property
+    def unexpanded(self) -> str:
+        """What the document is, in words."""
+        if not self.count:
+            return "a xacro source without links of its own"
+        return f"a xacro source with {self.count} unexpanded macros, conditions or ${{…}}"
+
+    def drop(self, notes: list[str]) -> None:
+        """Take the elements out."""
+        if not self._found:
+            return
+        kinds = ", ".join(f"<xacro:{name}>" for name in dict.fromkeys(self._found))
+        notes.append(f"{len(self._found)} leftover elements of xacro left out: {abbreviated(kinds)}")
+        for parent in list(self._document.iter()):
+            for child in [child for child in parent if self._name(child) is not None]:
+                parent.remove(child)
+
+    def _name(self, element: ET.Element) -> str | None:
+        prefix, colon, name = str(element.tag).partition(":")
+        return name if prefix + colon in self._prefixes else None
+
+    def _used(self) -> Iterator[ET.Element]:
+        """The elements outside of what merely defines."""
+        stack = [self._document]
+        while stack:
+            current = stack.pop()
+            if self._name(current) not in _DEFINITIONS:
+                yield current
+                stack.extend(current)
+
+
+# --- Where the files are that a robot's file names: beside it, or in the packages of ROS and the models of Gazebo.
+#
+# A package is searched in this order: in the folders given, in the folders above the file, by its `package.xml` at any
+# depth of the folders given, in what ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name, in what CMAKE_PREFIX_PATH and the
+# paths
+# of Gazebo name. The first place that has the file wins.
+
+# Variables of lists of folders, and where below each folder the packages are.
+_PREFIXES = (("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"))
+_MODEL_PATHS = ("GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
+# ROS_PACKAGE_PATH names folders that hold packages at any depth; ROS itself looks this far.
+_DEEPEST = 6
+_URI = re.compile(r"(package|model)://+([^/]+)/*(.*)", re.DOTALL)
+_NAME = re.compile(rb"<name(?:\s[^>]*)?>\s*([^<\s]+)\s*</name>")
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+
+
+class Packages:
+    """The search for files and packages on behalf of one robot's file.
+
+    Args:
+        file: the robot's file.
+        folders: folders to search first; each holds packages, or is one.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> packages = nk.urdf.Packages(nao.urdf_path)
+        >>> packages.file(nao.tree.visuals[0].geometry.filename).is_file()
+        True
+        >>> packages.folder("a_package_that_nobody_has")
+    """
+
+    def __init__(self, file: Path, folders: Iterable[Path] = ()) -> None:
+        try:
+            self._folder, self._given = Path(file).resolve().parent, tuple(map(Path, folders))
+        except (TypeError, ValueError):
+            given = quoted((file, folders))
+            raise BadArgument(f"expected the path of a robot's file, and folders, got {given}") from None
+        self._places: dict[str, tuple[Path, ...]] = {}
+
+    def file(self, name: str) -> Path | None:
+        """The file that `name` means, None when it is not there.
+
+        Args:
+            name: a path relative to the robot's file or from the root, `file://…`, `package://package/…` or
+                `model://model/…`.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.tree.packages.file(nao.tree.visuals[0].geometry.filename).is_file()
+            True
+        """
+        try:
+            match = _URI.fullmatch(name)
+            if match is not None:
+                places, inside = self._searched(match[2]), match[3]
+            else:
+                places, inside = (self._folder,), name.removeprefix("file://")
+            candidates = (place / text for place in places for text in dict.fromkeys((inside, unquote(inside))))
+            return next((path for path in candidates if path.is_file()), None)
+        except (OSError, ValueError, TypeError):  # a name that no system takes
+            return None
+
+    def folder(self, package: str) -> Path | None:
+        """The folder of a package, None when it is not there.
+
+        Examples:
+            >>> nk.load_nao().tree.packages.folder("a_package_that_nobody_has") is None
+            True
+        """
+        try:
+            return next((place for place in self._searched(package) if place.is_dir()), None)
+        except (OSError, ValueError, TypeError):
+            return None
+
+    def contain(self, file: Path) -> bool:
+        """Return whether a file lies in the robot's folder, in the package of that folder, or in a folder given.
+
+        Symbolic links are followed first, so that a link in the package to a file elsewhere is not in the package.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> nao.tree.packages.contain(nao.urdf_path), nao.tree.packages.contain("/etc/hostname")
+            (True, False)
+        """
+        above = (self._folder, *self._folder.parents)
+        package = next((folder for folder in above if (folder / "package.xml").is_file()), self._folder)
+        try:
+            real = Path(os.path.realpath(file))
+        except (OSError, ValueError, TypeError):
+            return False
+        return any(real.is_relative_to(os.path.realpath(folder)) for folder in (package, *self._given))
+
+    def _searched(self, package: str) -> tuple[Path, ...]:
+        if package not in self._places:
+            self._places[package] = tuple(dict.fromkeys(self._candidates(package)))
+        return self._places[package]
+
+    def _candidates(self, package: str) -> Iterator[Path]:
+        for folder in (*self._given, *self._folder.parents, self._folder):
+            yield folder / package
+            if _is_package(folder, package):
+                yield folder
+        for folder in self._given:
+            if not (folder / package).is_dir():
+                yield from _below(folder, package, _DEEPEST)
+        for folder in _listed("ROS_PACKAGE_PATH"):
+            yield from _below(folder, package, _DEEPEST)
+        for variable, share in _PREFIXES:
+            yield from (folder / share / package for folder in _listed(variable))
+        for variable in _MODEL_PATHS:
+            yield from (folder / package for folder in _listed(variable))
+
+
+def mesh_in(folder: Path, filename: str) -> Path | None:
+    """The file that a URDF in a folder means by `filename`, None when it is not there; see `Packages.file`.
+
+    Raises:
+        BadArgument: the folder is no path.
+
+    Examples:
+        >>> nk.urdf.mesh_in(nk.load_nao().urdf_path.parent, "no_such.stl") is None
+        True
+    """
+    try:
+        file = Path(folder, "robot.urdf")
+    except TypeError:
+        raise BadArgument(f"folder must be a path, got {quoted(folder)}") from None
+    return Packages(file).file(filename)
+
+
+def checked_folders(folders: object) -> tuple[Path, ...]:
+    """Folders to search for packages, as absolute paths.
+
+    Raises:
+        BadArgument: no folders, or one that is not there.
+    """
+    if isinstance(folders, (str, bytes, os.PathLike)) or not isinstance(folders, Iterable):
+        raise BadArgument(f"package_dirs must be several folders, as in a list, got {quoted(folders)}")
+    found = []
+    for folder in folders:
+        try:
+            path = Path(folder).absolute()
+            there = path.is_dir()
+        except (TypeError, ValueError, OSError):
+            there = False
+        if not there:
+            raise BadArgument(f"package_dirs: there is no folder {quoted(str(folder))}")
+        found.append(path)
+    return tuple(found)
+
+
+def _listed(variable: str) -> list[Path]:
+    """The folders that an environment variable lists, wherever the process goes later."""
+    return [Path(entry).absolute() for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+
+
+def _below(folder: Path, package: str, depth: int) -> Iterator[Path]:
+    """The folders of a package at or below a folder; packages hold no packages."""
+    if folder.name == package or _is_package(folder, package):
+        yield folder
+    elif depth and not (folder / "package.xml").is_file():
+        try:
+            inside = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+        except OSError:  # not there, or closed to us
+            return
+        for below in inside:
+            yield from _below(below, package, depth - 1)
+
+
+def _is_package(folder: Path, package: str) -> bool:
+    """Whether a folder says that it is this package; it may have been downloaded under another name."""
+    try:
+        text = (folder / "package.xml").read_bytes()
+    except OSError:
+        return False
+    match = _NAME.search(_COMMENT.sub(b"", text))
+    return match is not None and match[1] == os.fsencode(package)
+
+
+# --- Xacro sources expanded on reading, by the package `xacro`, with `$(find package)` answered by our own search.
+
+# xacro keeps the file it is at, its arguments and its macros in variables of the module.
+_EXPANDING = threading.Lock()
+# The package by which xacro looks for packages of ROS; it comes with ROS 2 and not from an index.
+_ROS_INDEX = "ament_index_python"
+
+
+def expand_xacro(
+    path: Path, content: bytes, notes: list[str], *, arguments: Mapping[str, object], packages: Packages, what: str
+) -> bytes:
+    """The URDF that a xacro source becomes.
+
+    The expressions of the source are Python code, and run with all that this process may do.
+
+    Args:
+        path: the source; what it includes is looked for from its folder.
+        content: what it holds.
+        notes: gets a line for what xacro warned of.
+        arguments: values of its `<xacro:arg>`, by name.
+        packages: where `$(find package)` looks.
+        what: what the file is, in words, for the error.
+
+    Raises:
+        BadModel: xacro is not installed, or refuses the source.
+    """
+    try:
+        import xacro
+    except ImportError:
+        target = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
+        raise BadModel(
+            f"{path}: {what}; pip install 'nao-kin[xacro]' has it read as it is, or expand it first: "
+            f"xacro {path.name} -o {target if target != path.name else 'expanded.urdf'}"
+        ) from None
+    said = io.StringIO()
+    try:
+        with _EXPANDING, _found_by(packages), contextlib.redirect_stderr(said):
+            xacro.init_stacks(str(path.absolute()))
+            document = xacro.parse(io.BytesIO(content.lstrip()))
+            xacro.process_doc(document, mappings=xacro_values(arguments))
+            expanded: bytes = document.toxml(encoding="utf-8")
+    except (Exception, SystemExit) as error:  # whatever its expressions raise
+        raise BadModel(f"{path}: xacro refuses it: {abbreviated(_reason(error)) or type(error).__name__}") from None
+    warned = said.getvalue().split("\n", 1)[0]
+    if warned.strip():
+        notes.append(f"xacro says: {abbreviated(warned)}")
+    return expanded
+
+
+def xacro_values(arguments: Mapping[str, object]) -> dict[str, str]:
+    """Arguments as xacro takes them: texts, with true and false in lower case.
+
+    Raises:
+        BadArgument: no names with values.
+    """
+    if not isinstance(arguments, Mapping) or not all(isinstance(name, str) for name in arguments):
+        raise BadArgument(f"xacro_arguments must be a mapping name → value, got {quoted(arguments)}")
+    return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}
+
+
+def _reason(error: BaseException) -> str:
+    """Return what an error of xacro says, with the reason of the error that caused it once: xacro often repeats it."""
+    cause = getattr(error, "exc", None)
+    if cause is None:
+        return str(error)
+    own, reason = error.args[0] or "", _reason(cause)
+    if own and isinstance(cause, OSError):
+        reason = ""
+    elif str(cause) in own:
+        own = ""
+    return " ".join(part for part in (own, reason, getattr(error, "suffix", None)) if part)
+
+
+@contextlib.contextmanager
+def _found_by(packages: Packages) -> Iterator[None]:
+    """Have xacro find packages of ROS where `packages` does."""
+
+    def share_directory(name: str) -> str:
+        folder = packages.folder(name)
+        if folder is None:
+            raise LookupError(
+                f"package {quoted(name)} is in none of the folders given, nor in ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
+            )
+        return str(folder)
+
+    module, inside = ModuleType(_ROS_INDEX), ModuleType(f"{_ROS_INDEX}.packages")
+    inside.get_package_share_directory = share_directory  # type: ignore[attr-defined]
+    module.packages = inside  # type: ignore[attr-defined]
+    names = (_ROS_INDEX, f"{_ROS_INDEX}.packages")
+    before = {name: sys.modules[name] for name in names if name in sys.modules}
+    sys.modules.update(zip(names, (module, inside), strict=True))
+    try:
+        yield
+    finally:
+        for name in names:
+            del sys.modules[name]
+        sys.modules.update(before)

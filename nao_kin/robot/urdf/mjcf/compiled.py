@@ -1,0 +1,487 @@
+"""An MJCF file as MuJoCo compiles it: includes, classes, angles, orientations and inertias resolved by itself.
+
+Looks never keep a robot from loading. Textures, height fields and skins are taken out before; a mesh is loaded only
+where a body's mass depends on it, which also makes a robot of many meshes load in milliseconds.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import mujoco_warnings, need_extra
+from nao_kin.errors import BadModel
+from nao_kin.robot.urdf.document import Packages
+from nao_kin.robot.urdf.mjcf.joints import origin, pose, translation
+from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, Visual
+
+# --- The files of an MJCF's meshes: where MuJoCo looks for them, and where else they may be.
+
+
+@dataclass(frozen=True, eq=False)
+class MeshAsset:
+    """A mesh as the file has it.
+
+    Attributes:
+        path: its file; None where the mesh is not from a file.
+        scale: factors along its axes, shape (3,).
+        T_mesh_file: pose of the file's coordinates, scaled, in those of the mesh (refpos and refquat), shape (4, 4).
+        is_rigid: whether this is all; a mesh that is turned and then scaled unevenly is sheared.
+    """
+
+    path: Path | None
+    scale: Floats
+    T_mesh_file: Floats
+    is_rigid: bool
+
+
+def mesh_asset(mesh: Any, file: Path | None, home: Path) -> MeshAsset:
+    """A mesh of a `mujoco.MjSpec`.
+
+    Args:
+        mesh: the mesh.
+        file: its file, None where that is not there.
+        home: the folder of the MJCF.
+    """
+    if file is None and mesh.file:
+        file = home / mesh.file
+    scale = np.array(mesh.scale, dtype=np.float64)
+    T_mesh_file = np.asarray(np.linalg.inv(pose(mesh.refpos, mesh.refquat)), dtype=np.float64)
+    T_mesh_file[:3, 3] *= scale  # MuJoCo moves and turns the vertices before it scales them
+    R = T_mesh_file[:3, :3]
+    return MeshAsset(file, scale, T_mesh_file, bool(np.allclose(scale[:, None] * R, R * scale)))
+
+
+class MeshFiles:
+    """The search for the files of a model's meshes.
+
+    Args:
+        spec: the `mujoco.MjSpec`.
+        path: the MJCF.
+        content: what it holds.
+        folders: folders to search for what is not where the file says.
+    """
+
+    def __init__(self, spec: Any, path: Path, content: bytes, folders: tuple[Path, ...]) -> None:
+        self._spec, self._home, self._folders = spec, path.absolute().parent, folders
+        self._packages = Packages(path, folders)
+        # Prefix of the names of its meshes → where an attached model has their files.
+        self._attached = sorted(_attached(path.absolute(), content), key=lambda found: -len(found[0]))
+
+    def find(self, mesh: Any) -> Path | None:
+        """The file of a mesh, None where there is none; MuJoCo is told of one that is found elsewhere than it looks."""
+        if not mesh.file:
+            return None
+        name = str(mesh.file)
+        base = re.split(r"[\\/]", name)[-1]
+        try:
+            if not self._spec.strippath:
+                for folder in self._where_mujoco_looks(mesh):
+                    if (folder / name).is_file():
+                        return folder / name
+            elsewhere = [self._packages.file(name), *(folder / name for folder in self._folders)]
+            if self._spec.strippath:
+                elsewhere = [folder / base for folder in (*self._where_mujoco_looks(mesh), *self._folders)]
+            found = next((file for file in elsewhere if file is not None and file.is_file()), None)
+        except (OSError, ValueError):  # a name that no system takes
+            return None
+        if found is not None:
+            mesh.file = str(found.absolute())
+        return found
+
+    def _where_mujoco_looks(self, mesh: Any) -> Iterator[Path]:
+        """The folder of the file that has the mesh, with its `meshdir`: that of a model attached, or of this one."""
+        own = getattr(mesh, "compiler", None)
+        meshdirs = [str(getattr(where, "meshdir", "")) for where in (own, self._spec.compiler, self._spec) if where]
+        for prefix, folder, meshdir in self._attached:
+            if prefix and str(mesh.name).startswith(prefix):
+                yield from (folder / inner for inner in dict.fromkeys((meshdir, *meshdirs)))
+        yield from (self._home / meshdir for meshdir in dict.fromkeys(meshdirs))
+        yield from (folder / meshdir for prefix, folder, meshdir in self._attached if not prefix)
+
+
+def _attached(path: Path, content: bytes) -> Iterator[tuple[str, Path, str]]:
+    """Prefix, folder and `meshdir` of the models that a file attaches, and of those that these attach."""
+    elements = list(_elements(path, content, path.parent))
+    models = {
+        model.get("name") or _model_name(path.parent / model.get("file", "")): model
+        for model in elements
+        if model.tag == "model"
+    }
+    for element in elements:
+        model = models.get(element.get("model", "")) if element.tag == "attach" else None
+        if model is not None:
+            prefix, file = element.get("prefix", ""), path.parent / model.get("file", "")
+            inside = _content(file)
+            compilers = [inner for inner in _elements(file, inside, file.parent) if inner.tag == "compiler"]
+            meshdirs = [inner.get("meshdir", inner.get("assetdir", "")) for inner in compilers]
+            yield prefix, file.parent, next(filter(None, meshdirs), "")
+            yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file, inside))
+
+
+def _model_name(file: Path) -> str:
+    """The name that a file gives its model."""
+    return next((root.get("model", "") for root in _elements(file, _content(file), file.parent)), "")
+
+
+def _elements(path: Path, content: bytes, home: Path) -> Iterator[ET.Element]:
+    """The elements of a file and of those that it includes; none of one that MuJoCo takes and XML does not."""
+    try:
+        document = ET.fromstring(content)
+    except (ET.ParseError, ValueError):
+        return
+    for element in document.iter():
+        yield element
+        if element.tag == "include":
+            beside, name = path.parent, element.get("file", "")
+            inside = beside / name if (beside / name).is_file() else home / name
+            yield from _elements(inside, _content(inside), home)
+
+
+def _content(file: Path) -> bytes:
+    """What a file holds that MuJoCo has read; nothing where it cannot be read again."""
+    try:
+        return file.read_bytes()
+    except (OSError, ValueError):
+        return b""
+
+
+# --- An MJCF file as MuJoCo compiles it: includes, classes, angles, orientations and inertias resolved by itself.
+#
+# Looks never keep a robot from loading. Textures, height fields and skins are taken out before; a mesh is loaded only
+# where a body's mass depends on it, which also makes a robot of many meshes load in milliseconds.
+
+# To MuJoCo a body that moves must have a mass. Where its meshes are not there, it gets this one, which is then dropped.
+_NO_MASS = 1e-14
+_TINY = 1e-3
+# What must be finite of each kind of thing in a model; a range may have no end.
+_FINITE = {
+    "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia"),
+    "joint": ("pos", "axis"),
+    "geom": ("pos", "quat", "size"),
+    "site": ("pos", "quat"),
+    "camera": ("pos", "quat"),
+}
+_SHORT = {"joint": "jnt", "camera": "cam"}
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled:
+    """A compiled model.
+
+    Attributes:
+        model: the `mujoco.MjModel`.
+        name: its name, "" without one.
+        meshes: geom id → the mesh that it is.
+        loaded: geom ids whose meshes MuJoCo has loaded; it has moved them to their centres of mass.
+        specks: geom ids of which only the pose is known, not the shape.
+    """
+
+    model: Any
+    name: str
+    meshes: Mapping[int, MeshAsset]
+    loaded: frozenset[int]
+    specks: frozenset[int]
+
+    def has_mass(self, body: int) -> bool:
+        """Whether a body's mass is known, and more than nothing."""
+        return bool(self.model.body_mass[body] > 2.0 * _NO_MASS)
+
+
+def import_mujoco() -> ModuleType:
+    """MuJoCo.
+
+    Raises:
+        MissingExtra: it is not installed.
+    """
+    need_extra("reading MJCF", "mujoco")
+    import mujoco
+
+    module: ModuleType = mujoco
+    return module
+
+
+def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
+    """The file compiled.
+
+    Args:
+        path: the file.
+        content: what it holds.
+        package_dirs: folders to search for meshes that are not where the file says.
+        notes: gets a line for what is not there, and for what MuJoCo warns of.
+
+    Raises:
+        MissingExtra: MuJoCo is not installed.
+        BadModel: MuJoCo refuses the file.
+    """
+    mujoco = import_mujoco()
+    try:
+        with mujoco_warnings(mujoco) as warned:
+            spec = _parsed(mujoco, path.absolute(), content)
+            shapes = _lightened(spec, path, content, package_dirs, notes)
+            model = _compiled(spec, shapes, notes)
+    except (ValueError, mujoco.FatalError) as error:
+        raise BadModel(f"{path}: MuJoCo refuses it: {abbreviated(error)}") from None
+    _check_finite(model, path)
+    notes += [f"MuJoCo says: {abbreviated(text)}" for text in dict.fromkeys(warned)]
+    kind = int(mujoco.mjtGeom.mjGEOM_MESH)
+    meshes = {int(shape.geom.id): shape.asset for shape in shapes if shape.asset is not None}
+    specks = frozenset(int(shape.geom.id) for shape in shapes if shape.asset is None)
+    loaded = frozenset(geom for geom in meshes if int(model.geom_type[geom]) == kind)
+    names = "" if spec.modelname == "MuJoCo Model" else str(spec.modelname)
+    return Compiled(model, names, meshes, loaded, specks)
+
+
+def _parsed(mujoco: ModuleType, path: Path, content: bytes) -> Any:
+    """The `mujoco.MjSpec` of a file; since MuJoCo 4 it reads MJCF under the ending .xml only."""
+    if path.suffix == ".xml" and path.is_file():
+        return mujoco.MjSpec.from_file(str(path))
+    # Not under its own name: MuJoCo takes an attached file of that name, in any folder, for this one, and never ends.
+    name = f"{path}.xml"
+    return mujoco.MjSpec.from_file(name, include={name: content})
+
+
+def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
+    """The `mujoco.MjModel`; with massless bodies where masses were to come from meshes that are missing."""
+    try:
+        return spec.compile()
+    except ValueError:
+        if not any(shape.is_missing for shape in shapes):
+            raise
+        for compiler in _compilers(spec):
+            compiler.boundmass = compiler.boundinertia = _NO_MASS
+        # In MuJoCo 3.3 no bound reaches the bodies of a model that is attached.
+        for body in (shape.body for shape in shapes if shape.is_missing):
+            if not body.explicitinertial and all(geom.mass == 0.0 for geom in body.geoms):
+                body.explicitinertial, body.mass, body.inertia = True, _NO_MASS, [_NO_MASS] * 3
+        model = spec.compile()
+        notes.append("bodies whose mass was to come from missing meshes are taken as massless")
+        return model
+
+
+def _compilers(spec: Any) -> list[Any]:
+    """The settings of the compiler: those of the model, and those of the models that it attaches."""
+    return [spec.compiler, *(body.compiler for body in spec.bodies if getattr(body, "compiler", None) is not None)]
+
+
+def _check_finite(model: Any, path: Path) -> None:
+    """Refuse poses and masses that are no numbers, which MuJoCo takes.
+
+    Raises:
+        BadModel: one is not finite.
+    """
+    for kind, parts in _FINITE.items():
+        for part in parts:
+            bad = np.argwhere(~np.isfinite(getattr(model, f"{_SHORT.get(kind, kind)}_{part}")))
+            if bad.size:
+                name = str(getattr(model, kind)(int(bad[0, 0])).name) or str(bad[0, 0])
+                raise BadModel(f"{path}: the {part} of {kind} {quoted(name)} is not finite")
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """A geom that is made of a mesh, or of which only the pose is kept: then without the mesh."""
+
+    geom: Any
+    body: Any
+    asset: MeshAsset | None
+    is_missing: bool
+
+
+def _lightened(spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> list[_Shape]:
+    """Take out of a model what only a picture needs; the geoms that are meshes."""
+    mujoco = import_mujoco()
+    for compiler in _compilers(spec):
+        compiler.discardvisual = compiler.fusestatic = False
+    for skin in list(spec.skins):
+        spec.delete(skin)
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    for light in spec.lights:
+        if hasattr(light, "texture"):
+            light.texture = ""
+    for texture in list(spec.textures):
+        spec.delete(texture)
+    used, found = set[str](), list[_Shape]()
+    kind = mujoco.mjtGeom.mjGEOM_HFIELD
+    fields = [(body, geom) for body in spec.bodies for geom in body.geoms if geom.type == kind]
+    if fields:
+        notes.append(f"height fields left out: {len(fields)}")
+    for body, geom in fields:
+        _make_speck(geom)
+        found.append(_Shape(geom, body, None, False))
+    for hfield in list(spec.hfields):
+        spec.delete(hfield)
+    meshes = {mesh.name: mesh for mesh in spec.meshes}
+    search = MeshFiles(spec, path, content, package_dirs)
+    files = {name: search.find(mesh) for name, mesh in meshes.items()}
+    for body in spec.bodies:
+        for geom in body.geoms:
+            name = geom.meshname
+            if name not in meshes:
+                continue
+            there = not meshes[name].file or files[name] is not None
+            is_mesh = geom.type == mujoco.mjtGeom.mjGEOM_MESH
+            if is_mesh or not there:
+                home = path.absolute().parent
+                asset = mesh_asset(meshes[name], files[name], home) if is_mesh else None
+                found.append(_Shape(geom, body, asset, not there))
+            if there and (not meshes[name].file or not is_mesh or _gives_mass(spec, body, geom)):
+                used.add(name)  # a primitive is fitted to its mesh
+            else:
+                _make_speck(geom)
+    for site in spec.sites:
+        if getattr(site, "meshname", "") in meshes:
+            site.meshname, site.type = "", mujoco.mjtGeom.mjGEOM_SPHERE
+    kept = used | {name for name in meshes if not meshes[name].file}
+    for name in meshes.keys() - kept - set(_flexible(spec)):
+        spec.delete(meshes[name])
+    missing = sorted(meshes[name].file for name in meshes if meshes[name].file and files[name] is None)
+    if missing:
+        count = sum(bool(mesh.file) for mesh in meshes.values())
+        notes.append(f"{len(missing)} of {count} mesh files are not there, first {quoted(missing[0])}")
+    return found
+
+
+def _flexible(spec: Any) -> Iterator[str]:
+    """Meshes that something else than a geom may be made of: then all are kept."""
+    return (mesh.name for mesh in spec.meshes) if len(spec.flexes) else iter(())
+
+
+def _make_speck(geom: Any) -> None:
+    """A geom without mass, so that its pose is compiled and nothing else of it."""
+    mujoco = import_mujoco()
+    geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""
+    geom.size, geom.mass, geom.fromto = [_TINY] * 3, 0.0, [math.nan] * 6
+
+
+def _gives_mass(spec: Any, body: Any, geom: Any) -> bool:
+    """Whether the mass or the tensor of the body depends on the shape of the geom."""
+    compiler = getattr(body, "compiler", None) or spec.compiler
+    if body.explicitinertial and int(compiler.inertiafromgeom) != 1:  # 1: always
+        return False
+    return bool(geom.mass != 0.0 and (not math.isnan(geom.mass) or geom.density != 0.0))
+
+
+# --- The geoms of MuJoCo as visuals and collision shapes of links.
+#
+# MJCF does not say which geoms are looks: MuJoCo shows the groups 0 to 2, and authors put collision shapes into 3 and
+# above. Here, too, those three groups are the visuals; all geoms are where they hold none. A geom that takes part in
+# contacts is a collision shape.
+
+# Kinds of geoms, as `mujoco.mjtGeom` numbers them.
+_PLANE, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 0, 2, 3, 4, 5, 6, 7
+_LAST_VISIBLE_GROUP = 2
+# The colour of a geom that is given none.
+_DEFAULT = (0.5, 0.5, 0.5, 1.0)
+
+
+class Shapes:
+    """The geoms of the bodies of a robot.
+
+    Attributes:
+        visuals: what the links look like.
+        visual_notes: what of it cannot be shown, one line each.
+        collisions: the shapes that stand for the links in contacts.
+        collision_notes: what of them is left out, one line each.
+    """
+
+    def __init__(self, compiled: Compiled, links: Mapping[int, str], path: Path) -> None:
+        """Read the geoms.
+
+        Args:
+            compiled: the model.
+            links: body → name of its link.
+            path: the file, beside which mesh files are named.
+        """
+        self._compiled, self._model, self._folder = compiled, compiled.model, path.absolute().parent
+        known = (geom for geom in range(int(self._model.ngeom)) if geom not in compiled.specks)
+        geoms = [geom for geom in known if int(self._model.geom_bodyid[geom]) in links]
+        seen = [geom for geom in geoms if int(self._model.geom_group[geom]) <= _LAST_VISIBLE_GROUP] or geoms
+        visuals, collisions = list[Visual](), list[Collision]()
+        for geom in geoms:
+            link, name = links[int(self._model.geom_bodyid[geom])], str(self._model.geom(geom).name)
+            for T_link_shape, geometry in self._parts(geom):
+                place = origin(T_link_shape)
+                if geom in seen:
+                    visuals.append(Visual(link, place, geometry, self._material(geom), self._colour(geom), name))
+                if self._model.geom_contype[geom] or self._model.geom_conaffinity[geom]:
+                    collisions.append(Collision(link, place, geometry, name))
+        self.visuals, self.collisions = tuple(visuals), tuple(collisions)
+        self.visual_notes = tuple(self._notes(seen))
+        self.collision_notes: tuple[str, ...] = ()
+
+    def _parts(self, geom: int) -> Iterator[tuple[Floats, Geometry]]:
+        """The shapes, with their poses in the link, that make a geom."""
+        model, kind = self._model, int(self._model.geom_type[geom])
+        T_link_geom = pose(model.geom_pos[geom], model.geom_quat[geom])
+        a, b, c = (float(size) for size in model.geom_size[geom])
+        if geom in self._compiled.meshes:
+            yield from self._mesh(geom, T_link_geom)
+        elif kind == _SPHERE:
+            yield T_link_geom, Sphere(a)
+        elif kind == _ELLIPSOID:
+            yield T_link_geom, Sphere(float(np.cbrt(a * b * c)))
+        elif kind == _CYLINDER:
+            yield T_link_geom, Cylinder(a, 2.0 * b)
+        elif kind == _BOX:
+            yield T_link_geom, Box((2.0 * a, 2.0 * b, 2.0 * c))
+        elif kind == _CAPSULE:
+            yield T_link_geom, Cylinder(a, 2.0 * b)
+            for end in (b, -b):
+                yield T_link_geom @ translation(np.array([0.0, 0.0, end])), Sphere(a)
+
+    def _mesh(self, geom: int, T_link_geom: Floats) -> Iterator[tuple[Floats, Geometry]]:
+        asset = self._compiled.meshes[geom]
+        if asset.path is None:
+            return
+        if geom in self._compiled.loaded:
+            mesh = int(self._model.geom_dataid[geom])
+            T_link_geom = T_link_geom @ np.linalg.inv(pose(self._model.mesh_pos[mesh], self._model.mesh_quat[mesh]))
+        x, y, z = (float(factor) for factor in asset.scale)
+        try:
+            name = os.path.relpath(asset.path, self._folder)
+        except ValueError:  # on another drive
+            name = str(asset.path)
+        yield T_link_geom @ asset.T_mesh_file, MeshFile(Path(name).as_posix(), (x, y, z))
+
+    def _material(self, geom: int) -> str:
+        material = int(self._model.geom_matid[geom])
+        return str(self._model.mat(material).name) if material >= 0 else ""
+
+    def _colour(self, geom: int) -> Rgba | None:
+        """Its own colour, else that of its material."""
+        r, g, b, a = (float(np.float32(value)) for value in self._model.geom_rgba[geom])
+        if (r, g, b, a) != _DEFAULT:
+            return r, g, b, a
+        material = int(self._model.geom_matid[geom])
+        if material < 0:
+            return None
+        r, g, b, a = (float(value) for value in self._model.mat_rgba[material])
+        return r, g, b, a
+
+    def _notes(self, seen: list[int]) -> Iterator[str]:
+        kinds = [int(self._model.geom_type[geom]) for geom in seen]
+        if count := kinds.count(_ELLIPSOID):
+            yield f"{count} ellipsoids are shown as spheres of the same volume"
+        if sheared := sum(geom in self._compiled.meshes and not self._compiled.meshes[geom].is_rigid for geom in seen):
+            yield f"{sheared} meshes that are turned and then scaled unevenly are shown without that shear"
+        unseen = [
+            geom
+            for geom, kind in zip(seen, kinds, strict=True)
+            if kind > _MESH or (geom in self._compiled.meshes and self._compiled.meshes[geom].path is None)
+        ]
+        if unseen:
+            names = ", ".join(str(self._model.geom(geom).name) or f"geom {geom}" for geom in unseen)
+            yield f"{len(unseen)} shapes that come from no file are not shown: {abbreviated(names, 100)}"

@@ -1,0 +1,452 @@
+"""Any URDF, read leniently and mended: what Pinocchio needs, and a note for everything that had to change.
+
+Files in the wild couple joints in an order Pinocchio refuses, name a joint and a link alike, let a `continuous` joint
+mimic a `revolute` one, or round their axes. `read_urdf` mends all of that and records it; what cannot be mended is
+refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree as ET
+
+from nao_kin._core.arrays import Vector, decimal
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.errors import BadArgument, BadModel
+from nao_kin.robot.semantics import Mimic, Semantics
+from nao_kin.robot.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
+from nao_kin.robot.urdf.document import (
+    Packages,
+    checked_folders,
+    expand_xacro,
+    file_content,
+    read_document,
+    root_tag,
+    xacro_values,
+)
+from nao_kin.robot.urdf.mjcf.reader import mjcf_tree
+from nao_kin.robot.urdf.srdf import TENSOR_LABELS
+from nao_kin.robot.urdf.tree import Inertial, Origin, UrdfJoint, UrdfTree, names_apart, read_collisions, read_visuals
+
+# What an attribute belongs to: "joint" or "link", and its name.
+Owner = tuple[str, str]
+
+_MOVING = ("revolute", "continuous", "prismatic")
+_FLOATING = "floating"
+
+
+def read_urdf(
+    path: Path | str,
+    *,
+    package_dirs: Iterable[Path | str] = (),
+    xacro: bool | None = None,
+    xacro_arguments: Mapping[str, object] | None = None,
+) -> UrdfTree:
+    """Read and mend a URDF file, or a xacro source of one (nao-kin[xacro]).
+
+    Only what is asked for is expanded, for the expressions of a xacro source are Python code.
+
+    Args:
+        path: the file.
+        package_dirs: folders in which packages that the file names are searched first, by mesh files and `$(find …)`.
+        xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files named
+            .xacro only, False to expand none.
+        xacro_arguments: values of the arguments of a xacro source, by name.
+
+    Raises:
+        BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints; a xacro source that
+            cannot be expanded or is not to be.
+        BadArgument: a folder that is not there, or arguments for a file that is not expanded.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree.root, len(tree.moving_joints), len(tree.mimics)
+        ('base_link', 42, 17)
+    """
+    return urdf_tree(path, file_content(path), package_dirs, xacro, xacro_arguments)
+
+
+def urdf_tree(
+    path: Path | str,
+    content: bytes,
+    package_dirs: Iterable[Path | str],
+    xacro: bool | None,
+    xacro_arguments: Mapping[str, object] | None,
+) -> UrdfTree:
+    """As `read_urdf`, of a file that has been read."""
+    notes: list[str] = []
+    folders = checked_folders(package_dirs)
+    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
+
+    if not (xacro is None or isinstance(xacro, bool)):
+        raise BadArgument(f"xacro must be True, False or None, got {quoted(xacro)}")
+    asked = Path(path).suffix == ".xacro" if xacro is None else xacro
+    if given and not asked:
+        raise BadArgument(f"{path} takes arguments with xacro=True only, got {', '.join(given)}")
+
+    def expand(what: str) -> bytes:
+        if not asked:
+            raise BadModel(f"{path}: {what}; xacro=True (--xacro) expands it, which runs the code of its author")
+        file = Path(path)
+        return expand_xacro(file, content, notes, arguments=given, packages=Packages(file, folders), what=what)
+
+    document, expanded = read_document(path, content, notes, expand, always=bool(given or xacro))
+    if given and not expanded:
+        raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
+    try:
+        tree = _Reader(document, Path(path), folders, notes).tree()
+    except _Refused as refusal:
+        raise BadModel(f"{path}: {refusal}") from None
+    return replace(tree, expanded=expanded)
+
+
+class _Refused(Exception):
+    """Why a file makes no model; `read_urdf` adds the file's name."""
+
+
+class _Reader:
+    def __init__(self, document: ET.Element, path: Path, folders: tuple[Path, ...], notes: list[str]) -> None:
+        self.document, self.path, self.folders, self.notes = document, path, folders, notes
+
+    def tree(self) -> UrdfTree:
+        if self.document.tag != "robot":
+            other = "; it is MJCF, which RobotModel.from_mjcf reads" if self.document.tag == "mujoco" else ""
+            raise _Refused(f"the root element is <{abbreviated(self.document.tag)}>, a URDF has <robot>{other}")
+        links = self._unique("link")
+        joint_elements = self._unique("joint")
+        renamed = names_apart(links, joint_elements, self.notes)
+        joints = {name: self._joint(name, element, renamed) for name, element in joint_elements.items()}
+        root = self._root([renamed.get(name, name) for name in links], joints.values())
+        root, free = self._base(root, joints)
+        links = {name: element for name, element in links.items() if renamed.get(name, name) not in free}
+        link_names = [renamed.get(name, name) for name in links]
+        try:
+            joints = resolve_chains(joints, self.notes)
+            order = share_limits(drive_order(joints, root, self.notes), self.notes)
+        except CouplingRefused as error:
+            raise _Refused(str(error)) from None
+        inertials = {
+            renamed.get(name, name): inertial
+            for name, element in links.items()
+            if (inertial := self._inertial(name, element.find("inertial"))) is not None
+        }
+        self._note_missing_meshes()
+        named = tuple(zip(link_names, links.values(), strict=True))
+        visuals, visual_notes = read_visuals(self.document, named)
+        collisions, collision_notes = read_collisions(named)
+        return UrdfTree(
+            path=self.path,
+            name=self.document.get("name", "robot"),
+            root=root,
+            links=tuple(link_names),
+            inertials=inertials,
+            joints=tuple(order),
+            visuals=visuals,
+            shared_names=renamed,
+            notes=tuple(self.notes),
+            visual_notes=visual_notes,
+            collisions=collisions,
+            collision_notes=collision_notes,
+            package_dirs=self.folders,
+        )
+
+    def _unique(self, tag: str) -> dict[str, ET.Element]:
+        """The elements of one kind by name; those inside transmissions and plugins are no part of the tree."""
+        found: dict[str, ET.Element] = {}
+        for element in self.document.findall(tag):
+            name = element.get("name", "")
+            if not name:
+                raise _Refused(f"a <{tag}> without a name")
+            if name in found:
+                raise _Refused(f"two {tag}s named {quoted(name)}")
+            found[name] = element
+        if tag == "link" and not found:
+            raise _Refused("no links")
+        return found
+
+    def _joint(self, name: str, element: ET.Element, renamed: dict[str, str]) -> UrdfJoint:
+        kind = element.get("type", "")
+        if kind not in (*_MOVING, "fixed", _FLOATING):
+            raise _Refused(
+                f"joint {quoted(name)} has type {quoted(kind)}; supported: {', '.join(_MOVING)}, fixed, and floating "
+                "where it is all that the root link holds"
+            )
+        ends = []
+        for tag in ("parent", "child"):
+            end = element.find(tag)
+            if end is None or not end.get("link"):
+                raise _Refused(f"joint {quoted(name)} names no {tag} link")
+            ends.append(renamed.get(str(end.get("link")), str(end.get("link"))))
+        joint = UrdfJoint(name, kind, ends[0], ends[1], self._origin(("joint", name), element.find("origin")))
+        return joint if kind in ("fixed", _FLOATING) else self._moving_joint(joint, element)
+
+    def _moving_joint(self, joint: UrdfJoint, element: ET.Element) -> UrdfJoint:
+        name = joint.name
+        limit, mimic = element.find("limit"), element.find("mimic")
+        joint = replace(joint, axis=self._axis(name, element.find("axis")))
+        if limit is not None:
+            joint = replace(
+                joint,
+                velocity=self._bound(name, limit, "velocity"),
+                effort=self._bound(name, limit, "effort"),
+            )
+        dynamics = element.find("dynamics")
+        if dynamics is not None:
+            joint = replace(
+                joint, damping=self._loss(name, dynamics, "damping"), friction=self._loss(name, dynamics, "friction")
+            )
+        if joint.kind == "continuous":
+            joint = replace(joint, kind="revolute")
+            if mimic is None:
+                self.notes.append(f"joint {quoted(name)} is continuous: one revolute coordinate without limits")
+            else:
+                self.notes.append(f"joint {quoted(name)} is continuous and follows another: taken as revolute")
+        else:
+            lower, upper = self._range(name, limit)
+            joint = replace(joint, lower=lower, upper=upper)
+        if mimic is not None:
+            coupling = Mimic(
+                str(mimic.get("joint", "")),
+                self._number(("joint", name), mimic, "multiplier", 1.0),
+                self._number(("joint", name), mimic, "offset", 0.0),
+            )
+            joint = replace(joint, mimic=coupling)
+        return joint
+
+    def _range(self, joint: str, limit: ET.Element | None) -> tuple[float, float]:
+        """Smallest and largest value; a file that says nothing, or nothing that can hold, means no limits."""
+        if limit is None:
+            self.notes.append(f"joint {quoted(joint)} has no limits")
+            return -math.inf, math.inf
+        if limit.get("lower") is None and limit.get("upper") is None:
+            self.notes.append(f"joint {quoted(joint)} has a limit without lower and upper: taken as unlimited")
+            return -math.inf, math.inf
+        lower, upper = (self._number(("joint", joint), limit, bound, 0.0) for bound in ("lower", "upper"))
+        if lower > upper:
+            self.notes.append(f"joint {quoted(joint)} has lower limit {lower:g} above upper limit {upper:g}: unlimited")
+            return -math.inf, math.inf
+        if math.isinf(upper - lower):
+            raise _Refused(
+                f"joint {quoted(joint)} has a range from {lower:g} to {upper:g}, which is beyond all measure"
+            )
+        return lower, upper
+
+    def _axis(self, joint: str, element: ET.Element | None) -> Vector:
+        text = "1 0 0" if element is None else element.get("xyz", "1 0 0")
+        x, y, z = self._three(("joint", joint), "axis", text)
+        length = math.hypot(x, y, z)
+        if not 1e-9 < length < 1e9:
+            raise _Refused(f"joint {quoted(joint)} has axis {quoted(text)}, which has no direction")
+        if abs(length - 1.0) > 1e-12:
+            self.notes.append(f"joint {quoted(joint)} has axis {quoted(text)} of length {length:.7g}: normalised")
+        return x / length, y / length, z / length
+
+    def _inertial(self, link: str, element: ET.Element | None) -> Inertial | None:
+        if element is None:
+            return None
+        owner = ("link", link)
+        mass = element.find("mass")
+        if mass is None or mass.get("value") is None:
+            self.notes.append(f"{_name(owner)} has an inertia and no mass: taken as massless")
+            return None
+        value = self._number(owner, mass, "value", 0.0)
+        if value < 0.0:
+            raise _Refused(f"{_name(owner)} has mass {value:g}")
+        tensor = element.find("inertia")
+        if tensor is None:
+            self.notes.append(f"{_name(owner)} has a mass and no inertia: taken as a point mass")
+        xx, xy, xz, yy, yz, zz = (0.0 if tensor is None else self._number(owner, tensor, k, 0.0) for k in TENSOR_LABELS)
+        return Inertial(value, self._origin(owner, element.find("origin")), (xx, xy, xz, yy, yz, zz))
+
+    def _origin(self, owner: Owner, element: ET.Element | None) -> Origin:
+        if element is None:
+            return Origin()
+        xyz, rpy = element.get("xyz", "0 0 0"), element.get("rpy", "0 0 0")
+        return Origin(self._three(owner, "origin xyz", xyz), self._three(owner, "origin rpy", rpy))
+
+    def _three(self, owner: Owner, what: str, text: str) -> Vector:
+        try:
+            x, y, z = map(decimal, text.split())
+        except ValueError:
+            x = y = z = math.inf
+        if not all(map(math.isfinite, (x, y, z))):
+            raise _Refused(f"{_name(owner)} has {what} {quoted(text)}, expected three numbers")
+        return x, y, z
+
+    def _number(self, owner: Owner, element: ET.Element, attribute: str, default: float) -> float:
+        text = element.get(attribute)
+        if text is None:
+            return default
+        try:
+            value = decimal(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise _Refused(f"{_name(owner)} has {attribute} {quoted(text)}, expected a number")
+        return value
+
+    def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
+        """A largest speed or effort; "inf", a negative number and no word mean that there is none."""
+        if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
+            return math.inf
+        try:
+            value = decimal(limit.get(attribute, ""))
+        except ValueError:
+            raise _Refused(
+                f"joint {quoted(joint)} has {attribute} {quoted(limit.get(attribute))}, expected a number"
+            ) from None
+        if value < 0.0:
+            self.notes.append(f"joint {quoted(joint)} has {attribute} {value:g}: taken as unlimited")
+            return math.inf
+        return value
+
+    def _loss(self, joint: str, dynamics: ET.Element, attribute: str) -> float:
+        """Damping or friction, which no kinematics depends on: what cannot be read is zero."""
+        text = dynamics.get(attribute, "0")
+        try:
+            value = decimal(text)
+        except ValueError:
+            value = -1.0
+        if not 0.0 <= value < math.inf:
+            self.notes.append(f"joint {quoted(joint)} has {attribute} {quoted(text)}: taken as none")
+            return 0.0
+        return value
+
+    def _root(self, links: list[str], joints: Iterable[UrdfJoint]) -> str:
+        """The one link that no joint moves, in a graph that is a tree."""
+        known, carried = set(links), dict[str, str]()
+        for joint in joints:
+            for end in (joint.parent, joint.child):
+                if end not in known:
+                    raise _Refused(f"joint {quoted(joint.name)} names a link {quoted(end)} that does not exist")
+            if joint.child in carried:
+                raise _Refused(
+                    f"link {quoted(joint.child)} is moved by two joints, {quoted(carried[joint.child])} "
+                    f"and {quoted(joint.name)}"
+                )
+            carried[joint.child] = joint.name
+        roots = [name for name in links if name not in carried]
+        if len(roots) != 1:
+            found = ", ".join(map(quoted, roots[:4])) or "none: the joints form a loop"
+            raise _Refused(f"a robot has one root link, found {found}")
+        # One root and one parent each: what is still unreachable hangs in a loop of its own.
+        children: dict[str, list[str]] = {}
+        for joint in joints:
+            children.setdefault(joint.parent, []).append(joint.child)
+        reached, stack = set[str](), [roots[0]]
+        while stack:
+            link = stack.pop()
+            reached.add(link)
+            stack.extend(children.get(link, []))
+        if len(reached) != len(links):
+            raise _Refused(f"link {quoted(next(n for n in links if n not in reached))} hangs in a loop of joints")
+        return roots[0]
+
+    def _base(self, root: str, joints: dict[str, UrdfJoint]) -> tuple[str, tuple[str, ...]]:
+        """Take the link that a floating joint from the root moves as the base, and drop the joint and the root.
+
+        Args:
+            root: the root link.
+            joints: the joints by name; the floating one is taken out.
+
+        Returns:
+            The base, and the links that are dropped.
+        """
+        floating = [joint for joint in joints.values() if joint.kind == _FLOATING]
+        if not floating:
+            return root, ()
+        joint = floating[0]
+        if len(floating) > 1 or [other for other in joints.values() if other.parent == root] != [joint]:
+            raise _Refused(
+                f"joint {quoted(joint.name)} is floating, which is read only where one floating joint is all that the "
+                f"root link {quoted(root)} holds"
+            )
+        del joints[joint.name]
+        self.notes.append(
+            f"joint {quoted(joint.name)} is floating: {quoted(joint.child)} is the base, and {quoted(root)} is left "
+            "out; base='floating' gives it coordinates"
+        )
+        return joint.child, (root,)
+
+    def _note_missing_meshes(self) -> None:
+        packages = Packages(self.path, self.folders)
+        meshes = {mesh.get("filename", "") for mesh in self.document.iter("mesh")}
+        missing = sorted(name for name in meshes if packages.file(name) is None)
+        if missing:
+            self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are not there, first {quoted(missing[0])}")
+
+
+def _name(owner: Owner) -> str:
+    return f"{owner[0]} {quoted(owner[1])}"
+
+
+# --- What a robot's file is, by what stands in it: people name their files as they like.
+
+_FORMATS: dict[str, Literal["urdf", "mjcf"]] = {"robot": "urdf", "mujoco": "mjcf"}
+# Root elements of what people take for a robot's file, and what the file is.
+_OTHERS = {
+    "mujocoinclude": "a part of an MJCF that another file includes; read that one",
+    "sdf": "an SDF; convert it to URDF or MJCF first",
+}
+
+
+def file_format(path: Path | str) -> Literal["urdf", "mjcf"]:
+    """What a robot's file is: "urdf" for URDF and for xacro sources of one, "mjcf" for MuJoCo's format.
+
+    Raises:
+        BadModel: the file cannot be read, is not well-formed, or is neither.
+
+    Examples:
+        >>> nk.urdf.file_format(nk.load_nao().urdf_path)
+        'urdf'
+    """
+    return _format(path, file_content(path))
+
+
+def read_robot(
+    path: Path | str,
+    *,
+    package_dirs: Iterable[Path | str] = (),
+    xacro: bool | None = None,
+    xacro_arguments: Mapping[str, object] | None = None,
+) -> tuple[UrdfTree, Semantics | None]:
+    """Read a robot's file of any format, once: it may be a pipe.
+
+    Args:
+        path: the file.
+        package_dirs: folders to search for packages and meshes, as `read_urdf` and `read_mjcf` take them.
+        xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files named
+            .xacro only, False to expand none.
+        xacro_arguments: values of the arguments of a xacro source, by name.
+
+    Returns:
+        The tree, and what an MJCF says beyond it; None of a URDF, which says nothing.
+
+    Raises:
+        BadModel, BadArgument, MissingExtra: as `file_format`, and the reader of the format that it is.
+
+    Examples:
+        >>> tree, semantics = nk.urdf.read_robot(nk.load_nao().urdf_path)
+        >>> tree.root, semantics
+        ('base_link', None)
+    """
+    content = file_content(path)
+    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
+    if _format(path, content) == "mjcf" and not given and (xacro is None or xacro is False):
+        return mjcf_tree(Path(path).absolute(), content, package_dirs)
+    # Which refuses to expand an MJCF, and arguments for a file that takes none.
+    return urdf_tree(Path(path).absolute(), content, package_dirs, xacro, xacro_arguments), None
+
+
+def _format(path: Path | str, content: bytes) -> Literal["urdf", "mjcf"]:
+    tag = root_tag(path, content)
+    if tag not in _FORMATS:
+        other = f": {_OTHERS[tag]}" if tag in _OTHERS else ""
+        raise BadModel(
+            f"{path}: the root element is <{abbreviated(tag)}>, a URDF has <robot> and an MJCF <mujoco>{other}"
+        )
+    return _FORMATS[tag]

@@ -1,0 +1,235 @@
+"""Semantics from an SRDF, the file that MoveIt keeps beside a URDF: groups, end effectors, group states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from nao_kin._core.arrays import decimal
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.errors import BadArgument, BadModel
+from nao_kin.robot.semantics import Mimic, Posture, Semantics
+from nao_kin.robot.urdf.document import file_content, read_document
+from nao_kin.robot.urdf.tree import (
+    Box,
+    Cylinder,
+    Geometry,
+    Inertial,
+    MeshFile,
+    Origin,
+    Rgba,
+    Sphere,
+    UrdfJoint,
+    UrdfTree,
+)
+
+
+def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
+    """Chains, end effectors and postures of an SRDF.
+
+    A group is a chain when its moving joints lie one behind the other. A group state is a posture; states of one name
+    for several groups are one posture. An SRDF often serves several variants of a robot: what this one does not have
+    is left out with a note, and so is the value of a floating base.
+
+    Args:
+        path: the SRDF file.
+        tree: the robot's URDF as read.
+        notes: gets a line for what was left out.
+
+    Raises:
+        BadModel: the file cannot be read or is no SRDF.
+        BadArgument: no tree, or no list.
+
+    Examples:
+        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> from pathlib import Path
+        >>> neck = "<group name='neck'><chain base_link='torso' tip_link='Head'/></group>"
+        >>> _ = Path("nao.srdf").write_text(f"<robot name='nao'>{neck}</robot>")
+        >>> nk.urdf.read_srdf("nao.srdf", tree, notes=[]).chains["neck"]
+        ('HeadYaw', 'HeadPitch')
+    """
+    if not isinstance(tree, UrdfTree):
+        raise BadArgument(f"tree must be a UrdfTree, got {quoted(tree)}")
+    if not isinstance(notes, list):
+        raise BadArgument(f"notes must be a list, got {quoted(notes)}")
+    document, _ = read_document(path, file_content(path), notes)
+    if document.tag != "robot":
+        raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")
+    reader = _Groups(document, tree)
+    ends = [reader.link(element.get("parent_link", "")) for element in document.findall("end_effector")]
+    semantics = Semantics(
+        chains=reader.chains(),
+        end_effectors=tuple(dict.fromkeys(end for end in ends if end in tree.links)),
+        postures=_postures(document, tree, reader.missing),
+    )
+    missing = dict.fromkeys([*reader.missing, *(end for end in ends if end not in tree.links)])
+    if missing:
+        names = abbreviated(", ".join(missing), 100)
+        notes.append(f"{Path(path).name} names {len(missing)} joints and links that the robot does not have: {names}")
+    return semantics
+
+
+class _Groups:
+    """The groups of joints of an SRDF.
+
+    Attributes:
+        missing: joints and links it names and the robot does not have.
+    """
+
+    def __init__(self, document: ET.Element, tree: UrdfTree) -> None:
+        self.missing: list[str] = []
+        self._elements: Mapping[str, ET.Element] = {
+            element.get("name", ""): element for element in document.findall("group")
+        }
+        self._joints = {joint.name: joint for joint in tree.joints}
+        self._above = {joint.child: joint for joint in tree.joints}
+        self._links = set(tree.links)
+        self._renamed = tree.shared_names
+        self._order = {joint.name: index for index, joint in enumerate(tree.joints)}
+
+    def chains(self) -> dict[str, tuple[str, ...]]:
+        """Group → its moving joints from the root outwards, where they lie one behind the other."""
+        found = {}
+        for name, element in self._elements.items():
+            members = {joint.name for joint in self._members(element, (name,)) if joint.kind != "fixed"}
+            ordered = sorted(members, key=self._order.__getitem__)
+            if ordered and members <= {joint.name for joint in self._path(self._joints[ordered[-1]].child, "")}:
+                found[name] = tuple(ordered)
+        return found
+
+    def link(self, name: str) -> str:
+        """The name here of a link that the files call `name`: another one where a joint has that name, too."""
+        return self._renamed.get(name, name)
+
+    def _members(self, group: ET.Element, inside: tuple[str, ...]) -> list[UrdfJoint]:
+        members: list[UrdfJoint] = []
+        for element in group:
+            name = element.get("name", "")
+            if element.tag == "joint":
+                members += self._known(name, self._joints)
+            elif element.tag == "link":
+                members += self._known(self.link(name), self._above)
+            elif element.tag == "chain":
+                members += self._path(self.link(element.get("tip_link", "")), self.link(element.get("base_link", "")))
+            elif element.tag == "group" and name in self._elements and name not in inside:
+                members += self._members(self._elements[name], (*inside, name))
+        return members
+
+    def _known(self, name: str, joints: Mapping[str, UrdfJoint]) -> list[UrdfJoint]:
+        if name in joints:
+            return [joints[name]]
+        if name not in self._links:  # the root link is known and has no joint
+            self.missing.append(name)
+        return []
+
+    def _path(self, tip: str, base: str) -> list[UrdfJoint]:
+        """The joints from the tip back to the base link; to the root where the base does not carry the tip."""
+        self.missing += [name for name in (tip, base) if name and name not in self._links]
+        path = []
+        while tip in self._above and tip != base:
+            path.append(self._above[tip])
+            tip = self._above[tip].parent
+        return path
+
+
+def _postures(document: ET.Element, tree: UrdfTree, missing: list[str]) -> dict[str, Posture]:
+    moving = {joint.name: joint for joint in tree.moving_joints}
+    angles: dict[str, dict[str, float]] = {}
+    for state in document.findall("group_state"):
+        values = angles.setdefault(state.get("name", ""), {})
+        for element in state.findall("joint"):
+            name = element.get("name", "")
+            if name in moving:
+                value = _value(element.get("value", ""))
+                if value is None:
+                    raise BadModel(
+                        f"group state {quoted(state.get('name', ''))}: {quoted(name)} is "
+                        f"{quoted(element.get('value', ''))}, expected a number"
+                    )
+                values[name] = value
+            elif len(element.get("value", "").split()) == 1:
+                missing.append(name)
+    return {name: Posture(values) for name, values in angles.items() if values}
+
+
+def _value(text: str) -> float | None:
+    """A joint's value; two numbers are cosine and sine of an angle, as Pinocchio writes unlimited joints."""
+    try:
+        numbers = [decimal(word) for word in text.split()]
+    except ValueError:
+        return None
+    if not all(map(math.isfinite, numbers)):
+        return None
+    if len(numbers) == 2:
+        return math.atan2(numbers[1], numbers[0])
+    return numbers[0] if len(numbers) == 1 else None
+
+
+# --- The parts of a URDF as XML: numbers as the shortest text that reads back as the same float, always in one order.
+
+# The entries of a tensor, in the order of `Inertial.inertia`.
+TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def number(value: float) -> str:
+    """The shortest text that reads back as the same float; no sign on zero."""
+    text = repr(float(value) + 0.0)
+    return text[:-2] if text.endswith(".0") else text
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Several numbers with blanks between them."""
+    return " ".join(map(number, values))
+
+
+def add_origin(element: ET.Element, origin: Origin) -> None:
+    """Write where something stands."""
+    ET.SubElement(element, "origin", xyz=numbers(origin.xyz), rpy=numbers(origin.rpy))
+
+
+def add_ends(joint: ET.Element, parent: str, child: str, origin: Origin) -> None:
+    """Write which links a joint connects, and where."""
+    ET.SubElement(joint, "parent", link=parent)
+    ET.SubElement(joint, "child", link=child)
+    add_origin(joint, origin)
+
+
+def add_inertial(link: ET.Element, body: Inertial) -> None:
+    """Write mass, centre of mass and tensor of a link."""
+    inertial = ET.SubElement(link, "inertial")
+    add_origin(inertial, body.origin)
+    ET.SubElement(inertial, "mass", value=number(body.mass))
+    ET.SubElement(inertial, "inertia", {k: number(v) for k, v in zip(TENSOR_LABELS, body.inertia, strict=True)})
+
+
+def add_geometry(element: ET.Element, shape: Geometry) -> None:
+    """Write a shape; of a mesh the name of the file as it is, and its scale where it has one."""
+    geometry = ET.SubElement(element, "geometry")
+    if isinstance(shape, Box):
+        ET.SubElement(geometry, "box", size=numbers(shape.size))
+    elif isinstance(shape, Cylinder):
+        ET.SubElement(geometry, "cylinder", radius=number(shape.radius), length=number(shape.length))
+    elif isinstance(shape, Sphere):
+        ET.SubElement(geometry, "sphere", radius=number(shape.radius))
+    elif isinstance(shape, MeshFile):
+        scale = {} if shape.scale == (1.0, 1.0, 1.0) else {"scale": numbers(shape.scale)}
+        ET.SubElement(geometry, "mesh", {"filename": shape.filename, **scale})
+
+
+def add_colour(robot: ET.Element, name: str, rgba: Rgba) -> None:
+    """Write a material of the robot."""
+    ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=numbers(rgba))
+
+
+def add_mimic(joint: ET.Element, mimic: Mimic) -> None:
+    """Write which joint a joint follows, and how."""
+    ratio = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
+    ET.SubElement(joint, "mimic", {"joint": mimic.joint, **ratio})
+
+
+def document_text(robot: ET.Element) -> str:
+    """The document, indented, with its declaration and a newline at its end."""
+    ET.indent(robot)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"

@@ -1,0 +1,190 @@
+"""The matrix T = 1 + u vᵀ in three dimensions: determinant, inverse, eigenvalues and eigenvectors in closed form.
+
+T w = w for every w ⟂ v, and T u = (1 + u·v) u. Two of these matrices are special: where u·v = 0 (and neither vector is
+zero) u is itself one of the w, T is a shear and has no third eigenvector; where u·v = −1 T is singular.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.arrays import Floats, as_vectors, common_batch, cross, dot, first_index, norm, unit
+from nao_kin.errors import SingularMatrix
+
+__all__ = [
+    "RankOneEigen",
+    "determinant",
+    "eigen",
+    "inverse",
+    "matrix",
+]
+
+
+# Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; below it a zero cannot be told from what is not one.
+_ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
+# ‖u‖ ‖v‖ under which T is the identity: 1/(‖u‖ ‖v‖), the size of a generalised eigenvector, must not overflow.
+_SMALLEST = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class RankOneEigen:
+    """Eigenvalues, eigenvectors and Jordan form of T = 1 + u vᵀ.
+
+    Attributes:
+        values: eigenvalues (1, 1, 1 + u·v), shape (..., 3).
+        vectors: unit eigenvectors as columns, shape (..., 3, 3): two at right angles to v and to one another, the first
+            also to u where the sine of the angle between u and v exceeds 0.1, then u/‖u‖. Where T is defective the last
+            two columns are the same vector; where ‖u‖ ‖v‖ ≤ 1e-300, and T with it the identity, the last is v/‖v‖
+            (u/‖u‖ for v = 0) and the three are orthonormal.
+        defective: where u·v = 0 with ‖u‖ ‖v‖ > 1e-300, shape (...): the eigenvalue 1 counts three times and has only
+            two independent eigenvectors.
+        singular: where u·v = −1, shape (...).
+        jordan_basis: columns P with T P = P J, shape (..., 3, 3): the eigenvectors, where T is defective with the
+            generalised one g = v/(‖u‖ ‖v‖²) last, for which T g = g + u/‖u‖. |det P| is |cos ∠(u, v)|, where T is
+            defective 1/(‖u‖ ‖v‖), where it is the identity 1: invertible, but for a singular T whose ‖u‖ ‖v‖ above
+            1e15 leaves a cosine that rounding cannot tell from 0.
+        jordan_form: J, shape (..., 3, 3): diagonal; where T is defective, its last block is [[1, 1], [0, 1]].
+
+    Examples:
+        >>> shear = nk.rotations.rank_one.eigen([1, 0, 0], [0, 1, 0])
+        >>> bool(shear.defective), shear.values.tolist()
+        (True, [1.0, 1.0, 1.0])
+    """
+
+    values: Floats
+    vectors: Floats
+    defective: NDArray[np.bool_]
+    singular: NDArray[np.bool_]
+    jordan_basis: Floats
+    jordan_form: Floats
+
+
+def matrix(u: ArrayLike, v: ArrayLike) -> Floats:
+    """T = 1 + u vᵀ.
+
+    Args:
+        u: shape (..., 3).
+        v: shape (..., 3).
+
+    Returns:
+        T, shape (..., 3, 3).
+
+    Raises:
+        WrongShape, NotFinite: in either argument.
+        BadArgument: components outside ±1e150, whose product may overflow.
+
+    Examples:
+        >>> nk.rotations.rank_one.matrix([1, 2, 3], [0, 0, 1])
+        array([[1., 0., 1.],
+               [0., 1., 2.],
+               [0., 0., 4.]])
+    """
+    return _matrix(*_checked(u, v))
+
+
+def determinant(u: ArrayLike, v: ArrayLike) -> Floats:
+    """det(1 + u vᵀ) = 1 + u·v, shape (...); arguments and errors as for `matrix`.
+
+    Examples:
+        >>> nk.rotations.rank_one.determinant([1, 2, 3], [0, 0, 1]).tolist()
+        4.0
+    """
+    return 1.0 + dot(*_checked(u, v))
+
+
+def inverse(u: ArrayLike, v: ArrayLike) -> Floats:
+    """(1 + u vᵀ)⁻¹ = 1 − u vᵀ/(1 + u·v), shape (..., 3, 3); arguments as for `matrix`.
+
+    Raises:
+        SingularMatrix: u·v = −1 up to the rounding of the product; carries the index.
+        WrongShape, NotFinite, BadArgument: as for `matrix`.
+
+    Source: Sherman and Morrison, Annals of Mathematical Statistics 21 (1950), doi:10.1214/aoms/1177729893.
+
+    Examples:
+        >>> nk.rotations.rank_one.inverse([1, 2, 3], [0, 0, 1])
+        array([[ 1.  ,  0.  , -0.25],
+               [ 0.  ,  1.  , -0.5 ],
+               [ 0.  ,  0.  ,  0.25]])
+    """
+    u, v = _checked(u, v)
+    product = dot(u, v)
+    singular = _is_minus_one(product, u, v)
+    if singular.any():
+        raise SingularMatrix("1 + u vᵀ", "u·v = −1", first_index(singular))
+    return _matrix(-u / (1.0 + product)[..., None], v)
+
+
+def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
+    """Eigenvalues, eigenvectors and Jordan form of T = 1 + u vᵀ; arguments and errors as for `matrix`.
+
+    Where u or v is zero, or ‖u‖ ‖v‖ ≤ 1e-300, T is the identity and the eigenvectors are an orthonormal basis that
+    contains the direction of v, or of u where v is zero.
+    A product u·v that is zero up to its own rounding counts as zero, and so does 1 + u·v: vectors computed at right
+    angles are hardly ever so to the last digit.
+
+    Examples:
+        >>> nk.rotations.rank_one.eigen([1, 2, 3], [0, 0, 1]).values
+        array([1., 1., 4.])
+    """
+    u, v = _checked(u, v)
+    product = dot(u, v)
+    u_is_zero, v_is_zero = (u == 0.0).all(axis=-1, keepdims=True), (v == 0.0).all(axis=-1, keepdims=True)
+    x_axis = np.array([1.0, 0.0, 0.0])
+    normal_v, length_v = unit(np.where(v_is_zero, np.where(u_is_zero, x_axis, u), v), "v")
+    along_u, length_u = unit(np.where(u_is_zero, normal_v, u), "u")
+    size = np.where((u_is_zero | v_is_zero)[..., 0], 0.0, length_u * length_v)
+    sheared = size > _SMALLEST
+    along_u = np.where(sheared[..., None], along_u, normal_v)
+    singular = _is_minus_one(product, u, v)
+    cosine = dot(along_u, normal_v)
+    defective = sheared & ~singular & (np.abs(cosine) <= _ROUNDING * dot(np.abs(along_u), np.abs(normal_v)))
+
+    w1 = _perpendicular_to_both(normal_v, along_u)
+    w2 = cross(w1, normal_v)
+    # A shear's u lies in the plane ⟂ v, so that w2 is u up to rounding: one name for one vector.
+    w2 = np.where(defective[..., None], along_u, w2)
+
+    one = np.ones_like(product)
+    values = np.stack([one, one, np.where(defective, 1.0, 1.0 + product)], axis=-1)
+    generalised = normal_v / np.where(sheared, size, 1.0)[..., None]
+    last = np.where(defective[..., None], generalised, along_u)
+    form = np.zeros((*product.shape, 3, 3))
+    form[..., range(3), range(3)] = values
+    form[..., 1, 2] = defective
+    return RankOneEigen(
+        values=values,
+        vectors=np.stack([w1, w2, along_u], axis=-1),
+        defective=defective,
+        singular=singular,
+        jordan_basis=np.stack([w1, w2, last], axis=-1),
+        jordan_form=form,
+    )
+
+
+def _checked(u: ArrayLike, v: ArrayLike) -> tuple[Floats, Floats]:
+    u, v = as_vectors(u, "u"), as_vectors(v, "v")
+    shape = (*common_batch("u and v", u.shape[:-1], v.shape[:-1]), 3)
+    return np.broadcast_to(u, shape), np.broadcast_to(v, shape)
+
+
+def _matrix(u: Floats, v: Floats) -> Floats:
+    return np.eye(3) + u[..., :, None] * v[..., None, :]
+
+
+def _is_minus_one(product: Floats, u: Floats, v: Floats) -> NDArray[np.bool_]:
+    """Whether u·v is −1 up to its own rounding, and not a zero that long vectors have blurred as widely."""
+    blur = _ROUNDING * (1.0 + dot(np.abs(u), np.abs(v)))
+    return np.asarray((np.abs(1.0 + product) <= blur) & (product < -0.5))
+
+
+def _perpendicular_to_both(a: Floats, b: Floats) -> Floats:
+    """Unit vectors ⟂ the unit vector a, and ⟂ b where b is not nearly along a."""
+    crossed = cross(a, b)
+    # Where b gives no clear direction, the coordinate axis farthest from a does.
+    axis = np.eye(3)[np.abs(a).argmin(axis=-1)]
+    clear = norm(crossed) > 0.1
+    return unit(np.where(clear[..., None], crossed, cross(a, axis)), "normal")[0]

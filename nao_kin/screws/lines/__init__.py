@@ -1,0 +1,35 @@
+"""Lines of space in Plücker coordinates: direction and moment, seen from any origin.
+
+A line through the point p with unit direction e has, about the origin o, the moment n = (p − o) × e, which is the same
+for every p on it. The six numbers (e; n), in this order, are its Plücker coordinates.
+"""
+
+from __future__ import annotations
+
+from nao_kin.screws.lines._line import PlaneMeeting, PluckerLine, meet_plane
+from nao_kin.screws.lines._pairs import (
+    CommonNormal,
+    angle,
+    common_normal,
+    distance,
+    geometric_jacobian,
+    incident,
+    motion_matrix,
+    reciprocal_product,
+    transfer_matrix,
+)
+
+__all__ = [
+    "CommonNormal",
+    "PlaneMeeting",
+    "PluckerLine",
+    "angle",
+    "common_normal",
+    "distance",
+    "geometric_jacobian",
+    "incident",
+    "meet_plane",
+    "motion_matrix",
+    "reciprocal_product",
+    "transfer_matrix",
+]

@@ -1,0 +1,462 @@
+"""The robot's methods over dask arrays, on one machine or on many."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import hashlib
+import io
+import math
+import pickle
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from nao_kin._core.arrays import whole_number
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import need_extra
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
+from nao_kin.robot import Expression, PoseForm, RobotModel, check_robot
+
+if TYPE_CHECKING:
+    from dask.array import Array
+    from distributed import Client
+
+__all__ = [
+    "acceleration",
+    "com",
+    "com_jacobian",
+    "connect",
+    "fk",
+    "jacobian",
+    "position",
+    "rotation",
+    "velocity",
+]
+
+
+# --- A dask client for this machine's cores or for a scheduler elsewhere.
+
+
+def connect(
+    address: str | None = None, *, workers: int | None = None, threads_per_worker: int = 1, timeout: float = 30.0
+) -> Client:
+    """A client of the scheduler at an address, or of worker processes on this machine.
+
+    From then on whatever dask computes runs there, lazy arrays of `nk.distributed` and all others, until the
+    client is closed; with it end the workers that were started here. Any other way to make a `distributed.Client` is
+    as good. nao_kin must be installed wherever there is a scheduler or a worker, in the same version.
+
+        with nk.distributed.connect("tcp://10.0.0.7:8786"):  # or connect() for this machine
+            poses = nk.distributed.fk(nao, q, "LArm").compute()
+
+    A program that starts workers must do so under `if __name__ == "__main__":`, for they import it.
+
+    Args:
+        address: of a scheduler, as `dask scheduler` prints it; None to start workers here, which nobody reaches from
+            elsewhere.
+        workers: how many to start; None for one for each core.
+        threads_per_worker: threads of each worker that is started.
+        timeout: how long to wait for the scheduler [s].
+
+    Returns:
+        The `distributed.Client`, which is a context manager.
+
+    Raises:
+        BadArgument: no scheduler answers at the address; workers for a scheduler that has its own; no such numbers.
+        MissingExtra: dask is not installed.
+    """
+    need_extra("nao_kin.distributed", "dask")
+    from distributed import Client
+
+    if address is None:
+        count = None if workers is None else whole_number(workers, "workers", 1)
+        threads = whole_number(threads_per_worker, "threads_per_worker", 1)
+        return Client(
+            n_workers=count,
+            threads_per_worker=threads,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+        )
+    if workers is not None:
+        raise BadArgument("workers are started on this machine only: leave out either workers or address")
+    try:
+        return Client(address, timeout=timeout)
+    except (OSError, asyncio.TimeoutError, TypeError, ValueError) as error:
+        raise BadArgument(f"no dask scheduler answers at {quoted(address)}: {abbreviated(error)}") from None
+
+
+# --- A robot on its way to other processes: its bytes travel once in a graph, and are loaded once in each process.
+
+# Robots that a process keeps loaded: one takes milliseconds to load and a few megabytes to keep.
+_MOST_KEPT = 8
+_LOADING = threading.Lock()
+
+
+@dataclass(frozen=True)
+class PickledRobot:
+    """A robot as it was when this was made; two are equal when their robots have equal numbers.
+
+    Loading builds a Pinocchio model, so that a process does it once, whatever the number of chunks, and a scheduler,
+    which only passes this on, never.
+
+    Attributes:
+        token: what tells the robot from others, the same in every process.
+        data: its pickle.
+    """
+
+    token: str
+    data: bytes = field(repr=False, compare=False)
+
+    @classmethod
+    def of(cls, robot: RobotModel) -> PickledRobot:
+        """The robot as it is now."""
+        return cls(_token(robot), pickle.dumps(robot, pickle.HIGHEST_PROTOCOL))
+
+    def load(self) -> RobotModel:
+        """The robot; one for all threads of a process, which may use it at the same time."""
+        with _LOADING:  # else all threads of a worker would load it for their first chunks
+            return _loaded(self)
+
+    def __dask_tokenize__(self) -> tuple[str, str]:
+        return "nao_kin.PickledRobot", self.token
+
+
+@functools.lru_cache(_MOST_KEPT)
+def _loaded(pickled: PickledRobot) -> RobotModel:
+    robot: RobotModel = pickle.loads(pickled.data)
+    return robot
+
+
+def _token(robot: RobotModel) -> str:
+    """A digest of all that is pickled of a robot, and of nothing else: not of what its parts share in memory.
+
+    dask's own `tokenize` is ten times slower here, and before 2025 puts dictionaries into an order that depends on the
+    seed of their hashes.
+    """
+    written = io.BytesIO()
+    pickler = pickle.Pickler(written, protocol=4)
+    pickler.fast = True  # every value in full, none as a reference to an equal one before it
+    pickler.dump((type(robot).__module__, type(robot).__qualname__, robot.__getstate__()))
+    return hashlib.sha256(written.getvalue()).hexdigest()[:32]
+
+
+# --- The robot's methods as functions of dask arrays: chunk by chunk, computed when asked for.
+
+Frames = str | Sequence[str] | None
+
+
+def fk(
+    robot: RobotModel,
+    q: Array,
+    frame: Frames = None,
+    *,
+    reference: str | None = None,
+    as_: PoseForm = "matrix",
+    dtype: DTypeLike | None = None,
+) -> Array:
+    """Poses of frames, lazily: `robot.fk(q, frame, reference=reference)` of every chunk of q.
+
+    Names are looked up now, configurations are looked at when they are computed. The robot is taken as it is now. The
+    entries are those that a single process computes, bit for bit, however q is cut into chunks.
+
+    Args:
+        robot: any robot.
+        q: configurations, a dask array of shape (..., nq) and any chunks; those of the last axis are joined. The
+            lengths of the other chunks may be unknown.
+        frame: a frame name, several, or None for all links in the order of `link_names`.
+        reference: the frame to express the poses in, as `RobotModel.fk` has it.
+        as_: "matrix", "position_quaternion" or "position6d", as `RobotModel.fk` has it.
+        dtype: float32 or float64; None for that of q, float64 where q is neither.
+
+    Returns:
+        A dask array of shape (..., 4, 4) for one name, (..., n, 4, 4) for several, or with 7 or 6 numbers instead of
+        4 × 4; with the chunks of q [m].
+
+    Raises:
+        UnknownName: no such frame or form.
+        WrongShape, BadArgument: q is no dask array of numbers of shape (..., nq); another dtype.
+        MissingExtra: dask is not installed.
+        NotFinite: when computed; the message says in which block of q.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> T = nk.distributed.fk(nao, q, "LArm")
+        >>> T.shape, T.compute().shape
+        ((6, 4, 4), (6, 4, 4))
+    """
+    return _mapped(robot, q, "fk", dtype, {"frame": _names(frame), "reference": reference, "as_": as_})
+
+
+def rotation(
+    robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
+) -> Array:
+    """Rotations of frames, lazily; arguments and errors as in `fk`, shape (..., 3, 3) or (..., n, 3, 3).
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.rotation(nao, q, "LArm").shape
+        (6, 3, 3)
+    """
+    return _mapped(robot, q, "rotation", dtype, {"frame": _names(frame), "reference": reference})
+
+
+def position(
+    robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
+) -> Array:
+    """Positions of frame origins, lazily; arguments and errors as in `fk`, shape (..., 3) or (..., n, 3) [m].
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.position(nao, q, ["LArm", "RArm"]).shape
+        (6, 2, 3)
+    """
+    return _mapped(robot, q, "position", dtype, {"frame": _names(frame), "reference": reference})
+
+
+def jacobian(
+    robot: RobotModel, q: Array, frame: str, expressed_in: Expression = "mixed", *, dtype: DTypeLike | None = None
+) -> Array:
+    """Geometric Jacobians of a frame, lazily: `RobotModel.jacobian` of every chunk of q.
+
+    Args:
+        robot: any robot.
+        q: configurations, as in `fk`.
+        frame: a frame name.
+        expressed_in: "frame", "root" or "mixed", as `RobotModel.jacobian` has it.
+        dtype: as in `fk`.
+
+    Returns:
+        A dask array of shape (..., 6, nv), linear rows first.
+
+    Raises:
+        UnknownName: no such frame or expression.
+        WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.jacobian(nao, q, "LArm").shape
+        (6, 6, 25)
+    """
+    return _mapped(robot, q, "jacobian", dtype, {"frame": frame, "expressed_in": expressed_in})
+
+
+def velocity(
+    robot: RobotModel,
+    q: Array,
+    v: Array,
+    frame: str | Sequence[str],
+    expressed_in: Expression = "mixed",
+    *,
+    dtype: DTypeLike | None = None,
+) -> Array:
+    """Twists of frames, lazily: `RobotModel.velocity` of every chunk.
+
+    Args:
+        robot: any robot.
+        q: configurations, as in `fk`.
+        v: velocities, a dask array of shape (..., nv) with the leading axes of q, in any chunks.
+        frame: a frame name, or several.
+        expressed_in: "frame", "root" or "mixed", as `RobotModel.velocity` has it.
+        dtype: as in `fk`.
+
+    Returns:
+        A dask array of shape (..., 6) for one name, (..., n, 6) for several.
+
+    Raises:
+        UnknownName: no such frame or expression.
+        WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.velocity(nao, q, 0 * q, "LArm").shape
+        (6, 6)
+    """
+    return _mapped(robot, q, "velocity", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v)
+
+
+def acceleration(
+    robot: RobotModel,
+    q: Array,
+    v: Array,
+    a: Array,
+    frame: str | Sequence[str],
+    expressed_in: Expression = "mixed",
+    *,
+    dtype: DTypeLike | None = None,
+) -> Array:
+    """The derivatives of `velocity`, lazily: `RobotModel.acceleration` of every chunk; arguments as there.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.acceleration(nao, q, 0 * q, 0 * q, "LArm").shape
+        (6, 6)
+    """
+    return _mapped(robot, q, "acceleration", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v, a)
+
+
+def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
+    """Centres of mass of the whole robot, lazily: `RobotModel.com` of every chunk of q, shape (..., 3) [m].
+
+    Arguments and errors as in `fk`; BadArgument also where the robot has no mass.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> np.allclose(nk.distributed.com(nao, q).compute(), nao.com(q.compute()))
+        True
+    """
+    return _mapped(robot, q, "com", dtype, {"reference": reference})
+
+
+def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None) -> Array:
+    """Jacobians of the centre of mass, lazily: `RobotModel.com_jacobian` of every chunk of q, shape (..., 3, nv).
+
+    Arguments and errors as in `com`.
+
+    Examples:
+        >>> import dask.array as da
+        >>> nao = nk.load_nao()
+        >>> q = da.from_array(nao.random(rng=0, n=6), chunks=(3, -1))
+        >>> nk.distributed.com_jacobian(nao, q).shape
+        (6, 3, 25)
+    """
+    return _mapped(robot, q, "com_jacobian", dtype, {})
+
+
+def _mapped(
+    robot: RobotModel,
+    q: Array,
+    method: str,
+    dtype: DTypeLike | None,
+    arguments: Mapping[str, Any],
+    *rates: Array,
+) -> Array:
+    """The dask array of a method's results, one task for each chunk of q and of what else it takes."""
+    need_extra("nao_kin.distributed", "dask", "dask.array")
+    from dask.array import map_blocks
+    from dask.delayed import delayed
+    from dask.tokenize import tokenize
+
+    check_robot(robot)
+    q = _checked(q, robot.nq, "q")
+    rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))
+    result_dtype = _float_dtype(q.dtype, dtype)
+    # Without configurations the method looks at its other arguments, and says what shape comes out.
+    none = [np.empty((0, length)) for length in (robot.nq, *(robot.nv for _ in rates))]
+    tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
+    batch = q.ndim - 1
+    pickled, settled = PickledRobot.of(robot), tuple(sorted(arguments.items()))
+    # A key of its own in the graph: inside the tasks, the robot would travel with each of them.
+    shared = delayed(pickled, name=f"nao_kin-robot-{pickled.token}", traverse=False)
+    return map_blocks(
+        _block,
+        q,
+        shared,
+        method,
+        settled,
+        result_dtype,
+        *rates,
+        name=f"nao_kin-{method}-{tokenize(pickled, q, *rates, settled, result_dtype)}",
+        dtype=result_dtype,
+        meta=np.empty((0,) * (batch + len(tail)), result_dtype),
+        chunks=(*q.chunks[:-1], *((length,) for length in tail)),
+        drop_axis=batch,
+        new_axis=list(range(batch, batch + len(tail))),
+    )
+
+
+def _block(
+    q: NDArray[Any],
+    pickled: PickledRobot,
+    method: str,
+    arguments: tuple[tuple[str, Any], ...],
+    dtype: np.dtype[Any],
+    *rates: NDArray[Any],
+    block_id: tuple[int, ...],
+) -> NDArray[Any]:
+    """The task of one chunk, in whatever process it runs."""
+    try:
+        return _chunk(pickled.load(), (q, *rates), method, dict(arguments), dtype)
+    except NaoKinError as error:
+        error.args = (f"{error}; counted within q.blocks{list(block_id[: q.ndim - 1])}",)
+        raise
+
+
+def _chunk(
+    robot: RobotModel,
+    inputs: Sequence[NDArray[Any]],
+    method: str,
+    arguments: Mapping[str, Any],
+    dtype: np.dtype[Any],
+) -> NDArray[Any]:
+    """What a method makes of one chunk; every chunk goes through here."""
+    # The kernels give a configuration the same bits in every chunk; the threads are dask's. No rows, no kernels.
+    answer: NDArray[Any] = getattr(robot, method)(
+        *inputs, **arguments, dtype=dtype, threads=1 if inputs[0].size else None
+    )
+    return answer
+
+
+def _checked(values: Array, length: int, name: str) -> Array:
+    """A dask array with all numbers of a row in one chunk."""
+    import dask.array as da
+
+    if not isinstance(values, da.Array):
+        advice = f"; dask.array.from_array({name}, chunks=…) makes one" if isinstance(values, np.ndarray) else ""
+        raise BadArgument(f"{name} must be a dask array, got {type(values).__name__}{advice}")
+    if values.dtype.kind not in "fiub":
+        raise BadArgument(f"{name} must be real numbers, got a dask array of {values.dtype}")
+    if values.ndim == 0 or values.shape[-1] != length:
+        unknown = values.ndim > 0 and math.isnan(values.shape[-1])
+        raise WrongShape(
+            name,
+            f"(..., {length})",
+            f"an unknown last axis: call {name}.compute_chunk_sizes()" if unknown else values.shape,
+        )
+    return values if values.numblocks[-1] == 1 else values.rechunk({values.ndim - 1: -1})
+
+
+def _along(q: Array, rates: Array, name: str) -> Array:
+    """Velocities or accelerations cut like the configurations."""
+    if rates.chunks[:-1] == q.chunks[:-1]:
+        return rates
+    if rates.shape[:-1] != q.shape[:-1]:
+        raise WrongShape(name, f"({', '.join(map(str, q.shape[:-1]))}, {rates.shape[-1]})", rates.shape)
+    return rates.rechunk((*q.chunks[:-1], (rates.shape[-1],)))
+
+
+def _float_dtype(given: np.dtype[Any], asked: DTypeLike | None) -> np.dtype[Any]:
+    """The dtype of the results."""
+    if asked is None:
+        return given if given == np.float32 else np.dtype(np.float64)
+    try:
+        found = np.dtype(asked)
+        if found in (np.float32, np.float64):
+            return found
+    except TypeError:
+        pass  # no dtype at all
+    raise BadArgument(f"dtype must be float32 or float64, got {quoted(asked)}")
+
+
+def _names(frame: Frames) -> Frames:
+    """Several names as a tuple, which nobody can change before they are looked at again."""
+    return frame if frame is None or isinstance(frame, str) or not isinstance(frame, Sequence) else tuple(frame)

@@ -1,0 +1,890 @@
+"""Configurations from CSV and JSON files, and what the columns of any table of joint values are.
+
+A file names every joint once, in any order: the robot's own joints, or beside them joints that follow another one, as
+NAOqi's 26 Body names do. Names may be followed by a unit in brackets, and be keys of NAOqi's devices; a column of times
+is read beside them. CSV has the names in its header and one configuration a line, separated by commas, semicolons or
+tabs; lines above the header that begin with # are passed over. JSON holds one object name → value, or a list of such
+objects.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import math
+import os
+import zlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_kin._core.arrays import Floats, as_numbers, choice, decimal, flag, texts, whole_number
+from nao_kin._core.csv_numbers import Records, csv_head, has_pyarrow, iso_times, plain_floats, quick_numbers
+from nao_kin._core.files import read_text
+from nao_kin._core.headings import (
+    JOINT_UNITS,
+    TIME_UNITS,
+    IsoTimes,
+    in_si_units,
+    is_index,
+    read_heading,
+    seconds,
+    time_unit_of,
+)
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.errors import (
+    BadArgument,
+    BadInputFile,
+    CouplingViolated,
+    OutsideLimits,
+    UnknownName,
+    WrongShape,
+    nearest_names,
+)
+from nao_kin.robot import COUPLING_TOLERANCE, UNIT_TOLERANCE, LimitPolicy, RobotModel, check_robot
+from nao_kin.stream.results import Clamped, clamp
+
+__all__ = [
+    "Hips",
+    "Log",
+    "TableColumns",
+    "finite_numbers",
+    "limits_advice",
+    "log_columns",
+    "read_configurations",
+    "read_log",
+    "shared_motors",
+    "table_columns",
+    "times_in_seconds",
+]
+
+
+# What two joints of one motor are made to where their values differ.
+Hips = Literal["average", "left", "right"]
+
+# Characters of a name or a value in a message; the line holds more than it.
+_MOST_SHOWN = 40
+# Characters of a CSV file for which loading pyarrow pays.
+_LARGE = 1 << 20
+# As much of a file as tells what it holds.
+_BEGINNING = 1 << 16
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """Configurations of a file, and their times.
+
+    Attributes:
+        q: configurations, shape (n, nq).
+        times: of the rows, shape (n,) [s]; None where the file has none. Dates and times count from the first row.
+        many: whether the file holds a list; False for one JSON object.
+        notes: what was understood of the file that it does not say.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> lines = ("time", *nao.joint_names), map(str, (0.5, *nao.posture("Stand")))
+        >>> _ = Path("log.csv").write_text(chr(10).join(map(",".join, lines)))
+        >>> log = nk.stream.read_log(nao, "log.csv")
+        >>> log.q.shape, log.times.tolist()
+        ((1, 25), [0.5])
+    """
+
+    q: Floats
+    times: Floats | None
+    many: bool = True
+    notes: tuple[str, ...] = ()
+
+
+def read_configurations(
+    robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "raise", degrees: bool = False
+) -> tuple[Floats, bool]:
+    """Return the configurations in a file, without the times that `read_log` gives beside them.
+
+    Args:
+        robot: whose joints the file names.
+        path: a CSV or JSON file, or "-" for standard input.
+        limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
+        degrees: turning joints are given in degrees where the file does not say their unit.
+
+    Returns:
+        q, shape (n, nq), and whether the file holds a list: False for one JSON object.
+
+    Raises:
+        BadArgument, BadInputFile: as `read_log`.
+
+    Examples:
+        >>> import json
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> _ = Path("pose.json").write_text(json.dumps(nao.angles(nao.posture("Stand"))))
+        >>> q, many = nk.stream.read_configurations(nao, "pose.json")
+        >>> q.shape, many
+        ((1, 25), False)
+    """
+    log = read_log(robot, path, limits=limits, degrees=degrees)
+    return log.q, log.many
+
+
+def read_log(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    limits: LimitPolicy = "raise",
+    degrees: bool = False,
+    columns: Mapping[str, str | None] | None = None,
+    ignore_other: bool = False,
+    hips: Hips | None = None,
+) -> Log:
+    """Read the configurations in a file, and their times where it has a column of them.
+
+    Args:
+        robot: whose joints the file names.
+        path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input.
+        limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
+        degrees: turning joints are given in degrees where the file does not say their unit.
+        columns: what to read columns as that have other names: name in the file → heading, such as "HeadYaw",
+            "HeadYaw [deg]" or "time [ms]"; None leaves the column out.
+        ignore_other: leave out columns that name no joint and no time.
+        hips: how to settle two joints of one motor whose values differ: "average", or "left" or "right" for the joint
+            of that side; None refuses them.
+
+    Returns:
+        Configurations and times. Times without a unit are seconds, or what their size says of times since 1970. Dates
+        and times as in ISO 8601, such as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first
+        row.
+
+    Raises:
+        BadArgument: no file name, or `columns` that the file does not have.
+        BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
+            missing or named twice, a value that is no finite number, times with and without a zone, two joints of one
+            motor that disagree, a joint outside its limits.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> nao = nk.load_nao()
+        >>> names = (f"{name} [deg]" if "Hand" not in name else name for name in nao.joint_names)
+        >>> _ = Path("log.csv").write_text(";".join(("ms", *names)) + chr(10) + "20" + 25 * ";0,5")
+        >>> log = nk.stream.read_log(nao, "log.csv", columns={"ms": "time [ms]"}, limits="ignore")
+        >>> log.times.tolist(), round(float(log.q[0, 0]), 4)
+        ([0.02], 0.0087)
+    """
+    check_hips(hips)
+    name = str(path)
+    if not name:
+        raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
+    text = _read(name)
+    if not text or text.isspace():
+        raise BadInputFile(name, "empty; expected joint names and values")
+    many = True
+    numbers: list[list[float]] | Floats
+    lines: Sequence[int]
+
+    def understood(headings: Sequence[str], line: int, where: str = "") -> TableColumns:
+        return table_columns(
+            name, headings, robot, line, where, degrees=degrees, columns=columns, ignore_other=ignore_other
+        )
+
+    if Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{"):
+        table, numbers, lines, many = _from_json(name, text, understood)
+    else:
+        table, numbers, lines = _from_csv(name, text, understood)
+    rows = np.asarray(numbers, dtype=np.float64).reshape(len(numbers), len(table.places))
+    raw = rows[:, : len(table.names)]
+    names, values = shared_motors(robot, table.names, in_si_units(raw, table.units), hips)
+    q = _configurations(robot, name, table, dict(zip(names, values.T, strict=True)), raw, lines, limits, many)
+    if not table.timed:
+        return Log(q, None, many)
+    times, note = times_in_seconds(rows[:, -1], table.time_unit)
+    return Log(q, times, many, (note,) if note else ())
+
+
+def _configurations(
+    robot: RobotModel,
+    name: str,
+    table: TableColumns,
+    values: Mapping[str, Floats],
+    raw: Floats,
+    lines: Sequence[int],
+    limits: LimitPolicy,
+    many: bool,
+) -> Floats:
+    """Configurations (n, nq) of values by joint; what is wrong is told with its line and column."""
+    names, degrees = table.names, table.in_degrees
+    try:
+        return robot.configuration(values, limits=limits)
+    except CouplingViolated as error:
+        column = names.index(error.mimic)
+        row = int(np.argmax(values[error.mimic] == error.mimic_value))
+        reason = error.describe(degrees=degrees and robot.unit(error.mimic) == robot.unit(error.primary) == "rad")
+        raise BadInputFile(name, reason + HIPS_ADVICE, *table.place(lines[row], column)) from None
+    except OutsideLimits as error:
+        first = error.violations[0]
+        more = f" (and {error.count - 1} more)" if error.count > 1 else ""
+        reason = f"outside the joint limits: {first.describe(degrees=degrees, index=False)}{more}"
+        row = first.index[0]
+        if not lines[row] and many:
+            reason = f"configuration {row}: {reason}"
+        reason += limits_advice(robot, table, raw[row])
+        # A joint that the file names only through one that follows it has no column of its own.
+        column = names.index(first.joint) if first.joint in names else -1
+        raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
+
+
+HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
+
+
+def check_hips(hips: str | None) -> None:
+    """Raise `UnknownName` for what is no rule for two joints of one motor."""
+    if hips is not None and (not isinstance(hips, str) or hips not in get_args(Hips)):
+        raise UnknownName("rule for the hips", hips, get_args(Hips))
+
+
+@dataclass(frozen=True)
+class TableColumns:
+    """Which columns of a table of joint values are read, and as what.
+
+    Attributes:
+        names: the joint of each.
+        units: the unit of each: "rad", "deg", "m", "1" or "%".
+        places: where each stands among all columns of the file, from 0; times, if there are any, are the last.
+        timed: whether the last place is that of times.
+        time_unit: of the times; None where the file does not say it.
+        all: how many columns the file has.
+        iso_times: reads times that are written as in ISO 8601; None where they are numbers.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> headings = ["", "time [ms]", *(f"{name} [{nao.unit(name)}]" for name in nao.joint_names)]
+        >>> table = nk.stream.table_columns("log.csv", headings, nao, line=1)
+        >>> table.places[:2], table.places[-1], table.time_unit
+        ((2, 3), 1, 'ms')
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    places: tuple[int, ...]
+    timed: bool = False
+    time_unit: str | None = None
+    all: int = 0
+    iso_times: IsoTimes | None = None
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """What stands in each of the places, for messages."""
+        return (*self.names, "time") if self.timed else self.names
+
+    @property
+    def in_degrees(self) -> bool:
+        """Whether some joint is given in degrees."""
+        return "deg" in self.units
+
+    def place(self, line: int, column: int) -> tuple[int, int]:
+        """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0).
+
+        Examples:
+            >>> nk.stream.TableColumns(("HeadYaw",), ("rad",), (3,)).place(line=7, column=0)
+            (7, 4)
+        """
+        return line, self.places[column] + 1 if line and column >= 0 else 0
+
+    def with_times_of(self, rows: bytes, delimiter: str) -> TableColumns:
+        """The same for a CSV file whose first rows write times as numbers, or as in ISO 8601.
+
+        Args:
+            rows: those of the table, or the first of them.
+            delimiter: between fields.
+
+        Examples:
+            >>> table = nk.stream.TableColumns(("HeadYaw",), ("rad",), (1, 0), timed=True)
+            >>> table.with_times_of(b"2026-03-01T12:00:00,0.1", ",").time_unit
+            's'
+        """
+        found = iso_times(rows, delimiter, self.places[-1]) if self.timed else None
+        return self if found is None else replace(self, time_unit="s", iso_times=found)
+
+    def count(self, fields: int) -> str:
+        """What is wrong with a row of so many fields; "" for nothing.
+
+        Examples:
+            >>> nk.stream.TableColumns(("HeadYaw",), ("rad",), (0,), all=2).count(3)
+            '3 values, the header names 2 columns'
+        """
+        if fields == self.all:
+            return ""
+        return f"{fields} values, the header names {self.all} {'joints' if self.all == len(self.names) else 'columns'}"
+
+
+def table_columns(
+    name: str,
+    headings: Sequence[str],
+    robot: RobotModel,
+    line: int = 0,
+    where: str = "",
+    *,
+    degrees: bool = False,
+    columns: Mapping[str, str | None] | None = None,
+    ignore_other: bool = False,
+) -> TableColumns:
+    """Return what the columns of a table are, which must name every joint of a robot once.
+
+    A heading is time, timestamp, t, stamp, the name of a joint, or NAOqi's key of its position, such as
+    Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may stand in brackets behind it. A first column without
+    a name is an index, and left out.
+
+    Args:
+        name: the file, for the message.
+        headings: of all its columns.
+        robot: whose joints they should be; one that follows another may stand for it or beside it.
+        line: where they stand in a CSV file, 0 elsewhere.
+        where: what the message begins with.
+        degrees: turning joints without a unit are in degrees.
+        columns: heading in the file → what to read it as; None leaves it out.
+        ignore_other: leave out columns of other names.
+
+    Raises:
+        BadArgument: no robot, no list of texts, no line, or `columns` names a heading that is not there.
+        BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
+
+    Examples:
+        >>> nk.stream.table_columns("walk.csv", ["HeadYaw"], nk.load_nao(), line=1)
+        Traceback (most recent call last):
+            ...
+        nao_kin.errors.BadInputFile: walk.csv, line 1: missing joints: HeadPitch, ...
+    """
+    check_robot(robot)
+    name, headings, line = str(name), texts(headings, "headings"), whole_number(line, "line", 0)
+    degrees, ignore_other = flag(degrees, "degrees"), flag(ignore_other, "ignore_other")
+    known = {*robot.joint_names, *robot.mimics}
+    renamed = _renamed(name, headings, columns)
+    names: list[str] = []
+    units: list[str] = []
+    places: list[int] = []
+    time: int | None = None
+    time_unit: str | None = None
+    for place, given in enumerate(heading.strip() for heading in headings):
+        text = renamed.get(given, given)
+        if text is None or (place == 0 and given not in renamed and is_index(given)):
+            continue
+        at = line, place + 1 if line else 0
+        heading = read_heading(text)
+        if heading.name in known:
+            if heading.name in names:
+                raise BadInputFile(name, f"{where}joint {quoted(heading.name)} is given twice", *at)
+            kind = robot.unit(heading.name)
+            usual = "deg" if degrees and kind == "rad" else kind
+            units.append(_unit(name, where, heading.name, heading.unit, JOINT_UNITS.get(kind, (kind,)), usual, at))
+            names.append(heading.name)
+            places.append(place)
+        elif heading.is_time:
+            if time is not None:
+                raise BadInputFile(name, f"{where}two columns of times; columns= (--columns) leaves one out", *at)
+            time = place
+            time_unit = _unit(name, where, "time", heading.unit, tuple(TIME_UNITS), "", at) or None
+        elif not ignore_other:
+            raise BadInputFile(name, where + _unknown(robot, text), *at)
+    missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]
+    if missing:
+        shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
+        raise BadInputFile(name, f"{where}missing joints: {shown}", line)
+    timed = time is not None
+    places += [] if time is None else [time]
+    return TableColumns(tuple(names), tuple(units), tuple(places), timed, time_unit, len(headings))
+
+
+def _renamed(name: str, headings: Sequence[str], columns: Mapping[str, str | None] | None) -> dict[str, str | None]:
+    if not (columns is None or isinstance(columns, Mapping)):
+        raise BadArgument(f"columns must be a mapping of headings, got {quoted(columns)}")
+    renamed = {} if columns is None else dict(columns)
+    texts([text for pair in renamed.items() for text in pair if text is not None], "columns")
+    there = [heading.strip() for heading in headings]
+    for heading in renamed:
+        if heading not in there:
+            raise BadArgument(str(UnknownName(f"column of {abbreviated(name)}", heading, there)))
+    return renamed
+
+
+def _unit(
+    name: str, where: str, what: str, unit: str | None, units: tuple[str, ...], usual: str, at: tuple[int, int]
+) -> str:
+    if unit is None:
+        return usual
+    if unit not in units:
+        reason = f"{where}unit {quoted(unit, _MOST_SHOWN)} of {what}, expected one of {', '.join(units)}"
+        raise BadInputFile(name, reason, *at)
+    return "deg" if unit == "°" else unit
+
+
+def _unknown(robot: RobotModel, text: str) -> str:
+    """What is wrong with a heading that names no joint."""
+    if not text:
+        return "a column without a name"
+    near = ", ".join(nearest_names(text, [*robot.joint_names, *robot.mimics]))
+    advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
+    return (
+        f"unknown joint {quoted(text, _MOST_SHOWN)} ({advice}); columns= (--columns) says what it is, "
+        "ignore_other=True (--ignore-other) leaves it out"
+    )
+
+
+def log_columns(
+    robot: RobotModel,
+    path: Path | str,
+    *,
+    columns: Mapping[str, str | None] | None = None,
+    data: bytes | None = None,
+) -> TableColumns | None:
+    """Return the columns of a CSV table whose rows, by its beginning, are whole configurations of a robot.
+
+    The answer is None for a table of times and some joints, or with empty cells, which is a motion; for what is no such
+    table, cannot be read, or is a pipe.
+
+    Args:
+        robot: whose joints.
+        path: the file.
+        columns: as in `read_log`.
+        data: its content, where that has been read.
+
+    Examples:
+        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
+        >>> nk.motion.write_motion(nod, "nod.csv")
+        >>> nk.stream.log_columns(nk.load_nao(), "nod.csv") is None
+        True
+    """
+    check_robot(robot)
+    if not isinstance(path, (str, os.PathLike)):
+        raise BadArgument(f"path must be a path, got {quoted(path)}")
+    if not (data is None or isinstance(data, bytes)):
+        raise BadArgument(f"data must be bytes, got {quoted(data)}")
+    try:
+        if data is None and Path(path).is_file():
+            opened = gzip.open if Path(path).suffix.lower() == ".gz" else open
+            with opened(path, "rb") as file:
+                data = file.read(_BEGINNING)
+    except (OSError, ValueError, EOFError, zlib.error):
+        return None
+    whole = data is not None and len(data) < _BEGINNING
+    beginning = (data or b"")[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
+    head = csv_head(beginning, at_end=whole)
+    try:
+        table = table_columns(str(path), head.fields, robot, columns=columns, ignore_other=True)
+    except (BadArgument, BadInputFile):
+        return None
+    rows = beginning[head.size :]
+    records = Records(rows if whole else rows[: rows.rfind(b"\n") + 1], head.delimiter, at_end=whole)
+    empty = any(
+        len(fields) == table.all and not all(fields[at].strip() for at in table.places) for _, fields, _ in records
+    )
+    return None if empty else table
+
+
+def shared_motors(
+    robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None
+) -> tuple[tuple[str, ...], Floats]:
+    """Make columns of joints that one motor drives one column.
+
+    Args:
+        robot: whose joints.
+        names: the joint of every column.
+        values: shape (n, columns) [rad, m or ratio].
+        hips: "average", or "left" or "right" for the joint whose name begins with L or R; None leaves all as it is.
+
+    Returns:
+        The names and values, with one column for each motor that several columns are of.
+
+    Raises:
+        BadArgument: no robot, no list of names, no numbers.
+        WrongShape: not as many columns as names.
+        UnknownName: no such rule.
+
+    Examples:
+        >>> names = ["HeadYaw", "LHipYawPitch", "RHipYawPitch"]
+        >>> values = np.array([[0.0, -0.25, -0.75]])
+        >>> names, values = nk.stream.shared_motors(nk.load_nao(), names, values, "average")
+        >>> names, values.tolist()
+        (('HeadYaw', 'LHipYawPitch'), [[0.0, -0.5]])
+    """
+    check_robot(robot)
+    check_hips(hips)
+    names, values = texts(names, "names"), as_numbers(values, "values")
+    if values.ndim != 2 or values.shape[1] != len(names):
+        raise WrongShape("values", f"(n, {len(names)})", values.shape)
+    motors: dict[str, list[int]] = {}
+    for column, name in enumerate(names):
+        mimic = robot.mimics.get(name)
+        if mimic is None or mimic.multiplier != 0.0:
+            motors.setdefault(name if mimic is None else mimic.joint, []).append(column)
+    several = {joint: columns for joint, columns in motors.items() if len(columns) > 1}
+    if hips is None or not several:
+        return tuple(names), values
+    kept = [
+        column
+        for column, name in enumerate(names)
+        if name not in robot.mimics or robot.mimics[name].joint not in several
+    ]
+    merged, kept_names = values[:, kept], [names[column] for column in kept]
+    for joint, columns in several.items():
+        wanted = [column for column in columns if names[column][:1].lower() == hips[0]] if hips != "average" else []
+        driving = []
+        for column in wanted or columns:
+            mimic = robot.mimics.get(names[column])
+            driving.append(values[:, column] if mimic is None else mimic.driver_value(values[:, column]))
+        value = np.mean(driving, axis=0)
+        if joint in kept_names:
+            merged[:, kept_names.index(joint)] = value
+        else:
+            merged, kept_names = np.column_stack([merged, value]), [*kept_names, joint]
+    return tuple(kept_names), merged
+
+
+def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
+    """Return times in seconds, and a note where their size told the unit.
+
+    Args:
+        times: shape (n,).
+        unit: "s", "ms", "us", "µs" or "ns"; None where the file does not say it: "s", but for times since 1970 the one
+            that their size fits.
+
+    Raises:
+        BadArgument: no numbers.
+        UnknownName: no such unit.
+
+    Examples:
+        >>> times, note = nk.stream.times_in_seconds(np.array([1.7e12, 1.7e12 + 20.0]), None)
+        >>> times.tolist(), note.partition(",")[0]
+        ([1700000000.0, 1700000000.02], 'times are taken as ms since 1970')
+    """
+    times = as_numbers(times, "times")
+    if unit is not None:
+        return seconds(times, choice(unit, TIME_UNITS, "unit of time")), ""
+    unit = time_unit_of(times)
+    note = f"times are taken as {unit} since 1970, by their size; a heading such as time [s] says otherwise"
+    return seconds(times, unit), "" if unit == "s" else note
+
+
+def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
+    """Return what a message about a row outside the limits ends with: the options that take it.
+
+    Args:
+        robot: whose joints.
+        table: what the columns are.
+        row: the values as they stand in the file, shape (joints,).
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> table = nk.stream.table_columns("q.csv", nao.joint_names, nao)
+        >>> nk.stream.limits_advice(nao, table, np.degrees(nao.posture("Crouch"))).rpartition("; ")[2]
+        'are these degrees (degrees=True, --deg)?'
+    """
+    advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) takes it'
+    turning = np.array(table.units) == "rad"
+    large = np.abs(row[turning][row[turning] != 0.0]) > _TURN
+    if not large.size or large.mean() < 0.5:
+        return advice
+    values = np.where(turning, np.radians(row), in_si_units(row[None], table.units)[0])
+    names, merged = shared_motors(robot, table.names, values[None], "average")
+    q = robot.configuration(dict(zip(names, merged[0].tolist(), strict=True)), limits="ignore")
+    fits = bool(np.all(robot.within_limits(q)))
+    return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
+
+
+def finite_numbers(
+    name: str,
+    fields: Sequence[str],
+    names: Sequence[str],
+    line: int,
+    *,
+    table: TableColumns | None = None,
+    mark: str = ".",
+) -> list[float]:
+    """The numbers that the fields of one CSV record write in decimal digits.
+
+    Args:
+        name: the file, for the message.
+        fields: all fields, or those of `names` alone where there is no `table`.
+        names: what the message calls each number.
+        line: where the record stands.
+        table: which fields are read.
+        mark: of decimal fractions: "." or ",".
+
+    Raises:
+        BadInputFile: with line and column of the first that is no finite number, or no time.
+
+    Examples:
+        >>> nk.stream.finite_numbers("walk.csv", ["0.1", "-2e-3"], ["HeadYaw", "HeadPitch"], line=2)
+        [0.1, -0.002]
+    """
+    values: list[float] = []
+    times = None if table is None else table.iso_times
+    for place, joint in zip(range(len(fields)) if table is None else table.places, names, strict=True):
+        field = fields[place]
+        if times is not None and len(values) == len(names) - 1:
+            try:
+                values.append(times.seconds(field))
+            except ValueError as error:
+                raise BadInputFile(name, f"{joint} {error}", line, place + 1) from None
+            continue
+        try:
+            value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            reason = f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number"
+            raise BadInputFile(name, reason, line, place + 1)
+        values.append(value)
+    return values
+
+
+def _read(name: str) -> str:
+    large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
+    advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
+    return read_text(name, advice)
+
+
+def _from_csv(
+    name: str, text: str, understood: Callable[[Sequence[str], int], TableColumns]
+) -> tuple[TableColumns, list[list[float]] | Floats, Sequence[int]]:
+    data = text.encode()
+    head = csv_head(data)
+    if head.problem:
+        raise BadInputFile(name, head.problem, head.line)
+    if not head.fields:
+        raise BadInputFile(name, "empty; expected joint names and values")
+    body = data[head.size :]
+    table = understood(head.fields, head.line).with_times_of(body, head.delimiter)
+    if len(text) > _LARGE and has_pyarrow():
+        numbers = quick_numbers(body, table.all, head.delimiter, table.places, head.mark, table.iso_times)
+        if numbers is not None and len(numbers):
+            return table, numbers, _Lines(body, head.delimiter, head.lines)
+    # Then `float` reads only decimal digits.
+    plain = head.mark == "." and text.isascii() and "_" not in text and table.iso_times is None
+    rows, lines = [], []
+    for number, fields, problem in Records(body, head.delimiter):
+        line = head.lines + number
+        problem = problem or table.count(len(fields))
+        if problem:
+            raise BadInputFile(name, problem, line)
+        row = plain_floats([fields[place] for place in table.places]) if plain else None
+        rows.append(row or finite_numbers(name, fields, table.headings, line, table=table, mark=head.mark))
+        lines.append(line)
+    if not rows:
+        raise BadInputFile(name, "a header and no configurations")
+    return table, rows, lines
+
+
+class _Lines(Sequence[int]):
+    """The line of every row of a CSV text that begins behind some lines, found when one is asked for."""
+
+    def __init__(self, body: bytes, delimiter: str, before: int) -> None:
+        self._body, self._delimiter, self._before = body, delimiter, before
+
+    def __getitem__(self, row: Any) -> Any:
+        return self._found[row]
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    @cached_property
+    def _found(self) -> list[int]:
+        return [self._before + line for line, _, _ in Records(self._body, self._delimiter)]
+
+
+def _from_json(
+    name: str, text: str, understood: Callable[[Sequence[str], int, str], TableColumns]
+) -> tuple[TableColumns, list[list[float]], list[int], bool]:
+    try:
+        document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_Constant)
+    except json.JSONDecodeError as error:
+        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
+        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+    objects = document if isinstance(document, list) else [document]
+    if not objects:
+        raise BadInputFile(name, "a list of no configurations")
+    names: list[str] = []
+    table, stamped, times = TableColumns((), (), ()), "", None
+    rows = []
+    for index, entry in enumerate(objects):
+        where = f"configuration {index}: " if isinstance(document, list) else ""
+        if not isinstance(entry, dict):
+            raise BadInputFile(name, f"{where}expected an object of joint values, got {_kind(entry)}")
+        if not names:
+            names = list(entry)
+            table = understood(names, 0, where)
+            stamped = names[table.places[-1]] if table.timed else ""
+            times = IsoTimes.of([entry[stamped]]) if isinstance(entry.get(stamped), str) else None
+            table = table if times is None else replace(table, time_unit="s", iso_times=times)
+            kept = [(names[place], heading) for place, heading in zip(table.places, table.headings, strict=True)]
+        elif entry.keys() != set(names):
+            odd = sorted(entry.keys() ^ set(names))
+            raise BadInputFile(
+                name, f"{where}names other joints than configuration 0: {abbreviated(', '.join(odd[:3]))}"
+            )
+        if times is not None:
+            try:
+                entry[stamped] = times.seconds(str(entry[stamped]))
+            except ValueError as error:
+                raise BadInputFile(name, f"{where}time {error}") from None
+        for key, heading in kept:
+            if not _is_finite_number(entry[key]):
+                raise BadInputFile(name, f"{where}{heading} is {_kind(entry[key])}, expected a finite number")
+        rows.append([float(entry[key]) for key, _ in kept])
+    return table, rows, [0] * len(rows), isinstance(document, list)
+
+
+def _is_finite_number(value: Any) -> bool:
+    try:
+        return not isinstance(value, bool) and isinstance(value, (int, float)) and math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def _object(name: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    seen = dict[str, Any]()
+    for key, value in pairs:
+        if key in seen:
+            raise BadInputFile(name, f"joint {quoted(key)} is given twice in one object")
+        seen[key] = value
+    return seen
+
+
+class _Constant(str):
+    """NaN, Infinity or -Infinity, which JSON does not know and Python's reader takes; kept to be refused by name."""
+
+
+def _kind(value: Any) -> str:
+    """What stands in a JSON file where a number was expected."""
+    if isinstance(value, (dict, list)):
+        return "an object" if isinstance(value, dict) else "a list"
+    if isinstance(value, _Constant):
+        return str(value)
+    if isinstance(value, float) and math.isinf(value):
+        return "a number too large for floating point"
+    return abbreviated(json.dumps(value, ensure_ascii=False), _MOST_SHOWN)
+
+
+def _determined(robot: RobotModel, names: Iterable[str]) -> set[str]:
+    return {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in names}
+
+
+# --- Rows of joint values, in any order of the joints, as configurations; and what is wrong with those that are none.
+
+_OUTSIDE = "outside the joint limits: "
+
+
+@dataclass(frozen=True)
+class JointColumns:
+    """What the columns of a table of joint values stand for.
+
+    Attributes:
+        robot: whose joints they are.
+        table: joint and unit of every column; with `whole`, of those behind the seven of a floating base.
+        limits: what to do with joints outside their limits: "raise", which makes the row a bad one, "clamp", "ignore".
+        hips: how to settle two joints of one motor; None makes a row where they differ a bad one.
+        whole: the columns are those of q itself.
+    """
+
+    robot: RobotModel
+    table: TableColumns
+    limits: LimitPolicy = "raise"
+    hips: Hips | None = None
+    whole: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.limits, str) or self.limits not in get_args(LimitPolicy):
+            raise UnknownName("limits policy", self.limits, get_args(LimitPolicy))
+
+    @property
+    def base(self) -> int:
+        """Columns of a floating base, which stand before the joints."""
+        return self.robot.nq - len(self.robot.joint_names) if self.whole else 0
+
+    def configurations(self, values: Floats) -> tuple[Floats, NDArray[np.bool_], Clamped]:
+        """Configurations (m, nq) of the good rows of `values` (n, columns), which rows are good, what was clamped."""
+        good: NDArray[np.bool_] = np.asarray(np.isfinite(values).all(axis=1))
+        kept = values if good.all() else values[good]
+        if self.base:
+            unit = np.abs(np.linalg.norm(kept[:, 3:7], axis=1) - 1.0) <= UNIT_TOLERANCE
+            kept = _narrow(good, unit, kept)
+        q, agreeing = self._assembled(kept)
+        q = _narrow(good, agreeing, q)
+        if self.limits == "raise":
+            q = _narrow(good, self.robot.within_limits(q), q)
+        elif self.limits == "clamp":
+            q, clamped = clamp(self.robot, q)
+            return q, good, clamped
+        return q, good, Clamped()
+
+    def advice(self, row: Floats) -> str:
+        """What may be done about a row (columns,) that is outside the limits, or whose joints disagree; else ""."""
+        reason = self.problem(row)[1]
+        if reason.startswith(_OUTSIDE):
+            return limits_advice(self.robot, self.table, row[self.base :])
+        return HIPS_ADVICE if " drives " in reason else ""
+
+    def problem(self, row: Floats) -> tuple[int, str]:
+        """Column, from 0 and -1 for none, and reason why a row (columns,) is no configuration."""
+        for column in np.flatnonzero(~np.isfinite(row)).tolist():
+            name = self.table.names[column - self.base] if column >= self.base else f"number {column + 1} of the base"
+            return column, f"{name} is {float(row[column])}, expected a finite number"
+        if self.base and abs(float(np.linalg.norm(row[3:7])) - 1.0) > UNIT_TOLERANCE:
+            return 3, f"the base's quaternion has norm {float(np.linalg.norm(row[3:7])):.6g}, expected 1"
+        names, values = shared_motors(
+            self.robot, self.table.names, in_si_units(row[None, self.base :], self.table.units), self.hips
+        )
+        angles = dict(zip(names, values[0].tolist(), strict=True))
+        try:
+            self.robot.configuration(angles, limits=self.limits)
+        except CouplingViolated as error:
+            both_turn = self.robot.unit(error.mimic) == self.robot.unit(error.primary) == "rad"
+            reason = error.describe(degrees=self.table.in_degrees and both_turn)
+            return self.table.names.index(error.mimic) + self.base, reason
+        except OutsideLimits as error:
+            first = error.violations[0]
+            more = f" (and {error.count - 1} more)" if error.count > 1 else ""
+            # A joint that is named only through one that follows it has no column of its own.
+            column = self.table.names.index(first.joint) + self.base if first.joint in self.table.names else -1
+            reason = first.describe(degrees=self.table.in_degrees, index=False)
+            return column, f"{_OUTSIDE}{reason}{more}"
+        return -1, "no configuration"
+
+    def _assembled(self, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """Configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""
+        robot = self.robot
+        q = np.empty((len(values), robot.nq))
+        q[:] = robot.neutral()
+        q[:, : self.base] = values[:, : self.base]
+        names, values = shared_motors(
+            robot, self.table.names, in_si_units(values[:, self.base :], self.table.units), self.hips
+        )
+        joints = q[:, robot.nq - len(robot.joint_names) :]
+        place = {name: column for column, name in enumerate(robot.joint_names)}
+        own = [column for column, name in enumerate(names) if name in place]
+        joints[:, [place[names[column]] for column in own]] = values[:, own]
+        named = {names[column] for column in own}
+        agreeing = np.ones(len(q), dtype=np.bool_)
+        for column, name in enumerate(names):
+            mimic = robot.mimics.get(name)
+            if mimic is None:
+                continue
+            driver, value = joints[:, place[mimic.joint]], values[:, column]
+            if mimic.joint not in named and mimic.multiplier != 0.0:
+                driver[:] = mimic.driver_value(value)
+                named.add(mimic.joint)
+            else:
+                agreeing &= np.abs(mimic.value(driver) - value) <= COUPLING_TOLERANCE
+        return q, agreeing
+
+
+def _narrow(good: NDArray[np.bool_], still: NDArray[np.bool_], rows: Floats) -> Floats:
+    """Take off `good` what is not `still` good among the rows that were, and give the rows that stay."""
+    if still.all():
+        return rows
+    good[np.flatnonzero(good)[~still]] = False
+    return rows[still]

@@ -1,0 +1,29 @@
+"""The README and the pages of the documentation, and the blocks of code in them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+# Those of the folder lecture are written from the notebooks, which run by themselves.
+PAGES = [
+    ROOT / "README.md",
+    *sorted(DOCS.glob("[!_]*.md")),
+    *(page for page in sorted(DOCS.glob("[!_]*/*.md")) if page.parent.name != "lecture"),
+]
+# Pages on which every Python block that prints is followed by a block with what it prints.
+PRINTED = [DOCS / name for name in ("coming_from.md", "getting_started.md", "logs.md", "troubleshooting.md")]
+
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    """Language and text of each block, in order."""
+    return _BLOCK.findall(page.read_text(encoding="utf-8"))
+
+
+def blocks_of(page: Path, *languages: str) -> list[str]:
+    """The text of the blocks in some languages."""
+    return [text for language, text in blocks(page) if language in languages]

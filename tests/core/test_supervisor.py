@@ -1,0 +1,204 @@
+"""A browser that takes a picture does not outlive the program, whatever ends it, and is missed at once when it ends."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import signal
+import stat
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from viewer_pages import PATIENCE, processes, until
+
+import nao_kin as nk
+from nao_kin._core import supervisor
+from nao_kin.errors import NoBrowser
+from nao_kin.viewer import Viewer
+from nao_kin.viewer.browser import find_browser
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
+
+
+def _processes_of_chromium(folder: Path) -> list[int]:
+    """Those that have the folder on their command line, but for the supervisor and the program itself."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = process.read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if any(str(folder).encode() in word for word in words) and not words[0].decode().count("python"):
+            found.append(int(process.parent.name))
+    return found
+
+
+@pytest.fixture
+def needs_browser() -> None:
+    try:
+        find_browser()
+    except NoBrowser as error:
+        pytest.skip(f"no browser to draw with: {error}")
+
+
+def _picture(folder: Path, *, before: str = "") -> subprocess.Popen[bytes]:
+    """A program that draws pictures until it is ended, its temporary files in a folder."""
+    code = (
+        f"import nao_kin as nk\n{before}\n"
+        "viewer = nk.Viewer(nk.load_nao())\n"
+        "while True: viewer.save_png('x.png', size=(4000, 4000))\n"
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env={**ENVIRONMENT, "TMPDIR": str(folder)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+
+
+# A copy of the program, as multiprocessing makes them, holds every pipe that was open.
+_FORKING = """
+import os, subprocess, time
+class Forking(subprocess.Popen):
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        if os.fork() == 0:
+            time.sleep(600)
+            os._exit(0)
+subprocess.Popen = Forking
+"""
+
+
+@pytest.mark.parametrize("before", ["", _FORKING], ids=["alone", "forked"])
+@pytest.mark.usefixtures("needs_browser")
+def test_sigkill_leaves_neither_browser_nor_folder(short_folder: Path, before: str) -> None:
+    process = _picture(short_folder, before=before)
+    try:
+        assert until(lambda: len(_processes_of_chromium(short_folder)) >= 3)
+        process.kill()
+        process.wait()
+        process.stderr.close()
+        assert until(lambda: processes(str(short_folder)) == [])
+        assert until(lambda: list(short_folder.iterdir()) == [])
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+@pytest.mark.usefixtures("needs_browser")
+def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Path) -> None:
+    process = _picture(short_folder)
+    try:
+        assert until(lambda: len(_processes_of_chromium(short_folder)) >= 3)
+        os.kill(min(_processes_of_chromium(short_folder)), signal.SIGKILL)
+        _, err = process.communicate(timeout=PATIENCE)
+        last = err.decode().splitlines()[-1]
+        assert last.startswith("nao_kin.errors.NoBrowser: the browser ")
+        assert " was ended by SIGKILL before it " in last
+    finally:
+        process.kill()
+        process.wait()
+    assert until(lambda: processes(str(short_folder)) == [])
+    assert list(short_folder.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("script", "line"),
+    [
+        ("#!/bin/sh\nexit 0\n", "ended with exit code 0 before it showed the scene"),
+        ("#!/bin/sh\nexit 7\n", "ended with exit code 7 before it showed the scene"),
+        ("#!/bin/sh\nkill -SEGV $$\n", "was ended by SIGSEGV before it showed the scene"),
+        pytest.param(
+            "#!/bin/sh\nkill -36 $$\n",
+            "was ended by signal 36 before it showed the scene",
+            marks=pytest.mark.skipif(sys.platform != "linux", reason="real-time signals have other numbers"),
+        ),
+        ("#!/no/such/shell\n", "does not start: No such file or directory"),
+        ("\0\1\2", "does not start: Exec format error"),
+    ],
+)
+def test_a_program_that_is_no_browser_is_noticed_at_once(
+    nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch, script: str, line: str
+) -> None:
+    program = tmp_path / "browser"
+    program.write_text(script)
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("NAO_KIN_BROWSER", str(program))
+    monkeypatch.setattr("nao_kin.viewer.browser._short_folder", lambda: str(short_folder))
+    with pytest.raises(NoBrowser) as caught:
+        Viewer(nao).save_png(tmp_path / "x.png", timeout=PATIENCE)
+    assert str(caught.value) == f"the browser {program} {line}"
+    assert not (tmp_path / "x.png").exists()
+    assert list(short_folder.iterdir()) == []
+
+
+def test_the_command_line_says_so_in_one_line(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "nao_kin", "view", "--png", "x.png"],
+        cwd=tmp_path,
+        env={**ENVIRONMENT, "NAO_KIN_BROWSER": "/bin/true"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "nao-kin: the browser /bin/true ended with exit code 0 before it showed the scene\n"
+
+
+def test_a_browser_that_never_shows_anything_is_ended_when_the_time_is_over(
+    nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "browser"
+    program.write_text("#!/bin/sh\ntrap '' TERM\nsleep 1000 &\nwait\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("NAO_KIN_BROWSER", str(program))
+    monkeypatch.setattr("nao_kin.viewer.browser._short_folder", lambda: str(short_folder))
+    with pytest.raises(NoBrowser, match=r"did not show the scene within 0\.5 s"):
+        Viewer(nao).save_png(tmp_path / "x.png", timeout=0.5)
+    assert processes(str(short_folder)) == []
+    assert list(short_folder.iterdir()) == []
+
+
+def test_folders_whose_programs_were_all_killed_are_removed_by_the_next_run(
+    nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def folder(name: str, *, age: float) -> Path:
+        made = short_folder / name
+        (made / "Default").mkdir(parents=True)
+        (made / "in_use").touch()
+        os.utime(made, (time.time() - age,) * 2)
+        return made
+
+    folder("nao_kin_browser_old", age=100.0)
+    young, used = folder("nao_kin_browser_young", age=5.0), folder("nao_kin_browser_used", age=100.0)
+    other = folder("nao_kin_other", age=100.0)
+    (tmp_path / "precious").mkdir()
+    link = short_folder / "nao_kin_browser_link"
+    link.symlink_to(tmp_path / "precious")
+    monkeypatch.setenv("NAO_KIN_BROWSER", "/bin/true")
+    monkeypatch.setattr("nao_kin.viewer.browser._short_folder", lambda: str(short_folder))
+    with (used / "in_use").open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with pytest.raises(NoBrowser):
+            Viewer(nao).save_png(tmp_path / "x.png")
+    assert set(short_folder.iterdir()) == {young, used, other, link}
+    assert (tmp_path / "precious").is_dir()
+
+
+def test_a_folder_is_in_use_by_one_supervisor_at_a_time(tmp_path: Path) -> None:
+    path = str(tmp_path / "in_use")
+    first = supervisor._locked(path)
+    assert first is not None
+    assert supervisor._locked(path) is None  # whoever tidies up leaves it alone
+    os.close(first)
+    second = supervisor._locked(path)
+    assert second is not None
+    os.close(second)

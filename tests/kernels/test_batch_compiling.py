@@ -1,0 +1,517 @@
+"""The kernel is compiled once on a machine, says so, and works wherever it cannot be kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin._kernels import cache as kernel_cache
+
+ROOT = Path(nk.__file__).parent.parent
+ASK = """
+import numpy as np, nao_kin as nk
+nao = nk.load_nao()
+q = nao.random(0, 40)
+ours, pinocchios = nao.fk(q, threads=1), np.array([nao.fk(row) for row in q])
+assert abs(ours - pinocchios).max() < 1e-14
+print("right")
+"""
+WHAT = "the batch kernel, double precision (about 10 s)"
+ANNOUNCED = f"nao_kin: compiling {WHAT}, once on this machine …\n"
+WAITING = f"nao_kin: waiting for another process that compiles {WHAT} …\n"
+
+
+def start(code: str, **environment: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def outcome(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """Standard output and standard error of a process that must succeed."""
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    return out, err
+
+
+def test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not(tmp_path: Path) -> None:
+    outcomes = [outcome(each) for each in [start(ASK, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(3)]]
+    assert [out for out, _ in outcomes] == ["right\n"] * 3
+    said = [err for _, err in outcomes]
+    assert said.count(ANNOUNCED) == 1
+    assert set(said) <= {ANNOUNCED, WAITING, ""}
+    out, err = outcome(start(ASK, NUMBA_CACHE_DIR=str(tmp_path)))
+    assert (out, err) == ("right\n", "")
+
+
+# The same with a kernel that is compiled in no time.
+SMALL = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {folder!r})
+import small
+from nao_kin._kernels.cache import KeptKernel
+first, second = (
+    KeptKernel(function, "a small kernel", function.__name__, lambda: "float64(float64)")
+    for function in (small.doubled, small.halved)
+)
+assert first(3.0) == 6.0 and second(3.0) == 1.5
+print("right")
+"""
+SAID = "nao_kin: compiling a small kernel (about 10 s), once on this machine …\n"
+
+
+KERNELS = """
+SHARE = 0.5
+
+
+def doubled(x):
+    return 2 * x
+
+
+def halved(x):
+    return SHARE * x
+"""
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> str:
+    """A program with two kernels."""
+    folder = tmp_path / "sources"
+    folder.mkdir()
+    (folder / "small.py").write_text(KERNELS)
+    return SMALL.format(folder=str(folder))
+
+
+def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path: Path) -> None:
+    occupied = tmp_path / "file"
+    occupied.write_text("not a folder")
+    out, err = outcome(start(small, NUMBA_CACHE_DIR=str(occupied)))
+    assert out == "right\n"
+    assert err.count("NotCachedWarning") == 1
+    assert err.count("nao_kin: compiling a small kernel (about 10 s) …\n") == 1
+    assert str(occupied) in err
+    assert "NUMBA_CACHE_DIR names another folder" in err
+    assert occupied.read_text() == "not a folder"
+
+
+def test_a_full_disk_costs_one_warning(small: str, tmp_path: Path) -> None:
+    code = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (1, 1))\n" + small
+    out, err = outcome(start(code, NUMBA_CACHE_DIR=str(tmp_path / "cache")))
+    assert out == "right\n"
+    assert err.count("NotCachedWarning") == 1
+    assert not list(tmp_path.rglob("doubled"))
+
+
+def test_damaged_files_are_made_anew(small: str, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+    for ending in ("nbi", "nbc"):
+        for path in cache.rglob(f"*.{ending}"):
+            path.write_bytes(b"")
+        assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+        assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+
+
+def test_kernels_are_read_where_nobody_may_write(small: str, tmp_path: Path) -> None:
+    """As in the image of a container: from a copy, for Numba reads only where it may write."""
+    cache = tmp_path / "cache"
+    outcome(start(small, NUMBA_CACHE_DIR=str(cache)))
+    kept = {path: path.stat().st_mtime_ns for path in cache.rglob("*")}
+    forbidden = "import os\nos.access = lambda *_: False\n"  # root may write everywhere
+    assert outcome(start(forbidden + small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+    assert kept == {path: path.stat().st_mtime_ns for path in cache.rglob("*")}
+
+
+HOLDS_A_LOCK = """
+import fcntl, sys
+file = open(sys.argv[1], "r+b")
+fcntl.lockf(file, fcntl.LOCK_EX)
+print("locked", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_kernels_of_former_sources_are_removed_when_nobody_has_used_them_for_a_month(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernel_cache.KeptKernel, "_by_numba", lambda self, folder: self._function)
+    monkeypatch.setattr(kernel_cache, "_say", lambda message: None)
+
+    def used(folder: str, name: str = "made up") -> None:
+        kernel = kernel_cache.KeptKernel(_identity, "a kernel", name, lambda: "float64(float64)")
+        vars(kernel)["folder"] = tmp_path / folder
+        assert kernel(2.0) == 2.0
+
+    def age(folder: str, days: float, name: str = "made up") -> None:
+        then = time.time() - 86400 * days
+        os.utime(tmp_path / folder / name, (then, then))
+
+    def kept() -> str:
+        folders = {path.name for path in tmp_path.iterdir() if path.is_dir()}
+        assert {path.name for path in tmp_path.iterdir()} == folders | {f"{name}.lock" for name in folders}
+        return "".join(sorted(folders))
+
+    used("a")
+    used("x", "another")
+    age("a", 29)
+    age("x", 31, "another")
+    used("b")
+    age("a", 31)
+    used("b")
+    assert kept() == "abx"  # the use of today is noted already
+    age("b", 31)
+    used("b")
+    assert kept() == "bx"
+    age("b", 31)
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDS_A_LOCK, str(tmp_path / "b.lock")], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as compiles:
+        assert compiles.stdout is not None
+        assert compiles.stdout.readline() == b"locked\n"
+        used("c")
+        assert kept() == "bcx"
+        compiles.communicate(timeout=60)
+    used("d")
+    assert kept() == "cdx"
+    age("c", 31)
+    age("d", 2)
+    monkeypatch.setattr(Path, "touch", lambda *_: (_ for _ in ()).throw(PermissionError(13, "Permission denied")))
+    used("d")
+    assert kept() == "cdx"  # where nothing can be written, nothing is removed
+
+
+NOWHERE = """
+import pathlib, sys
+def home():
+    raise RuntimeError("Could not determine home directory.")
+pathlib.Path.home = home
+class Full:
+    def write(self, text):
+        raise OSError(28, "No space left on device")
+    def flush(self):
+        pass
+sys.stderr = Full()
+"""
+
+
+def test_without_a_home_or_anybody_who_listens_it_works(small: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
+    assert outcome(start(NOWHERE + small, **dict.fromkeys(names, ""))) == ("right\n", "")
+    for name in names:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", lambda: (_ for _ in ()).throw(RuntimeError("no home")))
+    assert nk._kernels.cache_folder() is None
+
+
+def test_a_changed_comment_costs_no_compilation_and_a_changed_constant_does(small: str, tmp_path: Path) -> None:
+    cache, source = tmp_path / "cache", tmp_path / "sources" / "small.py"
+    ask = small.replace("== 6.0", "> 0.0").replace("== 1.5", "> 0.0")
+    assert outcome(start(ask, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+    kept = sorted(cache.rglob("*"))
+    source.write_text('"""What this is."""\n# A comment.\n' + KERNELS.replace("(x):", '(x):\n    """Say it."""'))
+    assert outcome(start(ask, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
+    assert sorted(cache.rglob("*")) == kept
+    source.write_text(KERNELS.replace("0.5", "0.25"))
+    assert outcome(start(small.replace("1.5", "0.75"), NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
+
+
+# A kernel, what it calls and what that calls, each in a module of its own.
+CHAIN = {
+    "first.py": "from second import Numbers, middle\ndef kernel(x: Numbers):\n    return middle(x.one)\n",
+    "second.py": "from typing import NamedTuple\nfrom third import LENGTHS, last\n"
+    "class Numbers(NamedTuple):\n    one: float\n"
+    "def middle(x):\n    return [last(y) for y in (x, LENGTHS[0])][0]\n",
+    "third.py": "import numpy as np\nLENGTHS = np.array([1.0, 2.0])\ndef last(x):\n    return x + 1.0\n",
+    "fourth.py": "def unrelated(x):\n    return x\n",
+}
+FINGERPRINT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import importlib
+from nao_kin._kernels.cache import fingerprint
+package = importlib.import_module("made_up.first")
+print(fingerprint(package.kernel, "kernel"))
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "counts"),
+    [
+        ("first.py", "x.one", "-x.one", True),
+        ("second.py", "middle(x):", "middle(x):  # quick", False),
+        ("second.py", "[0]\n", "[1]\n", True),
+        ("second.py", "one: float", "one: float; two: float", True),
+        ("third.py", "x + 1.0", "x + 1.5", True),
+        ("third.py", "2.0]", "2.5]", True),
+        ("third.py", "last(x):", 'last(x):\n    """Add one."""', False),
+        ("fourth.py", "return x", "return -x", False),
+    ],
+)
+def test_a_fingerprint_depends_on_all_that_a_kernel_calls_and_on_nothing_else(
+    tmp_path: Path, file: str, old: str, new: str, counts: bool
+) -> None:
+    digests = []
+    for place, change in (("a", False), ("b", True)):
+        folder = tmp_path / place / "made_up"
+        folder.mkdir(parents=True)
+        for name, text in CHAIN.items():
+            source = text.replace("from second", "from made_up.second").replace("from third", "from made_up.third")
+            if change and name == file:
+                assert old in source
+                source = source.replace(old, new)
+            (folder / name).write_text(source)
+        command = [sys.executable, "-c", FINGERPRINT, str(folder.parent)]
+        digests.append(subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout)
+    assert (digests[0] != digests[1]) == counts
+
+
+# A kernel that is quicker to run as Python once than to compile, in a program that ends at once.
+SLOW_KERNEL = """
+from nao_kin._kernels.cache import KeptKernel
+
+
+def total(values):
+    result = 0.0
+    for i in range(200_000):
+        result += values[i % len(values)]
+    values[0] = result
+
+
+def row():
+    from numba import types
+
+    return (types.float64[::1],)
+
+
+kernel = KeptKernel(total, "a slow kernel", "total", row)
+"""
+ONE_ROW = """
+import sys
+sys.path.insert(0, {folder!r})
+import numpy as np, slow
+from nao_kin._kernels.cache import first_rows
+values = np.ones(3)
+print(first_rows([slow.kernel], lambda part: slow.kernel.uncompiled(values), 1), values[0], "numba" in sys.modules)
+"""
+BACKGROUND = "nao_kin: compiling a slow kernel (about 10 s) in the background, once on this machine …\n"
+
+
+@pytest.fixture
+def slow(tmp_path: Path) -> str:
+    """A program that needs one row of a kernel."""
+    folder = tmp_path / "sources"
+    folder.mkdir()
+    (folder / "slow.py").write_text(SLOW_KERNEL)
+    return ONE_ROW.format(folder=str(folder))
+
+
+def is_there(path: Path) -> bool:
+    """Whether a file comes to be there within minutes."""
+    end = time.monotonic() + 300.0
+    while not path.exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    return path.exists()
+
+
+def test_a_short_program_is_answered_at_once_and_the_kernel_is_compiled_after_its_end(
+    slow: str, tmp_path: Path
+) -> None:
+    cache = tmp_path / "cache"
+    assert outcome(start(slow, NUMBA_CACHE_DIR=str(cache))) == ("1 200000.0 False\n", BACKGROUND)
+    lock = next(cache.rglob("*.lock"))
+    assert is_there(lock.with_suffix("") / "total")
+    assert not list(cache.rglob("*.tmp.*"))
+    # The next program has nothing to compile, and reads the kernel when it has worked for long enough.
+    assert outcome(start(slow, NUMBA_CACHE_DIR=str(cache))) == ("1 200000.0 False\n", "")
+    again = slow + "slow.kernel.ready()\nslow.kernel(values)\nprint(values[0])"
+    out, err = outcome(start(again, NUMBA_CACHE_DIR=str(cache)))
+    assert (out.splitlines()[0], err) == ("1 200000.0 False", "")
+
+
+@pytest.mark.parametrize(
+    ("before", "environment"),
+    [
+        ("", {"NUMBA_DISABLE_JIT": "1"}),
+        ("sys.frozen = True", {}),
+        ("sys.executable = '/usr/bin/uwsgi'", {}),
+        ("sys.executable = None", {}),
+        ("", {"NUMBA_CACHE_DIR": "/dev/null"}),
+        ("sys.executable = '/nowhere/python3'", {}),
+    ],
+)
+def test_the_answer_comes_where_no_process_can_be_started(
+    slow: str, tmp_path: Path, before: str, environment: dict[str, str]
+) -> None:
+    told = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), **environment}
+    out, err = outcome(start(f"import sys\n{before}\n{slow}", **told))
+    assert out.split()[0] == ("0" if "NUMBA_DISABLE_JIT" in environment else "1")
+    assert err == (BACKGROUND if "nowhere" in before else "")
+
+
+def test_rows_are_run_as_python_until_the_rest_would_take_longer_than_to_compile(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    started: list[str] = []
+    monkeypatch.setattr(kernel_cache.KeptKernel, "compile_in_background", lambda self: started.append(self.name))
+    clock = [0.0]
+    monkeypatch.setattr(kernel_cache.time, "perf_counter", lambda: clock[0])
+
+    def rows(kernel: kernel_cache.KeptKernel, count: int, each: float) -> int:
+        def run(part: slice) -> None:
+            clock[0] += each * (part.stop - part.start)
+
+        return kernel_cache.first_rows([kernel], run, count)
+
+    def kernel() -> kernel_cache.KeptKernel:
+        return kernel_cache.KeptKernel(_identity, "a kernel", "made up", lambda: "float64(float64)", 10.0)
+
+    assert rows(kernel(), 1, 50.0) == 1  # one target is never waited for
+    assert started == ["made up"]
+    assert rows(kernel(), 100, 0.05) == 100
+    assert rows(kernel(), 1000, 0.05) == 1  # 50 s are longer than to compile
+    assert rows(kernel(), 1000, 1e-6) == 1000
+    many = kernel()
+    done = [rows(many, 10, 0.1) for _ in range(15)]
+    assert done[:9] == [10] * 9
+    assert done[-1] < 10  # ten seconds have been spent
+    assert rows(kernel(), 0, 1.0) == 0
+    assert kernel_cache.first_rows([kernel()], lambda part: pytest.fail("ran"), 3, each=4.0) == 0
+
+
+def _identity(x: float) -> float:
+    return x
+
+
+def test_the_lock_of_a_process_that_was_killed_holds_nobody_up(small: str, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    hanging = small.replace(
+        "assert first",
+        "import time; first._by_numba = lambda _: print('has it', flush=True) or time.sleep(600)\nassert first",
+    )
+    holder = start(hanging, NUMBA_CACHE_DIR=str(cache))
+    assert holder.stdout is not None
+    assert holder.stdout.readline() == "has it\n"
+    waiting = start(small, NUMBA_CACHE_DIR=str(cache))
+    assert waiting.stderr is not None
+    assert (
+        waiting.stderr.readline()
+        == "nao_kin: waiting for another process that compiles a small kernel (about 10 s) …\n"
+    )
+    holder.kill()
+    holder.communicate()
+    assert outcome(waiting) == ("right\n", SAID)
+
+
+def test_the_kernel_runs_uncompiled_too() -> None:
+    code = ASK.replace("random(0, 40)", "random(0, 17)") + UNCOMPILED
+    out, err = outcome(start(code, NUMBA_DISABLE_JIT="1", PYTHONWARNINGS="ignore"))
+    assert (out, err) == ("right\nall right\n", "")
+
+
+UNCOMPILED = """
+import pinocchio as pin
+v = a = np.random.default_rng(0).normal(size=q.shape)
+rows = range(len(q))
+def same(ours, theirs, tolerance=1e-13):
+    assert abs(ours - np.array(theirs)).max() < tolerance
+frames = ["LArm", "RLeg", "Head"]
+for form in ("matrix", "position_quaternion", "position6d"):
+    same(nao.fk(q, frames, as_=form, threads=1), [nao.fk(q[i], frames, as_=form) for i in rows])
+same(nao.fk(q, "LArm", reference="Head", threads=1), [nao.fk(q[i], "LArm", reference="Head") for i in rows])
+same(nao.fk(q, frames, dtype=np.float32, threads=1), nao.fk(q, frames), 2e-6)
+for e in ("mixed", "frame", "root"):
+    same(nao.jacobian(q, "LLeg", e, threads=1), [nao.jacobian(q[i], "LLeg", e) for i in rows])
+    same(nao.velocity(q, v, "LLeg", e, threads=1), [nao.velocity(q[i], v[i], "LLeg", e) for i in rows])
+    rates = [nao.acceleration(q[i], v[i], a[i], "LLeg", e) for i in rows]
+    same(nao.acceleration(q, v, a, "LLeg", e, threads=1), rates, 1e-12)
+same(nao.com(q, threads=1), [nao.com(q[i]) for i in rows])
+same(nao.com_jacobian(q, threads=1), [nao.com_jacobian(q[i]) for i in rows])
+far = q + 2 * np.pi * 100_000
+same(nao.fk(far, frames, threads=1), nao.fk(q, frames), 1e-9)
+floating = nk.load_nao(base="floating")
+q = floating.random(0, 17)
+same(floating.fk(q, frames, threads=1), [floating.fk(q[i], frames) for i in rows])
+same(floating.com(q, threads=1), [floating.com(q[i]) for i in rows])
+try:
+    nao.fk(np.full((3, nao.nq), np.nan), threads=1)
+except nk.errors.NotFinite:
+    print("all right")
+"""
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_fork_after_use_works(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 40_000)
+    expected = nao.fk(q, "LArm", threads=2)
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if np.array_equal(nao.fk(q, "LArm", threads=2), expected) else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def test_a_small_batch_does_not_load_the_compiler() -> None:
+    code = (
+        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk.robot.CROSSOVER - 1)); "
+        "print('numba' in sys.modules)"
+    )
+    assert outcome(start(code)) == ("False\n", "")
+
+
+def program(*arguments: str, **environment: str) -> Sequence[str]:
+    done = subprocess.run(
+        [sys.executable, "-m", "nao_kin", *arguments],
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    return done.stdout, done.stderr
+
+
+def test_warmup_says_what_is_ready_and_where() -> None:
+    program("warmup")
+    out, err = program("warmup", "--json")
+    kernels = json.loads(out)["kernels"]
+    assert err == ""
+    precisions = ["double", "double to single", "single"]
+    assert [kernel["name"] for kernel in kernels[:3]] == [f"batch kernel, {name} precision" for name in precisions]
+    assert [kernel["name"].split(",")[0] for kernel in kernels[3:7]] == ["reach kernel"] * 4
+    assert not any(kernel["compiled"] for kernel in kernels)
+    assert all(Path(kernel["folder"]).is_dir() for kernel in kernels)
+    out, _ = program("warmup")
+    assert out.count("found") == len(kernels)
+
+
+@pytest.mark.parametrize(
+    ("environment", "folder"),
+    [
+        ({"NUMBA_CACHE_DIR": "/a/b"}, "/a/b/nao_kin"),
+        ({"XDG_CACHE_HOME": "/c"}, "/c/nao_kin"),
+        ({"HOME": "/home/someone"}, "/home/someone/.cache/nao_kin"),
+    ],
+)
+@pytest.mark.skipif(sys.platform == "darwin", reason="the user's caches are elsewhere there")
+def test_compiled_kernels_are_kept_in_the_users_cache(
+    monkeypatch: pytest.MonkeyPatch, environment: dict[str, str], folder: str
+) -> None:
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert nk._kernels.cache_folder() == Path(folder)

@@ -1,0 +1,134 @@
+"""The same code as Python and compiled."""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import UnknownName
+
+TARGETS = """
+import sys
+import numpy as np, nao_kin as nk
+nao = nk.load_nao("v6")
+q = nao.random(1, 6)
+def solved(solve, side, T):
+    return np.array([solve(nao, side, each).q for each in T]) if one else solve(nao, side, T).q
+parts = [
+    solved(solve, side, nao.fk(q, side + limb))
+    for side in "LR"
+    for solve, limb in ((nk.ik.leg, "Leg"), (nk.ik.arm, "Arm"))
+]
+T = nao.fk(nao.posture("Crouch"), "LArm")
+parts += [nk.ik.numeric(nao, "LArm", T if one else T[None], reference=nao.posture("StandInit")).q.reshape(1, -1)]
+feet = nao.fk(q, ["LLeg", "RLeg"])
+if one:
+    parts += [nk.ik.legs(nao, *pair).q[None] for pair in feet]
+else:
+    parts += [nk.ik.legs(nao, feet[:, 0], feet[:, 1]).q]
+parts += [nk.ik.look_at(nao, [2.0, 0.1 * k, 0.3]).q for k in range(6)]
+np.save(sys.stdout.buffer, np.vstack(parts))
+"""
+
+
+def answers(one: bool, **environment: str) -> np.ndarray:
+    """What a process of its own answers, target by target or in batches."""
+    command = [sys.executable, "-c", f"one = {one}\n{TARGETS}"]
+    done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, check=True)
+    return np.asarray(np.load(io.BytesIO(done.stdout)))
+
+
+def test_python_and_the_compiled_kernels_give_the_same_bits() -> None:
+    compiled = answers(one=False)
+    assert not np.isnan(compiled).any()
+    np.testing.assert_array_equal(answers(one=True), compiled)  # Python, for no batch has come
+    np.testing.assert_array_equal(answers(one=False, NUMBA_DISABLE_JIT="1"), compiled)
+
+
+def test_one_target_does_not_wait_for_numba() -> None:
+    code = (
+        "import sys, nao_kin as nk\n"
+        "nao = nk.load_nao('v6'); q = nao.posture('StandInit')\n"
+        "assert nk.ik.leg(nao, 'L', nao.fk(q, 'LLeg')).success\n"
+        "assert nk.ik.arm(nao, 'L', nao.fk(q, 'LArm')).success\n"
+        "assert nk.ik.numeric(nao, 'LLeg', nao.fk(q, 'LLeg'), reference=q + 0.01).success\n"
+        "assert nk.ik.legs(nao, nao.fk(q, 'LLeg'), nao.fk(q, 'RLeg')).success\n"
+        "assert nk.ik.look_at(nao, [1.0, 0.0, 0.3]).success\n"
+        "assert 'numba' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+FIRST_USE = """
+import sys
+import numpy as np, nao_kin as nk
+from nao_kin._kernels import cache as kernel_cache
+kernel_cache.KeptKernel.compile_in_background = lambda kernel: started.add(kernel.name)
+started = set()
+if ready:
+    nk.ik.warm_up()
+nao = nk.load_nao("v6")
+far = nao.fk(nao.posture("StandInit"), "LArm")
+far[0, 3] += 0.5
+parts = [
+    nk.ik.arm(nao, "L", [0.15, 0.1, 0.1]).q,
+    nk.ik.arm(nao, "L", far).q,
+    nk.ik.whole_body(nao, {"LArm": [0.18, 0.1, 0.25]}).q,
+    *nk.ik.leg(nao, "L", nao.fk(nao.random(3, 20), "LLeg")).q,
+    nk.ik.numeric(nao, "LArm", far, restarts=4).q,
+]
+if not ready:
+    assert "numba" not in sys.modules
+    assert {"ik kernel, arms by place", "ik kernel, arms by pose", "ik kernel, bodies"} <= started, started
+np.save(sys.stdout.buffer, np.vstack(parts))
+"""
+
+
+def test_the_first_targets_on_a_machine_wait_for_no_compiler(tmp_path: Path) -> None:
+    def answered(ready: bool, **environment: str) -> np.ndarray:
+        command = [sys.executable, "-c", f"ready = {ready}\n{FIRST_USE}"]
+        done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, check=True)
+        return np.asarray(np.load(io.BytesIO(done.stdout)))
+
+    first = answered(ready=False, NUMBA_CACHE_DIR=str(tmp_path))
+    assert not list(tmp_path.rglob("*"))
+    np.testing.assert_array_equal(first, answered(ready=True))
+
+
+def test_all_kernels_can_be_made_ready_ahead() -> None:
+    states = nk.ik.warm_up()
+    assert [state.name for state in states] == [
+        "ik kernel, legs",
+        "ik kernel, both legs",
+        "ik kernel, arms by pose",
+        "ik kernel, arms by place and direction",
+        "ik kernel, arms by place",
+        "ik kernel, heads",
+        "ik kernel, gazes",
+        "ik kernel, projections onto limits",
+        "ik kernel, damped least squares",
+        "ik kernel, bodies",
+        "ik kernel, velocities",
+    ]
+    assert [state.name for state in nk.ik.warm_up(["gazes", "legs"])] == ["ik kernel, gazes", "ik kernel, legs"]
+    with pytest.raises(UnknownName, match="unknown kernel 'leg'.*legs"):
+        nk.ik.warm_up(["leg"])
+
+
+def test_a_reference_broadcasts_with_the_targets(nao: nk.NaoModel) -> None:
+    q = nao.random(1, (3, 2))
+    T = nao.fk(q, "LLeg")
+    references = nao.random(2, (3, 1))
+    found = nk.ik.leg(nao, "L", T, reference=references)
+    assert found.q.shape == (3, 2, 25)
+    np.testing.assert_array_equal(found.q[:, 0, :2], references[:, 0, :2])
+    for index in np.ndindex(3, 2):
+        one = nk.ik.leg(nao, "L", T[index], reference=references[index[0], 0])
+        np.testing.assert_array_equal(one.q, found.q[index])

@@ -1,0 +1,507 @@
+"""Motions: their curves beside scipy's, and the configurations that come of them."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BPoly, CubicHermiteSpline, PchipInterpolator
+
+import nao_kin as nk
+from nao_kin.motion import HIPS, INTERPOLATIONS, smooth_slopes
+from nao_kin.motion.configurations import other_side, side_of
+from nao_kin.motion.interpolation import segment_of
+
+NAMES = ["HeadYaw", "HeadPitch", "LHand"]
+
+
+def random_motion(seed: int, interpolation: str, *, joints: int = 3, most: int = 8, room: float = 1.0) -> nk.Motion:
+    """A motion whose joints begin and end at different times, with handles of any length."""
+    rng = np.random.default_rng(seed)
+    times, keys, handles = [], [], []
+    for _ in range(joints):
+        k = int(rng.integers(1, most))
+        column = np.cumsum(rng.uniform(0.05, 1.0, k)) + rng.uniform(-1.0, 1.0)
+        offsets = rng.normal(size=(k, 2, 2)) * 0.3
+        width = np.diff(column)
+        offsets[:, 0, 0], offsets[:, 1, 0] = 0.0, 0.0
+        offsets[1:, 0, 0] = -width * rng.uniform(0.0, room, k - 1)
+        offsets[:-1, 1, 0] = width * rng.uniform(0.0, room, k - 1)
+        times.append(column)
+        keys.append(rng.normal(size=k) * 0.4)
+        handles.append(offsets)
+    names = ["HeadYaw", "LShoulderPitch", "RElbowRoll", "LHand", "RKneePitch"][:joints]
+    return nk.Motion(times, names, keys, interpolation, handles if interpolation == "bezier" else None)  # type: ignore[arg-type]
+
+
+# --- interpolation ----------------------------------------------------------------------------------------------------
+
+
+def test_linear_is_a_straight_line_between_keys_and_constant_outside() -> None:
+    motion = nk.Motion([1.0, 2.0, 4.0], ["HeadYaw"], [[0.0], [1.0], [-1.0]])
+    assert np.array_equal(motion.sample([0.0, 1.0, 1.25, 2.0, 3.0, 4.0, 9.0])[:, 0], [0, 0, 0.25, 1, 0, -1, -1])
+    assert np.allclose(motion.speed([0.0, 1.0, 2.0, 4.0, 9.0])[:, 0], [0, 1, -1, -1, 0], rtol=0, atol=1e-15)
+
+
+def test_smooth_is_scipys_pchip_inside_and_at_rest_at_both_ends() -> None:
+    rng = np.random.default_rng(1)
+    times = np.cumsum(rng.uniform(0.01, 1.0, 60))
+    keys = np.cumsum(rng.normal(size=(60, 3)), axis=0)
+    keys[20:24] = keys[20]  # a plateau, where slopes are zero
+    motion = nk.Motion(times, NAMES, keys, "smooth")
+    t = np.linspace(times[1], times[-2], 5000)
+    assert np.allclose(motion.sample(t), PchipInterpolator(times, keys)(t), rtol=0, atol=1e-12)
+    assert np.allclose(
+        motion.speed(t[1:-1]), PchipInterpolator(times, keys).derivative()(t[1:-1]), rtol=1e-9, atol=1e-9
+    )
+    assert np.allclose(motion.speed([times[0], times[-1]]), 0.0, rtol=0, atol=1e-14)
+    slopes = np.stack([smooth_slopes(times, column) for column in keys.T], axis=-1)
+    whole = np.linspace(times[0], times[-1], 5000)
+    assert np.allclose(motion.sample(whole), CubicHermiteSpline(times, keys, slopes)(whole), rtol=0, atol=1e-12)
+
+
+def test_smooth_between_two_keys_is_the_cubic_from_rest_to_rest() -> None:
+    motion = nk.Motion([0.0, 2.0], ["HeadYaw"], [[0.0], [1.0]], "smooth")
+    s = np.linspace(0.0, 1.0, 11)
+    assert np.allclose(motion.sample(2.0 * s)[:, 0], 3 * s**2 - 2 * s**3, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_bezier_with_equal_handles_is_scipys_bernstein_polynomial(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    times, keys = np.cumsum(rng.uniform(0.1, 1.0, 9)), rng.normal(size=9)
+    handles = np.zeros((9, 2, 2))
+    handles[1:, 0, 0], handles[:-1, 1, 0] = -np.diff(times) / 3.0, np.diff(times) / 3.0
+    handles[..., 1] = rng.normal(size=(9, 2))
+    motion = nk.Motion(times, ["HeadYaw"], keys[:, None], "bezier", [handles])
+    controls = np.stack([keys[:-1], keys[:-1] + handles[:-1, 1, 1], keys[1:] + handles[1:, 0, 1], keys[1:]])
+    t = np.linspace(times[0], times[-1], 1000)
+    assert np.allclose(motion.sample(t)[:, 0], BPoly(controls, times)(t), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_bezier_goes_through_the_points_that_the_parametric_cubic_has(seed: int) -> None:
+    motion = random_motion(seed, "bezier", most=12)
+    u = np.linspace(0.0, 1.0, 101)[:, None]
+    weights = np.hstack([(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3])
+    for column, (times, keys, handles) in enumerate(zip(motion.times, motion.keys, motion.handles or (), strict=True)):
+        for k in range(len(times) - 1):
+            points = np.array(
+                [times[k], times[k] + handles[k, 1, 0], times[k + 1] + handles[k + 1, 0, 0], times[k + 1]]
+            )
+            values = np.array([keys[k], keys[k] + handles[k, 1, 1], keys[k + 1] + handles[k + 1, 0, 1], keys[k + 1]])
+            found = motion.sample(weights @ points)[:, column]
+            # Where the curve is steep, rounding of the time moves the value.
+            steep = np.abs(motion.speed(weights @ points)[:, column])
+            room = 1e-11 * (1.0 + np.where(np.isfinite(steep), steep, 1e3))
+            assert np.all(np.abs(found - weights @ values) < room)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_time_of_a_bezier_curve_is_solved_to_a_trillionth(seed: int) -> None:
+    motion = random_motion(seed, "bezier", most=20, joints=1)
+    times, curve = motion.times[0], motion.segments[0]
+    t = np.random.default_rng(seed).uniform(times[0], times[-1], 20_000)
+    segment = segment_of(times, t)
+    assert np.abs(curve.time(segment, curve.parameter(segment, t)) - t).max() < 1e-12
+
+
+def test_handles_that_meet_in_the_middle_are_solved_too() -> None:
+    # Both as long as the segment: time stands still in the middle, where the curve is vertical.
+    handles = np.zeros((2, 2, 2))
+    handles[0, 1, 0], handles[1, 0, 0] = 1.0, -1.0
+    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [1.0]], "bezier", [handles])
+    values = motion.sample(np.linspace(0.0, 1.0, 1001))[:, 0]
+    assert np.all(np.diff(values) >= 0.0)
+    assert values[500] == pytest.approx(0.5, abs=1e-5)
+    assert motion.speed(0.5)[0] == np.inf
+
+
+def test_handles_of_no_length_make_a_straight_line_of_finite_speed() -> None:
+    motion = nk.Motion([0.0, 2.0], ["HeadYaw"], [[0.0], [1.0]], "bezier", [np.zeros((2, 2, 2))])
+    t = np.linspace(0.0, 2.0, 21)
+    assert np.allclose(motion.sample(t)[:, 0], t / 2.0, rtol=0, atol=1e-12)
+    assert np.allclose(motion.speed(t)[:, 0], 0.5, rtol=0, atol=1e-9)
+
+
+def test_bezier_without_handles_is_the_smooth_curve() -> None:
+    rng = np.random.default_rng(4)
+    times, keys = np.cumsum(rng.uniform(0.1, 1.0, 20)), rng.normal(size=(20, 3))
+    smooth, bezier = nk.Motion(times, NAMES, keys, "smooth"), nk.Motion(times, NAMES, keys, "bezier")
+    t = np.linspace(times[0] - 1.0, times[-1] + 1.0, 2000)
+    assert np.allclose(smooth.sample(t), bezier.sample(t), rtol=0, atol=1e-12)
+    assert bezier.handles is not None
+    assert np.allclose(bezier.handles[0][:-1, 1, 0], np.diff(times) / 3.0)
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_every_motion_is_a_bezier_one(interpolation: str) -> None:
+    motion = random_motion(3, interpolation)
+    t = np.linspace(motion.start - 0.5, motion.end + 0.5, 1001)
+    assert motion.as_bezier().interpolation == "bezier"
+    assert np.allclose(motion.as_bezier().sample(t), motion.sample(t), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("seed", range(3))
+def test_speed_is_the_difference_quotient(interpolation: str, seed: int) -> None:
+    motion = random_motion(seed, interpolation, room=0.5)
+    t = np.random.default_rng(seed).uniform(motion.start, motion.end, 2000)
+    t = t[np.abs(t[:, None] - motion.key_times).min(axis=1) > 1e-3]  # speeds jump at keys
+    quotient = (motion.sample(t + 1e-6) - motion.sample(t - 1e-6)) / 2e-6
+    speed = motion.speed(t)
+    assert np.all(np.abs(speed - quotient) <= 1e-5 * (1.0 + speed**2))
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_curves_go_through_their_keys_exactly(interpolation: str) -> None:
+    motion = random_motion(8, interpolation, joints=5)
+    for column, (times, keys) in enumerate(zip(motion.times, motion.keys, strict=True)):
+        assert np.array_equal(motion.sample(times)[:, column], keys)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(1e-3, 10.0), st.floats(-3.0, 3.0)), min_size=1, max_size=12),
+    st.lists(st.floats(-5.0, 150.0), min_size=1, max_size=20),
+)
+def test_linear_and_smooth_never_leave_the_range_of_the_two_keys(
+    rows: list[tuple[float, float]], at: list[float]
+) -> None:
+    times = np.cumsum([width for width, _ in rows])
+    keys = np.array([key for _, key in rows])
+    for interpolation in ("linear", "smooth"):
+        values = nk.Motion(times, ["HeadYaw"], keys[:, None], interpolation).sample(at)[:, 0]
+        before = np.clip(np.searchsorted(times, at, side="right") - 1, 0, None)
+        after = np.minimum(before + 1, len(times) - 1)
+        before = np.where(np.array(at) < times[0], 0, before)
+        after = np.where(np.array(at) < times[0], 0, after)
+        low, high = np.minimum(keys[before], keys[after]), np.maximum(keys[before], keys[after])
+        assert np.all((values >= low - 1e-12) & (values <= high + 1e-12))
+
+
+def test_any_shape_of_times_is_answered_in_that_shape() -> None:
+    motion = random_motion(0, "smooth")
+    assert motion.sample(0.3).shape == motion.speed(0.3).shape == (3,)
+    assert motion.sample(np.zeros((4, 0, 2))).shape == (4, 0, 2, 3)
+    t = np.linspace(0.0, 2.0, 6).reshape(2, 3)
+    assert np.array_equal(motion.sample(t)[1, 2], motion.sample(t[1, 2]))
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_a_million_keys_are_no_trouble(interpolation: str) -> None:
+    times = np.arange(1_000_000) * 0.01
+    motion = nk.Motion(times, ["HeadYaw"], np.sin(times)[:, None], interpolation)
+    t = np.linspace(1.0, 9998.0, 1000)
+    assert np.allclose(motion.sample(t)[:, 0], np.sin(t), rtol=0, atol=1e-4)
+
+
+# --- what a motion is -------------------------------------------------------------------------------------------------
+
+
+def test_one_list_of_times_serves_all_joints_and_each_may_have_its_own() -> None:
+    rows = nk.Motion([0.0, 1.0], ["HeadYaw", "LHand"], [[0.1, 0.2], [0.3, 0.4]])
+    lists = nk.Motion([[0.0, 1.0], [0.0, 1.0]], ["HeadYaw", "LHand"], [[0.1, 0.3], [0.2, 0.4]])
+    assert rows == lists
+    assert rows.times[0] is rows.times[1]
+    own = nk.Motion([[0.0, 1.0], [0.5]], ["HeadYaw", "LHand"], [[0.1, 0.3], [0.2]])
+    assert (own.start, own.end, own.duration) == (0.0, 1.0, 1.0)
+    assert np.array_equal(own.key_times, [0.0, 0.5, 1.0])
+    assert np.array_equal(own.sample(0.7)[1], 0.2)
+
+
+def test_arrays_are_copies_and_read_only() -> None:
+    times, keys = np.array([0.0, 1.0]), np.zeros((2, 1))
+    motion = nk.Motion(times, ["HeadYaw"], keys, "bezier")
+    times[0], keys[0] = 5.0, 5.0
+    assert motion.start == 0.0
+    assert motion.keys[0][0] == 0.0
+    assert motion.handles is not None
+    for array in (motion.times[0], motion.keys[0], motion.handles[0]):
+        with pytest.raises(ValueError):
+            array[0] = 1.0
+    times[0] = 0.0
+    times[:] = [0.0, 1.0]  # what was given stays writable
+    motion.sample([0.5])[0] = 1.0  # and what is returned is the caller's
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_motions_are_equal_to_their_copies_and_pickles_only(interpolation: str) -> None:
+    motion = random_motion(5, interpolation)
+    motion.sample(0.0)
+    assert motion == copy.deepcopy(motion) == pickle.loads(pickle.dumps(motion))
+    assert motion != random_motion(6, interpolation)
+    assert motion != "a motion"
+    assert "3 joints" in repr(motion)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        (([], ["HeadYaw"], []), nk.errors.BadArgument, "times must have at least one"),
+        (([[]], ["HeadYaw"], [[]]), nk.errors.BadArgument, "times of HeadYaw must have at least one"),
+        (([0.0], [], [[]]), nk.errors.BadArgument, "at least one joint"),
+        (([0.0], "HeadYaw", [[0.0]]), nk.errors.BadArgument, "a list of names"),
+        (([0.0], ["HeadYaw", "HeadYaw"], [[0.0, 1.0]]), nk.errors.BadArgument, "'HeadYaw' twice, again at index [1]"),
+        (([0.0], [3], [[0.0]]), nk.errors.BadArgument, "index [0]"),
+        (([0.0, 1.0, 1.0], ["a"], [[0], [1], [2]]), nk.errors.BadArgument, "at index [2] is the same as"),
+        (([[0.0, 1.0], [2.0, 1.0]], ["a", "b"], [[0, 1], [0, 1]]), nk.errors.BadArgument, "times of b must ascend"),
+        (([0.0, np.nan], ["a"], [[0], [1]]), nk.errors.NotFinite, "times must be finite"),
+        (([0.0, 1.0], ["a", "b"], [[0, 1], [0, np.inf]]), nk.errors.NotFinite, "index [1, 1] (b)"),
+        (([[0.0, 1.0]], ["b"], [[0, np.nan]]), nk.errors.NotFinite, "keys of b must be finite, got nan at index [1]"),
+        (([0.0, 1.0, 2.0], ["a", "b"], np.zeros((2, 3))), nk.errors.WrongShape, "a row for each time"),
+        (([[0.0, 1.0]], ["a"], [[0, 1, 2]]), nk.errors.BadArgument, "a has 2 times and 3 keys"),
+        (([[0.0, 1.0]], ["a", "b"], [[0, 1], [0, 1]]), nk.errors.BadArgument, "for each of 2 joints, got 1"),
+        (([0.0, 1e-320], ["a"], [[0], [1]]), nk.errors.BadArgument, "no speed that floating point can hold"),
+        (([0.0, 5.0], ["a"], [[0], [-1e308]], "smooth"), nk.errors.BadArgument, "at most 1e+100 in size, got -1e+308"),
+        (([0.0, 1.0], ["a"], [[0], [1]], "bezier", [np.full((2, 2, 2), 1e200)]), nk.errors.BadArgument, "handles of a"),
+        (([0.0, 1.0], ["a"], [["x"], [1]]), nk.errors.BadArgument, "real numbers"),
+        ((None, ["a"], [[0]]), nk.errors.BadArgument, "times must be a list"),
+        (([0.0, 1.0], ["a"], [[0], [1]], "cubic"), nk.errors.UnknownName, "unknown interpolation 'cubic'"),
+        (([0.0, 1.0], ["a"], [[0], [1]], "linear", [np.zeros((2, 2, 2))]), nk.errors.BadArgument, "bezier"),
+        (([0.0, 1.0], ["a"], [[0], [1]], "bezier", [np.zeros((3, 2, 2))]), nk.errors.WrongShape, "handles of a"),
+        (([0.0, 1.0], ["a"], [[0], [1]], "bezier", []), nk.errors.BadArgument, "handles"),
+    ],
+)
+def test_what_is_no_motion_is_refused_with_joint_and_index(arguments: Any, error: type, words: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(error) as caught:
+            nk.Motion(*arguments)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "side", "offset", "words"),
+    [
+        (0, 1, 1.1, "after key 0 is 1.1 s from it, expected between 0 and 1 s"),
+        (0, 1, -0.1, "after key 0 is -0.1 s"),
+        (1, 0, -1.1, "before key 1 is -1.1 s from it, expected between -1 and 0 s"),
+        (1, 0, 0.1, "before key 1"),
+    ],
+)
+def test_handles_stay_within_their_segment(key: int, side: int, offset: float, words: str) -> None:
+    handles = np.zeros((2, 2, 2))
+    handles[key, side, 0] = offset
+    with pytest.raises(nk.errors.BadArgument) as caught:
+        nk.Motion([0.0, 1.0], ["HeadYaw"], [[0], [1]], "bezier", [handles])
+    assert words in str(caught.value)
+    assert "HeadYaw" in str(caught.value)
+
+
+def test_the_outermost_handles_may_have_any_length() -> None:
+    # Choregraphe writes those of the first key as long as the time before it.
+    handles = np.zeros((2, 2, 2))
+    handles[0, 0, 0], handles[1, 1, 0] = -7.0, 7.0
+    assert nk.Motion([0.0, 1.0], ["HeadYaw"], [[0], [1]], "bezier", [handles]).sample(0.5)[0] == 0.5
+
+
+def test_times_to_sample_at_are_finite_numbers() -> None:
+    with pytest.raises(nk.errors.NotFinite):
+        random_motion(0, "linear").sample([0.0, np.nan])
+
+
+# --- configurations ---------------------------------------------------------------------------------------------------
+
+
+def test_absent_joints_are_where_the_posture_has_them(nao: nk.NaoModel) -> None:
+    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    found = motion.configurations(nao, rate=10, fill="Crouch")
+    expected = np.tile(nao.posture("Crouch"), (11, 1))
+    expected[:, nao.joint_names.index("HeadYaw")] = np.linspace(0.0, 0.5, 11)
+    assert np.allclose(found.q, expected, rtol=0, atol=1e-15)
+    assert np.allclose(found.times, np.linspace(0.0, 1.0, 11))
+    assert len(found) == 11
+
+
+def test_held_joints_are_in_the_start_posture_or_nearest_to_zero(nao: nk.NaoModel) -> None:
+    motion = nk.Motion([0.0], ["HeadYaw"], [[0.2]])
+    q = nao.posture("StandInit")
+    q[nao.joint_names.index("HeadYaw")] = 0.2
+    assert np.array_equal(motion.configurations(nao).q, q[None])
+    bare = nk.RobotModel(nao.tree)
+    held = motion.configurations(bare).q[0]
+    assert held[bare.joint_names.index("LElbowRoll")] == bare.upper[bare.joint_names.index("LElbowRoll")] < 0.0
+
+
+def test_a_given_configuration_fills_in_with_the_base(nao: nk.NaoModel) -> None:
+    floating = nk.load_nao(base="floating")
+    fill = floating.neutral()
+    fill[:3] = 1.0, 2.0, 3.0
+    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    q = motion.configurations(floating, fill=fill).q
+    fill[7 + floating.joint_names.index("HeadYaw")] = 0.5
+    assert np.array_equal(q[1], fill)
+    assert q.shape == (2, 32)
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_two_hip_joints_follow_the_rule(nao: nk.NaoModel, interpolation: str) -> None:
+    motion = nk.Motion(
+        [[0.0, 1.0], [0.0, 2.0]],
+        ["LHipYawPitch", "RHipYawPitch"],
+        [[0.0, -0.2], [0.0, -0.4]],
+        interpolation,  # type: ignore[arg-type]
+    )
+    column = nao.joint_names.index("LHipYawPitch")
+    t = np.linspace(0.0, 2.0, 9)
+    left, right = motion.sample(t).T
+    expected = {"average": (left + right) / 2.0, "left": left, "right": right}
+    for rule in HIPS:
+        assert np.allclose(motion.configurations(nao, times=t, hips=rule).q[:, column], expected[rule], atol=1e-15)
+
+
+def test_a_joint_that_follows_drives_its_motor_alone(nao: nk.NaoModel) -> None:
+    motion = nk.Motion([0.0], ["RHipYawPitch"], [[-0.3]])
+    for rule in HIPS:
+        assert motion.configurations(nao, hips=rule).q[0, nao.joint_names.index("LHipYawPitch")] == -0.3
+
+
+def test_any_mimic_joint_counts_with_its_ratio(nao: nk.NaoModel) -> None:
+    follower = next(name for name, mimic in nao.mimics.items() if mimic.multiplier not in (0.0, 1.0))
+    mimic = nao.mimics[follower]
+    q = nk.Motion([0.0], [follower], [[0.5]]).configurations(nao).q[0]
+    assert q[nao.joint_names.index(mimic.joint)] == pytest.approx((0.5 - mimic.offset) / mimic.multiplier)
+
+
+def test_the_last_configuration_is_at_the_last_key(nao: nk.NaoModel) -> None:
+    motion = nk.Motion([0.5, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    assert np.allclose(motion.configurations(nao, rate=4).times, [0.5, 0.75, 1.0])
+    assert np.allclose(motion.configurations(nao, rate=3).times, [0.5, 0.5 + 1 / 3, 1.0])
+    assert np.array_equal(motion.configurations(nao).times, [0.5, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"rate": 0.0}, "rate must be a number above zero"),
+        ({"rate": "fast"}, "rate must be real numbers"),
+        ({"rate": 1e9}, "more than 4000000"),
+        ({"rate": 1.0, "times": [0.0]}, "give one"),
+        ({"times": [[0.0]]}, "times must have shape (n,)"),
+        ({"times": [np.nan]}, "times must be finite"),
+        ({"fill": "Stan"}, "unknown posture 'Stan' (nearest: Stand"),
+        ({"fill": [0.0]}, "fill must have shape (25,)"),
+        ({"hips": "both"}, "valid: average, left, right"),
+    ],
+)
+def test_bad_arguments_are_named(nao: nk.NaoModel, arguments: Any, words: str) -> None:
+    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    with pytest.raises(nk.NaoKinError) as caught:
+        motion.configurations(nao, **arguments)
+    assert words in str(caught.value)
+
+
+def test_joints_that_the_robot_does_not_have_are_refused(nao: nk.NaoModel) -> None:
+    with pytest.raises(nk.errors.UnknownName, match="HeadYaw"):
+        nk.Motion([0.0], ["HeadJaw"], [[0.0]]).configurations(nao)
+
+
+# --- sides ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("LHand", "RHand"),
+        ("LFinger11", "RFinger11"),
+        ("l_elbow", "r_elbow"),
+        ("elbow_l", "elbow_r"),
+        ("left_elbow", "right_elbow"),
+        ("elbow_left", "elbow_right"),
+        ("leftElbow", "rightElbow"),
+        ("LEFT_ELBOW", "RIGHT_ELBOW"),
+    ],
+)
+def test_names_say_their_side(one: str, other: str) -> None:
+    assert (other_side(one), other_side(other)) == (other, one)
+    assert (side_of(one), side_of(other)) == ("left", "right")
+
+
+@pytest.mark.parametrize("name", ["HeadYaw", "Lever", "Rotor", "roll", "laser", "lefty", "", "R", "upright"])
+def test_names_without_a_side_stay(name: str) -> None:
+    assert other_side(name) == name
+    assert side_of(name) is None
+
+
+# What people give in the place of a motion, a robot, a file, a number or a name.
+KINDS: dict[str, Any] = {
+    "nothing": None,
+    "a number": 5,
+    "a huge number": 10**400,
+    "a text": "wave.json",
+    "bytes": b"x",
+    "a list": [None],
+    "an array": np.zeros(3),
+    "a dict": {},
+    "a function": lambda x: None,
+    "a module": nk,
+}
+
+
+def _calls(nao: nk.NaoModel, folder: Path) -> dict[str, tuple[Any, tuple[Any, ...], dict[str, Any]]]:
+    """Every public function of motions with arguments that are right."""
+    motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
+    bezier, ramp = motion.as_bezier(), np.array([0.0, 1.0, 2.0])
+    file, of_motion = str(folder / "nod.json"), nk.motion
+    of_motion.write_motion(motion, file, overwrite=True)
+    written = {"format": "json", "rate": 10.0}
+    return {
+        "check": (of_motion.check, (nao, motion), {"fill": "hold", "rate": 100.0}),
+        "clamp": (of_motion.clamp, (nao, motion), {"fill": "hold"}),
+        "complete": (of_motion.complete, (nao, motion, "hold"), {}),
+        "concatenate": (of_motion.concatenate, ([motion],), {"gap": 0.0, "blend": 0.0}),
+        "is_motion_file": (of_motion.is_motion_file, (file,), {}),
+        "loop": (of_motion.loop, (motion, 2), {"gap": 1.0}),
+        "mirror": (of_motion.mirror, (nao, motion), {}),
+        "mirrored_joints": (of_motion.mirrored_joints, (nao,), {}),
+        "read_motion": (of_motion.read_motion, (file,), {"format": "json", "timeline": None, "robot": nao}),
+        "resample": (of_motion.resample, (motion, 10.0), {}),
+        "reverse": (of_motion.reverse, (motion,), {}),
+        "share_motors": (of_motion.share_motors, (nao, motion, "average"), {}),
+        "slow_down": (of_motion.slow_down, (nao, motion), {"how": "local"}),
+        "smooth_slopes": (of_motion.smooth_slopes, (ramp, ramp), {}),
+        "time_warp": (of_motion.time_warp, (motion, 2.0), {}),
+        "write_motion": (of_motion.write_motion, (motion, file), {**written, "overwrite": True}),
+        "Motion": (nk.Motion, ([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]], "bezier", bezier.handles), {}),
+        "sample": (motion.sample, (0.5,), {}),
+        "speed": (motion.speed, (0.5,), {}),
+        "configurations": (motion.configurations, (nao,), {"rate": 10.0, "fill": "hold", "hips": "average"}),
+    }
+
+
+def test_the_wrong_kind_of_object_is_refused_in_one_line(
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    calls = _calls(nao, tmp_path)
+    drawn = {"plot", "FORMATS", "HIPS", "HOLD", "INTERPOLATIONS", "Hips", "Interpolation", "Trajectory"}
+    drawn |= {"Change", "Mended", "MotionFileWarning", "MotionReport", "MotionViolation"}
+    assert set(nk.motion.__all__) - drawn <= set(calls)
+    for name, (function, arguments, options) in calls.items():
+        function(*arguments, **options)
+        for kind, value in KINDS.items():
+            places = range(len(arguments))
+            for positional, named in [
+                *(((*arguments[:at], value, *arguments[at + 1 :]), options) for at in places),
+                *((arguments, {**options, option: value}) for option in options if option != "overwrite"),
+            ]:
+                try:
+                    function(*positional, **named)
+                except nk.NaoKinError:
+                    pass
+                except Exception as error:  # what the test is for: any other is a fault
+                    pytest.fail(f"{name} with {kind}: {error!r}")
+
+
+@pytest.mark.parametrize("name", ["check", "clamp", "slow_down", "share_motors", "complete", "mirror"])
+def test_a_file_name_in_the_place_of_a_motion_is_told_how_to_be_read(nao: nk.NaoModel, name: str) -> None:
+    with pytest.raises(nk.errors.BadArgument, match="motion must be a Motion, got str; read_motion makes"):
+        getattr(nk.motion, name)(nao, "wave.json")

@@ -1,0 +1,50 @@
+"""The examples in docstrings run, and print what they say."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+
+PACKAGE = Path(nk.__file__).parent
+
+
+def _runs(code: str) -> bool:
+    """Whether an example in it runs: what needs a network or a file of the reader's is only shown."""
+    return any(">>> " in line and "+SKIP" not in line for line in code.splitlines())
+
+
+MODULES = sorted(
+    ".".join(("nao_kin", *path.relative_to(PACKAGE).with_suffix("").parts))
+    for path in PACKAGE.rglob("*.py")
+    if _runs(path.read_text(encoding="utf-8"))
+)
+# Where kernels are compiled, all is compared, meshes are read, processes started or curves drawn: seconds, without
+# kernels on the disk minutes.
+LONG = (
+    "nao_kin.crosscheck",
+    "nao_kin.stream.distributed",
+    "nao_kin.ik",
+    "nao_kin.motion.plotting",
+    "nao_kin.reach",
+    "nao_kin.viewer",
+)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith(LONG)) for name in MODULES]
+)
+def test_the_examples_of_a_module_print_what_they_say(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # for examples that write files
+    module = importlib.import_module(name)
+    with np.printoptions(precision=4, suppress=True):
+        result = doctest.testmod(module, extraglobs={"nk": nk, "np": np}, optionflags=doctest.ELLIPSIS)
+    assert result.attempted > 0
+    assert result.failed == 0

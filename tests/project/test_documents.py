@@ -1,0 +1,130 @@
+"""What the README and the documentation show is run as it stands."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from doc_pages import PAGES, PRINTED, ROOT, blocks_of
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+
+# What these print is compared with the page, in tests/cli/test_printed_output.py.
+WITH_PYTHON = [page for page in PAGES if page not in PRINTED and blocks_of(page, "python")]
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
+def test_python_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(nk.load_nao().urdf_path, tmp_path / "robot.urdf")
+    monkeypatch.chdir(tmp_path)
+    exec(compile("\n".join(blocks_of(page, "python")), str(page), "exec"), {"__name__": "example"})
+
+
+def _commands() -> dict[str, str]:
+    """Each command of the program, and the first page that has it; the tutorial's need its files, and run there."""
+    found = dict[str, str]()
+    for page in PAGES:
+        for block in blocks_of(page, "sh", "console") if page.name != "getting_started.md" else ():
+            for line in block.splitlines():
+                command = line.removeprefix("$ ").split("  #")[0].strip()
+                # A live page waits for a person and a browser; that it does is tested with the viewer.
+                ends = " view " not in command or "--html" in command or "--png" in command
+                if "nao-kin " in command and "pip" not in command and ends:
+                    found.setdefault(command, page.name)
+    return found
+
+
+COMMANDS = _commands()
+
+
+def _write_inputs(folder: Path, nao: nk.NaoModel) -> None:
+    shutil.copy(nao.urdf_path, folder / "nao.urdf")
+    names = ",".join(nao.joint_names)
+    rows = "\n".join(",".join(map(str, row)) for row in nao.random(0, 3))
+    (folder / "walk.csv").write_text(f"{names}\n{rows}\n")
+    (folder / "walk.json").write_text(json.dumps([nao.angles(row) for row in nao.random(0, 3)]))
+    wave = nk.Motion([[0.0, 1.0, 2.0], [0.5, 1.5]], ["LShoulderRoll", "LHand"], [[0.2, 1.0, 0.2], [0.0, 1.0]], "smooth")
+    nk.motion.write_motion(wave, folder / "wave.xar")
+
+
+def _needs_a_shell(command: str) -> bool:
+    return any(sign in shlex.split(command) for sign in ("|", ">", "<", "&&"))
+
+
+@pytest.mark.parametrize("command", [*filter(_needs_a_shell, COMMANDS)])
+def test_commands_run_in_a_shell(command: str, tmp_path: Path, nao: nk.NaoModel) -> None:
+    _write_inputs(tmp_path, nao)
+    program = f"{shlex.quote(sys.executable)} -m nao_kin"
+    done = subprocess.run(
+        ["bash", "-c", re.sub(r"\bnao-kin\b", program, command)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == 0, done.stderr
+
+
+# In this process, where the library is loaded already; as a process the program runs above, and in the tutorial.
+@pytest.mark.parametrize(
+    ("page", "command"),
+    [(page, command) for command, page in COMMANDS.items() if not _needs_a_shell(command)],
+    ids=lambda value: value,
+)
+def test_commands_run(
+    page: str,
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    nao: nk.NaoModel,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    _write_inputs(tmp_path, nao)
+    monkeypatch.chdir(tmp_path)
+    program, *words = shlex.split(command)
+    assert program == "nao-kin"
+    assert run(words) == 0, capfd.readouterr().err
+
+
+def test_the_readme_is_short_and_has_its_five_examples() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 120
+    assert len(blocks_of(ROOT / "README.md", "python")) == 5
+
+
+def test_the_readme_shows_the_same_on_the_package_index() -> None:
+    # There it stands alone: what it shows and leads to has an address of its own, that of a file which is here.
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)]+)\)", text)
+    assert targets
+    for target in targets:
+        assert target.startswith("https://"), target
+        ours = re.match(r"https://(?:raw\.githubusercontent|github)\.com/nao-kin/nao_kin/(?:blob/)?main/(.+)", target)
+        assert ours is None or (ROOT / ours.group(1)).is_file(), target
+    assert not re.search(r"<(?:img|a)\b", text)
+
+
+def test_pictures_are_described_in_one_line() -> None:
+    # A line break in a description leaves no space between its words.
+    for page in PAGES:
+        for words in re.findall(r"!\[([^\]]*)\]", page.read_text(encoding="utf-8")):
+            assert words.strip(), page.name
+            assert "\n" not in words, f"{page.name}: {words}"
+
+
+def test_no_page_leads_outside_the_project() -> None:
+    for page in PAGES:
+        for target in re.findall(r"\]\((?!https?://|#)([^)]+)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / target.split("#")[0]).exists(), f"{page.name}: {target}"
+
+
+def test_the_citation_names_this_version() -> None:
+    assert f"\nversion: {nk.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")

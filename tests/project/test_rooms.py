@@ -1,0 +1,154 @@
+"""Rooms import downwards only, and are entered through their faces."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import nao_kin
+
+PACKAGE = Path(nao_kin.__file__).parent
+
+# From below; rooms of one floor do not import each other. `errors` is what the room `_core` shows of itself.
+FLOORS = (
+    ("_core", "errors"),
+    ("_kernels",),
+    ("rotations",),
+    ("screws",),
+    ("robot",),
+    ("joints",),
+    ("ik",),
+    ("stream",),
+    ("motion", "reach"),
+    ("crosscheck", "export", "naoqi", "viewer"),
+    ("cli",),
+    ("__init__", "__main__"),
+)
+FLOOR = {room: height for height, rooms in enumerate(FLOORS) for room in rooms}
+# Inside `robot`, likewise; its own modules are "robot".
+INSIDE_ROBOT = {"semantics": 0, "urdf": 1, "robot": 2, "nao": 3}
+# Rooms inside others that have faces of their own.
+INNER_FACES = ("robot.nao", "robot.semantics", "robot.urdf", "rotations.rank_one", "screws.lines", "stream.distributed")
+# The machine rooms have no face that hides anything.
+OPEN = ("_core", "_kernels")
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+
+def _parts(module: Path) -> tuple[str, ...]:
+    parts = module.relative_to(PACKAGE).with_suffix("").parts
+    return parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts
+
+
+def _imports(module: Path) -> Iterator[tuple[str, ...]]:
+    """What a module imports from the package, at its top or inside its functions: ("robot", "urdf")."""
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names = [node.module]
+            if node.module == "nao_kin":
+                names = [f"nao_kin.{alias.name}" for alias in node.names]
+        for name in names:
+            if name.startswith("nao_kin."):
+                yield tuple(name.split(".")[1:])
+
+
+def _rooms() -> set[str]:
+    return {_parts(module)[0] for module in MODULES}
+
+
+def test_every_module_lives_in_a_known_room() -> None:
+    assert _rooms() == FLOOR.keys()
+    assert len(_rooms() - {"__init__", "__main__", "errors"}) <= 15
+
+
+def test_a_room_imports_only_lower_rooms() -> None:
+    upwards = []
+    for module in MODULES:
+        room = _parts(module)[0]
+        for other, *_ in _imports(module):
+            same = other == room or {other, room} == {"_core", "errors"}
+            if not same and FLOOR.get(other, -1) >= FLOOR[room]:
+                upwards.append(f"{module.relative_to(PACKAGE)} imports {other}")
+    assert not upwards
+
+
+def test_inside_the_robot_imports_go_downwards_too() -> None:
+    upwards = []
+    for module in (PACKAGE / "robot").rglob("*.py"):
+        parts = _parts(module)
+        if len(parts) == 1:  # the face shows what is above, too
+            continue
+        own = parts[1] if parts[1] in INSIDE_ROBOT else "robot"
+        for other in _imports(module):
+            if other[0] == "robot":
+                inner = other[1] if len(other) > 1 and other[1] in INSIDE_ROBOT else "robot"
+                if INSIDE_ROBOT[inner] > INSIDE_ROBOT[own]:
+                    upwards.append(f"{module.relative_to(PACKAGE)} imports {'.'.join(other)}")
+    assert not upwards
+
+
+def test_a_room_is_entered_through_its_face() -> None:
+    past = []
+    for module in MODULES:
+        parts = _parts(module)
+        for other in _imports(module):
+            at_home = other[0] == parts[0] or other[0] in OPEN or parts[0] == "__init__"
+            if len(other) > 1 and not at_home and ".".join(other) not in INNER_FACES:
+                past.append(f"{module.relative_to(PACKAGE)} imports {'.'.join(other)}")
+    assert not past
+
+
+def test_the_mathematics_knows_no_robot_and_no_pinocchio() -> None:
+    for room in ("_core", "_kernels", "rotations", "screws"):
+        for module in (PACKAGE / room).rglob("*.py"):
+            text = module.read_text(encoding="utf-8")
+            for word in ("import pinocchio", "import scipy", "from scipy"):
+                assert word not in text, f"{module.relative_to(PACKAGE)}: {word}"
+
+
+def test_everything_public_is_listed_in_one_place_and_documented() -> None:
+    rooms = {room for room in _rooms() if not room.startswith("_")}
+    assert rooms <= set(nao_kin.__all__)
+    pages = "".join(
+        page.read_text(encoding="utf-8") for page in sorted((PACKAGE.parent / "docs" / "reference").glob("*.md"))
+    )
+    for name in nao_kin.__all__:
+        value = getattr(nao_kin, name)
+        listed = value.__name__ if isinstance(value, ModuleType) else f"nao_kin.{name}"
+        assert listed in pages, f"docs/reference says nothing about {listed}"
+
+
+def test_a_public_room_lists_what_it_offers() -> None:
+    for name in nao_kin.__all__:
+        value = getattr(nao_kin, name)
+        if not isinstance(value, ModuleType):
+            continue
+        assert list(value.__all__) == sorted(value.__all__, key=lambda n: (not n.isupper(), not n[0].isupper(), n)), (
+            name
+        )
+        assert all(hasattr(value, entry) for entry in value.__all__), name
+        if hasattr(value, "__path__"):  # what a face imports and does not list starts with an underscore or is a module
+            ours = {n: getattr(v, "__module__", "") for n, v in vars(value).items() if not n.startswith("_")}
+            offered = {n for n, home in ours.items() if home.startswith("nao_kin") and not home.startswith("nao_kin._")}
+            assert offered <= set(value.__all__), name
+
+
+def test_no_module_takes_the_place_of_a_public_name() -> None:
+    for module in MODULES:
+        if module.stem != "__main__":
+            try:
+                importlib.import_module(".".join(("nao_kin", *_parts(module))).removesuffix(".__init__"))
+            except ModuleNotFoundError as error:
+                if error.name != "qi":  # for which not every Python has a wheel
+                    raise
+    taken = [
+        f"{name}.{entry}"
+        for name in nao_kin.__all__
+        if isinstance(room := getattr(nao_kin, name), ModuleType)
+        for entry in room.__all__
+        if isinstance(getattr(room, entry), ModuleType)
+    ]
+    assert not taken

@@ -1,0 +1,85 @@
+"""The wheel holds everything and works outside the checkout."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(target), str(ROOT)]
+    built = subprocess.run(command, capture_output=True, text=True)
+    assert built.returncode == 0, built.stdout + built.stderr
+    (path,) = target.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def python(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A fresh environment with the wheel; its dependencies are borrowed from the environment that runs the tests."""
+    home = tmp_path_factory.mktemp("environment")
+    venv.create(home, with_pip=False)
+    python = home / "bin" / "python"
+    where = "import sysconfig; print(sysconfig.get_path('purelib'))"
+    site = Path(subprocess.run([python, "-c", where], capture_output=True, text=True, check=True).stdout.strip())
+    borrowed = [entry for entry in sys.path if "site-packages" in entry]
+    (site / "borrowed.pth").write_text("\n".join(borrowed) + "\n")
+    subprocess.run(
+        [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", site, wheel],
+        check=True,
+    )
+    return python
+
+
+def test_the_wheel_holds_the_urdfs_and_the_type_marker(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    assert "nao_kin/_urdf_files/LICENSE" in names  # goes into ROS packages
+    assert {f"nao_kin/_urdf_files/nao_{version}.urdf" for version in ("v32", "v33", "v4", "v5", "v6")} <= names
+    assert {f"nao_kin/_urdf_files/meshes/{path.name}" for path in (ROOT / "urdf" / "meshes").iterdir()} <= names
+    assert "nao_kin/py.typed" in names
+    assert not [name for name in names if name.startswith(("tests", "scripts", "urdf"))]
+
+
+def test_the_package_index_is_told_that_the_readme_is_markdown(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        metadata = archive.read(name).decode("utf-8")
+    assert "\nDescription-Content-Type: text/markdown\n" in metadata
+    assert (ROOT / "README.md").read_text(encoding="utf-8").strip() in metadata
+
+
+def test_it_works_from_another_folder(python: Path, tmp_path: Path) -> None:
+    code = (
+        "import nao_kin as nk; print(nk.__file__); "
+        "print([nk.load_nao(v).nv for v in ('v3.2', 'v3.3', 'v4', 'v5', 'v6')]); print(nk.load_nao().urdf_path)"
+    )
+    done = subprocess.run([python, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, env={})
+    if "unknown option -P" in done.stderr.lower():  # Python 3.10
+        done = subprocess.run([python, "-c", code], cwd=tmp_path, capture_output=True, text=True, env={})
+    assert done.returncode == 0, done.stderr
+    module, freedoms, urdf = done.stdout.splitlines()
+    home = str(python.parent.parent)
+    assert module.startswith(home)
+    assert urdf.startswith(home)
+    assert freedoms == "[25, 25, 25, 25, 25]"
+
+
+def test_its_command_works(python: Path, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [python, "-m", "nao_kin", "fk", "--posture", "Stand", "--frame", "LArm", "--json"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={},
+    )
+    assert done.returncode == 0, done.stderr
+    assert '"LArm"' in done.stdout

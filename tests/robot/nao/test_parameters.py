@@ -1,0 +1,374 @@
+from __future__ import annotations
+
+import inspect
+import re
+import subprocess
+import sys
+from collections import Counter
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin import parameters as room
+from nao_kin.errors import UnknownName
+from nao_kin.robot.nao import (
+    ACTUATORS,
+    BODY_ORDER,
+    CHAINS,
+    COLLISION_SHAPES,
+    COUPLED_LIMITS,
+    FINGERS,
+    FRAMES,
+    INERTIALS,
+    JOINTS,
+    LIMITS,
+    OFFSETS,
+    PLACEHOLDER,
+    POSTURES,
+    SOURCES,
+    VERSIONS,
+    VISUALS,
+    FrameRow,
+    LimitRow,
+    Offset,
+    Version,
+    VersionPage,
+    nao_parameters,
+    nao_urdf_path,
+    version_named,
+)
+from nao_kin.robot.nao.older import PAGES, TABLES, V6
+from nao_kin.robot.nao.rows import overlaid
+from nao_kin.robot.semantics import Mimic
+from nao_kin.robot.urdf import read_urdf
+
+ROOT = Path(__file__).resolve().parents[3]
+
+# Aldebaran's totals [kg]; V3.2's printed total rounds away 0.2 g.
+MASSES = {"v6": 5.35975, "v5": 5.30535, "v4": 5.19535, "v3.3": 5.00591, "v3.2": 4.83592}
+
+# Tensors that no body can have (the largest moment exceeds the sum of the others); kept as published.
+PUBLISHED_MISPRINTS = {
+    ("LHipRoll", ("v3.2", "v3.3")),
+    ("RHipRoll", ("v3.2", "v3.3")),
+    ("RAnkleRoll", ("v3.2",)),
+}
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_masses_add_up_to_the_published_total(version: str) -> None:
+    assert nao_parameters(version).mass == pytest.approx(MASSES[version], abs=2e-4 if version == "v3.2" else 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rows", "key"),
+    [
+        (OFFSETS, "name"),
+        (LIMITS, "joint"),
+        (ACTUATORS, "joint"),
+        (INERTIALS, "link"),
+        (FRAMES, "name"),
+        (VISUALS, "key"),
+    ],
+)
+def test_a_number_stands_once_for_each_version(rows: tuple, key: str) -> None:
+    found = Counter((getattr(row, key), version) for row in rows for version in row.versions)
+    assert [pair for pair, count in found.items() if count > 1] == []
+
+
+def test_every_row_names_a_known_source() -> None:
+    tables = (
+        OFFSETS,
+        JOINTS,
+        FINGERS,
+        LIMITS,
+        ACTUATORS,
+        COUPLED_LIMITS,
+        INERTIALS,
+        FRAMES,
+        COLLISION_SHAPES,
+        VISUALS,
+        (PLACEHOLDER,),
+        POSTURES,
+    )
+    assert {row.source for table in tables for row in table} <= SOURCES.keys()
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_every_version_is_complete(version: str) -> None:
+    parameters = nao_parameters(version)
+    assert tuple(joint.name for joint in parameters.joints) == BODY_ORDER
+    assert len(BODY_ORDER) == 26
+    assert parameters.inertials.keys() == {"torso", *BODY_ORDER} - {"LHand", "RHand"}
+    assert {"LArm", "RArm", "LLeg", "RLeg", "CameraTop", "CameraBottom"} <= {frame.name for frame in parameters.frames}
+    assert all(joint.lower < joint.upper for joint in parameters.joints)
+
+
+def test_the_chains_hold_every_joint_once() -> None:
+    assert [name for chain in CHAINS.values() for name in chain] == list(BODY_ORDER)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_axes_are_unit_vectors_at_full_precision(version: str) -> None:
+    for joint in nao_parameters(version).joints:
+        assert np.linalg.norm(joint.axis) == pytest.approx(1.0, abs=3e-16)
+
+
+@pytest.mark.parametrize("row", INERTIALS, ids=lambda row: f"{row.link}-{row.versions[0]}")
+def test_inertia_tensors_belong_to_real_bodies(row) -> None:
+    ixx, ixy, ixz, iyy, iyz, izz = row.inertia
+    moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    assert moments[0] > 0
+    if (row.link, row.versions) not in PUBLISHED_MISPRINTS:
+        assert moments[0] + moments[1] >= moments[2]
+
+
+@pytest.mark.parametrize("row", COUPLED_LIMITS, ids=lambda row: row.joint)
+def test_coupled_tables_ascend_and_have_room(row) -> None:
+    at, lower, upper = np.array(row.table_deg).T
+    assert np.all(np.diff(at) > 0)
+    assert np.all(lower < upper)
+
+
+def test_left_and_right_ankle_tables_mirror_each_other() -> None:
+    tables = {row.joint: np.array(row.table_deg) for row in COUPLED_LIMITS}
+    assert np.array_equal(tables["LAnkleRoll"] * [1, -1, -1], tables["RAnkleRoll"][:, [0, 2, 1]])
+
+
+VERSION_NAMES = {
+    "v6": ["v6", "V6", "6", " v6 ", "v6.0", "V6.0", "6.0", "\tV6\n"],
+    "v5": ["v5", "5", "v5.0", "5.0"],
+    "v4": ["v4", "4", "v4.0", "4.0"],
+    "v3.3": ["v3.3", "V3.3", "3.3", " 3.3"],
+    "v3.2": ["v3.2", "V3.2", "3.2", "3.2 "],
+}
+
+
+@pytest.mark.parametrize(("version", "name"), [(v, name) for v, names in VERSION_NAMES.items() for name in names])
+def test_a_version_is_found_however_it_is_written(version: str, name: str) -> None:
+    assert version_named(name) == version
+    assert nao_parameters(name) is nao_parameters(version)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *"3.2.0 v3.2.0 3.3.0 6.0.0 v6.0.0 6. 6.00 6.1 06 60 vv6 v v. 3 v3 3.20 3.02 32 v32 3,2 .6 6v six V6H25".split(),
+        *("", " ", "v 6", "3. 2", "v6 v5"),
+    ],
+)
+def test_a_version_is_not_found_when_it_is_written_otherwise(name: str) -> None:
+    with pytest.raises(UnknownName, match="unknown NAO version"):
+        version_named(name)
+
+
+def test_an_unknown_version_is_answered_with_the_valid_ones() -> None:
+    with pytest.raises(UnknownName, match=r"unknown NAO version 'v7' \(nearest: v6"):
+        nao_parameters("v7")
+
+
+def test_the_leg_effector_and_the_documented_foot_height_are_two_numbers() -> None:
+    offsets = nao_parameters("v6").offsets
+    assert offsets["LegEffectorHeight"] == 0.04511
+    assert offsets["FootHeight"] == 0.04519
+    nao = nk.load_nao()
+    q = nao.neutral()
+    assert nao.position(q, "LLeg")[2] == pytest.approx(-0.33301, abs=1e-12)
+    assert nao.position(q, "LFoot/Sole")[2] == pytest.approx(-0.33309, abs=1e-12)
+
+
+# --- versions as pages ------------------------------------------------------------------------------------------------
+
+
+def test_v6_is_complete_and_every_other_version_has_one_page() -> None:
+    assert get_args(Version) == VERSIONS
+    assert sorted(["v6", *(page.version for page in PAGES)]) == sorted(VERSIONS)
+    assert TABLES["v6"] is V6
+    assert TABLES.keys() == set(VERSIONS)
+
+
+def test_the_version_of_the_recipe_can_be_added_as_its_page_says() -> None:
+    text = (ROOT / "docs" / "model.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"^```python\n(# nao_kin/robot/nao/older\.py\n.*?)^```", text, re.MULTILINE | re.DOTALL)
+    names: dict[str, object] = {}
+    exec(code, names)
+    page = names["V61"]
+    assert isinstance(page, VersionPage)
+    tables = page.over(V6)
+    differ = {row.key for name in ("offsets", "frames") for row in getattr(tables, name)} - {"TibiaLength", "CameraTop"}
+    assert {row.key for row in (*tables.offsets, *tables.frames) if row in (*V6.offsets, *V6.frames)} == differ
+    assert [row.value_mm for row in tables.offsets if row.name == "TibiaLength"] == [104.0]
+    assert (tables.limits, tables.inertials, tables.visuals) == (V6.limits, V6.inertials, V6.visuals)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.version)
+def test_a_page_says_only_what_differs(page: VersionPage) -> None:
+    base = TABLES[page.base]
+    for name in ("offsets", "limits", "actuators", "inertials", "frames", "visuals"):
+        assert not set(getattr(page, name)) & set(getattr(base, name)), name
+        keys = [row.key for row in getattr(page, name)]
+        assert len(set(keys)) == len(keys), name
+        assert not set(keys) & {*page.without_frames, *page.without_visuals}, name
+
+
+def test_the_pages_differ_in_what_the_model_page_says() -> None:
+    tables = {page.version: {field.name for field in fields(page) if getattr(page, field.name)} for page in PAGES}
+    always = {"version", "base"}
+    assert tables == {
+        "v5": always | {"inertials", "placeholder", "frames", "without_frames", "visuals", "without_visuals"},
+        "v4": always | {"inertials"},
+        "v3.3": always | {"inertials", "frames", "visuals", "without_visuals"},
+        "v3.2": always
+        | {"offsets", "limits", "actuators", "inertials", "without_frames", "visuals", "without_visuals"},
+    }
+    assert [row.link for row in TABLES["v5"].inertials if row not in V6.inertials] == ["HeadPitch"]
+
+
+def test_the_versions_of_a_row_are_those_whose_tables_hold_it() -> None:
+    for name, table in {"offsets": OFFSETS, "limits": LIMITS, "frames": FRAMES, "inertials": INERTIALS}.items():
+        for version in VERSIONS:
+            held = {replace(row, versions=()) for row in table if version in row.versions}
+            assert held == set(getattr(TABLES[version], name)), (name, version)
+    assert PLACEHOLDER.versions == ("v3.2", "v3.3", "v4", "v5")
+    newer, older = (row.versions for row in OFFSETS if row.name == "ElbowOffsetY")
+    assert (newer[:4], older) == (("v3.3", "v4", "v5", "v6"), ("v3.2",))
+
+
+def _frame(name: str, parent: str, x: float = 0.0) -> FrameRow:
+    return FrameRow(name, None, parent, (x, 0.0, 0.0), (0.0, 0.0, 0.0), "U6")
+
+
+BASE = (_frame("a", "torso"), _frame("b", "head"), _frame("c", "head"), _frame("d", "torso"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "without", "names"),
+    [
+        ([], [], "abcd"),
+        ([_frame("b", "head", 1.0)], [], "abcd"),
+        ([], ["b", "d"], "ac"),
+        ([_frame("x", "head")], [], "abcxd"),
+        ([_frame("x", "torso")], [], "abcdx"),
+        ([_frame("x", "head"), _frame("y", "head")], ["b"], "axycd"),
+        ([_frame("x", "torso"), _frame("y", "head")], ["b", "a"], "xycd"),
+    ],
+)
+def test_rows_are_changed_left_out_and_added_in_their_places(
+    changes: list[FrameRow], without: list[str], names: str
+) -> None:
+    rows = overlaid("frame", BASE, changes, without)
+    assert "".join(row.name for row in rows) == names
+    assert all(row in rows for row in changes)
+
+
+def test_a_page_that_speaks_of_what_its_base_does_not_have_is_refused() -> None:
+    with pytest.raises(UnknownName, match=r"unknown frame of v6, which v5 is laid over 'Gase' \(nearest: Gaze"):
+        VersionPage(version="v5", base="v6", without_frames=("Gase",)).over(V6)
+    with pytest.raises(UnknownName, match=r"unknown limit of v6, which v5 is laid over 'HeadYow'"):
+        VersionPage(version="v5", base="v6", limits=(LimitRow("HeadYow", 0.0, 1.0, "deg", "J6"),)).over(V6)
+    with pytest.raises(UnknownName, match="unknown frame"):
+        VersionPage(version="v5", base="v6", frames=(_frame("x", "Tail"),)).over(V6)
+
+
+def test_an_offset_has_a_sign_and_its_published_name() -> None:
+    length = Offset("ThighLength")
+    against = -length
+    assert (str(length), str(against), -against) == ("ThighLength", "-ThighLength", length)
+    assert {row.offset for row in OFFSETS} >= {
+        Offset(coordinate.name)
+        for row in (*JOINTS, *FRAMES)
+        for coordinate in (row.origin if row in JOINTS else row.xyz)
+        if isinstance(coordinate, Offset)
+    }
+
+
+def test_a_misspelt_offset_is_seen_by_the_type_checker(tmp_path: Path) -> None:
+    pytest.importorskip("mypy")
+    row = 'JointRow("J", "Head", "torso", "Neck", (0.0, 0.0, {}), (0.0, 0.0, 1.0), "twist", "J6")'
+    coordinates = ("-skeleton.THIGH_LENGTH", "-skeleton.THIGH_LENGHT", '"-ThighLength"')
+    source = tmp_path / "page.py"
+    lines = [
+        "from nao_kin.robot.nao import JointRow; from nao_kin.robot.nao import v6 as skeleton",
+        *map(row.format, coordinates),
+    ]
+    source.write_text("\n".join(lines) + "\n")
+    done = subprocess.run([sys.executable, "-m", "mypy", str(source)], capture_output=True, text=True, cwd=ROOT)
+    assert re.findall(r"page\.py:(\d+): error", done.stdout) == ["3", "4"], done.stdout
+
+
+# --- the resolved parameters ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_phalanges_are_those_of_the_urdf_read_back(version: str) -> None:
+    joints = {joint.name: joint for joint in read_urdf(nao_urdf_path(version)).joints}
+    fingers = nao_parameters(version).fingers
+    assert [finger.name for finger in fingers] == [name for name in joints if "Finger" in name or "Thumb" in name]
+    assert len(fingers) == 16
+    for finger in fingers:
+        joint = joints[finger.name]
+        assert (finger.parent_link, finger.link) == (joint.parent, joint.child)
+        assert joint.mimic == Mimic(finger.driver, finger.multiplier)
+        assert joint.child == f"{finger.driver[0]}{finger.phalanx}_link"
+        assert finger.name == f"{finger.driver}{finger.phalanx}"
+        hand = nao_parameters(version).joint(finger.driver)
+        assert (finger.lower, finger.upper) == (0.0, finger.multiplier * hand.upper)
+        assert (finger.velocity, finger.effort) == (finger.multiplier * hand.velocity, hand.effort)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_phalanx_is_carried_by_the_joint_that_moves_its_parent_link(version: str) -> None:
+    parameters = nao_parameters(version)
+    links = {row.name: row.link for row in (*parameters.joints, *parameters.fingers)}
+    assert all(links[finger.parent] == finger.parent_link for finger in parameters.fingers)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_mimics_are_those_of_the_robot(version: str) -> None:
+    mimics = nao_parameters(version).mimics
+    assert dict(mimics) == dict(nk.load_nao(version).mimics)
+    assert len(mimics) == 17
+    assert mimics["RHipYawPitch"] == Mimic("LHipYawPitch", 1.0, 0.0)
+
+
+def test_a_joint_without_a_motor_of_its_own_is_a_mimic_and_no_other() -> None:
+    parameters = nao_parameters()
+    hip = replace(parameters.joint("RHipYawPitch"), mimic=None)
+    freed = replace(parameters, joints=tuple(hip if row.name == hip.name else row for row in parameters.joints))
+    assert parameters.mimics.keys() - freed.mimics.keys() == {"RHipYawPitch"}
+
+
+def test_joints_and_frames_are_found_by_name() -> None:
+    parameters = nao_parameters()
+    assert all(parameters.joint(row.name) is row for row in parameters.joints)
+    assert all(parameters.frame(row.name) is row for row in parameters.frames)
+    with pytest.raises(UnknownName, match=r"unknown joint 'HeadYow' \(nearest: HeadYaw"):
+        parameters.joint("HeadYow")
+    with pytest.raises(UnknownName, match=r"unknown frame 'CameraTopp' \(nearest: CameraTop"):
+        parameters.frame("CameraTopp")
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_parameters_print_themselves_on_one_short_line(version: str) -> None:
+    parameters = nao_parameters(version)
+    text = repr(parameters)
+    assert text == (
+        f"<NaoParameters {version}: 26 joints, 16 phalanges, {len(parameters.frames)} frames, {parameters.mass:.3f} kg>"
+    )
+
+
+def test_the_parameters_cannot_be_changed() -> None:
+    parameters = nao_parameters()
+    for mapping in (parameters.offsets, parameters.inertials, parameters.mimics):
+        with pytest.raises(TypeError):
+            mapping["NeckOffsetZ"] = 0.0  # type: ignore[index]
+
+
+def test_the_face_of_the_room_exports_what_it_imports_and_says_so_in_order() -> None:
+    assert room.__all__ == sorted(room.__all__, key=lambda name: (not name.isupper(), name))
+    imported = {name for name, value in vars(room).items() if not name.startswith("_") and not inspect.ismodule(value)}
+    assert set(room.__all__) == imported

@@ -1,0 +1,720 @@
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import nao_kin as nk
+from nao_kin import errors
+from nao_kin.errors import (
+    BadArgument,
+    CouplingViolated,
+    DegreesWarning,
+    NaoKinError,
+    NotFinite,
+    OutsideLimits,
+    UnknownName,
+    WrongShape,
+)
+from nao_kin.robot import kinematics as kinematics_module
+
+BATCHES = [(), (1,), (3,), (0,), (2, 3), (2, 0)]
+
+
+def _raw_pose(model: pin.Model, q: np.ndarray, frame: str) -> np.ndarray:
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    return data.oMf[model.getFrameId(frame)].homogeneous
+
+
+# --- configurations ---------------------------------------------------------------------------------------------------
+
+
+def test_a_nao_has_exactly_25_degrees_of_freedom(each_nao: nk.NaoModel) -> None:
+    assert each_nao.nq == each_nao.nv == len(each_nao.joint_names) == 25
+    assert "RHipYawPitch" not in each_nao.joint_names
+    assert each_nao.mimics["RHipYawPitch"].joint == "LHipYawPitch"
+
+
+def test_arrays_of_the_model_cannot_be_written_to(nao: nk.NaoModel) -> None:
+    for array in (nao.lower, nao.upper, nao.velocity_limits, nao.effort_limits):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_limits_and_speeds_are_those_of_the_urdf(each_nao: nk.NaoModel) -> None:
+    assert np.array_equal(each_nao.lower, each_nao.model.lowerPositionLimit)
+    assert np.array_equal(each_nao.upper, each_nao.model.upperPositionLimit)
+    assert np.all(each_nao.velocity_limits > 0)
+    assert np.all(each_nao.effort_limits > 0)
+
+
+def test_the_neutral_configuration_is_zero(nao: nk.NaoModel) -> None:
+    q = nao.neutral()
+    assert np.array_equal(q, np.zeros(25))
+    q[0] = 1.0
+    assert nao.neutral()[0] == 0.0
+
+
+def test_random_configurations_are_inside_all_limits_and_reproducible(each_nao: nk.NaoModel) -> None:
+    q = each_nao.random(7, 2000)
+    assert q.shape == (2000, 25)
+    assert each_nao.limit_violations(q) == ()
+    assert np.array_equal(q, each_nao.random(np.random.default_rng(7), 2000))
+    assert each_nao.random(7).shape == (25,)
+    assert each_nao.random(7, (2, 3)).shape == (2, 3, 25)
+    assert each_nao.random(7, np.int64(2)).shape == (2, 25)
+    assert np.all(np.ptp(q, axis=0) > 0.8 * (each_nao.upper - each_nao.lower))
+
+
+def test_angles_and_configuration_are_inverse(nao: nk.NaoModel) -> None:
+    q = nao.random(0)
+    assert np.array_equal(nao.configuration(nao.angles(q)), q)
+    batch = nao.random(0, (2, 3))
+    assert np.array_equal(nao.configuration(nao.angles(batch)), batch)
+
+
+def test_configuration_takes_batches_of_one_shape_and_scalars_beside_them(nao: nk.NaoModel) -> None:
+    q = nao.configuration({"HeadYaw": [0.1, 0.2], "HeadPitch": 0.05})
+    assert q.shape == (2, 25)
+    assert q[1, nao.joint_names.index("HeadYaw")] == 0.2
+    with pytest.raises(BadArgument, match=r"one batch shape, got HeadYaw \(2,\), HeadPitch \(3,\)"):
+        nao.configuration({"HeadYaw": [0.1, 0.2], "HeadPitch": [0.1, 0.2, 0.3]})
+
+
+def test_integers_are_numbers(nao: nk.NaoModel) -> None:
+    assert nao.configuration({"HeadYaw": 1})[0] == 1.0
+    assert np.array_equal(nao.fk([0] * 25, "LArm"), nao.fk(nao.neutral(), "LArm"))
+
+
+@pytest.mark.parametrize(
+    "name", ["Stand", "StandInit", "StandZero", "Crouch", "Sit", "SitRelax", "LyingBelly", "LyingBack"]
+)
+def test_postures_are_inside_all_limits(each_nao: nk.NaoModel, name: str) -> None:
+    each_nao.check_limits(each_nao.posture(name))
+
+
+def test_body_order_repeats_the_hip_and_returns(nao: nk.NaoModel) -> None:
+    q = nao.random(1, 5)
+    body = nao.to_body(q)
+    assert body.shape == (5, 26)
+    left, right = (nao.body_order.index(name) for name in ("LHipYawPitch", "RHipYawPitch"))
+    assert np.array_equal(body[:, left], body[:, right])
+    assert np.array_equal(nao.from_body(body), q)
+    head = nao.to_body(nao.configuration({"HeadPitch": 0.1}))
+    assert head[1] == 0.1
+
+
+def test_body_values_are_those_of_the_joints_on_a_floating_base_too() -> None:
+    nao = nk.load_nao(base="floating")
+    body = np.arange(26.0)
+    right = nao.body_order.index("RHipYawPitch")
+    body[right] = body[nao.body_order.index("LHipYawPitch")]
+    q = nao.from_body(body)  # no limits unless they are asked for
+    assert q[:7].tolist() == [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    assert nao.to_body(q).tolist() == body.tolist()
+    assert nao.angles(q)["RShoulderRoll"] == nao.body_order.index("RShoulderRoll")
+    with pytest.raises(OutsideLimits):
+        nao.from_body(body, limits="raise")
+    assert nao.within_limits(nao.from_body(body, limits="clamp"))
+
+
+def test_two_hips_that_disagree_are_refused_by_both_names_and_values(nao: nk.NaoModel) -> None:
+    with pytest.raises(CouplingViolated, match=r"LHipYawPitch = 0\.1 drives RHipYawPitch.* RHipYawPitch = 0\.2"):
+        nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.2})
+    body = nao.to_body(nao.neutral())
+    body[nao.body_order.index("RHipYawPitch")] = 0.3
+    with pytest.raises(CouplingViolated) as caught:
+        nao.from_body(body)
+    assert (caught.value.primary, caught.value.mimic, caught.value.mimic_value) == ("LHipYawPitch", "RHipYawPitch", 0.3)
+
+
+def test_one_hip_alone_sets_the_other(nao: nk.NaoModel) -> None:
+    assert np.array_equal(nao.configuration({"RHipYawPitch": 0.2}), nao.configuration({"LHipYawPitch": 0.2}))
+
+
+def test_a_finger_sets_its_hand(nao: nk.NaoModel) -> None:
+    q = nao.configuration({"LHandFinger11": 0.5})
+    assert q[nao.joint_names.index("LHand")] == pytest.approx(0.5 / 0.999899)
+    with pytest.raises(CouplingViolated):
+        nao.configuration({"LHandFinger11": 0.5, "LHandFinger12": 0.6})
+
+
+# --- forward kinematics -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("batch", BATCHES)
+def test_every_result_has_the_batch_shape_of_its_input(nao: nk.NaoModel, batch: tuple[int, ...]) -> None:
+    q = nao.random(0, batch) if batch else nao.random(0)
+    links = len(nao.link_names)
+    assert nao.fk(q, "LArm").shape == (*batch, 4, 4)
+    assert nao.fk(q, ["LArm", "RArm"]).shape == (*batch, 2, 4, 4)
+    assert nao.fk(q).shape == (*batch, links, 4, 4)
+    assert nao.fk(q, "LArm", reference="Head").shape == (*batch, 4, 4)
+    assert nao.fk(q, reference="Head").shape == (*batch, links, 4, 4)
+    assert nao.rotation(q, "LArm").shape == (*batch, 3, 3)
+    assert nao.position(q, "LArm").shape == (*batch, 3)
+    assert nao.jacobian(q, "LArm").shape == (*batch, 6, 25)
+    assert nao.com(q).shape == (*batch, 3)
+    assert nao.com(q, reference="LLeg").shape == (*batch, 3)
+    assert nao.clamp(q).shape == (*batch, 25)
+    assert nao.to_body(q).shape == (*batch, 26)
+
+
+def test_a_batch_holds_what_its_configurations_give_one_by_one(nao: nk.NaoModel) -> None:
+    q = nao.random(0, (2, 3))
+    for method in (
+        lambda q: nao.fk(q, "RLeg"),
+        lambda q: nao.fk(q),
+        lambda q: nao.fk(q, ["RArm", "Head"], reference="LLeg"),
+        lambda q: nao.jacobian(q, "RLeg", "frame"),
+        lambda q: nao.com(q),
+    ):
+        together = method(q)
+        for index in np.ndindex(2, 3):
+            assert np.array_equal(together[index], method(q[index]))
+
+
+def test_poses_are_those_of_pinocchio(each_nao: nk.NaoModel) -> None:
+    for q in each_nao.random(2, 5):
+        for frame in each_nao.frame_names:
+            expected = _raw_pose(each_nao.model, q, frame)
+            assert np.array_equal(each_nao.fk(q, frame), expected)
+        assert np.array_equal(each_nao.fk(q), each_nao.fk(q, each_nao.link_names))
+
+
+def test_without_the_known_memory_layout_the_poses_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    fast, slow = nk.load_nao(), nk.load_nao()
+    monkeypatch.setattr(kinematics_module, "_block_of", lambda data, count: None)
+    q = fast.random(0)
+    assert np.array_equal(slow.fk(q), nk.load_nao().fk(q))
+    monkeypatch.undo()
+    assert np.array_equal(fast.fk(q), slow.fk(q))
+    assert np.array_equal(fast.fk(q, "LArm"), slow.fk(q, "LArm"))
+
+
+def test_the_layout_is_recognised_by_its_addresses(nao: nk.NaoModel) -> None:
+    data = nao.model.createData()
+    assert kinematics_module._block_of(data, nao.model.nframes) is not None
+    other = type("Data", (), {"oMf": [pin.SE3.Identity() for _ in range(5)]})()
+    assert kinematics_module._block_of(other, 5) is None
+
+
+def test_poses_in_a_reference_are_relative_poses(nao: nk.NaoModel) -> None:
+    q = nao.random(3)
+    expected = np.linalg.inv(nao.fk(q, "LLeg")) @ nao.fk(q, "CameraTop")
+    assert np.allclose(nao.fk(q, "CameraTop", reference="LLeg"), expected, atol=1e-15)
+    assert np.allclose(nao.fk(q, "LLeg", reference="LLeg"), np.eye(4), atol=1e-15)
+    assert np.array_equal(nao.fk(q, "LLeg", reference="world"), nao.fk(q, "LLeg"))
+    assert np.array_equal(nao.fk(q, "LLeg", reference="torso"), nao.fk(q, "LLeg"))
+
+
+@pytest.mark.parametrize("frames", ["LArm", ["LArm"], ["LArm", "Head", "RLeg"], None])
+@pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3)])
+def test_relative_poses_are_those_of_pinocchio_for_any_number_of_frames(nao: nk.NaoModel, frames, shape) -> None:
+    q = nao.random(4, shape)
+    found = nao.fk(q, frames, reference="LElbowRoll").reshape(-1, *nao.fk(q[(0,) * len(shape)], frames).shape)
+    names = [frames] if isinstance(frames, str) else nao.link_names if frames is None else frames
+    data = nao.model.createData()
+    for row, poses in zip(q.reshape(-1, 25), found, strict=True):
+        pin.framesForwardKinematics(nao.model, data, row)
+        reference = data.oMf[nao.frame_ids(["LElbowRoll"])[0]]
+        for index, T in zip(nao.frame_ids(names), poses.reshape(-1, 4, 4), strict=True):
+            assert np.allclose(T, reference.actInv(data.oMf[index]).homogeneous, rtol=0.0, atol=1e-14)
+
+
+def test_a_joint_names_the_frame_that_moves_with_it(nao: nk.NaoModel) -> None:
+    q = nao.random(4)
+    assert np.array_equal(nao.fk(q, "LAnkleRoll"), nao.fk(q, "l_ankle"))
+    assert np.array_equal(nao.fk(q, "RHipYawPitch"), nao.fk(q, "RPelvis"))
+
+
+def test_results_are_fresh_arrays(nao: nk.NaoModel) -> None:
+    q = nao.random(5)
+    first = nao.fk(q)
+    kept = first.copy()
+    nao.fk(nao.random(6))
+    assert np.array_equal(first, kept)
+    first[...] = 0.0
+    assert np.array_equal(nao.fk(q), kept)
+    for array in (nao.fk(q, "LArm"), nao.rotation(q, "LArm"), nao.position(q, "LArm"), nao.com(q), nao.check_limits(q)):
+        assert array.flags.writeable
+        assert not np.shares_memory(array, q)
+
+
+def test_a_configuration_in_any_memory_layout_gives_the_same_pose(nao: nk.NaoModel) -> None:
+    q = nao.random(7)
+    strided = np.zeros((25, 2))
+    strided[:, 1] = q
+    for same in (strided[:, 1], q[::-1].copy()[::-1], list(q), tuple(q), q.astype(np.float32).astype(float) * 0 + q):
+        assert np.array_equal(nao.fk(same, "RArm"), nao.fk(q, "RArm"))
+
+
+# --- Jacobian and centre of mass --------------------------------------------------------------------------------------
+
+
+def _twist_by_differences(
+    robot: nk.RobotModel, q: np.ndarray, frame: str, column: int, step: float = 1e-6
+) -> np.ndarray:
+    """(v, ω) of the frame's origin in the root's axes, by central differences along one velocity coordinate."""
+    velocity = np.zeros(robot.nv)
+    velocity[column] = step
+    before = robot.fk(pin.integrate(robot.model, q, -velocity), frame)
+    after = robot.fk(pin.integrate(robot.model, q, velocity), frame)
+    linear = (after[:3, 3] - before[:3, 3]) / (2 * step)
+    spin = (after[:3, :3] @ before[:3, :3].T - before[:3, :3] @ after[:3, :3].T) / 2 / (2 * step)
+    return np.array([*linear, spin[2, 1], spin[0, 2], spin[1, 0]])
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_jacobians_agree_with_central_differences(base: str) -> None:
+    nao = nk.load_nao("v6", base=base)
+    rng = np.random.default_rng(0)
+    for q in nao.random(rng, 4):
+        if base == "floating":
+            q[:7] = pin.integrate(nao.model, q, np.array([*rng.normal(size=6), *np.zeros(25)]))[:7]
+        for frame in ("CameraTop_optical_frame", "LArm", "RLeg", "RFinger13_link", "RHipYawPitch", "torso"):
+            mixed = nao.jacobian(q, frame, "mixed")
+            numeric = np.stack([_twist_by_differences(nao, q, frame, column) for column in range(nao.nv)], axis=1)
+            assert np.allclose(mixed, numeric, atol=2e-9)
+            T = nao.fk(q, frame)
+            R, p = T[:3, :3], T[:3, 3]
+            local = nao.jacobian(q, frame, "frame")
+            assert np.allclose(R @ local[:3], mixed[:3], atol=1e-14)
+            assert np.allclose(R @ local[3:], mixed[3:], atol=1e-14)
+            root = nao.jacobian(q, frame, "root")
+            # The spatial twist is the velocity of the point of the body that passes through the root's origin.
+            assert np.allclose(root[:3], mixed[:3] + np.cross(p, mixed[3:], axis=0).reshape(3, -1), atol=1e-14)
+            assert np.allclose(root[3:], mixed[3:], atol=1e-14)
+
+
+def test_the_shared_hip_motor_moves_both_feet(nao: nk.NaoModel) -> None:
+    column = nao.joint_names.index("LHipYawPitch")
+    q = nao.posture("StandInit")
+    assert np.linalg.norm(nao.jacobian(q, "LLeg")[3:, column]) == pytest.approx(1.0)
+    assert np.linalg.norm(nao.jacobian(q, "RLeg")[3:, column]) == pytest.approx(1.0)
+
+
+def test_an_unknown_expression_is_refused(nao: nk.NaoModel) -> None:
+    with pytest.raises(UnknownName, match=r"unknown expression 'local' \(valid: frame, root, mixed\)"):
+        nao.jacobian(nao.neutral(), "LArm", "local")  # type: ignore[arg-type]
+
+
+def test_the_centre_of_mass_is_the_mean_of_the_links(each_nao: nk.NaoModel) -> None:
+    """Summed link by link from the parameters, the trunk included, which Pinocchio leaves out."""
+    from nao_kin.robot.nao import nao_parameters
+
+    rows = nao_parameters(each_nao.version).inertials
+    for q in each_nao.random(8, 20):
+        moment = np.zeros(3)
+        for link, row in rows.items():
+            moment += row.mass_kg * (each_nao.fk(q, link) @ [*row.com_m, 1.0])[:3]
+        placeholder = each_nao.mass - sum(row.mass_kg for row in rows.values())
+        assert np.allclose(each_nao.com(q), moment / each_nao.mass, atol=1e-12 + 0.3 * placeholder / each_nao.mass)
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (4,), (2, 2)])
+@pytest.mark.parametrize("root", [0.0, 2.0])
+@pytest.mark.parametrize("tip", [0.0, 3.0])
+def test_the_centre_of_mass_counts_root_and_tip_by_their_masses(tmp_path, shape, root: float, tip: float) -> None:
+    bodies = "".join(
+        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/></inertial></link>'
+        for name, mass, centre in (("root", root, "0.3 -0.2 0.1"), ("tip", tip, "0 0.5 0"))
+    )
+    path = tmp_path / "robot.urdf"
+    path.write_text(
+        f'<robot name="r">{bodies}<joint name="J" type="continuous"><parent link="root"/><child link="tip"/>'
+        '<origin xyz="1 0 0"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    robot = nk.RobotModel.from_urdf(path)
+    q = np.random.default_rng(0).uniform(-3.0, 3.0, (*shape, 1))
+    assert robot.mass == root + tip
+    if root + tip == 0.0:
+        with pytest.raises(BadArgument, match="r has no mass"):
+            robot.com(q)
+        return
+    at_tip = np.concatenate([1.0 - 0.5 * np.sin(q), 0.5 * np.cos(q), np.zeros_like(q)], axis=-1)
+    expected = (root * np.array([0.3, -0.2, 0.1]) + tip * at_tip) / (root + tip)
+    assert np.allclose(robot.com(q), expected, rtol=0.0, atol=1e-15)
+
+
+def test_the_centre_of_mass_transforms_with_its_reference(nao: nk.NaoModel) -> None:
+    q = nao.random(9)
+    T = nao.fk(q, "LLeg")
+    assert np.allclose((T @ [*nao.com(q, reference="LLeg"), 1.0])[:3], nao.com(q), atol=1e-15)
+
+
+def test_a_payload_added_to_the_model_counts() -> None:
+    fixed, free = nk.load_nao(), nk.load_nao(base="floating")
+    for nao in (fixed, free):
+        index = nao.model.getJointId("LWristYaw")
+        nao.model.inertias[index] += pin.Inertia(0.5, np.array([0.05, 0.0, 0.0]), np.zeros((3, 3)))
+    q = fixed.random(0)
+    q_free = free.neutral()
+    q_free[7:] = q
+    assert fixed.mass == pytest.approx(nk.load_nao().mass + 0.5)
+    assert np.allclose(fixed.com(q), free.com(q_free), atol=1e-15)
+    assert np.array_equal(pickle.loads(pickle.dumps(fixed)).com(q), fixed.com(q))
+
+
+def test_a_floating_base_with_a_sloppy_quaternion_still_gives_rotations() -> None:
+    free = nk.load_nao(base="floating")
+    q = free.neutral()
+    q[3:7] = np.array([0.5, 0.5, 0.5, 0.5]) * (1 + 9e-7)
+    R = free.rotation(q, "LArm")
+    assert np.allclose(R @ R.T, np.eye(3), atol=1e-15)
+    assert q[3] == 0.5 * (1 + 9e-7)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda nao: nao.fk(nao.neutral(), "LHnd"),
+        lambda nao: nao.configuration({"HeadYaw": 9.0}),
+        lambda nao: nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.2}),
+        lambda nao: nao.fk(np.zeros(3)),
+    ],
+)
+def test_errors_come_back_from_other_processes(nao: nk.NaoModel, error) -> None:
+    with pytest.raises(NaoKinError) as caught:
+        error(nao)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert type(again) is type(caught.value)
+    assert str(again) == str(caught.value)
+    assert vars(again).keys() == vars(caught.value).keys()
+
+
+def test_violations_of_a_large_batch_are_counted_and_not_all_told(nao: nk.NaoModel) -> None:
+    q = np.full((5000, 25), 9.0)
+    with pytest.raises(OutsideLimits, match=r"and 124997 more") as caught:
+        nao.check_limits(q)
+    assert caught.value.count == 125000
+    assert len(caught.value.violations) == 2500
+
+
+def test_a_floating_base_moves_everything(nao: nk.NaoModel) -> None:
+    free = nk.load_nao("v6", base="floating")
+    assert (free.nq, free.nv) == (32, 31)
+    assert free.joint_names == nao.joint_names
+    q = free.random(10)
+    assert q.shape == (32,)
+    assert np.array_equal(q[:7], [0, 0, 0, 0, 0, 0, 1])
+    assert np.allclose(free.fk(q, "LArm"), nao.fk(q[7:], "LArm"), atol=1e-15)
+    assert np.allclose(free.com(q), nao.com(q[7:]), atol=1e-15)
+    q[:3] = [1.0, 2.0, 3.0]
+    q[3:7] = [0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)]
+    turned = np.array([[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0], [0.0, 0.0, 0.0, 1.0]])
+    assert np.allclose(free.fk(q, "LArm"), turned @ nao.fk(q[7:], "LArm"), atol=1e-15)
+    assert np.allclose(free.fk(q, "LArm", reference="torso"), nao.fk(q[7:], "LArm"), atol=1e-15)
+    assert np.allclose(free.com(q), (turned @ [*nao.com(q[7:]), 1.0])[:3], atol=1e-14)
+    assert free.mass == pytest.approx(nao.mass, rel=1e-15)
+    with pytest.raises(BadArgument, match=r"unit quaternion \(x, y, z, w\), got one of norm 1\.1"):
+        free.fk([*q[:6], 0.855, *q[7:]])
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda n: n.fk(n.neutral(), "LHnd"), r"unknown frame 'LHnd' \(nearest: LHand"),
+        (lambda n: n.fk(n.neutral(), ["LArm", "larm2"]), r"unknown frame 'larm2' \(nearest: LArm"),
+        (lambda n: n.fk(n.neutral(), "LArm", reference="trunk"), "unknown frame 'trunk'"),
+        (lambda n: n.fk(n.neutral(), 3), "unknown frame '3'"),
+        (lambda n: n.fk(n.neutral(), ["LArm", None]), "unknown frame 'None'"),
+        (lambda n: n.posture("standinit"), r"unknown posture 'standinit' \(nearest: StandInit"),
+        (lambda n: n.configuration({"HeadYam": 0.1}), r"unknown joint 'HeadYam' \(nearest: HeadYaw"),
+        (lambda n: n.configuration({"LHandFinger9": 0.1}), r"unknown joint 'LHandFinger9' \(nearest: LHandFinger"),
+        (lambda n: n.configuration({"HeadYaw": 0.1}, limits="warn"), "unknown limits policy 'warn'"),
+        (lambda n: nk.load_nao("v7"), "unknown NAO version 'v7'"),
+        (lambda n: nk.load_robot("rome"), r"unknown robot 'rome' \(nearest: romeo"),
+    ],
+)
+def test_unknown_names_are_answered_with_the_nearest_ones(nao: nk.NaoModel, call, message: str) -> None:
+    with pytest.raises(UnknownName, match=message):
+        call(nao)
+
+
+@pytest.mark.parametrize("q", [np.zeros(24), np.zeros(26), np.zeros((25, 2)), 0.0, [], np.zeros((0,))])
+def test_a_wrong_shape_is_told_with_the_right_one(nao: nk.NaoModel, q) -> None:
+    for method in (nao.fk, nao.com, nao.angles, nao.clamp, nao.check_limits, nao.to_body):
+        with pytest.raises(WrongShape, match=r"q must have shape \(\.\.\., 25\), got \("):
+            method(q)
+    with pytest.raises(WrongShape, match="Body values"):
+        nao.from_body(np.zeros(25))
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_nan_and_infinity_are_told_with_the_joint(nao: nk.NaoModel, bad: float) -> None:
+    q = nao.random(0, (2, 2))
+    q[1, 0, 3] = bad
+    for method in (nao.fk, nao.com, lambda q: nao.jacobian(q, "LArm"), nao.clamp, nao.check_limits):
+        with pytest.raises(NotFinite, match=rf"q must be finite, got {bad} at index \[1, 0, 3\] \(LHipRoll\)"):
+            method(q)
+        with pytest.raises(NotFinite, match=r"\(LHipRoll\)"):
+            method(q[1, 0])
+    with pytest.raises(NotFinite, match="HeadYaw must be finite"):
+        nao.configuration({"HeadYaw": bad})
+    for angles in ({"RHipYawPitch": bad}, {"LHipYawPitch": 0.1, "RHipYawPitch": bad}):
+        with pytest.raises(NotFinite, match="RHipYawPitch must be finite"):
+            nao.configuration(angles)
+
+
+def test_a_whole_number_too_large_for_floating_point_is_refused(nao: nk.NaoModel) -> None:
+    for name in ("HeadYaw", "RHipYawPitch"):
+        with pytest.raises(BadArgument, match=f"{name} must be real numbers, got 1000"):
+            nao.configuration({name: 10**400})
+
+
+def test_frames_may_come_from_an_iterator(nao: nk.NaoModel) -> None:
+    q, names = nao.posture("StandInit"), ("LArm", "Head", "RLeg")
+    for _ in range(2):
+        assert np.array_equal(nao.fk(q, (name for name in names)), nao.fk(q, names))
+
+
+@pytest.mark.parametrize("q", ["stand", [["a"]], [1, [2, 3]], None, [1j] * 25, object()])
+def test_what_is_no_number_is_refused(nao: nk.NaoModel, q) -> None:
+    with pytest.raises(BadArgument, match="q must be real numbers, got "):
+        nao.fk(q)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda n: n.random("seed"),
+        lambda n: n.random(-1),
+        lambda n: n.random(0, 2.5),
+        lambda n: n.random(0, -1),
+        lambda n: n.random(0, "ab"),
+        lambda n: n.configuration([0.1, 0.2]),
+    ],
+)
+def test_arguments_of_the_wrong_kind_are_refused(nao: nk.NaoModel, call) -> None:
+    with pytest.raises(BadArgument):
+        call(nao)
+
+
+def test_huge_finite_values_are_not_taken_for_infinity(nao: nk.NaoModel) -> None:
+    q = nao.neutral()
+    q[0] = 1e200  # its square overflows
+    with pytest.warns(DegreesWarning, match="HeadYaw"):
+        assert np.isfinite(nao.fk(q, "Head")).all()
+
+
+def test_an_unknown_base_is_refused() -> None:
+    with pytest.raises(BadArgument, match="base must be 'fixed' or 'floating', got 'free'"):
+        nk.load_nao(base="free")  # type: ignore[arg-type]
+
+
+# Names come from files and callers, and so do line breaks of every kind.
+_LINES = "one\ntwo\r\nthree\x0bfour\x85five\u2028six"
+_COUPLING = SimpleNamespace(
+    primary=_LINES, mimic=_LINES, primary_value=0.1, mimic_value=0.2, expected=0.1, nearest=0.15, index=(0,)
+)
+_ERRORS = [
+    NaoKinError(_LINES),
+    UnknownName(_LINES, _LINES, ()),
+    UnknownName("joint", _LINES, (_LINES, "HeadYaw"), _LINES),
+    UnknownName("joint", "x", (_LINES,)),
+    UnknownName("joint", "x", (_LINES, *map(str, range(20)), _LINES)),
+    BadArgument(_LINES),
+    WrongShape(_LINES, _LINES, _LINES),
+    NotFinite(_LINES, (1, 2), math.nan, _LINES),
+    errors.NotARotation((0,), 0.1, 0.2),
+    errors.ZeroNorm(_LINES, (0,)),
+    errors.DegeneratePoints(_LINES),
+    OutsideLimits([nk.LimitViolation(_LINES, 2.0, -1.0, 1.0, "rad", (0,), _LINES, 0.5)] * 5),
+    CouplingViolated(_LINES, _LINES, 0.1, 0.2, 0.1),
+    errors.DisagreeingJoints([_COUPLING, _COUPLING]),
+    errors.BadModel(_LINES),
+    errors.BadInputFile(_LINES, _LINES, 3, 4),
+    errors.MissingExtra(_LINES, _LINES),
+    errors.SingularMatrix(_LINES, _LINES, (0,)),
+    errors.NoBrowser(_LINES),
+    errors.NotABatch(_LINES),
+]
+
+
+def test_no_kind_of_error_was_forgotten() -> None:
+    kinds = {kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, Exception)}
+    kinds = {kind for kind in kinds if not issubclass(kind, Warning)}
+    assert kinds == {type(error) for error in _ERRORS}
+
+
+@pytest.mark.parametrize("error", _ERRORS, ids=lambda error: type(error).__name__)
+def test_every_error_is_one_line_and_of_one_family(error: NaoKinError) -> None:
+    assert isinstance(error, NaoKinError)
+    assert len(str(error).splitlines()) == 1
+    assert len(str(pickle.loads(pickle.dumps(error))).splitlines()) == 1
+
+
+# --- copies, pickles, threads -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("duplicate", [lambda m: pickle.loads(pickle.dumps(m)), copy.copy, copy.deepcopy])
+def test_copies_answer_like_the_original(duplicate, base: str) -> None:
+    nao = nk.load_nao("v5", base=base)
+    other = duplicate(nao)
+    q = nao.random(0, 3)
+    assert np.array_equal(other.fk(q), nao.fk(q))
+    assert np.array_equal(other.com(q), nao.com(q))
+    assert (other.version, other.base, other.joint_names, other.mimics) == ("v5", base, nao.joint_names, nao.mimics)
+    assert not other.lower.flags.writeable
+    assert other.posture("Sit").shape == (nao.nq,)
+
+
+def test_a_pickle_carries_what_was_changed_in_the_model() -> None:
+    nao = nk.load_nao()
+    nao.model.jointPlacements[1].translation = np.array([0.0, 0.0, 0.2])
+    other = pickle.loads(pickle.dumps(nao))
+    assert other.position(other.neutral(), "Head")[2] == 0.2
+
+
+def test_a_pickle_lives_in_another_process(tmp_path) -> None:
+    nao = nk.load_nao("v4")
+    (tmp_path / "nao.pickle").write_bytes(pickle.dumps(nao))
+    code = (
+        "import pickle, sys; nao = pickle.load(open(sys.argv[1], 'rb')); "
+        "print(repr(nao.position(nao.posture('Stand'), 'LArm').tolist()))"
+    )
+    child = subprocess.run([sys.executable, "-c", code, tmp_path / "nao.pickle"], capture_output=True, text=True)
+    assert child.stdout.strip() == repr(nao.position(nao.posture("Stand"), "LArm").tolist()), child.stderr
+
+
+def test_threads_do_not_disturb_each_other(nao: nk.NaoModel) -> None:
+    configurations = nao.random(0, (8, 200))
+    expected = [np.stack([nao.fk(row, ["LArm", "RLeg"]) for row in q]) for q in configurations]
+    barrier = threading.Barrier(8)
+
+    def work(q: np.ndarray) -> np.ndarray:
+        barrier.wait()
+        return np.stack([nao.fk(row, ["LArm", "RLeg"]) for row in q])
+
+    with ThreadPoolExecutor(8) as pool:
+        for got, wanted in zip(pool.map(work, configurations), expected, strict=True):
+            assert np.array_equal(got, wanted)
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    code = (
+        "import sys, nao_kin; nao_kin.rotations; nao_kin.screws.lines; print('pinocchio' in sys.modules); "
+        "nao_kin.load_nao(); heavy = {'numba', 'yourdfpy', 'meshcat', 'trimesh', 'scipy', 'rich'}; "
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert child.stdout.split("\n")[:2] == ["False", "[]"], child.stderr
+
+
+# --- limits -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_joint_outside_its_limits_is_told_with_value_and_limits(nao: nk.NaoModel) -> None:
+    with pytest.raises(OutsideLimits, match=r"HeadYaw = 3 not in \[-2\.08567, 2\.08567\] rad") as caught:
+        nao.configuration({"HeadYaw": 3.0})
+    (violation,) = caught.value.violations
+    assert (violation.joint, violation.value, violation.unit) == ("HeadYaw", 3.0, "rad")
+    assert violation.excess == pytest.approx(3 - nao.upper[0])
+    assert nao.configuration({"HeadYaw": 3.0}, limits="ignore")[0] == 3.0
+    assert nao.configuration({"HeadYaw": 3.0}, limits="clamp")[0] == nao.upper[0]
+
+
+def test_only_named_joints_face_their_limits(nao: nk.NaoModel) -> None:
+    """The elbows' range excludes the zero that joints not named stand at."""
+    q = nao.configuration({"HeadYaw": 0.3})
+    with pytest.raises(OutsideLimits, match="LElbowRoll = 0"):
+        nao.check_limits(q)
+    assert np.array_equal(nao.configuration({"HeadYaw": 0.3}, limits="clamp"), q)
+
+
+def test_fk_looks_at_limits_only_when_asked(nao: nk.NaoModel) -> None:
+    q = nao.configuration({"LShoulderRoll": 2.0}, limits="ignore")
+    nao.fk(q, "LArm")
+    nao.fk(q, "LArm", limits="ignore")
+    with pytest.raises(OutsideLimits, match="LShoulderRoll = 2"):
+        nao.fk(q, "LArm", limits="raise")
+    assert np.array_equal(nao.fk(q, "LArm", limits="clamp"), nao.fk(nao.clamp(q), "LArm"))
+
+
+def test_the_coupled_table_of_the_head_is_the_published_one(nao: nk.NaoModel) -> None:
+    yaw, pitch = math.radians(62.45), math.radians(17.19)
+    inside = nao.configuration({"HeadYaw": yaw, "HeadPitch": pitch - 3e-6})
+    assert inside.shape == (25,)
+    with pytest.raises(OutsideLimits, match=r"HeadPitch = .* at HeadYaw = 1\.08996") as caught:
+        nao.configuration({"HeadYaw": yaw, "HeadPitch": pitch + 3e-6})
+    assert caught.value.violations[0].upper == pytest.approx(pitch)
+    between = nao.configuration({"HeadYaw": math.radians(20), "HeadPitch": 0.5}, limits="clamp")
+    expected = 29.51 + (24.18 - 29.51) * 20 / 27.85
+    assert between[nao.joint_names.index("HeadPitch")] == pytest.approx(math.radians(expected))
+
+
+def test_the_ankle_roll_is_bound_by_the_ankle_pitch(nao: nk.NaoModel) -> None:
+    for side, low, high in (("L", 0.0, 2.86), ("R", -2.86, 0.0)):
+        stretched = {f"{side}AnklePitch": math.radians(52.86)}
+        for roll in (low - 1.0, high + 1.0):
+            with pytest.raises(OutsideLimits, match=f"{side}AnkleRoll"):
+                nao.configuration({**stretched, f"{side}AnkleRoll": math.radians(roll)})
+        nao.configuration({**stretched, f"{side}AnkleRoll": math.radians((low + high) / 2)})
+
+
+@given(st.lists(st.floats(-4, 4), min_size=25, max_size=25))
+def test_clamping_lands_inside_and_leaves_what_is_inside(values: list[float]) -> None:
+    nao = _NAO
+    q = nao.clamp(values)
+    assert nao.limit_violations(q) == ()
+    assert np.array_equal(nao.clamp(q), q)
+    touched = {violation.joint for violation in nao.limit_violations(values)}
+    for index, name in enumerate(nao.joint_names):
+        if name not in touched and name not in ("HeadPitch", "LAnkleRoll", "RAnkleRoll"):
+            assert q[index] == pytest.approx(values[index], abs=1e-6)
+
+
+def test_violations_of_a_batch_say_which_configuration(nao: nk.NaoModel) -> None:
+    q = nao.random(0, (2, 3))
+    q[1, 2, 0] = 9.0
+    (violation,) = nao.limit_violations(q)
+    assert violation.index == (1, 2)
+    assert str(violation).endswith("(configuration 1, 2)")
+
+
+def test_a_value_on_the_limit_is_inside(nao: nk.NaoModel) -> None:
+    for index, name in enumerate(nao.joint_names):
+        if name in ("HeadPitch", "LAnkleRoll", "RAnkleRoll"):
+            continue
+        for value in (nao.lower[index], nao.upper[index], math.radians(math.degrees(nao.upper[index]))):
+            nao.configuration({name: value})
+
+
+_NAO = nk.load_nao()
+
+
+def test_no_message_repeats_more_than_a_little_of_what_it_was_given() -> None:
+    for error in (UnknownName("joint", "x" * 100_000, ("HeadYaw",)), UnknownName("joint", "y", ("z" * 100_000,))):
+        assert len(str(error)) < 600
+
+
+def test_arguments_of_the_wrong_kind_are_repeated_only_in_part(nao: nk.NaoModel) -> None:
+    long = "x" * 10_000
+    for call in (
+        lambda: nk.load_nao(base=long),  # type: ignore[arg-type]
+        lambda: nk.joints.mobility(5 * 10**3000),  # type: ignore[arg-type]
+        lambda: nk.joints.mobility(["revolute"], space=long),  # type: ignore[arg-type]
+        lambda: nk.joints.group_joints(nao, tolerance=long),  # type: ignore[arg-type]
+        lambda: nk.Viewer(nao).show_frames(5 * 10**3000),  # type: ignore[arg-type]
+        lambda: nk.lines.incident(*[nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])] * 2, within=long),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(nk.NaoKinError) as caught:
+            call()
+        assert len(str(caught.value)) < 400

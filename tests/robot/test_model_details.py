@@ -1,0 +1,369 @@
+"""Single decisions of the robot model and of its surroundings, each with the test that notices when it is reversed."""
+
+from __future__ import annotations
+
+import copy
+import csv
+import io
+import json
+import math
+import os
+import pickle
+import sys
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from made_up_robots import J, made_up
+
+import nao_kin as nk
+from nao_kin._core.files import write_bytes, write_text
+from nao_kin.cli import doctor
+from nao_kin.cli import doctor as probes
+from nao_kin.cli.app import run
+from nao_kin.errors import BadArgument, CouplingViolated
+from nao_kin.robot.checks import Coordinates
+from nao_kin.robot.limits import JointLimits
+from nao_kin.robot.nao import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
+from nao_kin.robot.semantics import Mimic
+
+# --- building and unpickling ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_speed_and_torque_of_a_foreign_joint_are_not_exchanged(tmp_path: Path, base: str) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", kind="continuous"), J("c", axis=(1.0, 0.0, 0.0)), base=base)
+    assert robot.velocity_limits.tolist() == [2.0, math.inf, 2.0]
+    assert robot.effort_limits.tolist() == [5.0, math.inf, 5.0]
+    assert np.array_equal(robot.model.upperVelocityLimit[-3:], robot.velocity_limits)
+    assert np.array_equal(robot.model.upperEffortLimit[-3:], robot.effort_limits)
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_speed_and_torque_are_bounded_on_both_sides(tmp_path: Path, base: str) -> None:
+    for robot in (nk.load_nao("v5", base=base), made_up(tmp_path, J("a"), J("b"), base=base)):
+        joints = slice(robot.nv - len(robot.joint_names), None)
+        assert np.array_equal(robot.model.lowerVelocityLimit[joints], -robot.velocity_limits)
+        assert np.array_equal(robot.model.lowerEffortLimit[joints], -robot.effort_limits)
+        assert np.all(robot.velocity_limits > 0)
+        assert np.all(robot.effort_limits > 0)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_floating_base_leaves_every_joint_its_own_limits(version: str) -> None:
+    fixed, free = nk.load_nao(version), nk.load_nao(version, base="floating")
+    for limits in ("lower", "upper", "velocity_limits", "effort_limits"):
+        assert getattr(free, limits).shape == (25,)
+        assert np.array_equal(getattr(free, limits), getattr(fixed, limits)), limits
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("duplicate", [lambda robot: pickle.loads(pickle.dumps(robot)), copy.deepcopy])
+def test_copies_keep_every_number_that_was_changed_in_the_model(duplicate, base: str) -> None:
+    nao = nk.load_nao("v6", base=base)
+    model, untouched = nao.model, nk.load_nao("v6", base=base)
+    elbow, hip = model.getJointId("LElbowYaw"), model.getJointId("RHipYawPitch")
+    model.jointPlacements[elbow].translation = np.array([0.11, 0.01, 0.02])
+    body = model.inertias[hip]
+    model.inertias[hip] = pin.Inertia(body.mass, np.add(body.lever, [0.0, 0.1, 0.0]), 2.0 * body.inertia)
+    for name in ("CameraTop", "LArm"):
+        frame = model.frames[model.getFrameId(name)]
+        frame.placement = frame.placement * pin.SE3(pin.utils.rotate("x", 0.1), np.array([0.0, 0.0, 0.3]))
+    arrays = [f"{side}{what}Limit" for side in ("lower", "upper") for what in ("Position", "Velocity", "Effort")]
+    arrays += ["armature", "rotorInertia", "rotorGearRatio"]
+    for place, name in enumerate(arrays):
+        getattr(model, name)[-1] = 0.25 + place
+    model.gravity.linear = np.array([0.0, 0.0, -1.62])
+    other = duplicate(nao)
+
+    q = nao.random(0)
+    assert np.array_equal(other.fk(q), nao.fk(q))
+    assert np.array_equal(other.com(q), nao.com(q))
+    for name in ("CameraTop", "LArm", "LElbowYaw"):
+        assert not np.allclose(nao.fk(q, name), untouched.fk(q, name), atol=1e-3)
+    assert not np.allclose(nao.com(q), untouched.com(q), atol=1e-3)
+    assert np.array_equal(other.model.inertias[hip].inertia, nao.model.inertias[hip].inertia)
+    assert [getattr(other.model, name)[-1] for name in arrays] == [0.25 + place for place in range(9)]
+    assert other.model.gravity.linear.tolist() == [0.0, 0.0, -1.62]
+
+
+# --- limits -----------------------------------------------------------------------------------------------------------
+
+
+def _at(nao: nk.NaoModel, **degrees: float) -> np.ndarray:
+    return nao.configuration(
+        {**nao.angles(nao.posture("Stand")), **{name: math.radians(value) for name, value in degrees.items()}},
+        limits="ignore",
+    )
+
+
+def test_a_joint_outside_its_range_and_its_table_is_reported_once(nao: nk.NaoModel) -> None:
+    (violation,) = nao.limit_violations(_at(nao, HeadYaw=62.45, HeadPitch=100.0))
+    assert (violation.joint, violation.of) == ("HeadPitch", None)
+    assert np.degrees([violation.lower, violation.upper]) == pytest.approx([-38.5, 29.5])
+    (violation,) = nao.limit_violations(_at(nao, HeadYaw=62.45, HeadPitch=20.0))
+    assert (violation.joint, violation.of) == ("HeadPitch", "HeadYaw")
+    assert np.degrees([violation.lower, violation.upper]) == pytest.approx([-24.64, 17.19])
+
+
+def test_in_a_batch_each_joint_is_reported_by_what_it_violates(nao: nk.NaoModel) -> None:
+    q = np.stack([_at(nao, HeadYaw=62.45, HeadPitch=pitch) for pitch in (100.0, 0.0, 20.0)])
+    found = [(violation.index, violation.joint, violation.of) for violation in nao.limit_violations(q)]
+    assert found == [((0,), "HeadPitch", None), ((2,), "HeadPitch", "HeadYaw")]
+
+
+def test_joints_with_one_limit_are_drawn_within_a_turn_of_it() -> None:
+    names = ("above", "below", "free", "both")
+    lower, upper = np.array([10.0, -math.inf, -math.inf, 0.5]), np.array([math.inf, -10.0, math.inf, 0.75])
+    limits = JointLimits(names, lower, upper, ("rad",) * 4, ())
+    values = limits.random(np.random.default_rng(0), (4000,))
+    assert limits.violations(values) == ()
+    widest = np.array([[10.0, 10.0 + 2 * math.pi], [-10.0 - 2 * math.pi, -10.0], [-math.pi, math.pi], [0.5, 0.75]])
+    assert np.all(values >= widest[:, 0])
+    assert np.all(values <= widest[:, 1])
+    assert np.all(np.ptp(values, axis=0) > [3.0, 3.0, 6.0, 0.24])
+
+
+# --- coordinates ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_two_ends_of_one_motor_agree_to_a_millionth(nao: nk.NaoModel, way: float) -> None:
+    q = nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.1 + way * 0.9e-6})
+    assert q[nao.joint_names.index("LHipYawPitch")] == 0.1
+    for gap in (1.1e-6, 1e-5, 0.9e-3):
+        with pytest.raises(CouplingViolated):
+            nao.configuration({"LHipYawPitch": 0.1, "RHipYawPitch": 0.1 + way * gap})
+
+
+@pytest.fixture
+def offset_robot(tmp_path: Path) -> nk.RobotModel:
+    return made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.5)))
+
+
+def test_a_follower_with_an_offset_sets_its_driver(offset_robot: nk.RobotModel) -> None:
+    q = offset_robot.configuration({"b": [1.5, 0.5, -0.5]})
+    assert q == pytest.approx(np.array([[0.5], [0.0], [-0.5]]), abs=1e-15)
+    for row, angle in zip(q, (1.5, 0.5, -0.5), strict=True):
+        turn = offset_robot.rotation(row, "b", reference="a")
+        assert np.allclose(turn, nk.rotations.rot_z(angle), atol=1e-15)
+
+
+def test_a_follower_with_an_offset_must_suit_its_driver(offset_robot: nk.RobotModel) -> None:
+    assert offset_robot.configuration({"a": 0.25, "b": 1.0})[0] == 0.25
+    with pytest.raises(CouplingViolated) as caught:
+        offset_robot.configuration({"a": 0.25, "b": 0.5})
+    assert (caught.value.primary_value, caught.value.mimic_value, caught.value.expected) == (0.25, 0.5, 1.0)
+
+
+def test_values_of_all_joints_have_multiplier_and_offset_of_those_that_follow() -> None:
+    coordinates = Coordinates(("a", "c"), {"b": Mimic("a", 2.0, 0.5), "d": Mimic("c", -1.0, 0.25)})
+    values = coordinates.with_mimics(np.array([[1.0, 10.0], [-2.0, 20.0]]), ("d", "a", "b", "c"))
+    assert values.tolist() == [[-9.75, 1.0, 2.5, 10.0], [-19.75, -2.0, -3.5, 20.0]]
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_base_quaternion_is_of_unit_norm_to_a_millionth(way: float) -> None:
+    nao = nk.load_nao(base="floating")
+    q = nao.neutral()
+    q[3:7] = 0.5
+    for gap in (0.9e-6, 1e-9):
+        q_near = q.copy()
+        q_near[3:7] *= 1 + way * gap
+        assert np.allclose(nao.fk(q_near, "LArm"), nao.fk(q, "LArm"), atol=1e-5)
+    for gap in (1.1e-6, 1e-5, 0.9e-3):
+        q_far = q.copy()
+        q_far[3:7] *= 1 + way * gap
+        with pytest.raises(BadArgument, match="unit quaternion"):
+            nao.fk(np.stack([q, q_far]), "LArm")
+
+
+# --- the command line -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def trajectory(nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, np.ndarray]:
+    """Seven configurations in a file, worked through two at a time."""
+    monkeypatch.setattr("nao_kin.cli.fk._CHUNK", 2)
+    q, path = nao.random(3, 7), tmp_path / "walk.csv"
+    lines = [",".join(nao.joint_names), *(",".join(map(repr, row)) for row in q.tolist())]
+    path.write_text("\n".join(lines) + "\n")
+    return path, nao.position(q, ["LArm", "RLeg"])
+
+
+def _numbered_rows(rows: list[list[str]]) -> tuple[list[tuple[int, str]], np.ndarray]:
+    """Row number and frame of each line, and the positions that follow."""
+    numbered = [row for row in rows if row and row[0].isdigit()]
+    return [(int(row[0]), row[1]) for row in numbered], np.array([row[2:5] for row in numbered], dtype=float)
+
+
+@pytest.mark.parametrize("style", ["--csv", "table"])
+def test_rows_are_numbered_through_all_pieces_of_a_file(
+    capsys: pytest.CaptureFixture, trajectory: tuple[Path, np.ndarray], style: str
+) -> None:
+    path, positions = trajectory
+    options = ["--csv"] if style == "--csv" else []
+    assert run(["fk", str(path), "--frame", "LArm", "--frame", "RLeg", *options]) == 0
+    out = capsys.readouterr().out
+    lines = list(csv.reader(io.StringIO(out))) if options else [line.split() for line in out.splitlines()]
+    names, numbers = _numbered_rows(lines)
+    assert names == [(row, frame) for row in range(7) for frame in ("LArm", "RLeg")]
+    assert np.allclose(numbers, positions.reshape(14, 3), atol=0.0 if options else 5.1e-6, rtol=0.0)
+
+
+def test_json_holds_every_piece_of_a_file_in_order(
+    capsys: pytest.CaptureFixture, trajectory: tuple[Path, np.ndarray]
+) -> None:
+    path, positions = trajectory
+    assert run(["fk", str(path), "--frame", "LArm", "--frame", "RLeg", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["configurations"]
+    got = [[[pose[axis] for axis in "xyz"] for pose in poses.values()] for poses in found]
+    assert np.array_equal(got, positions)
+
+
+def _joint_rows(capsys: pytest.CaptureFixture, *options: str) -> dict[tuple[str, ...], dict]:
+    assert run(["joints", "--json", *options]) == 0
+    return {tuple(row["parts"]): row for row in json.loads(capsys.readouterr().out)["rows"]}
+
+
+@pytest.mark.parametrize("version", ["v3.2", "v6"])
+def test_speeds_follow_the_angles_into_degrees_and_torques_do_not(capsys: pytest.CaptureFixture, version: str) -> None:
+    plain = _joint_rows(capsys, "--version", version)
+    degrees = _joint_rows(capsys, "--version", version, "--deg")
+    for joint in nao_parameters(version).joints:
+        radians_row, degrees_row = plain[(joint.name,)], degrees[(joint.name,)]
+        scale = math.degrees(1.0) if joint.unit == "rad" else 1.0
+        assert radians_row["velocity"] == [joint.velocity]
+        assert degrees_row["velocity"] == pytest.approx([joint.velocity * scale], rel=1e-12)
+        assert radians_row["effort"] == degrees_row["effort"] == [joint.effort]
+        assert (radians_row["units"], degrees_row["units"]) == ([joint.unit], ["deg" if scale > 1.0 else "1"])
+        assert degrees_row["lower"] == pytest.approx([joint.lower * scale], abs=1e-12)
+        assert degrees_row["upper"] == pytest.approx([joint.upper * scale], abs=1e-12)
+
+
+def test_merged_joints_list_the_speeds_of_their_parts_in_degrees(capsys: pytest.CaptureFixture) -> None:
+    speeds = {joint.name: math.degrees(joint.velocity) for joint in nao_parameters("v6").joints}
+    rows = _joint_rows(capsys, "--typed", "--deg")
+    merged = [parts for parts in rows if len(parts) > 1]
+    assert len(merged) > 5
+    for parts in merged:
+        assert rows[parts]["velocity"] == pytest.approx([speeds[part] for part in parts], rel=1e-12)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("write", [lambda path: write_text(path, "new"), lambda path: write_bytes(path, b"new")])
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write
+) -> None:
+    path = tmp_path / "kept.txt"
+    path.write_text("old")
+
+    def refuse(source: object, target: object) -> None:
+        assert Path(str(source)).read_bytes() == b"new"
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "replace", refuse)
+    with pytest.raises(BadArgument, match=r"cannot write .*kept\.txt: Permission denied"):
+        write(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["kept.txt"]
+    assert path.read_text() == "old"
+
+
+def test_a_folder_is_not_written_over(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(BadArgument, match="cannot write"):
+        write_text(tmp_path / "folder", "text")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["folder"]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_phalanx_is_as_fast_as_the_hand_makes_it(version: str) -> None:
+    hands = {joint.name: joint for joint in nao_parameters(version).joints if joint.unit == "1"}
+    for text in (urdf_text(nao_parameters(version)), nao_urdf_path(version).read_text(encoding="utf-8")):
+        phalanges = [
+            (joint.find("limit"), mimic)
+            for joint in ET.fromstring(text).findall("joint")
+            if (mimic := joint.find("mimic")) is not None and mimic.get("joint") in hands
+        ]
+        assert len(phalanges) == 16
+        for limit, mimic in phalanges:
+            hand, ratio = hands[mimic.get("joint")], float(mimic.get("multiplier"))
+            assert ratio == 0.999899
+            got = [float(limit.get(name)) for name in ("lower", "upper", "velocity", "effort")]
+            assert got == pytest.approx([ratio * hand.lower, ratio * hand.upper, ratio * hand.velocity, hand.effort])
+
+
+# --- the installation -------------------------------------------------------------------------------------------------
+
+
+def _problems_with_pinocchio_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is said of Pinocchio's place when Python would load it from `folder`."""
+    found = doctor.importlib.util.find_spec
+
+    def find_spec(name: str, package: str | None = None) -> ModuleSpec | None:
+        if name == "pinocchio":
+            return ModuleSpec(name, None, origin=str(folder / "pinocchio" / "__init__.py"))
+        return found(name, package)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(doctor.importlib.util, "find_spec", find_spec)
+        patch.setattr(probes, "_PROBE", "print('25 ')")
+        problems = doctor.inspect_installation({"PATH": os.environ.get("PATH", "")}).problems
+    return [problem for problem in problems if "outside of this Python" in problem]
+
+
+def test_pinocchio_from_elsewhere_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "environment"))
+    (problem,) = _problems_with_pinocchio_at(tmp_path / "build" / "install", monkeypatch)
+    assert str(tmp_path / "build" / "install" / "pinocchio") in problem
+    assert str(tmp_path / "environment") in problem
+
+
+@pytest.mark.parametrize("folder", ["environment/lib/cmeel.prefix", "home/.local/lib/python3.12/site-packages"])
+def test_pinocchio_of_this_python_or_of_its_user_is_at_home(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str
+) -> None:
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "environment"))
+    assert _problems_with_pinocchio_at(tmp_path / folder, monkeypatch) == []
+
+
+def test_nobody_changes_the_tree_that_all_robots_of_a_version_share(nao: nk.NaoModel) -> None:
+    for table in (nao.tree.inertials, nao.tree.shared_names, nao.semantics.postures["Stand"].angles):
+        with pytest.raises(TypeError):
+            table["torso"] = None  # type: ignore[index]
+    for copied in (copy.deepcopy(nao.tree), pickle.loads(pickle.dumps(nao.tree))):
+        assert copied == nao.tree
+        assert copied.inertials == nao.tree.inertials
+
+
+def test_results_are_c_contiguous_whatever_the_input(nao: nk.NaoModel) -> None:
+    q = np.asfortranarray(nao.random(0, (4, 3)))
+    for result in (
+        nao.clamp(q),
+        nao.check_limits(q),
+        nao.within_limits(q, per_joint=True),
+        nao.fk(q),
+        nao.fk(q, "LArm", reference="Head"),
+        nao.jacobian(q, "LArm"),
+        nao.com(q),
+    ):
+        assert result.flags.c_contiguous
+
+
+def test_the_centre_of_mass_follows_what_the_owner_changes_in_the_model(nao: nk.NaoModel) -> None:
+    robot, q = copy.deepcopy(nao), nao.posture("Crouch")
+    for _ in range(2):
+        trunk = robot.model.inertias[0]
+        before, mass = robot.com(q) * robot.mass, robot.mass
+        robot.model.inertias[0] = pin.Inertia(trunk.mass + 1.0, trunk.lever, trunk.inertia)
+        assert robot.mass == pytest.approx(mass + 1.0)
+        assert np.allclose(robot.com(q) * robot.mass, before + trunk.lever, atol=1e-12)
+        assert np.allclose(robot.com([q, q]), robot.com(q), atol=1e-15)
+    last = robot.com(q)
+    del robot.model
+    assert np.array_equal(robot.com(q), last)

@@ -1,0 +1,203 @@
+"""Calibrated robots: offsets of joints and frames, in everything that is made of a robot."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_up_robots import J, made_up
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
+from nao_kin.naoqi import NaoqiError, VirtualNao
+from nao_kin.rotations import matrix_from_rpy
+
+JOINTS = {"HeadYaw": 0.01, "LHipYawPitch": -0.02, "RHipYawPitch": 0.015, "RKneePitch": 0.03, "LElbowRoll": -0.04}
+CAMERA = (0.001, -0.002, 0.003, 0.01, -0.02, 0.03)
+T_CAMERA = nk.screws.pose(matrix_from_rpy(CAMERA[3:]), CAMERA[:3])
+
+
+@pytest.fixture(scope="module")
+def calibrated() -> nk.NaoModel:
+    return nk.load_nao(offsets={"joints": JOINTS, "frames": {"CameraTop": CAMERA, "LArm": (0, 0, 0.002, 0, 0, 0)}})
+
+
+def _expected(nao: nk.NaoModel, q: np.ndarray, frame: str) -> np.ndarray:
+    """The pose with every joint at its reported value plus its offset: 26 joints, the hips apart, by the tree alone."""
+    joints = {joint.child: joint for joint in nao.tree.joints}
+    chain, link = [], nao.tree.shared_names.get(frame, frame)
+    while link in joints:
+        chain.insert(0, joints[link])
+        link = joints[link].parent
+    angles, T = nao.angles(q), np.eye(4)
+    for joint in chain:
+        T = T @ nk.screws.pose(matrix_from_rpy(joint.origin.rpy), joint.origin.xyz)
+        if joint.kind == "revolute":
+            mimic = nao.mimics.get(joint.name)
+            value = angles[joint.name] if mimic is None else mimic.multiplier * angles[mimic.joint] + mimic.offset
+            value += JOINTS.get(joint.name, 0.0)
+            T = T @ nk.screws.pose(nk.rotations.exp(value * np.array(joint.axis)), np.zeros(3))
+        if joint.child == "CameraTop":
+            T = T @ T_CAMERA
+    return T
+
+
+def test_a_joint_s_true_angle_is_the_reported_one_plus_its_offset(nao: nk.NaoModel, calibrated: nk.NaoModel) -> None:
+    for q in nao.random(5, 8):
+        for frame in ("Head", "LLeg", "RLeg", "RArm", "CameraTop", "CameraTop_optical_frame", "CameraBottom"):
+            assert np.abs(calibrated.fk(q, frame) - _expected(nao, q, frame)).max() < 1e-12
+
+
+def test_a_frame_s_offset_is_its_true_pose_in_the_frame_of_before(nao: nk.NaoModel, calibrated: nk.NaoModel) -> None:
+    q = nao.posture("Stand")
+    T_head_nominal, T_head_true = (robot.fk(q, "CameraTop", reference="Head") for robot in (nao, calibrated))
+    assert np.abs(T_head_true - T_head_nominal @ T_CAMERA).max() < 1e-12
+    measured = nk.screws.pose(matrix_from_rpy([0.0, 0.03, 0.0]), [0.06, 0.001, 0.062])
+    placed = nao.with_offsets(frames={"CameraTop": np.linalg.solve(T_head_nominal, measured)})
+    assert np.abs(placed.fk(q, "CameraTop", reference="Head") - measured).max() < 1e-12
+
+
+def test_kernels_jacobians_typed_models_and_copies_know_the_offsets(nao: nk.NaoModel, calibrated: nk.NaoModel) -> None:
+    q = nao.random(6, 200)
+    frames = ["CameraTop", "LLeg", "RLeg", "LArm"]
+    many = calibrated.fk(q, frames)
+    one_by_one = np.array([calibrated.fk(row, frames) for row in q[:20]])
+    assert np.abs(many[:20] - one_by_one).max() < 1e-12
+    assert np.abs(many - nao.fk(q, frames)).max() > 1e-3
+    copy = pickle.loads(pickle.dumps(calibrated))
+    assert (type(copy), copy.version, copy.load_notes) == (nk.NaoModel, "v6", calibrated.load_notes)
+    assert np.array_equal(copy.fk(q[0]), calibrated.fk(q[0]))
+    typed = nk.joints.MultiDofModel(calibrated)
+    assert np.abs(typed.fk(typed.from_q(q[0]), "CameraTop") - many[0, 0]).max() < 1e-12
+
+
+def test_the_robot_it_was_made_from_stays_and_offsets_add_up(nao: nk.NaoModel) -> None:
+    before = nao.fk(nao.neutral())
+    twice = nao.with_offsets({"HeadYaw": 0.01}).with_offsets({"HeadYaw": 0.02})
+    q = nao.configuration({"HeadYaw": 0.1})
+    assert np.abs(twice.fk(q, "Head") - nao.fk(nao.configuration({"HeadYaw": 0.13}), "Head")).max() < 1e-12
+    assert twice.load_notes == ("joint HeadYaw: offset 0.01", "joint HeadYaw: offset 0.02")
+    assert np.array_equal(nao.fk(nao.neutral()), before)
+    assert nao.load_notes == ()
+    assert np.array_equal(twice.lower, nao.lower)
+    assert np.array_equal(nao.with_offsets().fk(q), nao.fk(q))
+
+
+def test_a_floating_base_and_a_joint_that_slides_have_offsets_too(tmp_path: Path) -> None:
+    floating = nk.load_nao("v5", base="floating", offsets={"joints": {"HeadYaw": 0.2}})
+    assert (floating.base, floating.version) == ("floating", "v5")
+    robot = made_up(tmp_path, J("lift", kind="prismatic", axis=(0.0, 0.6, 0.8)), J("turn", axis=(1.0, 0.0, 0.0)))
+    mine = robot.with_offsets({"lift": 0.05, "turn": -0.1})
+    q = np.array([0.2, 0.3])
+    assert np.abs(mine.fk(q, "turn_l") - robot.fk(q + np.array([0.05, -0.1]), "turn_l")).max() < 1e-12
+
+
+def test_the_cross_check_agrees_about_a_calibrated_robot(calibrated: nk.NaoModel) -> None:
+    report = nk.crosscheck.run(calibrated, samples=30)
+    assert report.ok, report.failures
+    assert any("yourdfpy" in row.against for row in report.rows)
+
+
+def test_a_forgotten_offset_is_seen_by_the_cross_check(calibrated: nk.NaoModel, nao: nk.NaoModel) -> None:
+    report = nk.crosscheck.run(calibrated, samples=10, steps=nk.crosscheck.steps_of(nao))
+    assert not report.ok
+
+
+def test_an_exported_urdf_brings_the_offsets_back(calibrated: nk.NaoModel, tmp_path: Path) -> None:
+    done = nk.export.urdf(calibrated, tmp_path / "mine.urdf", meshes="none")
+    again = nk.RobotModel.from_urdf(done.path)
+    frames = [name for name in calibrated.link_names if name in again.frame_names]
+    columns = [again.joint_names.index(name) for name in calibrated.joint_names]
+    for q in calibrated.random(8, 5):
+        reordered = np.empty_like(q)
+        reordered[columns] = q
+        assert np.abs(again.fk(reordered, frames) - calibrated.fk(q, frames)).max() < 1e-12
+
+
+def test_closed_forms_hold_where_the_geometry_does_and_say_why_where_not(nao: nk.NaoModel) -> None:
+    hand = nao.with_offsets(frames={"LArm": (0.0, 0.0, 0.002, 0.0, 0.0, 0.0), "CameraTop": (0.001, 0, 0, 0, 0.02, 0)})
+    q = nao.posture("StandInit")
+    found = nk.ik.head(hand, hand.rotation(q, "Head"))
+    assert np.abs(hand.rotation(found.q, "Head") - hand.rotation(q, "Head")).max() < 1e-9
+    seen = nk.ik.look_at(hand, [1.0, 0.3, 0.2], "CameraTop")
+    point = nk.screws.transform_point(np.linalg.inv(hand.fk(seen.q, "CameraTop")), [1.0, 0.3, 0.2])
+    assert np.abs(point[1:]).max() < 1e-9
+    knee = nao.with_offsets({"LHipRoll": 0.01})
+    with pytest.raises(BadArgument, match=r"no leg that the closed form fits: \w+ turns about .*nk\.ik\.numeric"):
+        nk.ik.leg(knee, "L", knee.fk(q, "LLeg"))
+    target = knee.fk(q, "LLeg")
+    numeric = nk.ik.numeric(knee, "LLeg", target, reference=nao.posture("Stand"))
+    assert np.abs(knee.fk(numeric.q, "LLeg") - target).max() < 1e-6
+
+
+def test_a_virtual_nao_with_calibrated_legs_says_why_it_does_not_walk(nao: nk.NaoModel) -> None:
+    with VirtualNao(nao.with_offsets({"HeadYaw": 0.01}), stepped=True, posture="StandInit") as virtual:
+        virtual.call("ALMotion", "wakeUp")
+        assert virtual.call("ALMotion", "moveTo", 0.02, 0.0, 0.0)
+    with VirtualNao(nao.with_offsets({"LHipRoll": 0.01}), stepped=True, posture="StandInit") as virtual:
+        virtual.call("ALMotion", "wakeUp")
+        with pytest.raises(NaoqiError, match=r"moveTo\s.*no leg that the closed form fits"):
+            virtual.call("ALMotion", "moveTo", 0.02, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("joints", "frames", "error", "says"),
+    [
+        ({"HeadYaww": 0.1}, {}, UnknownName, r"HeadYaww.*HeadYaw"),
+        ({"CameraTop_fixed": 0.1}, {}, UnknownName, "CameraTop_fixed"),
+        ({}, {"CameraTpo": CAMERA}, UnknownName, "CameraTop"),
+        ({}, {"Head": CAMERA}, BadArgument, r"'Head' is moved by the joint HeadPitch; give joints=\{'HeadPitch'"),
+        ({}, {"HeadPitch": CAMERA}, BadArgument, "moved by the joint HeadPitch"),
+        ({}, {"base_link": CAMERA}, UnknownName, "base_link"),
+        ({"HeadYaw": [0.1, 0.2]}, {}, WrongShape, "the offset of HeadYaw"),
+        ({"HeadYaw": np.nan}, {}, NaoKinError, "the offset of HeadYaw"),
+        ({"HeadYaw": "0.1 rad"}, {}, NaoKinError, "the offset of HeadYaw"),
+        ({}, {"CameraTop": (0.1, 0.2, 0.3)}, WrongShape, r"\(6,\) or \(4, 4\)"),
+        ({}, {"CameraTop": np.diag([1.0, 1.0, -1.0, 1.0])}, BadArgument, "the offset of CameraTop"),
+        ({}, {"CameraTop": np.ones((4, 4))}, BadArgument, "last row of the offset of CameraTop"),
+        ([0.1], {}, BadArgument, "joints must map names to offsets"),
+    ],
+)
+def test_bad_offsets_are_named(nao: nk.NaoModel, joints: object, frames: object, error: type, says: str) -> None:
+    with pytest.raises(error, match=says) as caught:
+        nao.with_offsets(joints, frames)  # type: ignore[arg-type]
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "says"),
+    [
+        ("[joint]\nHeadYaw = 0.1", BadInputFile, r"unknown entry 'joint' \(nearest: joints\)"),
+        ("joints = 3", BadInputFile, "joints must be a table"),
+        ("[joints\n", BadInputFile, "not well-formed TOML"),
+        ("[joints]\nHeadYaww = 0.1", UnknownName, "HeadYaw"),
+    ],
+)
+def test_bad_files_of_offsets_are_named(tmp_path: Path, text: str, error: type, says: str) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(error, match=says):
+        nk.load_nao(offsets=path)
+
+
+def test_commands_take_a_file_of_offsets(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("[joints]\nHeadYaw = 0.01\n\n[frames]\nCameraTop = [0.001, 0, 0, 0, 0.02, 0]\n")
+    mine = nk.load_nao(offsets=path)
+    assert run(["fk", "--frame", "CameraTop", "--offsets", str(path), "--json", "--as", "matrix"]) == 0
+    poses = json.loads(capsys.readouterr().out)["poses"]
+    assert np.array_equal(poses["CameraTop"], mine.fk(mine.neutral(), "CameraTop"))
+    assert run(["info", "--offsets", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["load_notes"] == list(mine.load_notes)
+    written = tmp_path / "out.urdf"
+    assert run(["export", str(written), "--format", "urdf", "--offsets", str(path), "--meshes", "none"]) == 0
+    again = nk.RobotModel.from_urdf(written)
+    assert np.abs(again.fk(again.neutral(), "CameraTop") - mine.fk(mine.neutral(), "CameraTop")).max() < 1e-12
+    path.write_text("[joints]\nHeadYaww = 0.01\n")
+    capsys.readouterr()
+    assert run(["joints", "--offsets", str(path)]) == 2
+    assert "HeadYaww" in capsys.readouterr().err

@@ -1,0 +1,466 @@
+"""What a robot means beyond its URDF: from Python, from a TOML file, from an SRDF, for any robot."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_up_robots import J, made_up
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, BadInputFile, BadModel, OutsideLimits, UnknownName
+from nao_kin.robot.nao import REST
+from nao_kin.robot.semantics import CoupledLimit, Mimic, Posture, Semantics, View, read_semantics
+
+TOML = """
+end_effectors = ["tip_l", "c"]
+soles = ["base"]
+cameras = ["b_l"]
+start = "bent"
+root = "the base"
+
+[chains]
+arm = ["a", "b", "c"]
+
+[postures.bent]
+angles = { a = 0.5, c = -0.25 }
+
+[postures.down]
+angles = {}
+up = [0, 0, -1]
+
+[[coupled_limits]]
+joint = "b"
+of = "a"
+at = [-1.0, 0.0, 1]
+lower = [-0.5, -1.0, -0.5]
+upper = [0.5, 1.0, 0.5]
+
+[units]
+c = "1"
+
+[views.close]
+direction = [1, 0.5, 0]
+joints = ["c"]
+"""
+
+
+def _robot(folder: Path, semantics: object = None) -> nk.RobotModel:
+    robot = made_up(folder, J("a"), J("b"), J("c"), J("tip", kind="fixed"))
+    return nk.RobotModel.from_urdf(robot.urdf_path, semantics=semantics)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def toml(tmp_path: Path) -> Path:
+    path = tmp_path / "meaning.toml"
+    path.write_text(TOML, encoding="utf-8")
+    return path
+
+
+def test_a_toml_file_says_what_python_says(toml: Path) -> None:
+    assert read_semantics(toml) == Semantics(
+        chains={"arm": ("a", "b", "c")},
+        end_effectors=("tip_l", "c"),
+        soles=("base",),
+        cameras=("b_l",),
+        postures={"bent": Posture({"a": 0.5, "c": -0.25}), "down": Posture({}, (0.0, 0.0, -1.0))},
+        start="bent",
+        coupled_limits=(CoupledLimit("b", "a", (-1.0, 0.0, 1.0), (-0.5, -1.0, -0.5), (0.5, 1.0, 0.5)),),
+        units={"c": "1"},
+        views={"close": View((1.0, 0.5, 0.0), ("c",))},
+        root="the base",
+    )
+
+
+def test_any_robot_has_the_postures_limits_and_units_of_its_semantics(tmp_path: Path, toml: Path) -> None:
+    robot = _robot(tmp_path, toml)
+    assert robot.posture_names == ("bent", "down")
+    assert robot.posture("bent").tolist() == [0.5, 0.0, -0.25]
+    assert robot.chains == {"arm": ("a", "b", "c")}
+    assert robot.joint_units == ("rad", "rad", "1")
+    assert robot.unit("c") == "1"
+    (violation,) = robot.limit_violations([1.0, 0.75, 0.0])
+    assert (violation.joint, violation.of, violation.upper) == ("b", "a", 0.5)
+    assert robot.clamp([1.0, 0.75, 0.0]).tolist() == [1.0, 0.5, 0.0]
+    with pytest.raises(OutsideLimits):
+        robot.configuration({"a": 1.0, "b": 0.75})
+    with pytest.raises(UnknownName, match=r"unknown posture 'bend' \(nearest: bent\)"):
+        robot.posture("bend")
+    robot.posture("bent")[0] = 9.0
+    assert robot.posture("bent")[0] == 0.5
+
+
+@pytest.mark.parametrize("duplicate", [lambda robot: pickle.loads(pickle.dumps(robot)), copy.deepcopy])
+def test_copies_keep_the_semantics(tmp_path: Path, toml: Path, duplicate) -> None:
+    robot = _robot(tmp_path, toml)
+    other = duplicate(robot)
+    assert other.semantics == robot.semantics
+    assert np.array_equal(other.posture("bent"), robot.posture("bent"))
+    assert other.load_notes == robot.load_notes
+
+
+def test_a_robot_without_semantics_has_none(tmp_path: Path) -> None:
+    robot = _robot(tmp_path)
+    assert (robot.posture_names, robot.chains, robot.coupled_limits) == ((), {}, ())
+    with pytest.raises(UnknownName, match=r"unknown posture 'Stand' \(there are none\)"):
+        robot.posture("Stand")
+
+
+def test_the_file_beside_the_urdf_is_found_and_noted(tmp_path: Path) -> None:
+    (tmp_path / "robot.toml").write_text(TOML, encoding="utf-8")
+    robot = _robot(tmp_path)
+    assert robot.posture_names == ("bent", "down")
+    assert robot.load_notes == ("chains, effectors and postures from robot.toml beside the URDF",)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [("[tool.ruff]\n", "unknown entry 'tool'"), ('soles = ["nowhere"]', "soles names the frame 'nowhere'")],
+)
+def test_a_file_beside_the_urdf_that_does_not_fit_keeps_no_robot_from_loading(
+    tmp_path: Path, text: str, reason: str
+) -> None:
+    (tmp_path / "robot.toml").write_text(text, encoding="utf-8")
+    robot = _robot(tmp_path)
+    assert robot.semantics == Semantics()
+    (note,) = robot.load_notes
+    assert note.startswith("robot.toml beside the URDF is not used: ")
+    assert reason in note
+
+
+@pytest.mark.parametrize(
+    ("semantics", "message"),
+    [
+        (Semantics(chains={"arm": ("a", "bb")}), r"chain 'arm' names the joint 'bb', which is not there \(nearest: b"),
+        (Semantics(end_effectors=("tipp_l",)), r"end_effectors names the frame 'tipp_l', .*nearest: tip_l"),
+        (Semantics(postures={"p": Posture({"tip": 1.0})}), "posture 'p' names the joint 'tip'"),
+        (Semantics(start="p"), "start names the posture 'p'"),
+        (Semantics(units={"x": "m"}), "the units names the joint 'x'"),
+        (Semantics(views={"v": View((1.0, 0.0, 0.0), ("x",))}), "view 'v' names the joint 'x'"),
+    ],
+)
+def test_semantics_that_name_what_is_not_there_are_refused(tmp_path: Path, semantics: Semantics, message: str) -> None:
+    with pytest.raises(BadModel, match=message):
+        _robot(tmp_path, semantics)
+
+
+def test_a_table_may_not_bind_a_joint_that_follows(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.0)))
+    table = CoupledLimit("b", "a", (0.0,), (0.0,), (1.0,))
+    with pytest.raises(BadModel, match="a coupled limit names 'b', which follows another joint"):
+        nk.RobotModel.from_urdf(robot.urdf_path, semantics=Semantics(coupled_limits=(table,)))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Semantics(end_effectors="tool"), "end_effectors must be several, as in a list, got 'tool'"),
+        (lambda: Semantics(soles=3), "soles must be several"),
+        (lambda: Semantics(cameras=(3,)), "cameras must be of the type str, got 3"),
+        (lambda: Semantics(chains=None), "chains must be a mapping of names, got None"),
+        (lambda: Semantics(chains={"arm": "a"}), "chain 'arm' must be several"),
+        (lambda: Semantics(postures={"p": {"a": 1.0}}), "postures: p must be of the type Posture"),
+        (lambda: Semantics(views={"v": 3}), "views: v must be of the type View"),
+        (lambda: Semantics(coupled_limits=("x",)), "coupled_limits must be of the type CoupledLimit"),
+        (lambda: Semantics(start=3), "start must be of the type str"),
+        (lambda: Semantics(units={"a": "deg"}), "unit of a must be one of rad, m, 1, got 'deg'"),
+        (lambda: Posture(3), "angles of a posture must be a mapping of names, got 3"),
+        (lambda: CoupledLimit("a", "a", (0.0,), (0.0,), (1.0,)), "coupled limit of a depends on that joint itself"),
+        (lambda: CoupledLimit("a", "b", ("x",), (0.0,), (1.0,)), "must have numbers in at, got \\('x',\\)"),
+        (lambda: CoupledLimit("a", "b", (0.0,), None, (1.0,)), "must have numbers in lower, got None"),
+        (lambda: read_semantics(3), "expected the path of a TOML file, got 3"),
+    ],
+)
+def test_parts_of_another_kind_are_refused(make, message: str) -> None:
+    with pytest.raises(BadArgument, match=message):
+        make()
+
+
+def test_semantics_are_copies_that_nobody_changes() -> None:
+    angles, joints = {"a": 1.0}, ["a", "b"]
+    semantics = Semantics(chains={"arm": joints}, postures={"p": Posture(angles)}, end_effectors=["tip"])
+    angles["a"] = 2.0
+    joints.clear()
+    assert semantics.postures["p"].angles == {"a": 1.0}
+    assert (semantics.chains, semantics.end_effectors) == ({"arm": ("a", "b")}, ("tip",))
+    with pytest.raises(TypeError):
+        semantics.postures["p"].angles["a"] = 3.0
+    for copied in (copy.deepcopy(semantics), pickle.loads(pickle.dumps(semantics))):
+        assert copied == semantics
+
+
+@pytest.mark.parametrize(
+    ("angles", "message"),
+    [
+        ({"a": 0.5, "b": 3.0}, "a = 0.5 drives b, which must then be 1, but b = 3 was given"),
+        ({"a": math.nan}, "a must be finite, got nan"),
+        ({"a": [0.1, 0.2]}, "expected one number for each joint"),
+        ({"a": "x"}, "a must be real numbers, got 'x'"),
+    ],
+)
+def test_a_posture_that_no_motors_take_is_refused_by_name(tmp_path: Path, angles: dict, message: str) -> None:
+    robot = made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.0)))
+    with pytest.raises(BadModel, match=f"semantics of made_up: posture 'p': {message}"):
+        nk.RobotModel.from_urdf(robot.urdf_path, semantics=Semantics(postures={"p": Posture(angles)}))
+
+
+@pytest.mark.parametrize(
+    ("ending", "text", "reason"),
+    [
+        (".toml", "[postures.p]\nangles = { a = 0.5, b = 3.0 }", "posture 'p': a = 0.5 drives b"),
+        (".toml", f"[postures.p]\nangles = {{ a = 1{'0' * 400} }}", "postures.p.angles.a must be a finite number"),
+        (".toml", f"[postures.p]\nangles = {{ a = 1{'0' * 5000} }}", "cannot be read: "),
+        (".toml", '[units]\na = "deg"', "unit of a must be one of rad, m, 1, got 'deg'"),
+        (
+            ".srdf",
+            '<robot><group_state name="p"><joint name="a" value="1"/><joint name="b" value="9"/></group_state></robot>',
+            "posture 'p': a = 1 drives b",
+        ),
+        (
+            ".srdf",
+            '<robot><group_state name="p"><joint name="a" value="1e999"/></group_state></robot>',
+            "'a' is '1e999'",
+        ),
+    ],
+)
+def test_postures_beside_the_urdf_that_do_not_fit_keep_no_robot_from_loading(
+    tmp_path: Path, ending: str, text: str, reason: str
+) -> None:
+    path = made_up(tmp_path, J("a"), J("b", follows=("a", 2.0, 0.0), limits=(-6.0, 6.0))).urdf_path
+    path.with_suffix(ending).write_text(text, encoding="utf-8")
+    robot = nk.RobotModel.from_urdf(path)
+    assert robot.semantics == Semantics()
+    (note,) = robot.load_notes
+    assert f"{ending} beside the URDF is not used: " in note
+    assert reason in note
+    with pytest.raises(nk.NaoKinError):
+        nk.RobotModel.from_urdf(path, semantics=path.with_suffix(ending))
+
+
+def test_a_posture_outside_the_limits_is_noted(tmp_path: Path) -> None:
+    robot = _robot(tmp_path, Semantics(postures={"in": Posture({"a": 1.0}), "out": Posture({"a": 4.0, "c": -5.0})}))
+    assert robot.load_notes == ("posture 'out' is outside the limits of c, a",)
+    assert robot.angles(robot.posture("out"))["c"] == -5.0
+
+
+def test_a_path_that_no_system_takes_is_refused(tmp_path: Path) -> None:
+    for name in ("a\0b.toml", "a\0b.srdf"):
+        with pytest.raises(nk.NaoKinError, match="null byte"):
+            _robot(tmp_path, name)
+
+
+def test_neither_semantics_nor_a_path_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadArgument, match=r"a Semantics or the path of a \.toml or \.srdf file, got 5"):
+        _robot(tmp_path, 5)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("chains = 3", "chains must be a table, got 3"),
+        ("[chains]\narm = 'a'", r"chains\.arm must be a list, got 'a'"),
+        ("[chains]\narm = [1]", r"chains\.arm\[0\] must be text, got 1"),
+        ("[postures.p]\nangle = {}", r"unknown entry 'postures\.p\.angle' \(nearest: angles\)"),
+        ("[postures.p]\nup = [1, 0, 0]", "postures.p has no 'angles'"),
+        ("[postures.p]\nangles = { a = nan }", r"postures\.p\.angles\.a must be a finite number, got nan"),
+        ("[postures.p]\nangles = { a = true }", "must be a finite number, got True"),
+        ("[postures.p]\nangles = {}\nup = [0, 0, 0]", "must be three numbers, not all zero"),
+        ("[[coupled_limits]]\njoint = 'a'", r"coupled_limits\[0\] has no 'of'"),
+        (
+            "[[coupled_limits]]\njoint = 'a'\nof = 'b'\nat = [0, 0]\nlower = [0, 0]\nupper = [1, 1]",
+            "the coupled limit of a must have finite numbers, at in ascending order",
+        ),
+        (
+            "[[coupled_limits]]\njoint = 'a'\nof = 'b'\nat = [0]\nlower = [0]\nupper = [1, 1]",
+            "equally many at, lower and upper, got 1, 1 and 2",
+        ),
+        (
+            "[[coupled_limits]]\njoint = 'a'\nof = 'b'\nat = [0]\nlower = [2]\nupper = [1]",
+            "lower bound above the",
+        ),
+        ("soles = [", "not well-formed TOML"),
+        ("\x80", "not well-formed TOML"),
+    ],
+)
+def test_a_toml_file_that_makes_no_sense_is_refused_by_name(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(BadInputFile, match=message) as caught:
+        read_semantics(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_toml_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BadInputFile, match=r"none\.toml: cannot be read: No such file"):
+        read_semantics(tmp_path / "none.toml")
+
+
+# --- SRDF -------------------------------------------------------------------------------------------------------------
+
+SRDF = """<robot name="r">
+  <group name="arm"><chain base_link="base" tip_link="c_l"/></group>
+  <group name="upper"><joint name="a"/><joint name="b"/></group>
+  <group name="hand"><link name="c_l"/></group>
+  <group name="both"><group name="arm"/><joint name="side"/></group>
+  <group name="loop"><group name="loop"/><joint name="a"/></group>
+  <group name="none"><link name="base"/><joint name="gone"/></group>
+  <end_effector name="e" parent_link="tip_l" group="hand"/>
+  <end_effector name="f" parent_link="elsewhere" group="hand"/>
+  <group_state name="home" group="arm">
+    <joint name="a" value="0.5"/>
+    <joint name="root_joint" value="0 0 1 0 0 0 1"/>
+  </group_state>
+  <group_state name="home" group="hand"><joint name="c" value="0. -1."/><joint name="lost" value="1"/></group_state>
+</robot>"""
+
+
+def _with_srdf(folder: Path, text: str = SRDF) -> nk.RobotModel:
+    robot = made_up(folder, J("a"), J("b"), J("c"), J("tip", kind="fixed"), J("side", parent="base"))
+    robot.urdf_path.with_suffix(".srdf").write_text(text, encoding="utf-8")
+    return nk.RobotModel.from_urdf(robot.urdf_path)
+
+
+def test_an_srdf_gives_chains_effectors_and_postures(tmp_path: Path) -> None:
+    robot = _with_srdf(tmp_path)
+    assert robot.chains == {"arm": ("a", "b", "c"), "upper": ("a", "b"), "hand": ("c",), "loop": ("a",)}
+    assert robot.semantics.end_effectors == ("tip_l",)
+    # Two numbers are the cosine and the sine of an unlimited joint.
+    assert robot.angles(robot.posture("home")) == {"a": 0.5, "b": 0.0, "c": -math.pi / 2, "side": 0.0}
+    assert robot.load_notes == (
+        "robot.srdf names 3 joints and links that the robot does not have: gone, lost, elsewhere",
+        "chains, effectors and postures from robot.srdf beside the URDF",
+    )
+
+
+def test_a_chain_of_an_srdf_goes_outwards_whatever_its_joints_are_called(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("z"), J("fix", kind="fixed"), J("m"), J("a"), J("b", parent="m"))
+    robot.urdf_path.with_suffix(".srdf").write_text(
+        """<robot name="r">
+          <group name="whole"><joint name="a"/><joint name="m"/><joint name="fix"/><joint name="z"/></group>
+          <group name="links"><link name="a_l"/><link name="m_l"/><link name="base"/></group>
+          <group name="part"><chain base_link="z_l" tip_link="a_l"/></group>
+          <group name="apart"><joint name="a"/><joint name="b"/></group>
+          <group name="held"><joint name="fix"/></group>
+          <group name="first"><group name="second"/><joint name="z"/></group>
+          <group name="second"><group name="first"/><joint name="m"/></group>
+        </robot>""",
+        encoding="utf-8",
+    )
+    robot = nk.RobotModel.from_urdf(robot.urdf_path)
+    assert robot.chains == {
+        "whole": ("z", "m", "a"),
+        "links": ("m", "a"),
+        "part": ("m", "a"),
+        "first": ("z", "m"),
+        "second": ("z", "m"),
+    }
+    assert robot.load_notes == ("chains, effectors and postures from robot.srdf beside the URDF",)
+
+
+def test_an_srdf_that_was_asked_for_is_refused_when_it_is_none(tmp_path: Path) -> None:
+    for text, message in (("<sdf/>", "root element is <sdf>, an SRDF has <robot>"), ("<robot", "not well-formed XML")):
+        path = tmp_path / "bad.srdf"
+        path.write_text(text)
+        with pytest.raises(BadModel, match=message):
+            _robot(tmp_path, path)
+    path.write_text(SRDF.replace('value="0.5"', 'value="half"'))
+    with pytest.raises(BadModel, match="group state 'home': 'a' is 'half', expected a number"):
+        _robot(tmp_path, path)
+
+
+def test_an_srdf_speaks_of_links_by_the_names_of_the_file(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("a"), J("b"), J("c"))
+    text = robot.urdf_path.read_text(encoding="utf-8").replace('"a_l"', '"a"').replace('"c_l"', '"c"')
+    robot.urdf_path.write_text(text, encoding="utf-8")
+    robot.urdf_path.with_suffix(".srdf").write_text(
+        '<robot name="r"><group name="arm"><chain base_link="a" tip_link="c"/></group>'
+        '<group name="end"><link name="c"/></group><end_effector name="e" parent_link="c" group="end"/></robot>',
+        encoding="utf-8",
+    )
+    robot = nk.RobotModel.from_urdf(robot.urdf_path)
+    assert robot.chains == {"arm": ("b", "c"), "end": ("c",)}
+    assert robot.semantics.end_effectors == ("c_link",)
+
+
+def test_robots_of_example_robot_data_bring_their_postures() -> None:
+    romeo = nk.load_robot("romeo")
+    assert romeo.posture_names == ("half_sitting",)
+    assert romeo.angles(romeo.posture("half_sitting"))["LShoulderPitch"] == 1.5
+    assert romeo.semantics.end_effectors == ("r_sole", "l_sole")
+    assert romeo.chains["l_leg"][0] == "LHipYaw"
+
+
+# --- NAO --------------------------------------------------------------------------------------------------------------
+
+
+def test_nao_means_what_its_parameters_say(each_nao: nk.NaoModel) -> None:
+    semantics = each_nao.semantics
+    assert set(semantics.chains) == {"Head", "LArm", "RArm", "LLeg", "RLeg"}
+    assert {*semantics.end_effectors, *semantics.soles, *semantics.cameras} <= set(each_nao.frame_names)
+    assert semantics.coupled_limits == each_nao.parameters.coupled_limits
+    assert semantics.start in each_nao.posture_names
+    assert each_nao.mimics == each_nao.parameters.mimics
+    assert each_nao.parameters.version == semantics.version == each_nao.version
+    # Hands are read as ratios; lying and on all fours, the vertical is not the trunk's.
+    assert {name: each_nao.unit(name) for name in each_nao.joint_names if each_nao.unit(name) != "rad"} == {
+        "LHand": "1",
+        "RHand": "1",
+    }
+    assert {name: posture.up for name, posture in semantics.postures.items() if posture.up is not None} == REST
+    assert len(REST) > 0
+
+
+# --- mimics -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_mimic_is_composed_and_turned_round() -> None:
+    a_of_b, b_of_c = Mimic("b", -2.0, 0.5), Mimic("c", 3.0, 0.25)
+    value = a_of_b.value(b_of_c.value(0.7))
+    assert a_of_b.through(b_of_c).value(0.7) == pytest.approx(value, abs=1e-15)
+    assert a_of_b.through(b_of_c).joint == "c"
+    assert a_of_b.inverted("a").value(a_of_b.value(0.3)) == pytest.approx(0.3, abs=1e-15)
+    assert a_of_b.driver_value(a_of_b.value(0.3)) == pytest.approx(0.3, abs=1e-15)
+    assert a_of_b.range(-1.0, 2.0) == (-3.5, 2.5)
+    assert a_of_b.driver_range(-3.5, 2.5) == (-1.0, 2.0)
+    for lower, upper in ((-1.0, 2.0), (-math.inf, math.inf)):
+        assert Mimic("b", 0.0, 0.5).range(lower, upper) == (0.5, 0.5)
+    assert a_of_b.range(-math.inf, 2.0) == (-3.5, math.inf)
+    assert a_of_b.driver_range(-math.inf, 2.5) == (-1.0, math.inf)
+    assert a_of_b.through(b_of_c) == Mimic("c", -6.0, 0.0)
+    assert a_of_b.inverted("a") == Mimic("a", -0.5, 0.25)
+
+
+def test_a_coupled_limit_is_constant_outside_its_table() -> None:
+    table = CoupledLimit("b", "a", (-1.0, 1.0), (-0.5, 0.0), (0.5, 1.0))
+    lower, upper = table.range(np.array([-9.0, -1.0, 0.0, 1.0, 9.0]))
+    assert lower.tolist() == [-0.5, -0.5, -0.25, 0.0, 0.0]
+    assert upper.tolist() == [0.5, 0.5, 0.75, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("column", ["at", "lower", "upper"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_coupled_limit_has_finite_numbers_alone(column: str, bad: float) -> None:
+    columns = {"at": (-1.0, 1.0), "lower": (-0.5, 0.0), "upper": (0.5, 1.0)}
+    columns[column] = (bad, columns[column][1]) if bad < 0.0 or column == "lower" else (columns[column][0], bad)
+    with pytest.raises(BadArgument, match="the coupled limit of b must have finite numbers, at in ascending order"):
+        CoupledLimit("b", "a", **columns)
+
+
+def test_a_nao_names_its_sensors(nao: nk.NaoModel) -> None:
+    meaning = nao.semantics
+    assert (meaning.accelerometers, meaning.gyrometers) == (("Accelerometer",), ("Gyrometer",))
+    assert len(meaning.force_sensors) == 8
+    assert all(name.split("/")[1] == "FSR" for name in meaning.force_sensors)
+
+
+def test_sensors_that_a_robot_does_not_have_are_refused(nao: nk.NaoModel) -> None:
+    for part in ("accelerometers", "gyrometers", "force_sensors"):
+        with pytest.raises(
+            BadModel, match=rf"{part} names the frame 'Gyro', which is not there \(nearest: Gyrometer\)"
+        ):
+            nk.RobotModel(nao.tree, Semantics(**{part: ("Gyro",)}))

@@ -1,0 +1,302 @@
+from __future__ import annotations
+
+import io
+import json
+import math
+import random
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.errors import BadInputFile
+from nao_kin.stream import tables as configuration_files
+from nao_kin.stream.tables import read_configurations
+
+
+def _csv(nao: nk.NaoModel, q: np.ndarray, names: list[str], delimiter: str = ",") -> str:
+    columns = nao.angles(q)
+    columns["RHipYawPitch"] = columns["LHipYawPitch"]
+    rows = zip(*(columns[name] for name in names), strict=True)
+    return "\n".join([delimiter.join(names), *(delimiter.join(map(repr, map(float, row))) for row in rows)]) + "\n"
+
+
+@pytest.fixture
+def shuffled(nao: nk.NaoModel) -> list[str]:
+    names = list(nao.joint_names)
+    random.Random(0).shuffle(names)
+    return names
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize("both_hips", [False, True])
+def test_csv_names_the_joints_in_any_order(
+    nao: nk.NaoModel, shuffled: list[str], tmp_path: Path, delimiter: str, both_hips: bool
+) -> None:
+    q = nao.random(0, 7)
+    path = tmp_path / "poses.csv"
+    path.write_text(_csv(nao, q, shuffled + ["RHipYawPitch"] * both_hips, delimiter))
+    read, many = read_configurations(nao, path)
+    assert many
+    assert np.array_equal(read, q)
+
+
+def test_json_holds_one_object_or_a_list(nao: nk.NaoModel, tmp_path: Path) -> None:
+    q = nao.random(0, 3)
+    path = tmp_path / "poses.json"
+    path.write_text(json.dumps([nao.angles(row) for row in q]))
+    read, many = read_configurations(nao, path)
+    assert many
+    assert np.array_equal(read, q)
+    path.write_text(json.dumps(nao.angles(q[1])))
+    read, many = read_configurations(nao, path)
+    assert not many
+    assert np.array_equal(read, q[1:2])
+
+
+@pytest.mark.parametrize("kind", ["csv", "json"])
+def test_standard_input_is_recognised_by_its_content(
+    nao: nk.NaoModel, shuffled: list[str], monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    q = nao.random(0, 2)
+    text = _csv(nao, q, shuffled) if kind == "csv" else json.dumps([nao.angles(row) for row in q])
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    assert np.array_equal(read_configurations(nao, "-")[0], q)
+
+
+def test_degrees_are_for_turning_joints_and_not_for_hands(nao: nk.NaoModel, tmp_path: Path) -> None:
+    q = nao.posture("Stand")
+    angles = {name: value if "Hand" in name else math.degrees(value) for name, value in nao.angles(q).items()}
+    path = tmp_path / "stand.json"
+    path.write_text(json.dumps(angles))
+    assert np.allclose(read_configurations(nao, path, degrees=True)[0], q, atol=1e-15)
+
+
+def test_a_byte_order_mark_blank_lines_and_spaces_do_no_harm(
+    nao: nk.NaoModel, shuffled: list[str], tmp_path: Path
+) -> None:
+    q = nao.random(0, 2)
+    path = tmp_path / "poses.csv"
+    text = _csv(nao, q, shuffled).replace(",", " , ").replace("\n", "\r\n\r\n")
+    path.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert np.array_equal(read_configurations(nao, path)[0], q)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t: "", "poses.csv: empty"),
+        (lambda t: " \n\n", "poses.csv: empty"),
+        (lambda t: t.split("\n")[0], "a header and no configurations"),
+        (lambda t: t.replace("HeadYaw", "HeadYam"), r"line 1, column 1: unknown joint 'HeadYam' \(nearest: HeadYaw"),
+        (lambda t: t.replace("HeadPitch", "HeadYaw"), "line 1, column 2: joint 'HeadYaw' is given twice"),
+        (lambda t: t.replace("HeadYaw,HeadPitch", "HeadYaw,RHipYawPitch"), "line 1: missing joints: HeadPitch"),
+        (lambda t: t.replace("\n0.0,", "\n0.0,0.0,", 1), "line 2: 26 values, the header names 25 joints"),
+        (lambda t: t.replace("\n0.0,", "\nzero,", 1), "line 2, column 1: HeadYaw is 'zero', expected a finite number"),
+        (lambda t: t.replace("\n0.0,", "\n,", 1), "line 2, column 1: HeadYaw is '', expected"),
+        (lambda t: t + t.split("\n")[1].replace("0.0,", "nan,", 1) + "\n", "line 3, column 1: HeadYaw is 'nan'"),
+        (lambda t: t.replace("\n0.0,", "\ninf,", 1), "line 2, column 1: HeadYaw is 'inf'"),
+        (
+            lambda t: t + t.split("\n")[1].replace("0.0,", "9,", 1),
+            "line 3, column 1: outside the joint limits: HeadYaw = 9 ",
+        ),
+        (lambda t: t.replace("\n0.0,", '\n"0.0,', 1), "malformed CSV"),
+        (
+            lambda t: t.replace("\n0.0,", "\n1e400,", 1),
+            "poses.csv, line 2, column 1: HeadYaw is '1e400', expected a fin",
+        ),
+        (
+            lambda t: t.replace("\n0.0,", "\n-1e400,", 1),
+            "poses.csv, line 2, column 1: HeadYaw is '-1e400', expected a f",
+        ),
+    ],
+)
+def test_bad_csv_names_line_and_column(nao: nk.NaoModel, tmp_path: Path, change, message: str) -> None:
+    path = tmp_path / "poses.csv"
+    path.write_text(change(_csv(nao, nao.posture("StandInit")[None], list(nao.joint_names))))
+    with pytest.raises(BadInputFile, match=message):
+        read_configurations(nao, path)
+
+
+def test_two_hips_that_disagree_are_refused_with_their_line(nao: nk.NaoModel, tmp_path: Path) -> None:
+    names = [*nao.joint_names, "RHipYawPitch"]
+    text = _csv(nao, np.stack([nao.posture("StandInit"), nao.posture("Sit")]), names)
+    path = tmp_path / "poses.csv"
+    path.write_text(text.removesuffix("-0.607422113\n") + "-0.5\n")
+    with pytest.raises(BadInputFile, match=r"line 3, column 26: LHipYawPitch = -0\.607\S* drives RHipYawPitch"):
+        read_configurations(nao, path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('{"HeadYaw": 0.1,}', r"line 1, column \d+: malformed JSON"),
+        ('{"HeadYaw":\n 0.1 x}', r"line 2, column 6: malformed JSON"),
+        ('{"HeadYaw": 0.1, "HeadYaw": 0.2}', "joint 'HeadYaw' is given twice"),
+        ('{"HeadYaw": 0.1}', "missing joints: HeadPitch"),
+        ("[]", "a list of no configurations"),
+        ("[1, 2]", "configuration 0: expected an object of joint values, got 1"),
+        ('"text"', "expected an object"),
+        ('{"HeadYam": 1}', r"unknown joint 'HeadYam' \(nearest: HeadYaw"),
+    ],
+)
+def test_bad_json_names_the_place(nao: nk.NaoModel, tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "poses.json"
+    path.write_text(text)
+    with pytest.raises(BadInputFile, match=message):
+        read_configurations(nao, path)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        ("NaN", "NaN"),
+        ("Infinity", "Infinity"),
+        ("-Infinity", "-Infinity"),
+        ("true", "true"),
+        ('"1"', '"1"'),
+        ("null", "null"),
+        ("[1]", "a list"),
+        ('{"a": 1}', "an object"),
+        ("1e400", "a number too large for floating point"),
+        ("-1e400", "a number too large for floating point"),
+        ("1" * 400, "1{39}…"),
+        (f'"{"é" * 5000}"', '"é{38}…'),
+    ],
+    ids=lambda text: text[:10],
+)
+def test_json_values_must_be_finite_numbers(nao: nk.NaoModel, tmp_path: Path, value: str, shown: str) -> None:
+    angles = nao.angles(nao.posture("Stand"))
+    text = json.dumps([angles, angles])
+    head, _, tail = text.rpartition('"HeadYaw": 0.0')
+    path = tmp_path / "poses.json"
+    path.write_text(f'{head}"HeadYaw": {value}{tail}')
+    with pytest.raises(BadInputFile, match=f"configuration 1: HeadYaw is {shown}, expected a finite number"):
+        read_configurations(nao, path)
+
+
+@pytest.mark.parametrize("place", ["name", "second name", "value", "row", "quote"])
+def test_long_cells_are_shortened_in_the_message(nao: nk.NaoModel, tmp_path: Path, place: str) -> None:
+    names, values, long = list(nao.joint_names), ["0.0"] * len(nao.joint_names), "y" * 100_000
+    if place.endswith("name"):
+        names[-1] = long
+        names += [long] * (place == "second name")
+    elif place == "value":
+        values[3] = long
+    elif place == "row":
+        values += [long]
+    else:
+        values[3] = '"' + long + long
+    path = tmp_path / "poses.csv"
+    path.write_text("\n".join([",".join(names), ",".join(values)]) + "\n")
+    with pytest.raises(BadInputFile) as caught:
+        read_configurations(nao, path)
+    assert str(caught.value).count("y") <= 200
+    assert caught.value.line == (1 if "name" in place else 2)
+
+
+def test_long_keys_are_shortened_in_the_message(nao: nk.NaoModel, tmp_path: Path) -> None:
+    angles, long = nao.angles(nao.posture("Stand")), "y" * 100_000
+    path = tmp_path / "poses.json"
+    for text in (
+        json.dumps([{**angles, long: 1.0}]),
+        json.dumps([angles, {**angles, long: 1.0}]),
+        f'{{"{long}": 1, "{long}": 2}}',
+        json.dumps([angles, long]),
+        json.dumps({**angles, "HeadYaw": int("7" * 4000)}),
+        '{"HeadYaw": ' + "7" * 5000 + "}",
+        "[" * 100_000,
+    ):
+        path.write_text(text)
+        with pytest.raises(BadInputFile) as caught:
+            read_configurations(nao, path)
+        assert str(caught.value).count("y") <= 210
+        assert len(str(caught.value)) - len(str(path)) < 400
+
+
+def test_every_object_of_a_list_names_the_same_joints(nao: nk.NaoModel, tmp_path: Path) -> None:
+    angles = nao.angles(nao.posture("Stand"))
+    other = {name: value for name, value in angles.items() if name != "HeadPitch"}
+    path = tmp_path / "poses.json"
+    path.write_text(json.dumps([angles, other]))
+    with pytest.raises(BadInputFile, match="configuration 1: names other joints than configuration 0: HeadPitch"):
+        read_configurations(nao, path)
+
+
+def test_a_file_that_cannot_be_read_is_named(nao: nk.NaoModel, tmp_path: Path) -> None:
+    with pytest.raises(BadInputFile, match=r"none\.csv: cannot be read: No such file"):
+        read_configurations(nao, tmp_path / "none.csv")
+    path = tmp_path / "latin.csv"
+    path.write_bytes(b"HeadYaw\xff")
+    with pytest.raises(BadInputFile, match=r"not UTF-8 text \(byte 7\)"):
+        read_configurations(nao, path)
+
+
+def test_limits_can_be_clamped_or_ignored(nao: nk.NaoModel, tmp_path: Path) -> None:
+    q = nao.posture("StandInit")
+    q[0] = 9.0
+    path = tmp_path / "poses.json"
+    path.write_text(json.dumps(nao.angles(q)))
+    assert np.array_equal(read_configurations(nao, path, limits="ignore")[0][0], q)
+    assert np.array_equal(read_configurations(nao, path, limits="clamp")[0][0], nao.clamp(q))
+
+
+# --- large files, which pyarrow reads --------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=["pyarrow", "no pyarrow", "not ASCII"])
+def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The three ways of reading, which must not differ."""
+    monkeypatch.setattr(configuration_files, "_LARGE", 0)
+    if request.param != "pyarrow":
+        monkeypatch.setattr(configuration_files, "has_pyarrow", lambda: False)
+    return request.param
+
+
+def _prepared(text: str, reader: str) -> str:
+    # A space of another script, which a field may have around it.
+    return text.replace("\n0.0,", "\n\u20030.0,", 1) if reader == "not ASCII" else text
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_large_files_are_read_to_the_same_numbers(
+    nao: nk.NaoModel, shuffled: list[str], tmp_path: Path, reader: str, delimiter: str
+) -> None:
+    q = nao.random(0, 50)
+    q[0, nao.joint_names.index(shuffled[0])] = 0.0
+    path = tmp_path / "poses.csv"
+    text = _csv(nao, q, [*shuffled, "RHipYawPitch"], delimiter)
+    path.write_text(_prepared("\n" + text.replace("\n", "\n\n"), reader), encoding="utf-8")
+    read, many = read_configurations(nao, path, limits="ignore")
+    assert many
+    assert np.array_equal(read, q)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("\n0.1,", "\n9.0,", "line 6, column 1: outside the joint limits: HeadYaw = 9 not in"),
+        ("\n0.1,", "\nnan,", "line 6, column 1: HeadYaw is 'nan', expected a finite number"),
+        ("\n0.1,", "\n0_1,", "line 6, column 1: HeadYaw is '0_1', expected a finite number"),
+        ("\n0.1,", "\n1e400,", "line 6, column 1: HeadYaw is '1e400', expected a finite number"),
+        ("\n0.1,", "\n\u0661,", "line 6, column 1: HeadYaw is '\u0661', expected a finite number"),
+        ("\n0.1,", "\n,", "line 6, column 1: HeadYaw is '', expected a finite number"),
+        ("\n0.1,", "\n0,1,", "line 6: 27 values, the header names 26 joints"),
+        ("\n0.1,", '\n"0.1,', "malformed CSV"),
+        (",0.2\n", ",0.3\n", "line 6, column 26: LHipYawPitch = 0.2 drives RHipYawPitch, which must then be 0.2"),
+    ],
+)
+def test_errors_in_large_files_name_the_same_lines(
+    nao: nk.NaoModel, tmp_path: Path, reader: str, old: str, new: str, message: str
+) -> None:
+    q = np.tile(nao.posture("StandInit"), (4, 1))
+    q[2, nao.joint_names.index("LHipYawPitch")], q[2, 0] = 0.2, 0.1
+    text = _csv(nao, q, [*nao.joint_names, "RHipYawPitch"]).replace("\n0.0,", "\n\n0.0,")
+    assert text.count(old) == 1
+    path = tmp_path / "poses.csv"
+    path.write_text(_prepared(text.replace(old, new), reader), encoding="utf-8")
+    with pytest.raises(BadInputFile) as caught:
+        read_configurations(nao, path)
+    assert message in str(caught.value)

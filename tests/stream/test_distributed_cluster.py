@@ -1,0 +1,189 @@
+"""Worker processes compute what one process does, also when one of them is killed."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import dask.array as da
+import numpy as np
+import pytest
+from distributed import Client, as_completed, futures_of
+
+import nao_kin as nk
+from nao_kin import distributed
+from nao_kin.errors import BadArgument, NotFinite
+from nao_kin.stream import distributed as pickled_robot
+
+ROOT = Path(nk.__file__).parent.parent
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+# Programs of dask's that do what functions of this file say must find it.
+TASKS_HERE = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(Path(__file__).parent)])}
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with distributed.connect(workers=2) as client:
+        yield client
+
+
+def _loads() -> tuple[int, int]:
+    """How often this process has loaded a robot, and how often it has used one that was loaded."""
+    info = pickled_robot._loaded.cache_info()
+    return info.misses, info.hits
+
+
+def _slowly(poses: np.ndarray) -> np.ndarray:
+    time.sleep(0.08)
+    return poses
+
+
+def _answers(address: str) -> bool:
+    host, port = re.fullmatch(r"tcp://(.*):(\d+)", address).groups()  # type: ignore[union-attr]
+    with contextlib.closing(socket.socket()) as probe:
+        return probe.connect_ex((host, int(port))) == 0
+
+
+def _lives(pid: int) -> bool:
+    """Whether a process is there and is more than an entry in the list that its parent has not read."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def _wait_until(condition: Any, seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_each_worker_loads_the_robot_once_and_the_scheduler_never(client: Client, nao: nk.NaoModel) -> None:
+    q, before = nao.random(0, 3000), client.run_on_scheduler(_loads)
+    cut = da.from_array(q, chunks=(50, 9))
+    assert np.array_equal(distributed.fk(nao, cut, ["LArm", "Head"]).compute(), nao.fk(q, ["LArm", "Head"], threads=1))
+    assert np.array_equal(distributed.com(nao, cut).compute(), nao.com(q, threads=1))
+    loaded, used = zip(*client.run(_loads).values(), strict=True)
+    assert max(loaded) == 1
+    assert sum(loaded) + sum(used) >= 2 * 60  # each chunk of both came by a worker
+    assert client.run_on_scheduler(_loads) == before
+
+
+def test_a_worker_that_is_killed_takes_no_result_with_it(client: Client, nao: nk.NaoModel) -> None:
+    q = nao.random(1, 4000)
+    lazy = distributed.fk(nao, da.from_array(q, chunks=(100, -1)), ["LArm", "RFoot"]).map_blocks(_slowly)
+    workers = client.run(os.getpid)
+    poses = lazy.persist()
+    parts = futures_of(poses)
+    finished = as_completed(parts)
+    for _ in range(len(parts) // 2):
+        next(finished)
+    victim = next(iter(workers.values()))
+    held = [keys for address, keys in client.has_what().items() if workers[address] == victim]
+    assert any(held)  # there is something to lose
+    assert not all(part.done() for part in parts)
+    os.kill(victim, signal.SIGKILL)
+    _wait_until(lambda: not _lives(victim))
+    assert np.array_equal(poses.compute(), nao.fk(q, ["LArm", "RFoot"], threads=1))
+    client.wait_for_workers(2, timeout=30)
+    assert victim not in client.run(os.getpid).values()
+
+
+def test_a_scheduler_that_runs_already_is_found_by_its_address(client: Client, nao: nk.NaoModel) -> None:
+    q = nao.random(2, 200)
+    with distributed.connect(address=client.scheduler.address) as second:
+        assert second is not client
+        lazy = distributed.jacobian(nao, da.from_array(q, chunks=(50, -1)), "LArm")
+        assert np.array_equal(lazy.compute(), nao.jacobian(q, "LArm", threads=1))
+    assert client.run(os.getpid)  # the scheduler is not ended with a client that found it running
+
+
+def test_a_number_that_is_none_comes_back_from_a_worker_as_our_error(client: Client, nao: nk.NaoModel) -> None:
+    q = nao.random(3, 200)
+    q[130, nao.joint_names.index("HeadYaw")] = np.inf
+    message = r"^q must be finite, got inf at index \[30, \d+\] \(HeadYaw\); counted within q\.blocks\[2\]$"
+    with pytest.raises(NotFinite, match=message) as caught:
+        distributed.position(nao, da.from_array(q, chunks=(50, -1)), "Head").compute()
+    assert caught.value.value == np.inf
+
+
+def test_programs_that_run_already_do_the_work_though_one_is_killed(nao: nk.NaoModel, tmp_path: Path) -> None:
+    q = nao.random(4, 2000)
+    here, file = ("--host", "127.0.0.1"), tmp_path / "scheduler.json"
+    with contextlib.ExitStack() as stack:
+        scheduler = _dask(
+            stack, "scheduler", *here, "--port", "0", "--dashboard-address", "127.0.0.1:0", "--scheduler-file", file
+        )
+        _wait_until(lambda: file.exists() or scheduler.poll() is not None)
+        address = json.loads(file.read_text(encoding="utf-8"))["address"]
+        victim, _ = (
+            _dask(stack, "worker", address, *here, "--nthreads", "1", "--no-nanny", "--no-dashboard") for _ in range(2)
+        )
+        with distributed.connect(address=address) as client:
+            client.wait_for_workers(2, timeout=30)
+            lazy = distributed.com(nao, da.from_array(q, chunks=(50, -1)), reference="LFoot").map_blocks(_slowly)
+            centres = lazy.persist()
+            parts = futures_of(centres)
+            _wait_until(lambda: sum(part.done() for part in parts) >= len(parts) // 2)
+            victim.kill()
+            victim.wait()
+            assert np.array_equal(centres.compute(), nao.com(q, reference="LFoot", threads=1))
+            assert len(client.run(os.getpid)) == 1
+    _wait_until(lambda: not _answers(address))
+
+
+def _dask(stack: contextlib.ExitStack, *arguments: str | Path) -> subprocess.Popen[bytes]:
+    """One of dask's own programs, ended with the stack."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    program = stack.enter_context(
+        subprocess.Popen([sys.executable, "-m", "dask", *map(str, arguments)], env=TASKS_HERE, **quiet)
+    )
+    stack.callback(program.kill)
+    return program
+
+
+def test_nothing_is_left_behind(nao: nk.NaoModel) -> None:
+    with distributed.connect(workers=1) as client:
+        workers, address = client.run(os.getpid), client.scheduler.address
+        assert _answers(address)
+        assert all(_answers(worker) for worker in workers)
+    _wait_until(lambda: not any(map(_lives, workers.values())))
+    assert not _answers(address)
+    assert not any(_answers(worker) for worker in workers)
+
+
+def test_where_no_scheduler_answers_one_line_says_so() -> None:
+    with contextlib.closing(socket.socket()) as taken:
+        taken.bind(("127.0.0.1", 0))  # and nobody listens
+        address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(BadArgument, match=f"no dask scheduler answers at '{address}': .*"):
+            distributed.connect(address, timeout=0.3)
+    for wrong in ("nonsense://there", "", 5):
+        with pytest.raises(BadArgument, match="no dask scheduler answers at"):
+            distributed.connect(wrong, timeout=0.3)  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="leave out either workers or address"):
+        distributed.connect("tcp://127.0.0.1:1", workers=2)
+    with pytest.raises(BadArgument, match="workers must be at least 1, got 0"):
+        distributed.connect(workers=0)
+
+
+def test_the_program_of_the_documentation_runs(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    program = tmp_path / "program.py"
+    program.write_text(block.replace("1_000_000", "10_000").replace("100_000", "1_000"), encoding="utf-8")
+    done = subprocess.run([sys.executable, program], env=ENVIRONMENT, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0, done.stderr
+    assert len(re.findall(r"-?\d+\.\d+", done.stdout)) == 6
+    assert done.stderr == ""

@@ -1,0 +1,608 @@
+"""Logs of joint values as people have them: times, other columns, units, keys of ALMemory, packed, and in parts."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+import json
+import re
+from collections.abc import Callable
+from contextlib import closing
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.feather
+import pyarrow.parquet
+import pytest
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.stream import run as run_module
+from nao_kin.stream import sources as csv_source
+from nao_kin.stream.sources import TableOptions
+from nao_kin.stream.tables import read_configurations, read_log
+
+ROWS = 40
+TIMES = np.round(0.02 * np.arange(ROWS) + 0.01, 6)
+Table = dict[str, np.ndarray]
+
+
+@pytest.fixture
+def q(nao: nk.NaoModel) -> np.ndarray:
+    return nao.random(0, ROWS)
+
+
+def _table(nao: nk.NaoModel, q: np.ndarray) -> Table:
+    return dict(zip(nao.joint_names, q.T, strict=True))
+
+
+def _text(table: Table, delimiter: str = ",", mark: str = ".") -> str:
+    rows = zip(*(column.tolist() for column in table.values()), strict=True)
+    lines = (delimiter.join(str(value).replace(".", mark) for value in row) for row in rows)
+    return "\n".join([delimiter.join(table), *lines]) + "\n"
+
+
+def _of_devices(table: Table) -> Table:
+    return {f"Device/SubDeviceList/{name}/Position/Sensor/Value": column for name, column in table.items()}
+
+
+def _with_units(table: Table) -> Table:
+    units = {name: "s" if name == "time" else "%" if name.endswith("Hand") else "deg" for name in table}
+    factors = {"s": 1.0, "%": 100.0, "deg": np.degrees(1.0)}
+    return {f"{name} [{units[name]}]": factors[units[name]] * column for name, column in table.items()}
+
+
+FORMS: dict[str, Callable[[Table], str]] = {
+    "units": lambda table: _text(_with_units(table)),
+    "keys of ALMemory": lambda table: _text(_of_devices(table)),
+    "an index": lambda table: _text({"": np.arange(ROWS), **table}),
+    "an index read and written by pandas": lambda table: _text({"Unnamed: 0": np.arange(ROWS), **table}),
+    "a comment": lambda table: f"# recorded on a robot, in the lab\n\n{_text(table)}",
+    "a header in a comment": lambda table: f"# of NumPy\n# {_text(table)}",
+    "decimal commas": lambda table: _text(table, ";", ","),
+    "tabs and decimal commas": lambda table: _text(table, "\t", ","),
+    "a byte order mark": lambda table: "\ufeff" + _text(table),
+}
+
+
+@pytest.fixture
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(csv_source, "BYTES_AT_ONCE", 4000)
+    monkeypatch.setattr(run_module, "_BLOCKS_OF_PART", 2)
+
+
+@pytest.mark.parametrize("packed", [False, True], ids=["", "packed"])
+@pytest.mark.parametrize("form", FORMS)
+def test_a_log_is_read_in_every_form_with_its_times(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, form: str, packed: bool
+) -> None:
+    table = _table(nao, q)
+    for timed in (False, True):
+        text = FORMS[form]({"time": TIMES, **table} if timed and form != "an index" else table)
+        if timed and form == "an index":
+            text = FORMS[form]({**table, "stamp": TIMES})
+        path = tmp_path / ("log.csv.gz" if packed else "log.csv")
+        path.write_bytes(gzip.compress(text.encode()) if packed else text.encode())
+        log = read_log(nao, path)
+        assert np.allclose(log.q, q, rtol=0, atol=1e-12)
+        assert np.array_equal(read_configurations(nao, path)[0], log.q)
+        result = nk.stream.fk(nao, path, ["LArm", "RLeg"], tmp_path / "poses.parquet")
+        got = pyarrow.parquet.read_table(tmp_path / "poses.parquet").to_pydict()
+        poses = np.stack([got[name] for name in result.columns], axis=-1).reshape(ROWS, 2, 4, 4)
+        assert np.allclose(poses, nao.fk(q, ["LArm", "RLeg"]), rtol=0, atol=1e-12)
+        if timed:
+            assert np.array_equal(log.times, TIMES)
+            assert np.array_equal(got["time"][::2], TIMES)
+        elif not timed:
+            assert log.times is None
+            assert "time" not in got
+
+
+@pytest.mark.parametrize("name", ["time", "Timestamp", "t", "stamp"])
+@pytest.mark.parametrize("ending", ["csv", "parquet", "feather"])
+def test_times_stand_beside_the_rows_of_every_output(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, ending: str, name: str
+) -> None:
+    table, source = {name: TIMES, **_table(nao, q)}, tmp_path / f"log.{ending}"
+    if ending == "csv":
+        source.write_text(_text(table))
+    elif ending == "parquet":
+        pyarrow.parquet.write_table(pa.table(table), source, row_group_size=7)
+    else:
+        pyarrow.feather.write_feather(pa.table(table), source, chunksize=7)
+    for kind in ("csv", "parquet", "arrow"):
+        sink = tmp_path / f"poses.{kind}"
+        nk.stream.fk(nao, source, ["LArm", "RArm"], sink, as_="rpy")
+        if kind == "csv":
+            header, *records = csv.reader(io.StringIO(sink.read_text()))
+            columns: dict = dict(zip(header, zip(*records, strict=True), strict=True))
+        else:
+            read = pyarrow.parquet.read_table if kind == "parquet" else pyarrow.feather.read_table
+            columns = read(sink).to_pydict()
+        assert list(columns)[:3] == ["row", "time", "frame"]
+        assert np.array_equal(np.array(columns["time"], float), np.repeat(TIMES, 2))
+    nk.stream.fk(nao, source, ["LArm", "RArm"], tmp_path / "poses.npy")
+    assert np.load(tmp_path / "poses.npy").shape == (ROWS, 2, 4, 4)
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor", "start", "note"),
+    [
+        ("time", 1.0, 0.0, ""),
+        ("time", 1.0, 1.7e9, ""),
+        ("stamp", 1e3, 1.7e9, "ms"),
+        ("timestamp", 1e6, 1.7e9, "us"),
+        ("t", 1e9, 1.7e9, "ns"),
+        ("time [ms]", 1e3, 0.0, ""),
+        ("time (ns)", 1e9, 0.0, ""),
+        ("stamp [s]", 1.0, 1.7e12, ""),
+    ],
+)
+def test_times_are_seconds_or_what_their_unit_or_size_says(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, heading: str, factor: float, start: float, note: str
+) -> None:
+    written = np.rint((TIMES + start) * factor) if factor > 1.0 else TIMES + start
+    written[0] = 0.0  # the first message of a log is often without a stamp
+    (tmp_path / "log.csv").write_text(_text({heading: written, **_table(nao, q)}))
+    expected = written / factor
+    log = read_log(nao, tmp_path / "log.csv")
+    assert np.array_equal(log.times, expected)
+    result = nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.parquet")
+    assert np.array_equal(pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy(), expected)
+    assert log.notes == result.notes
+    assert [re.search(r"taken as (\w+) since 1970", line)[1] for line in log.notes] == [note] * bool(note)
+
+
+def _iso(seconds: float, form: str) -> str:
+    """The time so long after 23:59:59.5 on the last day of February 2028, a leap year."""
+    moment = datetime(2028, 2, 29, 23, 59, 59, 500_000) + timedelta(seconds=seconds)
+    if form == "offsets":  # another one in every row
+        zone, minutes = (("+00:30", 30), ("-0130", -90), ("+02", 120))[round(seconds / 0.02) % 3]
+        return (moment + timedelta(minutes=minutes)).isoformat(timespec="microseconds") + zone
+    if form == "ns":
+        return moment.isoformat(timespec="microseconds") + "001"
+    if form == "logging":
+        return moment.strftime("%Y-%m-%d %H:%M:%S,") + f"{moment.microsecond // 1000:03d}"
+    return moment.isoformat(sep=" " if form == "space" else "T", timespec="milliseconds") + ("Z" if form == "Z" else "")
+
+
+ISO_FORMS = ("T", "space", "Z", "offsets", "ns", "logging")
+
+
+def _iso_text(nao: nk.NaoModel, q: np.ndarray, form: str, heading: str = "time") -> str:
+    stamps = np.array([_iso(time, form) for time in TIMES], dtype=object)
+    return (
+        _text({**_table(nao, q), heading: stamps}, ";")
+        if form == "logging"
+        else _text({heading: stamps, **_table(nao, q)})
+    )
+
+
+@pytest.mark.parametrize("form", ISO_FORMS)
+@pytest.mark.parametrize("large", [False, True], ids=["", "large"])
+def test_dates_and_times_are_seconds_from_the_first_row(
+    nao: nk.NaoModel,
+    q: np.ndarray,
+    tmp_path: Path,
+    small_blocks: None,
+    monkeypatch: pytest.MonkeyPatch,
+    form: str,
+    large: bool,
+) -> None:
+    if large:
+        monkeypatch.setattr("nao_kin.stream.tables._LARGE", 0)
+    source, expected = tmp_path / "log.csv", TIMES - TIMES[0]
+    for heading in ("time", "Stamp", "t [s]"):
+        source.write_text(_iso_text(nao, q, form, heading))
+        log = read_log(nao, source)
+        assert np.allclose(log.times, expected, rtol=0, atol=1e-9)
+        assert np.array_equal(log.q, q)
+        assert log.notes == ()
+        motion = nk.motion.read_motion(source, robot=nao)
+        assert np.array_equal(motion.key_times, log.times)
+        assert np.array_equal(motion.configurations(nao).q, q)
+        nk.stream.fk(nao, source, "Head", tmp_path / "poses.parquet")
+        poses = pyarrow.parquet.read_table(tmp_path / "poses.parquet")
+        assert np.array_equal(poses["time"].to_numpy(), log.times)
+    objects = [nao.angles(row) | {"time": _iso(time, form)} for time, row in zip(TIMES, q, strict=True)]
+    (tmp_path / "log.json").write_text(json.dumps(objects))
+    assert np.array_equal(read_log(nao, tmp_path / "log.json").times, log.times)
+
+
+def test_fractions_of_seconds_do_not_tell_the_mark_of_numbers(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    source = tmp_path / "log.csv"
+    header, *rows = _text(_table(nao, q), ";", ",").splitlines()
+    rows = [f"{_iso(time, 'T')};{row}" for time, row in zip(TIMES, rows, strict=True)]
+    source.write_text("\n".join([f"time;{header}", *rows]))
+    assert np.array_equal(read_log(nao, source).q, q)
+    assert np.allclose(read_log(nao, source).times, TIMES - TIMES[0], rtol=0, atol=1e-9)
+    assert np.array_equal(nk.motion.read_motion(source).configurations(nao).q, q)
+
+
+def test_a_header_in_a_comment_stands_above_dates_too(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("# robot 7\n# " + _iso_text(nao, q, "space"))
+    log = read_log(nao, tmp_path / "log.csv")
+    assert np.array_equal(log.q, q)
+    assert np.allclose(log.times, TIMES - TIMES[0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("first", "bad", "message"),
+    [
+        ("2028-02-29T12:00:00", "2027-02-29T12:00:01", "expected a time such as 2026-03-01T12:00:00.5"),
+        ("2028-02-29T12:00:00", "2028-02-29T25:00:01", "expected a time such as 2026-03-01T12:00:00.5"),
+        ("2028-02-29T12:00:00", "12.5", "expected a time such as 2026-03-01T12:00:00.5"),
+        ("2028-02-29T12:00:00", "2028-02-29T12:00:01Z", "which has a time zone; the first time has none"),
+        ("2028-02-29T12:00:00+01:00", "2028-02-29T12:00:01", "which has no time zone; the first time has one"),
+        ("12.5", "2028-02-29T12:00:01", "expected a finite number"),
+    ],
+)
+@pytest.mark.parametrize("large", [False, True], ids=["", "large"])
+def test_a_bad_time_is_named_with_its_line_and_column(
+    nao: nk.NaoModel,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    first: str,
+    bad: str,
+    message: str,
+    large: bool,
+) -> None:
+    if large:
+        monkeypatch.setattr("nao_kin.stream.tables._LARGE", 0)
+    source, values = tmp_path / "log.csv", list(nao.angles(nao.posture("Stand")).values())
+    rows = [[values[0], time, *values[1:]] for time in (first, bad)]
+    names = list(nao.angles(nao.posture("Stand")))
+    source.write_text("\n".join(",".join(map(str, row)) for row in [[names[0], "time", *names[1:]], *rows]))
+    says = re.escape(f"log.csv, line 3, column 2: time is '{bad}', {message}")
+    with pytest.raises(BadInputFile, match=says):
+        read_log(nao, source)
+    with pytest.raises(BadInputFile, match=says):
+        nk.motion.read_motion(source)
+    with pytest.raises(BadInputFile, match=says):
+        nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
+    result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy", on_error="skip")
+    assert (result.rows_written, result.bad_rows) == (1, 1)
+    stamped = [{**dict(zip(names, values, strict=True)), "time": time} for time in (first, bad)]
+    (tmp_path / "log.json").write_text(json.dumps(stamped))
+    if first != "12.5":
+        with pytest.raises(BadInputFile, match=re.escape(f"configuration 1: time is '{bad}', {message}")):
+            read_log(nao, tmp_path / "log.json")
+
+
+def test_dates_and_times_in_joint_columns_are_refused(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    source = tmp_path / "log.csv"
+    stamps = np.array([_iso(time, "T") for time in TIMES], dtype=object)
+    source.write_text(_text({"time": stamps, **_table(nao, q), "HeadYaw": stamps}))
+    for read in (lambda: read_log(nao, source), lambda: nk.motion.read_motion(source)):
+        with pytest.raises(BadInputFile, match=r"line 2, column 2: HeadYaw is '2028-.*expected a finite number"):
+            read()
+
+
+def test_times_of_several_files_count_from_the_first_row_of_the_first(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None
+) -> None:
+    lines = _iso_text(nao, q, "Z").splitlines()
+    (tmp_path / "log_1.csv").write_text("\n".join(lines[:25]) + "\n")
+    (tmp_path / "log_2.csv").write_text("\n".join([lines[0], *lines[25:]]) + "\n")
+    nk.stream.fk(nao, str(tmp_path / "log_?.csv"), "Head", tmp_path / "poses.parquet")
+    times = pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy()
+    assert np.allclose(times, TIMES - TIMES[0], rtol=0, atol=1e-9)
+    for form, message in (("T", "its times have no time zone, those of"), ("", "its times are numbers, those of")):
+        text = _iso_text(nao, q, form) if form else _text({"time": TIMES, **_table(nao, q)})
+        (tmp_path / "other.csv").write_text(text)
+        with pytest.raises(BadInputFile, match=rf"other.csv: {message} .*log_1.csv"):
+            nk.stream.fk(nao, [tmp_path / "log_1.csv", tmp_path / "other.csv"], "Head", tmp_path / "p.npy")
+
+
+def test_times_count_from_the_first_row_where_a_run_goes_on(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None
+) -> None:
+    (tmp_path / "log.csv").write_text(_iso_text(nao, q, "T"))
+
+    def source() -> closing[csv_source.CsvSource]:
+        return closing(csv_source.CsvSource(str(tmp_path / "log.csv"), nao, TableOptions()))
+
+    with source() as whole, source() as rest:
+        first, second, *_ = whole.blocks(whole.start)
+        again = next(rest.blocks(first.end))
+    assert np.array_equal(again.times, second.times)
+    assert again.times[0] > 0.0
+
+
+def test_stamps_of_arrow_are_times(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    stamps = pa.array((TIMES * 1e3).round().astype(int) + 1_700_000_000_000, pa.timestamp("ms"))
+    index = pa.array(np.arange(ROWS))
+    pyarrow.parquet.write_table(
+        pa.table({"__index_level_0__": index, **_table(nao, q), "stamp": stamps}), tmp_path / "log.parquet"
+    )
+    nk.stream.fk(nao, tmp_path / "log.parquet", "Head", tmp_path / "poses.parquet")
+    times = pyarrow.parquet.read_table(tmp_path / "poses.parquet")["time"].to_numpy()
+    assert np.allclose(times - 1.7e9, TIMES, rtol=0, atol=1e-6)
+
+
+def _poses(path: Path) -> np.ndarray:
+    return np.load(path)
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_other_columns_are_named_left_out_or_refused(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, ending: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = _table(nao, q)
+    table["yaw_deg"] = np.degrees(table.pop("HeadYaw"))
+    words = np.array(["walk"] * ROWS)
+    table = {"state": words, "ms": np.rint(1e3 * TIMES), **table, "battery": np.linspace(1.0, 0.9, ROWS)}
+    source, out = tmp_path / f"log.{ending}", tmp_path / "poses.npy"
+    if ending == "csv":
+        source.write_text(_text(table))
+    else:
+        pyarrow.parquet.write_table(pa.table(table), source)
+    with pytest.raises(BadInputFile, match=r"unknown joint 'state' .*--columns.* ignore_other=True \(--ignore-other\)"):
+        nk.stream.fk(nao, source, "Head", out)
+    with pytest.raises(BadInputFile, match="missing joints: HeadYaw"):
+        nk.stream.fk(nao, source, "Head", out, ignore_other=True)
+    with pytest.raises(BadArgument, match="unknown column of .* 'yaw' .nearest: yaw_deg"):
+        nk.stream.fk(nao, source, "Head", out, columns={"yaw": "HeadYaw"})
+    columns = {"yaw_deg": "HeadYaw [deg]", "ms": "time [ms]"}
+    nk.stream.fk(nao, source, "Head", out, columns=columns, ignore_other=True)
+    assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
+    nk.stream.fk(nao, source, "Head", out, columns={**columns, "state": None, "battery": None})
+    assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
+    options = [
+        "--columns",
+        "yaw_deg=HeadYaw [deg]",
+        "--columns",
+        "ms=time [ms]",
+        "--columns",
+        "state=",
+        "--ignore-other",
+    ]
+    assert run(["fk", str(source), "--frame", "Head", *options, "-o", str(tmp_path / "poses.csv")]) == 0
+    written = (tmp_path / "poses.csv").read_text()
+    assert f"\n3,{TIMES.tolist()[3]!r},Head," in written
+    if ending == "csv":
+        capsys.readouterr()
+        assert run(["fk", str(source), "--frame", "Head", *options, "--csv"]) == 0
+        assert capsys.readouterr().out == written
+        assert np.array_equal(
+            read_log(nao, source, columns=columns, ignore_other=True).times, np.rint(1e3 * TIMES) / 1e3
+        )
+        page = tmp_path / "log.html"
+        assert run(["view", str(source), *options, "--html", str(page)]) == 0
+        assert page.is_file()
+
+
+def test_units_that_a_joint_has_not_are_refused(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    for old, new, message in (
+        ("HeadYaw", "HeadYaw [grad]", "line 1, column 1: unit 'grad' of HeadYaw, expected one of rad, deg"),
+        ("LHand", "LHand [rad]", "unit 'rad' of LHand, expected one of 1, %"),
+        ("HeadYaw", "time [h],HeadYaw", "unit 'h' of time, expected one of s, ms"),
+        ("HeadYaw", "t,time,HeadYaw", "line 1, column 2: two columns of times"),
+    ):
+        (tmp_path / "log.csv").write_text(_text(_table(nao, q)).replace(old, new, 1))
+        with pytest.raises(BadInputFile, match=message):
+            read_log(nao, tmp_path / "log.csv")
+        with pytest.raises(BadInputFile, match=message):
+            nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy")
+
+
+def test_places_in_messages_are_those_of_the_file(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    q[7, 1] = 9.0
+    text = "# a log\n" + _text({"": np.arange(ROWS), "time": TIMES, **_table(nao, q)})
+    (tmp_path / "log.csv").write_text(text)
+    for read in (read_log, lambda nao, path: nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy")):
+        with pytest.raises(BadInputFile, match=r"log.csv, line 10, column 4: outside the joint limits: HeadPitch = 9 "):
+            read(nao, tmp_path / "log.csv")
+    (tmp_path / "log.csv").write_text(text.replace(f"\n5,{TIMES.tolist()[5]!r}", "\n5,", 1))
+    for read in (read_log, lambda nao, path: nk.stream.fk(nao, path, "Head", tmp_path / "poses.npy")):
+        with pytest.raises(BadInputFile, match=r"log.csv, line 8, column 2: time is '', expected a finite number"):
+            read(nao, tmp_path / "log.csv")
+
+
+def test_several_files_and_patterns_go_into_one_output(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = {"time": TIMES, **_table(nao, q)}
+    first = {name: column[:15] for name, column in table.items()}
+    rest = {name: column[15:] for name, column in reversed(table.items())}
+    (tmp_path / "log 1.csv").write_text(_text(first))
+    pyarrow.parquet.write_table(pa.table(rest), tmp_path / "log 2.parquet")
+    expected = nao.fk(q, "Head")
+    for source in ([tmp_path / "log 1.csv", str(tmp_path / "log 2.parquet")], str(tmp_path / "log*")):
+        result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
+        assert (result.rows_read, result.rows_written) == (ROWS, ROWS)
+        assert np.allclose(_poses(tmp_path / "poses.npy"), expected, rtol=0, atol=1e-12)
+    out = tmp_path / "poses.csv"
+    assert (
+        run(["fk", str(tmp_path / "log 1.csv"), str(tmp_path / "log 2.parquet"), "--frame", "Head", "-o", str(out)])
+        == 0
+    )
+    records = list(csv.reader(io.StringIO(out.read_text())))[1:]
+    assert [record[:2] for record in records] == [[str(row), repr(time)] for row, time in enumerate(TIMES.tolist())]
+    # A bad row is named with its file, its line there, and its row in the output.
+    lines = _text(rest).splitlines()
+    lines[3] = lines[3].replace(lines[3].split(",")[0], "x", 1)
+    (tmp_path / "log 2.csv").write_text("\n".join(lines))
+    result = nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", on_error="skip")
+    assert (result.rows_read, result.bad_rows) == (ROWS, 1)
+    bad = result.first_bad_rows[0]
+    assert (bad.row, bad.line, bad.file) == (17, 4, str(tmp_path / "log 2.csv"))
+    assert str(bad).startswith(f"{tmp_path / 'log 2.csv'}, line 4, column ")
+    with pytest.raises(BadInputFile, match=r"log 2.csv, line 4, column \d+: "):
+        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy")
+    with pytest.raises(BadInputFile, match="no file has such a name"):
+        nk.stream.fk(nao, str(tmp_path / "lag*.csv"), "Head", tmp_path / "poses.npy")
+    (tmp_path / "log 2.csv").write_text(_text(_table(nao, q)))
+    with pytest.raises(BadInputFile, match=r"log 2.csv: no column of times, which .*log 1.csv has"):
+        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy")
+    capsys.readouterr()
+    assert run(["fk", str(tmp_path / "log 1.csv"), str(tmp_path / "log 2.csv")]) == 2
+    assert "2 files; several go into one --output" in capsys.readouterr().err
+
+
+def test_two_hips_of_sensors_are_settled_as_asked(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = _of_devices({**_table(nao, q), "RHipYawPitch": q[:, nao.joint_names.index("LHipYawPitch")] + 0.002})
+    source = tmp_path / "log.csv"
+    source.write_text(_text(table))
+    with pytest.raises(
+        BadInputFile, match=r"drives RHipYawPitch, .*hips=\"average\" \(--hips average\) takes their mean"
+    ):
+        read_log(nao, source)
+    with pytest.raises(BadInputFile, match=r"drives RHipYawPitch, .*--hips average"):
+        nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy")
+    for hips, off in (("average", 0.001), ("left", 0.0), ("right", 0.002)):
+        expected = q.copy()
+        expected[:, nao.joint_names.index("LHipYawPitch")] += off
+        assert np.allclose(read_log(nao, source, hips=hips, limits="ignore").q, expected, rtol=0, atol=1e-15)
+        nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy", hips=hips, limits="ignore")
+        assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(expected, "LLeg"), rtol=0, atol=1e-12)
+    # With times it was always read so, as a motion.
+    source.write_text(_text({"time": TIMES, **table}))
+    expected[:, nao.joint_names.index("LHipYawPitch")] -= 0.001
+    for options in (["-o", str(tmp_path / "poses.csv")], ["--csv"]):
+        capsys.readouterr()
+        assert run(["fk", str(source), "--frame", "LLeg", "--as", "matrix", "--ignore-limits", *options]) == 0
+        text = capsys.readouterr().out if "--csv" in options else (tmp_path / "poses.csv").read_text()
+        numbers = np.array([record[3:] for record in list(csv.reader(io.StringIO(text)))[1:]], float)
+        assert np.allclose(numbers.reshape(-1, 4, 4), nao.fk(expected, "LLeg"), rtol=0, atol=1e-12)
+
+
+def test_output_may_be_standard_output(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log.csv").write_text(_text({"time": TIMES, **_table(nao, q)}))
+    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "--csv"]) == 0
+    printed = capfd.readouterr().out
+    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", "-"]) == 0
+    assert capfd.readouterr().out == printed
+    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", "-", "--json"]) == 2
+
+
+def test_a_table_with_times_is_streamed_and_not_read_as_a_motion(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "log.csv").write_text(_text({"time": TIMES, **_table(nao, q)}))
+
+    def refuse(*arguments: object, **named: object) -> None:
+        raise AssertionError("the whole file is read")
+
+    monkeypatch.setattr("nao_kin.cli.fk.read", refuse)
+    monkeypatch.setattr("nao_kin.stream.tables.read_log", refuse)
+    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", str(tmp_path / "poses.npy")]) == 0
+    assert _poses(tmp_path / "poses.npy").shape == (ROWS, 1, 6)
+
+
+def test_a_table_with_empty_cells_is_a_motion(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    lines = _text({"time": TIMES, **_table(nao, q)}).splitlines()
+    cells = lines[5].split(",")
+    lines[5] = ",".join([cells[0], "", *cells[2:]])  # HeadYaw has no key then, and lies between its neighbours
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    q[4, 0] = 0.5 * (q[3, 0] + q[5, 0])
+    out = tmp_path / "poses.npy"
+    assert (
+        run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "--as", "matrix", "--ignore-limits", "-o", str(out)])
+        == 0
+    )
+    assert np.allclose(_poses(out)[:, 0], nao.fk(q, "Head"), rtol=0, atol=1e-9)
+
+
+def test_json_objects_may_have_times_and_units(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    rows = [
+        {"t": time, "HeadYaw [deg]": np.degrees(row[0]), **dict(zip(nao.joint_names[1:], row[1:], strict=True))}
+        for time, row in zip(TIMES.tolist(), q.tolist(), strict=True)
+    ]
+    (tmp_path / "log.json").write_text(json.dumps(rows))
+    log = read_log(nao, tmp_path / "log.json")
+    assert np.allclose(log.q, q, rtol=0, atol=1e-15)
+    assert np.array_equal(log.times, TIMES)
+
+
+def test_times_are_carried_to_what_is_printed_and_read_again(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log.csv").write_text(_text({"time": TIMES, **_table(nao, q)}))
+    nk.motion.write_motion(nk.Motion(TIMES, nao.joint_names, q), tmp_path / "log.xar")
+    for name in ("log.csv", "log.xar"):
+        assert run(["fk", str(tmp_path / name), "--frame", "LLeg", "--json", "--ignore-limits"]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert np.allclose(document["times"], TIMES, rtol=0, atol=0.02 if name == "log.xar" else 0.0)
+        assert len(document["configurations"]) == len(document["times"])
+    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "LLeg"]) == 0
+    assert capsys.readouterr().out.splitlines()[1].split()[:3] == ["0", "0.010000", "LLeg"]
+    assert run(["fk", str(tmp_path / "log.csv"), "--frame", "LLeg", "-o", str(tmp_path / "feet.csv")]) == 0
+    capsys.readouterr()
+    assert run(["ik", "LLeg", str(tmp_path / "feet.csv"), "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["targets"]) == ROWS
+
+
+# --- limits -------------------------------------------------------------------------------------------------------
+
+
+def test_clamping_says_how_many_rows_it_moved_and_how_far(
+    nao: nk.NaoModel, q: np.ndarray, tmp_path: Path, small_blocks: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    q[11, 0], q[30, 5] = nao.upper[0] + 0.25, nao.lower[5] - 5e-7
+    for name, text in (("log.csv", _text(_table(nao, q))), ("timed.csv", _text({"time": TIMES, **_table(nao, q)}))):
+        (tmp_path / name).write_text(text)
+        result = nk.stream.fk(nao, tmp_path / name, "Head", tmp_path / "poses.npy", limits="clamp")
+        assert (result.clamped.rows, result.clamped.joint) == (1, "HeadYaw")
+        assert result.clamped.most == pytest.approx(0.25)
+        assert result.as_dict()["clamped"]["rows"] == 1
+        for options in (["-o", str(tmp_path / "poses.csv")], ["--csv"], ["--csv", "--rate", "50"]):
+            if "--rate" in options and name == "log.csv":
+                continue
+            capsys.readouterr()
+            assert run(["fk", str(tmp_path / name), "--frame", "Head", "--clamp", *options]) == 0
+            said = capsys.readouterr().err
+            assert re.search(
+                rf"--clamp moved \d+ of {ROWS} rows to the limits, by at most 0\.25 rad \(HeadYaw\)", said
+            ), said
+    nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy", limits="clamp")
+    assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(nao.clamp(q), "Head"), rtol=0, atol=1e-12)
+
+
+def test_messages_of_limits_name_the_options_that_take_the_row(
+    nao: nk.NaoModel, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    q = np.stack([nao.posture("StandInit")] * 3)
+    q[1, 0] = 2.5
+    degrees = np.where([unit == "rad" for unit in nao.joint_units], np.degrees(q), q)
+    for name, values in (("rad.csv", q), ("deg.csv", degrees[:1])):
+        (tmp_path / name).write_text(_text(_table(nao, values)))
+        for options in (["--csv"], ["-o", str(tmp_path / "poses.csv")]):
+            assert run(["fk", str(tmp_path / name), *options]) == 2
+            said = capsys.readouterr().err
+            assert "(--clamp)" in said
+            assert "(--ignore-limits)" in said
+            assert ("--deg" in said) == (name == "deg.csv"), said
+    assert run(["fk", "--joint", "HeadYaw=30"]) == 2
+    assert capsys.readouterr().err.endswith("rad; --clamp and --ignore-limits take it, --deg?\n")
+
+
+def test_a_bad_file_is_refused_before_meshes_are_read(
+    nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*arguments: object, **named: object) -> None:
+        raise AssertionError("the viewer is made")
+
+    monkeypatch.setattr("nao_kin.cli.view.LivePage.viewer", refuse)
+    (tmp_path / "bad.csv").write_text("HeadYam\n0\n")
+    (tmp_path / "bad_motion.csv").write_text("time,HeadYam\n0,0\n")
+    for name in ("bad.csv", "bad_motion.csv"):
+        assert run(["view", str(tmp_path / name), "--html", str(tmp_path / "x.html")]) == 2
+        assert "unknown joint 'HeadYam'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", [b"", b"\x93NUMPY", b"\x93NUMPY\x01\x00v\x00{"])
+def test_targets_in_an_array_that_is_cut_off_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes
+) -> None:
+    (tmp_path / "empty.npy").write_bytes(content)
+    assert run(["ik", "LLeg", str(tmp_path / "empty.npy")]) == 2
+    assert re.fullmatch(r"nao-kin: \S+empty.npy: no .npy file: [^\n]+\n", capsys.readouterr().err)

@@ -1,0 +1,559 @@
+"""What is ended half-way leaves no corrupt file, and goes on where it was: real processes, signals and full disks."""
+
+from __future__ import annotations
+
+import csv
+import fcntl
+import json
+import os
+import resource
+import signal
+import stat
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.feather
+import pyarrow.parquet
+import pytest
+from viewer_pages import PATIENCE, until
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, BadInputFile, StartedOverWarning
+from nao_kin.stream import parts, run
+from nao_kin.stream import sources as csv_source
+from nao_kin.stream import sources as table_sources
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
+FEET = ("--frame", "LLeg", "--frame", "RLeg")
+SINKS = ("csv", "npy", "parquet", "arrow")
+
+# The program with parts of a few rows, and something that happens on the way.
+_PROGRAM = """
+import os, signal, sys, time
+from nao_kin.stream import parts, run, sources
+from nao_kin import stream
+from nao_kin.cli import fk
+stream.FEW_ROWS = 0
+sources.BYTES_AT_ONCE, sources.ROWS_AT_ONCE, run._BLOCKS_OF_PART, fk._CHUNK = 20_000, 40, 2, 100
+{happening}
+from nao_kin.cli import main
+main(sys.argv[1:])
+"""
+
+_KILLED = """
+left, replace = [{steps}], os.replace
+def counted(*names):
+    if left[0] == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    left[0] -= 1
+    replace(*names)
+os.replace = counted
+"""
+
+_SLOW = """
+add = parts.PartFolder.add
+parts.PartFolder.add = lambda *arguments: (add(*arguments), time.sleep(0.05))
+"""
+
+# Two parts are finished, and then nothing happens until a signal comes.
+_HELD = """
+add, finished = parts.PartFolder.add, []
+def held(*arguments):
+    add(*arguments)
+    finished.append(1)
+    if len(finished) == 2:
+        time.sleep(600)
+parts.PartFolder.add = held
+"""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def compiled(nao: nk.NaoModel) -> None:
+    """What is compiled for the first time on a machine says so on standard error."""
+    for dtype in (np.float64, np.float32):
+        nao.fk(nao.random(0, 10), "Head", dtype=dtype, threads=1)
+
+
+@pytest.fixture
+def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(csv_source, "BYTES_AT_ONCE", 20_000)
+    monkeypatch.setattr(table_sources, "ROWS_AT_ONCE", 40)
+    monkeypatch.setattr(run, "_BLOCKS_OF_PART", 2)
+
+
+@pytest.fixture
+def walk(nao: nk.NaoModel, tmp_path: Path) -> Path:
+    """A file of 500 rows, six parts or seven."""
+    path = tmp_path / "walk.csv"
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(nao.joint_names)
+        writer.writerows(nao.random(0, 500).tolist())
+    np.save(tmp_path / "walk.npy", nao.random(0, 500))
+    return path
+
+
+def _start(happening: str, *arguments: str, cwd: Path, **options) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-c", _PROGRAM.format(happening=happening), *arguments],
+        cwd=cwd,
+        env={**ENVIRONMENT, **options.pop("env", {})},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=options.pop("stderr", subprocess.PIPE),
+        text=True,
+        **options,
+    )
+
+
+def _run(happening: str, *arguments: str, cwd: Path, **options) -> tuple[int, str, str]:
+    process = _start(happening, *arguments, cwd=cwd, **options)
+    out, err = process.communicate(timeout=PATIENCE)
+    return process.returncode, out, err
+
+
+def _wait_for(path: Path) -> None:
+    assert until(path.exists)
+
+
+def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
+    """What a run without any interruption writes."""
+    nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy")
+    content = path.read_bytes()
+    path.unlink()
+    return content
+
+
+def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """End a run as Ctrl-C ends Python, at the eighth block."""
+    work, calls = run._Work.poses, []
+
+    def interrupted(self, *arguments):
+        calls.append(1)
+        if len(calls) == 8:
+            raise KeyboardInterrupt
+        return work(self, *arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(run._Work, "poses", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            nk.stream.fk(nao, source, ["LLeg", "RLeg"], sink, as_="rpy")
+
+
+@pytest.mark.parametrize(
+    ("source", "sink", "steps"),
+    [
+        *(("walk.csv", "csv", steps) for steps in (0, 2, 5, 14)),
+        *(("walk.npy", sink, steps) for sink in SINKS[1:] for steps in (4, 15)),
+        ("walk.parquet", "csv", 5),
+        ("walk.arrow", "csv", 11),
+    ],
+)
+def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, source: str, sink: str, steps: int
+) -> None:
+    poses = tmp_path / f"poses.{sink}"
+    # Groups and batches that end elsewhere than blocks and parts.
+    table = pyarrow.csv.read_csv(walk)
+    pyarrow.parquet.write_table(table, tmp_path / "walk.parquet", row_group_size=130)
+    pyarrow.feather.write_feather(table, tmp_path / "walk.arrow", chunksize=90)
+    expected = _whole(nao, tmp_path / source, poses)
+    poses.write_bytes(b"old")
+    code, _, err = _run(_KILLED.format(steps=steps), "fk", source, *FEET, "-o", poses.name, cwd=tmp_path)
+    assert (code, err) == (-signal.SIGKILL, "")
+    assert poses.read_bytes() == b"old"
+    finished = len(list(tmp_path.glob("poses.*.parts/part-*.json")))
+    result = nk.stream.fk(nao, tmp_path / source, ["LLeg", "RLeg"], poses, as_="rpy")
+    assert poses.read_bytes() == expected
+    assert (result.rows_read, result.rows_written) == (500, 500)
+    assert (result.rows_resumed > 0) == (finished > 0) == (steps > 2)
+    assert not list(tmp_path.glob("*.parts"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_signal_leaves_the_finished_parts_and_nothing_else(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, number: signal.Signals
+) -> None:
+    poses = tmp_path / "poses.csv"
+    expected = _whole(nao, walk, poses)
+    process = _start(_HELD, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
+    _wait_for(tmp_path / "poses.csv.parts" / "part-000001.json")
+    process.send_signal(number)
+    out, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, out, err) == (-number if number == signal.SIGKILL else 128 + number, "", "")
+    assert not poses.exists()
+    left = {path.name for path in (tmp_path / "poses.csv.parts").iterdir()}
+    assert "part-000001.json" in left
+    assert number == signal.SIGKILL or "unfinished" not in left
+    code, out, err = _run("", "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
+    assert (code, out) == (0, "poses.csv\n")
+    assert "rows had been done by an earlier run" in err
+    assert poses.read_bytes() == expected
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["poses.csv", "walk.csv", "walk.npy"]
+
+
+def test_ctrl_c_before_the_first_part_leaves_nothing(walk: Path, tmp_path: Path) -> None:
+    happening = _SLOW + "run._BLOCKS_OF_PART = 10**9\nrun._Work.poses = lambda *_: time.sleep(600)\n"
+    process = _start(happening, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
+    _wait_for(tmp_path / "poses.csv.parts" / "run.json")
+    process.send_signal(signal.SIGINT)
+    assert process.wait(PATIENCE) == 130
+    process.communicate()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.csv", "walk.npy"]
+
+
+def test_an_exception_in_python_leaves_the_finished_parts(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    poses = tmp_path / "poses.parquet"
+    expected = _whole(nao, walk, poses)
+    _interrupt(nao, walk, poses, monkeypatch)
+    assert not poses.exists()
+    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy")
+    assert 0 < result.rows_resumed < 500
+    assert poses.read_bytes() == expected
+
+
+def test_a_full_disk_is_named_and_the_next_run_goes_on(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None
+) -> None:
+    poses = tmp_path / "poses.csv"
+    expected = _whole(nao, walk, poses)
+
+    def limited() -> None:  # parts fit, the whole file does not
+        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+    code, out, err = _run("", "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path, preexec_fn=limited)
+    assert (code, out) == (2, "")
+    assert err == "nao-kin: cannot write poses.csv: File too large; run the same again to go on from row 500\n"
+    assert not poses.exists()
+    assert not (tmp_path / "poses.csv.parts" / "unfinished").exists()
+    assert nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy").rows_resumed == 500
+    assert poses.read_bytes() == expected
+
+
+@pytest.mark.parametrize("sink", SINKS)
+def test_a_disk_that_is_full_at_once_leaves_the_old_file(walk: Path, tmp_path: Path, sink: str) -> None:
+    poses = tmp_path / f"poses.{sink}"
+    poses.write_bytes(b"old")
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (3_000, 3_000))
+
+    code, out, err = _run("", "fk", "walk.npy", *FEET, "-o", poses.name, cwd=tmp_path, preexec_fn=limited)
+    assert (code, out, err) == (2, "", f"nao-kin: cannot write {poses.name}: File too large\n")
+    assert poses.read_bytes() == b"old"
+    assert not list(tmp_path.glob("*.parts"))
+
+
+def test_a_full_device_is_named(nao: nk.NaoModel, walk: Path, tmp_path: Path) -> None:
+    full = tmp_path / "full"
+    try:
+        os.mknod(full, stat.S_IFCHR | 0o666, os.makedev(1, 7))
+        full.open("wb").close()
+    except PermissionError:
+        pytest.skip("only root makes devices, and not in every file system")
+    with pytest.raises(BadArgument, match="full: No space left on device"):
+        nk.stream.fk(nao, walk, "Head", full)
+    assert stat.S_ISCHR(full.stat().st_mode)
+
+
+# --- what has changed ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def half_done(nao: nk.NaoModel, walk: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a run that was ended after some parts."""
+    _interrupt(nao, walk, walk.with_name("poses.csv"), monkeypatch)
+    return walk.with_name("poses.csv.parts")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changed"),
+    [
+        ({"frames": ["LLeg"]}, "frames, form"),
+        ({"as_": "position6d"}, "form"),
+        ({"reference": "Head"}, "reference"),
+        ({"dtype": np.float32}, "dtype"),
+        ({"limits": "clamp"}, "limits"),
+        ({"on_error": "nan"}, "bad rows"),
+        ({"robot": "v3.3"}, "robot"),
+        ({"touched": True}, "source"),
+        ({"version": True}, "version of nao_kin"),
+    ],
+)
+def test_other_arguments_or_another_source_start_over_and_say_so(
+    nao: nk.NaoModel,
+    walk: Path,
+    half_done: Path,
+    small_parts: None,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: dict,
+    changed: str,
+) -> None:
+    poses = walk.with_name("poses.csv")
+    if arguments.pop("touched", False):
+        os.utime(walk, ns=(1, 1))
+    if arguments.pop("version", False):
+        monkeypatch.setattr(run, "__version__", "0.0.0")
+    robot = nk.load_nao(arguments.pop("robot", "v6"))
+    given = {"frames": ["LLeg", "RLeg"], "as_": "rpy"} | arguments
+    with pytest.warns(StartedOverWarning) as caught:
+        result = nk.stream.fk(robot, walk, sink=poses, **given)
+    message = f"{half_done} holds parts of an earlier run, and {changed} changed: starting over"
+    assert [str(warning.message) for warning in caught] == [message]
+    assert result.rows_resumed == 0
+    content = poses.read_bytes()
+    nk.stream.fk(robot, walk, sink=poses, **given)
+    assert poses.read_bytes() == content
+
+
+def test_starting_over_is_one_line_on_the_command_line(walk: Path, half_done: Path) -> None:
+    code, _, err = _run("", "fk", "walk.csv", "--frame", "Head", "-o", "poses.csv", cwd=walk.parent)
+    assert code == 0
+    changed = "holds parts of an earlier run, and frames, form changed: starting over"
+    assert err == f"nao-kin: {half_done} {changed}\n"
+
+
+@pytest.mark.parametrize("damage", ["truncated", "no record", "half a record", "no run", "half a run"])
+def test_damaged_parts_are_done_again(
+    nao: nk.NaoModel, walk: Path, half_done: Path, small_parts: None, damage: str
+) -> None:
+    poses, part = walk.with_name("poses.csv"), half_done / "part-000001"
+    if damage == "truncated":
+        os.truncate(part, 10)
+    elif damage == "no record":
+        (half_done / "part-000001.json").unlink()
+    elif damage == "half a record":
+        (half_done / "part-000001.json").write_text('{"end": [1')
+    elif damage == "no run":
+        for path in half_done.iterdir():
+            if path.name not in ("lock", "unfinished"):
+                path.unlink()
+    else:
+        (half_done / "run.json").write_text("{")
+    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy")
+    assert (result.rows_resumed > 0) == (damage not in ("no run", "half a run"))
+    content = poses.read_bytes()
+    assert content == _whole(nao, walk, poses)
+
+
+def test_a_source_that_changes_while_it_is_read_is_refused(
+    nao: nk.NaoModel, walk: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add = parts.PartFolder.add
+    monkeypatch.setattr(parts.PartFolder, "add", lambda *a: (add(*a), os.utime(walk, ns=(1, time.monotonic_ns()))))
+    with pytest.raises(BadInputFile, match=r"walk\.csv: changed while it was read"):
+        nk.stream.fk(nao, walk, "Head", walk.with_name("poses.csv"))
+    assert sorted(path.name for path in walk.parent.iterdir()) == ["walk.csv", "walk.npy"]
+
+
+def test_two_processes_do_not_write_one_file(nao: nk.NaoModel, walk: Path, half_done: Path) -> None:
+    with (half_done / "lock").open("wb") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with pytest.raises(BadArgument, match=r"poses\.csv: another process is writing it"):
+            nk.stream.fk(nao, walk, ["LLeg", "RLeg"], walk.with_name("poses.csv"), as_="rpy")
+    assert (half_done / "part-000001.json").exists()
+
+
+@pytest.mark.parametrize("folder", [True, False])
+def test_what_is_not_ours_is_not_touched(nao: nk.NaoModel, walk: Path, folder: bool) -> None:
+    theirs = walk.with_name("poses.csv.parts")
+    if folder:
+        theirs.mkdir()
+        (theirs / "part-1").write_text("theirs")
+    else:
+        theirs.write_text("theirs")
+    with pytest.raises(BadArgument, match="poses.csv"):
+        nk.stream.fk(nao, walk, "Head", walk.with_name("poses.csv"))
+    assert (theirs / "part-1" if folder else theirs).read_text() == "theirs"
+    assert not walk.with_name("poses.csv").exists()
+
+
+# --- where it is written ------------------------------------------------------------------------------------------
+
+
+def test_an_old_file_keeps_its_mode_and_a_link_stays(nao: nk.NaoModel, walk: Path, tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    target, link = tmp_path / "elsewhere" / "poses", tmp_path / "poses.npy"
+    target.write_bytes(b"old")
+    target.chmod(0o640)
+    link.symlink_to(target)
+    nk.stream.fk(nao, walk, "Head", link)
+    assert link.is_symlink()
+    assert stat.S_IMODE(target.stat().st_mode) == 0o640
+    assert np.allclose(np.load(target), nao.fk(nao.random(0, 500), "Head"), rtol=0.0, atol=1e-12)
+    target.chmod(0o444)
+    with pytest.raises(BadArgument, match="read-only"):
+        nk.stream.fk(nao, walk, "Head", link)
+    assert [path.name for path in target.parent.iterdir()] == ["poses"]
+
+
+@pytest.mark.parametrize("name", ["pipe", "pipe.csv", "pipe.parquet"])
+def test_a_pipe_gets_the_whole_file(nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, name: str) -> None:
+    pipe, received = tmp_path / name, []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: received.append(pipe.read_bytes()), daemon=True)
+    reader.start()
+    nk.stream.fk(nao, walk, "Head", pipe)
+    reader.join(10.0)
+    nk.stream.fk(nao, walk, "Head", tmp_path / f"x{pipe.suffix or '.csv'}")
+    assert received == [(tmp_path / f"x{pipe.suffix or '.csv'}").read_bytes()]
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(
+        ["walk.csv", "walk.npy", name, f"x{pipe.suffix or '.csv'}"]
+    )
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+def test_standard_input_and_output_are_files_too(
+    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None
+) -> None:
+    expected = _whole(nao, walk, tmp_path / "poses.csv")
+    program = [sys.executable, "-c", _PROGRAM.format(happening=""), "fk", "-", *FEET, "-o", "/dev/stdout"]
+    with walk.open("rb") as file:
+        done = subprocess.run(program, stdin=file, capture_output=True, env=ENVIRONMENT, cwd=tmp_path, check=True)
+    assert (done.stdout, done.stderr) == (expected, b"")
+    done = subprocess.run([*program, "--json"], input=b"", capture_output=True, env=ENVIRONMENT, check=False)
+    assert done.returncode == 2
+    assert b"both write to standard output" in done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.csv", "walk.npy"]
+
+
+def test_a_pipe_is_read_once_and_a_bad_row_in_it_leaves_nothing(walk: Path, tmp_path: Path) -> None:
+    text = walk.read_bytes()
+    for content, code, message in ((text, 0, b""), (text + b"1,2\n", 2, b"standard input, line 502: 2 values")):
+        program = [sys.executable, "-c", _PROGRAM.format(happening=""), "fk", "-", *FEET, "-o", "poses.npy"]
+        done = subprocess.run(program, input=content, capture_output=True, env=ENVIRONMENT, cwd=tmp_path, check=False)
+        assert done.returncode == code
+        assert message in done.stderr
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["poses.npy", "walk.csv", "walk.npy"]
+        assert np.load(tmp_path / "poses.npy").shape == (500, 2, 6)
+
+
+# --- the command line ---------------------------------------------------------------------------------------------
+
+
+def test_the_file_is_what_is_printed(walk: Path, tmp_path: Path) -> None:
+    code, printed, _ = _run("", "fk", "walk.csv", *FEET, "--csv", "--deg", "--ignore-limits", cwd=tmp_path)
+    assert code == 0
+    code, out, err = _run(
+        "", "fk", "walk.csv", *FEET, "-o", "poses.csv", "--deg", "--ignore-limits", "--json", cwd=tmp_path
+    )
+    assert (code, err) == (0, "")
+    assert (tmp_path / "poses.csv").read_text() == printed
+    assert json.loads(out) == {
+        "sink": "poses.csv",
+        "frames": ["LLeg", "RLeg"],
+        "columns": ["x", "y", "z", "roll_deg", "pitch_deg", "yaw_deg"],
+        "rows_read": 500,
+        "rows_written": 500,
+        "rows_resumed": 0,
+        "bad_rows": 0,
+        "first_bad_rows": [],
+        "clamped": {"rows": 0, "most": 0.0, "joint": ""},
+        "notes": [],
+    }
+
+
+@pytest.mark.parametrize(("policy", "done"), [("skip", "left out"), ("nan", "written as nan")])
+def test_bad_rows_are_reported_on_standard_error(walk: Path, tmp_path: Path, policy: str, done: str) -> None:
+    lines = walk.read_text().splitlines()
+    for row in range(100, 130):
+        lines[row + 1] = "x" + lines[row + 1]
+    walk.write_text("\n".join(lines))
+    arguments = ("fk", "walk.csv", *FEET, "-o", "poses.parquet", "--on-error", policy, "--dtype", "float32")
+    code, out, err = _run("", *arguments, cwd=tmp_path)
+    assert (code, out) == (0, "poses.parquet\n")
+    first, second, *_, last = err.splitlines()
+    assert first == f"nao-kin: 30 bad rows of 500 {done}:"
+    assert second.startswith("nao-kin: line 102, column 1: HeadYaw is 'x")
+    assert last == "nao-kin: and 10 more"
+    assert len(err.splitlines()) == 22
+    table = pyarrow.parquet.read_table(tmp_path / "poses.parquet")
+    assert table.num_rows == 2 * (470 if policy == "skip" else 500)
+    assert str(table.schema.field("yaw").type) == "float"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("walk.csv", "-o", "x.csv", "--csv"), "leave out --csv"),
+        (("-o", "x.csv"), "name the FILE to read"),
+        (("--posture", "Stand", "-o", "x.csv"), "name the FILE to read"),
+        (("walk.csv", "--on-error", "skip"), "--on-error is for files; name one with --output"),
+        (("walk.csv", "--dtype", "float32"), "--dtype is for files; name one with --output"),
+        (("walk.csv", "-o", "x.txt"), "the ending names the format"),
+        (("walk.csv", "-o", ""), "no file name"),
+        (("walk.csv", "-o", "x.csv", "-o", "y.csv"), "--output or -o is given twice"),
+        (("walk.csv", "-o", "x.csv", "--on-error", "ignore"), "'ignore' is not one of"),
+        (("walk.csv", "-o", "walk.csv"), "walk.csv is the source too"),
+        (("walk.json", "-o", "x.csv"), "JSON is read whole"),
+    ],
+)
+def test_what_contradicts_is_refused_in_one_line(
+    walk: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], message: str
+) -> None:
+    from nao_kin.cli.app import run as program
+
+    monkeypatch.chdir(walk.parent)
+    assert program(["fk", *arguments]) == 2
+    printed = capsys.readouterr()
+    assert message in printed.err
+    assert (printed.out, printed.err.count("\n")) == ("", 1)
+    assert sorted(path.name for path in walk.parent.iterdir()) == ["walk.csv", "walk.npy"]
+
+
+def test_a_terminal_shows_rows_rate_and_time_left(walk: Path, tmp_path: Path) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    happening = _SLOW.replace("0.05", "0.3")
+    env = {"TERM": "xterm", "COLUMNS": "120"}
+    process = _start(happening, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path, stderr=theirs, env=env)
+    os.close(theirs)
+    printed = b""
+    try:
+        while data := os.read(ours, 4096):
+            printed += data
+    except OSError:  # how Linux reports the end of a terminal
+        pass
+    finally:
+        os.close(ours)
+    assert process.wait(PATIENCE) == 0
+    process.communicate()
+    assert b"forward kinematics" in printed
+    assert b" rows, " in printed
+    assert b"/s" in printed
+    assert b"0:00:0" in printed
+
+
+_PEAK = """
+import resource
+import numpy as np
+import nao_kin as nk
+from nao_kin.stream import sinks
+sinks._ROWS_OF_GROUP = 10_000
+nao = nk.load_nao("v6")
+for rows in (30_000, 150_000):
+    with open("q.npy", "wb") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (rows, 25)})
+        for _ in range(rows // 1000):
+            file.write(bytes(25 * 8 * 1000))
+    nk.stream.fk(nao, "q.npy", "LLeg", "poses.csv", limits="ignore")
+    nk.stream.fk(nao, "q.npy", "LLeg", "poses.parquet", limits="ignore")
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
+def test_memory_does_not_grow_with_the_rows(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", _PEAK]
+    done = subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=True)
+    few, many = map(float, done.stdout.split())
+    assert many - few < 9.0  # MB; there are 24 more to read, and 16 more to write

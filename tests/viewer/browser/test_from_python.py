@@ -1,0 +1,602 @@
+"""What a program does with the viewer beyond showing one robot: other robots, shapes, and hearing what pages do."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from viewer_pages import Page, messages_of, opened, until
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, DisagreeingJoints, NotARotation, NotFinite, UnknownName, WrongShape
+from nao_kin.joints import TypedModel
+from nao_kin.viewer import Viewer, recording
+
+HOSTILE = ("__proto__", "</script><script>window.hacked = 1</script>", "a/b", "toString", "Ω" * 200)
+
+
+@pytest.fixture(scope="module")
+def live(nao: nk.NaoModel) -> Iterator[Viewer]:
+    with Viewer(nao) as viewer:
+        yield viewer
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, live: Viewer) -> Iterator[Page]:
+    with opened(browser, live.url) as page:
+        yield page
+
+
+def _poses(page: Page, number: int, links: tuple[str, ...]) -> np.ndarray:
+    """Poses of links of another robot in its root's frame, shape (n, 4, 4)."""
+    rows = page.run(
+        """([number, links]) => {
+            const { robot } = naoKin.others.robots.get(number).shown;
+            return links.map((name) => robot.pose(robot.linkOf(name)).transpose().toArray());
+        }""",
+        [number, list(links)],
+    )
+    return np.reshape(rows, (-1, 4, 4))
+
+
+def _on_ground(page: Page, number: int) -> np.ndarray:
+    """Pose of the root of another robot over its ground."""
+    return np.reshape(page.run("(n) => naoKin.others.robots.get(n).shown.robot.placement().elements", number), (4, 4)).T
+
+
+def _in_world(page: Page, number: int) -> np.ndarray:
+    """Pose of the root of another robot over the floor of the scene."""
+    elements = page.run(
+        """(n) => new MeshCat.THREE.Matrix4().copy(naoKin.viewer.scene.matrixWorld).invert()
+            .multiply(naoKin.others.robots.get(n).shown.robot.root.matrixWorld).elements""",
+        number,
+    )
+    return np.reshape(elements, (4, 4)).T
+
+
+# --- other robots -----------------------------------------------------------------------------------------------------
+
+
+def test_every_robot_of_a_saved_page_is_where_its_forward_kinematics_says(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    viewer, typed = Viewer(nao), TypedModel(nao)
+    viewer.display(nao.posture("Crouch"))
+    old = nk.load_nao("v4")
+    second, third = viewer.add_robot(old, name="second"), viewer.add_robot(typed, opacity=0.5)
+    second.display(old.posture("LyingBack"))
+    q_typed = typed.from_q(nao.random(4))
+    third.display(q_typed)
+    with opened(browser, viewer.save_html(tmp_path / "three.html")) as page:
+        assert page.requests == [(tmp_path / "three.html").as_uri()]
+        assert np.abs(page.poses(nao.link_names) - nao.fk(nao.posture("Crouch"))).max() < 1e-6
+        assert np.abs(_poses(page, 1, old.link_names) - old.fk(old.posture("LyingBack"))).max() < 1e-6
+        assert np.abs(_poses(page, 2, typed.link_names) - typed.fk(q_typed)).max() < 1e-6
+        assert _on_ground(page, 1)[2, 0] > 0.95  # it lies on its back
+        for number in (1, 2):
+            lowest = page.run("(n) => naoKin.others.robots.get(n).shown.robot.lowest()", number)
+            assert lowest == pytest.approx(0.0, abs=1e-9)
+        apart = np.diff([0.0, *(_in_world(page, number)[1, 3] for number in (1, 2))])
+        assert (apart < -0.3).all()
+        corners = page.run(
+            """() => {
+                const { Vector3 } = MeshCat.THREE;
+                const { camera } = naoKin.viewer;
+                camera.updateMatrixWorld();
+                return [1, 2].flatMap((n) => {
+                    const { robot } = naoKin.others.robots.get(n).shown;
+                    return robot.nodes.map((node) => node.getWorldPosition(new Vector3()).project(camera).toArray());
+                });
+            }"""
+        )
+        assert np.abs(corners).max() < 1.0  # the camera looks at all of them
+    assert np.array_equal(second.q, old.posture("LyingBack"))
+    assert np.allclose(typed.fk(third.q), typed.fk(q_typed), atol=1e-12)
+
+
+def test_romeo_stands_beside_a_nao(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    try:
+        romeo = nk.load_robot("romeo")
+    except nk.NaoKinError as error:
+        pytest.skip(str(error))
+    viewer = Viewer(nao)
+    other = viewer.add_robot(romeo)
+    q = romeo.random(2)
+    other.display(q)
+    with opened(browser, viewer.save_html(tmp_path / "romeo.html")) as page:
+        assert np.abs(_poses(page, 1, romeo.link_names) - romeo.fk(q)).max() < 1e-6
+        assert page.run("() => naoKin.others.robots.get(1).shown.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
+    page: Page, live: Viewer, nao: nk.NaoModel
+) -> None:
+    memory = "() => (naoKin.viewer.render(), { ...naoKin.viewer.renderer.info.memory })"
+    before, kept = page.run(memory), sum(map(len, live._messages.messages()))
+    T = np.eye(4)
+    T[:2, :2], T[:3, 3] = [[0.0, -1.0], [1.0, 0.0]], [0.5, 0.2, 0.3]
+    other = live.add_robot(nao, name="twin", at=T)
+    page.tab.wait_for_function("() => naoKin.others.robots.size === 1")
+    (number,) = page.run("() => [...naoKin.others.robots.keys()]")
+    q = nao.posture("Stand")
+    other.display(q)
+    page.tab.wait_for_function(
+        "([n, x]) => naoKin.others.robots.get(n).shown.robot.q[1] === x", arg=[number, float(q[1])]
+    )
+    assert np.abs(_poses(page, number, nao.link_names) - nao.fk(q)).max() < 1e-6
+    assert np.allclose(_in_world(page, number), T @ _on_ground(page, number), atol=1e-9)
+    assert page.run(memory)["geometries"] > before["geometries"]
+    other.color_links({"Head": 1.0, "torso": 0.0})
+    page.tab.wait_for_function("(n) => naoKin.others.robots.get(n).shown.colours.scale.size > 0", arg=number)
+    assert page.run("() => naoKin.colours.scale.size") == 0
+    other.display(q, up=[0.0, 1.0, 0.0])
+    page.tab.wait_for_function(
+        "(n) => naoKin.others.robots.get(n).shown.robot.placement().elements[6] > 0.999", arg=number
+    )
+    other.place(np.eye(4))
+    page.tab.wait_for_function(
+        "(n) => Math.abs(naoKin.others.robots.get(n).shown.robot.root.parent.position.x) < 1e-12", arg=number
+    )
+    page.run("() => { const { fastLook, shapes } = naoKin.studio; fastLook.draw(shapes, naoKin.viewer.camera); }")
+    other.remove()
+    other.remove()
+    page.tab.wait_for_function("() => naoKin.others.robots.size === 0")
+    looks = "() => [naoKin.studio.fastLook.materials.size, naoKin.robot.meshes.length]"
+    assert len(set(page.run(looks))) == 1
+    live.color_links({})
+    # What draws a picture while something moves may be made only now; a robot would have left dozens behind.
+    assert all(count <= before[kind] + 1 for kind, count in page.run(memory).items())
+    assert sum(map(len, live._messages.messages())) - kept < 200
+    with pytest.raises(BadArgument, match="twin was removed"):
+        other.display(q)
+
+
+def test_robots_are_named_hidden_and_looked_at_in_the_panel(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path, page: Page
+) -> None:
+    assert not page.tab.get_by_role("region", name="Robots in the scene").is_visible()
+    viewer = Viewer(nao)
+    viewer.add_robot(nao, name="twin")
+    viewer.add_robot(nk.load_nao("v4"), name=HOSTILE[1])
+    viewer.add_robot(nao, name=HOSTILE[1])
+    box = "(n) => { const b = naoKin.others.box([]); return [b.min.z, b.max.z]; }"
+    with opened(browser, viewer.save_html(tmp_path / "several.html"), (900, 700)) as several:
+        several.draw(False)
+        section = several.tab.get_by_role("region", name="Robots in the scene")
+        names = section.get_by_role("listitem").all_inner_texts()
+        assert [name.split("\n")[0].strip() for name in names] == [
+            nao.name,
+            "twin",
+            f"{HOSTILE[1]} (3)",
+            f"{HOSTILE[1]} (4)",
+        ]
+        assert "the program that added the others moves them" in section.inner_text()
+        all_of_them = several.run(box)
+        show = section.get_by_role("checkbox", name=f"Show {HOSTILE[1]} (4)", exact=True)
+        show.focus()
+        several.tab.keyboard.press("Space")
+        assert not several.run("() => naoKin.others.robots.get(3).shown.robot.root.visible")
+        assert several.run(box)[1] < all_of_them[1] - 0.1  # cameras look at what is seen
+        several.tab.keyboard.press("Space")
+        assert several.run("() => naoKin.others.robots.get(3).shown.robot.root.visible")
+        assert several.run(box) == all_of_them
+
+        for name, number in (("twin", 1), (f"{HOSTILE[1]} (3)", 2), (nao.name, 0)):
+            section.get_by_role("button", name=f"Look at {name}", exact=True).click()
+            middle, corners = several.run(
+                """(n) => {
+                    const { Vector3 } = MeshCat.THREE;
+                    const robot = n ? naoKin.others.robots.get(n).shown.robot : naoKin.robot;
+                    const { camera, controls } = naoKin.viewer;
+                    camera.updateMatrixWorld();
+                    const centre = robot.box([]).getCenter(new Vector3());
+                    return [controls.target.distanceTo(centre),
+                        robot.nodes.map((node) => node.getWorldPosition(new Vector3()).project(camera).toArray())];
+                }""",
+                number,
+            )
+            assert middle < 1e-6
+            assert np.abs(corners).max() < 1.0
+            assert np.ptp(np.array(corners)[:, 1]) > 1.0  # it fills the view
+
+
+def test_bad_robots_and_places_are_refused(nao: nk.NaoModel) -> None:
+    viewer, typed = Viewer(nao), TypedModel(nao)
+    count = len(viewer._messages.names())
+    far = np.eye(4)
+    far[0, 3] = 1e300
+    for keywords, error in (
+        ({"at": far}, BadArgument),
+        ({"at": np.zeros((4, 4))}, NotARotation),
+        ({"at": np.eye(3)}, WrongShape),
+        ({"at": np.full((4, 4), np.nan)}, NotFinite),
+        ({"opacity": 0.0}, BadArgument),
+        ({"opacity": 1.5}, BadArgument),
+        ({"name": ""}, BadArgument),
+        ({"name": "x" * 10_000}, BadArgument),
+        ({"name": 5}, BadArgument),
+    ):
+        with pytest.raises(error):
+            viewer.add_robot(nao, **keywords)
+    with pytest.raises(BadArgument, match="takes a robot model"):
+        viewer.add_robot("nao")
+    assert len(viewer._messages.names()) == count
+    other = viewer.add_robot(typed)
+    q_typed, turned = (typed.from_q(nao.configuration({"LHipYawPitch": value})) for value in (0.0, -0.4))
+    ball = typed.columns[next(pair.name for pair in typed.pairs if "LHipYawPitch" in pair.joints)]
+    q_typed[ball] = turned[ball]  # the other leg's hip, on the same motor, is not turned
+    for q, error in ((q_typed, DisagreeingJoints), (np.zeros(3), WrongShape), (np.zeros((1, typed.nq)), WrongShape)):
+        with pytest.raises(error):
+            other.display(q)
+    with pytest.raises(UnknownName):
+        other.color_links({"Heed": 1.0})
+
+
+# --- shapes -----------------------------------------------------------------------------------------------------------
+
+
+def _rows(count: int) -> np.ndarray:
+    return np.random.default_rng(3).normal(size=(count, 3))
+
+
+def test_points_lines_and_meshes_are_in_a_saved_page(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer, points, solid = Viewer(nao), _rows(500), trimesh.creation.icosphere(subdivisions=2, radius=0.05)
+    solid.export(tmp_path / "ball.stl")
+    viewer.add_points("cloud", points, colors=np.clip(np.abs(points), 0.0, 1.0), size=0.004)
+    viewer.add_line("way", points[:7], color=(1.0, 0.0, 0.0), width=0.01)
+    viewer.add_mesh("ball", solid.vertices, solid.faces, color=(0.0, 1.0, 0.0), frame="LArm")
+    viewer.add_mesh("file", tmp_path / "ball.stl", opacity=0.5)
+    q = nao.random(1)
+    viewer.display(q)
+    with opened(browser, viewer.save_html(tmp_path / "shapes.html")) as page:
+        assert page.run("() => [...naoKin.extras.shapes.keys()]") == ["cloud", "way", "ball", "file"]
+        drawn = page.run("() => Array.from(naoKin.extras.shapes.get('cloud').geometry.attributes.position.array)")
+        assert np.array_equal(np.reshape(drawn, (-1, 3)), points.astype(np.float32))
+        ends = page.run(
+            """() => {
+                const { Matrix4, Vector3 } = MeshCat.THREE;
+                const [rods] = naoKin.extras.shapes.get('way').children;
+                return [...Array(rods.count).keys()].flatMap((i) => {
+                    const at = new Matrix4();
+                    rods.getMatrixAt(i, at);
+                    return [-0.5, 0.5].map((y) => new Vector3(0, y, 0).applyMatrix4(at).toArray());
+                });
+            }"""
+        )
+        expected = np.repeat(points[:7], 2, axis=0)[1:-1]
+        assert np.abs(np.array(ends) - expected).max() < 1e-5
+        pose = page.run(
+            """() => {
+                naoKin.settle();
+                const root = new MeshCat.THREE.Matrix4().copy(naoKin.robot.root.matrixWorld).invert();
+                return root.multiply(naoKin.extras.shapes.get('ball').matrixWorld).transpose().elements;
+            }"""
+        )
+        page.run("() => naoKin.viewer.render()")
+        assert np.abs(np.reshape(pose, (4, 4)) - nao.fk(q, "LArm")).max() < 1e-6
+        vertices = page.run("() => naoKin.extras.shapes.get('file').children[0].geometry.attributes.position.count")
+        assert vertices == len(solid.vertices)
+        # Neither a shadow nor a ghost of the robot takes them for parts of it.
+        assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_shapes_are_replaced_and_removed_in_an_open_page(page: Page, live: Viewer) -> None:
+    memory = "() => (naoKin.viewer.render(), { ...naoKin.viewer.renderer.info.memory })"
+    # A page that falls behind gets what it lacks in the order in which it began to lack it.
+    names = "(expected) => JSON.stringify([...naoKin.extras.shapes.keys()].sort()) === JSON.stringify(expected)"
+    live.show_targets({})
+    before = page.run(memory)
+    for count in (5, 50, 500):
+        live.add_points("cloud", _rows(count))
+        live.add_line("way", _rows(count))
+        live.add_mesh("ring", *(lambda m: (m.vertices, m.faces))(trimesh.creation.torus(0.2, 0.05)))
+    page.tab.wait_for_function("() => naoKin.extras.shapes.get('cloud')?.geometry.attributes.position.count === 500")
+    page.tab.wait_for_function(names, arg=["cloud", "ring", "way"])
+    assert page.run(memory)["geometries"] == before["geometries"] + 4
+    live.remove("way")
+    page.tab.wait_for_function(names, arg=["cloud", "ring"])
+    live.remove("cloud")
+    live.remove("ring")
+    page.tab.wait_for_function(names, arg=[])
+    assert page.run(memory) == before
+    with pytest.raises(UnknownName, match="unknown shape 'cloud'"):
+        live.remove("cloud")
+
+
+def test_a_picture_has_the_shapes(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    viewer.add_line("wire", [[0.3, -0.3, 0.1], [0.3, 0.3, 0.1]], color=(1.0, 0.0, 1.0), width=0.02)
+    viewer.add_points("dots", [[0.3, y, 0.3] for y in np.linspace(-0.2, 0.2, 9)], colors=(0.0, 1.0, 0.0), size=0.03)
+    with opened(browser, viewer.save_html(tmp_path / "shapes.html"), draws=True) as page:
+        page.tab.get_by_role("button", name="front", exact=True).click()
+        page.animation_frames(3)
+        r, g, b = (page.picture()[..., k].astype(int) for k in range(3))
+        assert ((r > 120) & (b > 120) & (g < 80)).sum() > 200
+        assert ((g > 150) & (r < 80) & (b < 80)).sum() > 100
+
+
+def test_names_of_any_kind_do_no_harm(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    for name in HOSTILE:
+        viewer.add_points(name, np.zeros((1, 3)))
+    viewer.add_robot(nao, name=HOSTILE[1])
+    assert "hacked" not in viewer.static_html()
+    with opened(browser, viewer.save_html(tmp_path / "hostile.html")) as page:
+        assert page.run("() => [...naoKin.extras.shapes.keys()]") == list(HOSTILE)
+        assert page.run("() => window.hacked ?? null") is None
+    for name in HOSTILE:
+        viewer.remove(name)
+    viewer.add_points("kept", np.zeros((1, 3)))
+    assert [m["name"] for m in messages_of(viewer.static_html()) if m.get("kind") == "extra"] == ["kept"]
+
+
+def test_what_is_no_shape_is_refused_and_nothing_changes(nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer, solid = Viewer(nao), trimesh.creation.box()
+    (tmp_path / "broken.stl").write_bytes(b"solid nothing\nfacet normal")
+    points, faces = np.zeros((4, 3)), np.array([[0, 1, 2]])
+    for call, error in (
+        (lambda: viewer.add_points("a", np.zeros((4, 2))), WrongShape),
+        (lambda: viewer.add_points("a", np.zeros(3)), WrongShape),
+        (lambda: viewer.add_points("a", [[0.0, np.nan, 0.0]]), NotFinite),
+        (lambda: viewer.add_points("a", [[0.0, 1e300, 0.0]]), BadArgument),
+        (lambda: viewer.add_points("a", np.broadcast_to(0.0, (2_000_001, 3))), BadArgument),
+        (lambda: viewer.add_points("a", points, colors=np.zeros((3, 3))), WrongShape),
+        (lambda: viewer.add_points("a", points, colors=(0.0, 2.0, 0.0)), BadArgument),
+        (lambda: viewer.add_points("a", points, size=0.0), BadArgument),
+        (lambda: viewer.add_points("a", points, size=np.inf), NotFinite),
+        (lambda: viewer.add_points("a", points, frame="LArn"), UnknownName),
+        (lambda: viewer.add_points("", points), BadArgument),
+        (lambda: viewer.add_points("x" * 10_000, points), BadArgument),
+        (lambda: viewer.add_points(None, points), BadArgument),
+        (lambda: viewer.add_line("a", points[:1]), WrongShape),
+        (lambda: viewer.add_line("a", points, width=-1.0), BadArgument),
+        (lambda: viewer.add_line("a", points, color="red"), BadArgument),
+        (lambda: viewer.add_line("a", np.zeros((100_001, 3))), BadArgument),
+        (lambda: viewer.add_mesh("a", points), BadArgument),
+        (lambda: viewer.add_mesh("a", points, faces), BadArgument),  # without area
+        (lambda: viewer.add_mesh("a", solid.vertices, [[0, 1, 8]]), BadArgument),
+        (lambda: viewer.add_mesh("a", solid.vertices, [[0, 1, -1]]), BadArgument),
+        (lambda: viewer.add_mesh("a", solid.vertices, [[0, 1, 0.5]]), BadArgument),
+        (lambda: viewer.add_mesh("a", solid.vertices, [[0, 1]]), WrongShape),
+        (lambda: viewer.add_mesh("a", solid.vertices, solid.faces, opacity=0.0), BadArgument),
+        (lambda: viewer.add_mesh("a", tmp_path / "nowhere.stl"), BadArgument),
+        (lambda: viewer.add_mesh("a", tmp_path / "broken.stl"), BadArgument),
+        (lambda: viewer.add_mesh("a", tmp_path / "broken.stl", faces), BadArgument),
+        (lambda: viewer.color_edition("green"), UnknownName),
+    ):
+        with pytest.raises(error):
+            call()
+    assert not any(m.get("kind") in ("extra", "extras", "edition") for m in messages_of(viewer.static_html()))
+    viewer.add_points("none", np.zeros((0, 3)))
+    viewer.color_edition("blue")
+    (edition,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "edition")
+    assert edition["name"] == "blue"
+
+
+# --- what pages do ----------------------------------------------------------------------------------------------------
+
+
+def test_a_slider_calls_back_until_told_otherwise(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    live.display(nao.posture("StandInit"))
+    page.tab.wait_for_function("(x) => naoKin.q[3] === x", arg=float(nao.posture("StandInit")[3]))
+    heard: list[tuple[np.ndarray, tuple[str, ...]]] = []
+    threads = set()
+
+    def note(q: np.ndarray, joints: tuple[str, ...]) -> None:
+        threads.add(threading.current_thread().name)
+        heard.append((q.copy(), joints))
+        q[:] = np.nan  # a copy
+
+    subscription = live.on_change(note)
+    page.slider("HeadYaw").focus()
+    page.tab.keyboard.press("ArrowRight")
+    assert until(lambda: len(heard) > 0)
+    q, joints = heard[-1]
+    assert joints == ("HeadYaw",)
+    assert np.array_equal(q, page.q)
+    assert np.array_equal(live.q, q)
+    page.tab.get_by_role("button", name="Crouch", exact=True).click()
+    assert until(lambda: np.array_equal(heard[-1][0], nao.posture("Crouch")))
+    assert set(heard[-1][1]) > {"HeadYaw", "LKneePitch"}
+    assert threads == {"nao_kin viewer changes"}
+    subscription.remove()
+    subscription.remove()
+    count = len(heard)
+    page.tab.get_by_role("button", name="Stand", exact=True).click()
+    assert until(lambda: np.array_equal(live.q, nao.posture("Stand")))
+    live.display(nao.posture("Crouch"))
+    time.sleep(0.1)
+    assert len(heard) == count
+    with pytest.raises(BadArgument, match="on_change takes a function"):
+        live.on_change("print")  # type: ignore[arg-type]
+
+
+def test_a_callback_that_fails_or_takes_its_time_harms_nobody(
+    page: Page, live: Viewer, nao: nk.NaoModel, caplog: pytest.LogCaptureFixture
+) -> None:
+    heard: list[tuple[str, ...]] = []
+    release = threading.Event()
+
+    def fail(q: np.ndarray, joints: tuple[str, ...]) -> None:
+        raise ValueError("mine")
+
+    def slow(q: np.ndarray, joints: tuple[str, ...]) -> None:
+        heard.append(joints)
+        release.wait(10.0)
+
+    subscriptions = [live.on_change(fail), live.on_change(slow)]
+    with caplog.at_level(logging.ERROR, logger="nao_kin"):
+        page.slide("HeadYaw", 0.1)
+        assert until(lambda: len(heard) == 1)
+        for joint, value in (("HeadYaw", 0.2), ("HeadPitch", 0.1), ("LKneePitch", 0.9)):
+            page.slide(joint, value)
+            page.run("() => naoKin.settle()")
+        assert until(lambda: nao.angles(live.q)["LKneePitch"] == 0.9)  # the server goes on
+        release.set()
+        assert until(lambda: len(heard) == 2)
+    assert set(heard[1]) == {"HeadYaw", "HeadPitch", "LKneePitch"}  # all of them in one
+    assert "a callback of viewer.on_change failed" in caplog.text
+    for subscription in subscriptions:
+        subscription.remove()
+
+
+def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, page: Page, live: Viewer) -> None:
+    assert live.shown["com"] is False
+    with opened(browser, live.url) as other:
+        page.tab.get_by_role("button", name="Centre of mass", exact=True).click()
+        assert until(lambda: live.shown["com"] is True)
+        other.tab.wait_for_function("() => naoKin.toggles.shown.com")
+        other.tab.get_by_role("button", name="Centre of mass", exact=True).click()
+        page.tab.wait_for_function("() => !naoKin.toggles.shown.com")
+        assert live.shown["com"] is False
+        live.show_joint_axes()
+        assert live.shown["axes"] is True
+        for each in (page, other):
+            each.tab.wait_for_function("() => naoKin.toggles.shown.axes")
+        other.tab.get_by_role("button", name="Joint axes", exact=True).click()
+        page.tab.wait_for_function("() => !naoKin.toggles.shown.axes")
+    live.show_frames(["LArm"])
+    assert live.shown["frames"] is True
+    page.tab.wait_for_function("() => naoKin.frames.triads.length === 1")
+    page.tab.get_by_role("button", name="Frames", exact=True).click()
+    assert until(lambda: live.shown["frames"] is False)
+    with opened(browser, live.url) as late:
+        assert late.run("() => naoKin.frames.triads.length") == 0
+    live.show_frames(["LArm", "RArm"])  # shown again, also to pages that come later
+    with opened(browser, live.url) as late:
+        assert late.run("() => naoKin.frames.triads.length") == 2
+    live.show_frames([])
+
+
+def test_what_a_page_says_of_buttons_is_not_believed_blindly(page: Page, live: Viewer) -> None:
+    before = dict(live.shown)
+    for shown in (5, None, [], {"com": 1}, {"com": None}, {"x" * 1000: True}, {"": True}):
+        page.run("(shown) => naoKin.send({ kind: 'shown', shown, source: 1 })", shown)
+    page.run(
+        """() => {
+            for (let i = 0; i < 500; i++) naoKin.send({ kind: "shown", shown: { [`n${i}`]: true }, source: "" });
+        }"""
+    )
+    page.run("() => naoKin.send({ kind: 'clip', q: [1, 2] })")
+    page.slide("HeadYaw", -0.4)
+    assert until(lambda: live.q[0] == -0.4)
+    assert {name: live.shown[name] for name in before} == before
+    assert len(live.shown) <= 64
+
+
+def test_the_configuration_is_known_while_a_clip_plays(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    clip = np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 11)
+    live.animate(clip, fps=5.0, loop=False)
+    assert until(lambda: not np.allclose(live.q, clip[0]))
+    assert until(lambda: np.allclose(live.q, clip[-1], atol=1e-6))
+    page.tab.get_by_label("Time").focus()
+    page.tab.keyboard.press("Home")
+    assert until(lambda: np.allclose(live.q, clip[0], atol=1e-6))
+    live.display(nao.posture("Stand"))
+
+
+def test_a_clip_plays_that_is_shown_right_after_a_configuration(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    for _ in range(3):
+        live.display(nao.posture("Stand"))
+        live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
+        page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+        live.display(nao.posture("Sit"))
+        page.tab.wait_for_function("() => !naoKin.player.loaded")
+        page.tab.wait_for_function("(q) => q.every((x, i) => naoKin.q[i] === x)", arg=nao.posture("Sit").tolist())
+
+
+def test_a_clip_plays_that_takes_the_place_of_another(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    for fps in (0.1, 0.2):
+        live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=fps)
+        page.tab.wait_for_function(
+            "(end) => { const { playback } = naoKin.player; return playback?.duration === end && playback.playing; }",
+            arg=1.0 / fps,
+        )
+
+
+def test_a_page_that_opens_when_a_slider_has_stopped_the_clip_does_not_play_it(
+    browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
+) -> None:
+    live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
+    page.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+    page.type_number("HeadYaw", "20")
+    assert until(lambda: bool(np.isclose(live.q[0], np.radians(20.0))))
+    with opened(browser, live.url) as late:
+        assert np.array_equal(late.q, live.q)
+        assert late.run("() => [naoKin.player.loaded, naoKin.player.playback.playing]") == [True, False]
+    live.animate([nao.posture("Stand"), nao.posture("Crouch")], fps=0.1)
+    with opened(browser, live.url) as late:
+        late.tab.wait_for_function("() => naoKin.player.playback?.playing && naoKin.player.time > 0")
+    live.display(nao.posture("Stand"))
+    page.tab.wait_for_function("() => !naoKin.player.loaded")
+
+
+def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
+    browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
+) -> None:
+    clip = np.tile(nao.posture("Stand"), (101, 1))
+    clip[:, 0] = np.linspace(-1.0, 1.0, 101)
+    heard: list[float] = []
+    subscription = live.on_change(lambda q, joints: heard.append(q[0]))
+    live.animate(clip, fps=10.0, loop=False)
+    assert until(lambda: len(heard) > 2)
+    with opened(browser, live.url) as late:  # its clip begins anew
+        late.tab.wait_for_timeout(800)
+        assert late.q[0] < page.q[0] - 0.1
+        assert len(heard) > 6
+        assert heard == sorted(heard)
+        # Now this one is the one that somebody uses.
+        late.tab.get_by_label("Time").focus()
+        late.tab.keyboard.press("Home")
+        assert until(lambda: live.q[0] < -0.99)
+    subscription.remove()
+    live.display(nao.posture("Stand"))
+
+
+def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
+    live.display(nao.posture("StandInit"))
+    with live.record(fps=50.0) as taken:
+        time.sleep(0.3)
+        live.display(nao.posture("Crouch"))
+        page.tab.wait_for_function("(x) => naoKin.q[5] === x", arg=float(nao.posture("Crouch")[5]))
+        page.slider("HeadYaw").focus()
+        page.tab.keyboard.press("ArrowRight")
+        assert until(lambda: live.q[0] != nao.posture("Crouch")[0])
+        last = live.q
+    live.display(nao.posture("Stand"))
+    assert np.array_equal(taken.q[0], nao.posture("StandInit"))
+    assert np.array_equal(taken.q[-1], last)
+    motion = taken.motion
+    assert isinstance(motion, nk.Motion)
+    assert motion.joint_names == nao.joint_names
+    assert motion.start == 0.0
+    assert motion.end == pytest.approx(taken.times[-1])
+    assert np.allclose(motion.sample(0.2), nao.posture("StandInit"))  # it stood still until it moved
+    assert len(taken) == len(taken.times) < 30
+
+
+def test_recordings_of_any_length_need_bounded_memory(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(np.arange(0.0, 1e6, 0.04))
+    monkeypatch.setattr(recording, "time", SimpleNamespace(monotonic=lambda: float(next(clock))))
+    monkeypatch.setattr(recording, "_MOST", 40)
+    viewer = Viewer(nao)
+    with viewer.record(fps=30.0) as taken:
+        for index in range(2000):
+            viewer.display(nao.configuration({"HeadYaw": 1e-4 * index}))
+    assert len(taken) <= 41
+    assert taken.fps < 1.0
+    times, yaw = taken.times, taken.q[:, 0]
+    assert (np.diff(times) > 0.0).all()
+    assert np.abs(yaw - 1e-4 * (times / 0.04 - 1.0))[1:-1].max() < 1e-4 * 2.1 / 0.04 / taken.fps
+    assert yaw[-1] == pytest.approx(0.1999)
+    for fps in (0.0, -1.0, 1e9, np.nan, "x"):
+        with pytest.raises((BadArgument, NotFinite)), viewer.record(fps=fps):  # type: ignore[arg-type]
+            pass

@@ -1,0 +1,950 @@
+"""The panel of the viewer by real keys, pointers and fingers: numbers, undo, copies, links, sizes, accessibility."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from viewer_pages import OPTIONS, Page, opened, until, visitor
+
+import nao_kin as nk
+from nao_kin.motion import mirror
+from nao_kin.stream.tables import read_configurations
+from nao_kin.viewer import Viewer
+from nao_kin.viewer.browser import find_browser
+
+SIZE = (1100, 760)
+STEP = math.radians(1.0)
+
+
+@pytest.fixture(scope="module")
+def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    viewer = Viewer(nao)
+    viewer.display(nao.posture("StandInit"))
+    viewer.animate([nao.posture("StandInit"), nao.posture("Crouch")], 1.0, play=False)
+    return viewer.save_html(tmp_path_factory.mktemp("viewer") / "nao.html")
+
+
+@pytest.fixture(scope="module")
+def shared(browser: Any, document: Path) -> Iterator[Page]:
+    with opened(browser, document, SIZE) as page:
+        page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        yield page
+
+
+@pytest.fixture
+def page(shared: Page, nao: nk.NaoModel) -> Page:
+    """The shared page as it is after opening: standing, nothing in its past, nothing in focus."""
+    shared.tab.keyboard.press("Escape")
+    shared.run("() => { document.activeElement?.blur(); naoKin.panel.messages.close(); }")
+    shared.set(nao.posture("StandInit"))
+    shared.run("() => { const { history } = naoKin.panel.past; history.past = []; history.future = []; }")
+    return shared
+
+
+@contextmanager
+def another(browser: Any, where: Path | str, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Any]:
+    """A tab in a context of its own, that neither draws nor complains."""
+    with visitor(browser, viewport={"width": size[0], "height": size[1]}, **options) as context:
+        tab = context.new_page()
+        errors: list[str] = []
+        tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.goto(where.as_uri() if isinstance(where, Path) else where)
+        tab.wait_for_selector("body[data-ready]", timeout=30_000)
+        yield tab
+        assert errors == []
+
+
+def field(page: Page, joint: str) -> Any:
+    return page.tab.locator(f'.joint[data-joint="{joint}"] input[type="text"]')
+
+
+def note(page: Page, joint: str) -> str:
+    return str(page.tab.locator(f'.joint[data-joint="{joint}"] .note').inner_text())
+
+
+def press(page: Page, *keys: str) -> None:
+    for key in keys:
+        page.tab.keyboard.press(key)
+
+
+def tool(page: Page, label: str) -> Any:
+    return page.tab.get_by_role("button", name=label, exact=True)
+
+
+def said(page: Page) -> str:
+    page.tab.wait_for_selector("#message > span")
+    return str(page.tab.locator("#message > span").inner_text())
+
+
+def message_away(page: Page) -> None:
+    page.run("() => naoKin.panel.messages.close()")
+
+
+# --- numbers and steps ------------------------------------------------------------------------------------------------
+
+
+def test_tab_leaves_a_number_and_takes_what_was_typed(page: Page) -> None:
+    field(page, "HeadYaw").click()
+    page.tab.keyboard.type("12.5")
+    press(page, "Tab")
+    assert page.q[0] == pytest.approx(math.radians(12.5))
+    assert page.run("() => document.activeElement.ariaLabel") == "HeadPitch"
+    press(page, "Shift+Tab")
+    assert page.run("() => document.activeElement.ariaLabel") == "HeadYaw in degrees"
+
+
+def test_a_number_that_is_only_looked_at_stays_as_exact_as_it_was(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit")
+    field(page, "LKneePitch").click()
+    press(page, "Tab", "Shift+Tab", "Enter", "Tab")
+    assert np.array_equal(page.q, q)
+
+
+def test_letters_digits_and_signs_arrive_one_by_one(page: Page) -> None:
+    field(page, "HeadYaw").click()
+    for count, letter in enumerate("-1.5", start=1):
+        page.tab.keyboard.type(letter)
+        assert field(page, "HeadYaw").input_value() == "-1.5"[:count]
+    press(page, "Backspace", "7", "Enter")
+    assert page.q[0] == pytest.approx(math.radians(-1.7))
+
+
+def test_escape_gives_the_number_back(page: Page) -> None:
+    field(page, "HeadYaw").click()
+    page.tab.keyboard.type("77")
+    press(page, "Escape")
+    assert field(page, "HeadYaw").input_value() == "0.0"
+    press(page, "Tab")
+    assert page.q[0] == 0.0
+
+
+def test_what_is_no_number_says_so_and_changes_nothing(page: Page, nao: nk.NaoModel) -> None:
+    field(page, "HeadYaw").click()
+    page.tab.keyboard.type("left")
+    press(page, "Tab")
+    number = field(page, "HeadYaw")
+    assert number.get_attribute("aria-invalid") == "true"
+    assert note(page, "HeadYaw") == "no number; expected −119.5° to 119.5°"
+    described = page.tab.locator(f"#{number.get_attribute('aria-describedby')}")
+    assert described.inner_text() == note(page, "HeadYaw")
+    assert np.array_equal(page.q, nao.posture("StandInit"))
+    number.click()
+    page.tab.keyboard.type("5")
+    assert number.get_attribute("aria-invalid") is None
+    press(page, "Enter")
+    assert page.q[0] == pytest.approx(math.radians(5.0))
+
+
+def test_a_number_beyond_a_limit_stops_there_and_says_so(page: Page, nao: nk.NaoModel) -> None:
+    field(page, "HeadYaw").click()
+    page.tab.keyboard.type("500")
+    press(page, "Enter")
+    assert page.q[0] == nao.upper[0]
+    assert note(page, "HeadYaw") == "its limit is 119.5°"
+
+
+@pytest.mark.parametrize(
+    ("key", "degrees"),
+    [
+        ("ArrowUp", 1.0),
+        ("ArrowDown", -1.0),
+        ("Shift+ArrowUp", 10.0),
+        ("Control+ArrowDown", -0.1),
+        ("Alt+ArrowUp", 0.1),
+        ("PageUp", 10.0),
+        ("PageDown", -10.0),
+    ],
+)
+def test_keys_step_sliders_and_numbers_alike(page: Page, nao: nk.NaoModel, key: str, degrees: float) -> None:
+    column = nao.joint_names.index("LKneePitch")
+    for control in (page.slider("LKneePitch"), field(page, "LKneePitch")):
+        q = nao.posture("StandInit")
+        page.set(q)
+        control.focus()
+        press(page, key)
+        q[column] += math.radians(degrees)
+        assert np.allclose(page.q, q, rtol=0.0, atol=1e-9)
+        assert field(page, "LKneePitch").input_value() == f"{math.degrees(q[column]):.1f}"
+
+
+def test_sliders_go_to_their_ends_and_no_further(page: Page, nao: nk.NaoModel) -> None:
+    page.slider("HeadPitch").focus()
+    for key, limit in (("End", nao.upper[1]), ("ArrowRight", nao.upper[1]), ("Home", nao.lower[1])):
+        press(page, key)
+        assert page.q[1] == pytest.approx(limit, abs=1e-12)
+    press(page, "ArrowLeft", "ArrowRight")
+    assert page.q[1] == pytest.approx(nao.lower[1] + STEP, abs=1e-9)
+
+
+def test_a_hand_steps_by_a_percent_and_radians_by_hundredths(page: Page, nao: nk.NaoModel) -> None:
+    hand, yaw = nao.joint_names.index("LHand"), 0
+    before = page.q[hand]
+    page.slider("LHand").focus()
+    press(page, "ArrowRight", "Shift+ArrowRight")
+    assert page.q[hand] == pytest.approx(before + 0.11, abs=1e-9)
+    choose(page, "Radians")
+    page.slider("HeadYaw").focus()
+    press(page, "ArrowRight", "Control+ArrowRight")
+    assert page.q[yaw] == pytest.approx(0.011, abs=1e-9)
+    assert field(page, "HeadYaw").input_value() == "0.011"
+    choose(page, "Degrees")
+
+
+def test_sliders_say_their_value_and_range(page: Page) -> None:
+    page.slider("HeadYaw").focus()
+    press(page, "ArrowRight")
+    assert page.slider("HeadYaw").get_attribute("aria-valuetext") == "1.0°, from −119.5° to 119.5°"
+    press(page, "End")
+    assert page.slider("HeadPitch").get_attribute("aria-valuetext") == (
+        "0.0°, from −38.5° to 29.5°, here from −25.7° to 18.9°"
+    )
+
+
+# --- units ------------------------------------------------------------------------------------------------------------
+
+
+def choose(page: Page, text: str) -> None:
+    tool(page, "Settings").click()
+    page.tab.get_by_text(text, exact=True).click()
+    press(page, "Escape")
+
+
+def test_units_are_switched_everywhere_and_typed_too(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("Crouch"))
+    knee = nao.joint_names.index("LKneePitch")
+    choose(page, "Radians")
+    choose(page, "Metres")
+    assert field(page, "LKneePitch").input_value() == f"{page.q[knee]:.3f}"
+    limits = page.tab.locator('.joint[data-joint="LKneePitch"] .limits').inner_text().split()
+    assert [float(end.replace("−", "-")) for end in limits] == pytest.approx([-0.092, 2.112], abs=1e-3)
+    assert page.tab.locator(".readout output").all_inner_texts()[2] == "0.1265 m"
+    page.type_number("LKneePitch", "0.5")
+    assert page.q[knee] == pytest.approx(0.5)
+    choose(page, "Degrees")
+    choose(page, "Millimetres")
+    assert field(page, "LKneePitch").input_value() == "28.6"
+
+
+def test_units_and_colours_are_remembered(browser: Any, document: Path) -> None:
+    with visitor(browser, viewport={"width": 900, "height": 600}) as context:
+        for visit in range(2):
+            tab = context.new_page()
+            tab.goto(document.as_uri())
+            tab.wait_for_selector("body[data-ready]")
+            if visit == 0:
+                tab.get_by_role("button", name="Settings").click()
+                tab.get_by_text("Radians", exact=True).click()
+                tab.get_by_text("Dark", exact=True).click()
+            assert tab.locator('.joint[data-joint="HeadYaw"] .unit').inner_text() == "rad"
+            assert tab.evaluate("() => getComputedStyle(document.querySelector('#panel')).backgroundColor") == (
+                "rgb(24, 28, 36)"
+            )
+            tab.close()
+
+
+def test_a_browser_that_remembers_nothing_still_switches(browser: Any, document: Path) -> None:
+    forbid = """
+        const refuse = () => { throw new DOMException('forbidden', 'SecurityError'); };
+        Object.defineProperty(window, 'localStorage', { get: refuse });
+        Object.defineProperty(navigator, 'clipboard', { get: refuse });
+    """
+    with visitor(browser, viewport={"width": 900, "height": 600}) as context:
+        tab = context.new_page()
+        errors: list[str] = []
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.add_init_script(forbid)
+        tab.goto(document.as_uri())
+        tab.wait_for_selector("body[data-ready]")
+        tab.get_by_role("button", name="Settings").click()
+        tab.get_by_text("Radians", exact=True).click()
+        tab.keyboard.press("Escape")
+        assert tab.locator('.joint[data-joint="HeadYaw"] .unit').inner_text() == "rad"
+        # The text is there to be taken by hand, all of it selected.
+        tab.get_by_role("button", name="Copy the configuration").click()
+        tab.get_by_role("button", name=re.compile("JSON")).click()
+        assert json.loads(tab.evaluate("() => getSelection().toString()"))["HeadYaw"] == 0.0
+        tab.keyboard.press("Escape")
+        # And there is a field to put one in.
+        tab.get_by_role("button", name="Paste a configuration").click()
+        tab.keyboard.type('{"HeadYow": 1}')
+        tab.get_by_role("button", name="Show it").click()
+        assert "nearest: HeadYaw" in tab.get_by_role("alert").inner_text()
+        tab.get_by_role("textbox", name="Text of a configuration").press("ControlOrMeta+A")
+        tab.keyboard.type('{"HeadYaw": 1}')
+        tab.get_by_role("button", name="Show it").click()
+        assert tab.evaluate("() => naoKin.q[0]") == 1.0
+        tab.locator("dialog").wait_for(state="detached")
+        assert errors == []
+
+
+# --- the list of joints -----------------------------------------------------------------------------------------------
+
+
+def test_joints_are_found_by_parts_of_their_names(page: Page) -> None:
+    press(page, "/")
+    page.tab.keyboard.type("knee")
+    visible = "() => [...document.querySelectorAll('.joint')].filter((r) => r.offsetParent).map((r) => r.dataset.joint)"
+    assert page.run(visible) == ["LKneePitch", "RKneePitch"]
+    count = page.tab.locator(".joints .count")
+    assert count.inner_text() == "2 of 26"
+    page.tab.keyboard.type("xyz")
+    assert page.run(visible) == []
+    assert count.inner_text() == "0 of 26"
+    press(page, "Escape")
+    assert len(page.run(visible)) == 26
+    assert count.inner_text() == "26 joints"
+
+
+# --- the past ---------------------------------------------------------------------------------------------------------
+
+
+def pull(page: Page, joint: str, pixels: float) -> None:
+    """Take a slider's thumb with the mouse and move it in several steps."""
+    page.slider(joint).scroll_into_view_if_needed()
+    box = page.slider(joint).bounding_box()
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.tab.mouse.move(*middle)
+    page.tab.mouse.down()
+    for share in (0.3, 0.6, 1.0):
+        page.tab.mouse.move(middle[0] + share * pixels, middle[1])
+        page.animation_frames(2)
+    page.tab.mouse.up()
+    page.animation_frames(2)
+
+
+def test_one_drag_is_one_step_back_and_forth(page: Page, nao: nk.NaoModel) -> None:
+    start = nao.posture("StandInit")
+    pull(page, "HeadYaw", 20)
+    one = page.q
+    pull(page, "HeadPitch", -10)
+    two = page.q
+    assert one[0] != start[0]
+    assert two[1] != one[1]
+    for key, expected in (
+        ("Control+z", one),
+        ("Control+z", start),
+        ("Control+z", start),
+        ("Control+Shift+Z", one),
+        ("Control+y", two),
+        ("Control+y", two),
+    ):
+        press(page, key)
+        assert np.array_equal(page.q, expected), key
+    tool(page, "Undo").click()
+    assert np.array_equal(page.q, one)
+    pull(page, "LHand", 10)
+    # What had been taken back is gone.
+    assert tool(page, "Redo").get_attribute("aria-disabled") == "true"
+    press(page, "Control+y")
+    assert page.q[1] == one[1]
+
+
+def test_each_key_that_goes_down_is_one_step(page: Page, nao: nk.NaoModel) -> None:
+    page.slider("HeadYaw").focus()
+    press(page, "ArrowRight", "ArrowRight", "ArrowRight")
+    page.animation_frames(2)
+    press(page, "Control+z")
+    assert page.q[0] == pytest.approx(2 * STEP)
+
+
+def test_undo_takes_back_how_the_robot_lies(page: Page, nao: nk.NaoModel) -> None:
+    placed = "() => (naoKin.settle(), naoKin.robot.placement().elements)"
+    standing = page.run(placed)
+    tool(page, "LyingBack").click()
+    lying = page.run(placed)
+    assert lying[2] > 0.9  # x of the trunk, ahead, points up
+    press(page, "Control+z")
+    assert page.run(placed) == pytest.approx(standing, abs=1e-9)
+    press(page, "Control+y")
+    assert page.run(placed) == pytest.approx(lying, abs=1e-9)
+
+
+def test_a_key_that_a_mac_says_nothing_of_when_it_goes_up_keeps_no_step_open(page: Page, nao: nk.NaoModel) -> None:
+    # With ⌘ down no other key goes up there: of ⌘C the page hears that C goes down, and ⌘ up.
+    page.tab.keyboard.down("Meta")
+    page.tab.keyboard.down("c")
+    page.tab.keyboard.up("Meta")
+    pull(page, "HeadYaw", 20)
+    one = page.q
+    pull(page, "HeadPitch", -10)
+    press(page, "Control+z")
+    assert np.array_equal(page.q, one)
+    page.tab.keyboard.up("c")
+
+
+def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => { location.hash = 'v=1&q=&up=0,-1,0'; }")
+    page.tab.wait_for_function("() => naoKin.stance.up !== null")
+    tool(page, "Crouch").click()
+    assert page.run("() => (naoKin.settle(), naoKin.stance.up)") is None
+    press(page, "Control+z")
+    assert page.run("() => (naoKin.settle(), [...naoKin.stance.up])") == [0, -1, 0]
+
+
+def test_the_past_is_bounded(page: Page) -> None:
+    page.run("""() => {
+        const { past } = naoKin.panel;
+        for (let i = 0; i < 1000; i++) { naoKin.move(0, i / 1000); naoKin.settle(); past.finish(); }
+    }""")
+    assert page.run("() => naoKin.panel.past.history.past.length") == 200
+
+
+def test_in_a_number_undo_is_the_fields_own(page: Page) -> None:
+    tool(page, "Crouch").click()
+    page.animation_frames(2)
+    before = page.q
+    field(page, "HeadYaw").click()
+    page.tab.keyboard.type("12")
+    press(page, "Control+z")
+    assert np.array_equal(page.q, before)
+    press(page, "Escape")
+
+
+def test_reset_leads_to_where_the_page_began(page: Page, nao: nk.NaoModel) -> None:
+    start = page.run("() => naoKin.panel.start.q")
+    tool(page, "LyingBelly").click()
+    tool(page, "Back to the beginning").click()
+    assert page.q.tolist() == start
+
+
+def test_the_mirror_is_that_of_motions(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.random(8)
+    page.set(q)
+    tool(page, "Mirror left and right").click()
+    motion = nk.Motion([0.0], nao.body_order, nao.to_body(q)[None])
+    expected = mirror(nao, motion).configurations(nao).q[0]
+    assert np.allclose(page.q, expected, rtol=0.0, atol=1e-12)
+    assert np.abs(page.poses(nao.link_names) - nao.fk(expected)).max() < 1e-6
+
+
+def test_random_configurations_keep_all_limits(page: Page, nao: nk.NaoModel) -> None:
+    seen = []
+    for _ in range(10):
+        tool(page, "Random within the limits").click()
+        seen.append(page.q)
+        assert not nao.limit_violations(page.q)
+    assert np.ptp(seen, axis=0).min() > 0.05
+
+
+def test_a_robot_without_sides_has_no_mirror_and_no_naoqi(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="arm"><link name="a"/><link name="b"/><joint name="turn" type="continuous"><parent link="a"/>'
+        '<child link="b"/></joint></robot>',
+        encoding="utf-8",
+    )
+    with opened(browser, Viewer(nk.RobotModel.from_urdf(path)).save_html(tmp_path / "arm.html")) as page:
+        assert not tool(page, "Mirror left and right").is_visible()
+        tool(page, "Copy the configuration").click()
+        assert len(page.tab.locator(".menu:popover-open button").all()) == 3
+        press(page, "Escape")
+        page.slider("turn").focus()
+        press(page, "End", "ArrowLeft")
+        assert page.q[0] == pytest.approx(math.pi - STEP)
+
+
+# --- copies -----------------------------------------------------------------------------------------------------------
+
+
+def copied(page: Page, title: str) -> str:
+    tool(page, "Copy the configuration").click()
+    page.tab.get_by_role("button", name=re.compile(f"^{title}")).click()
+    assert said(page) == f"{title} copied"
+    message_away(page)
+    return str(page.run("() => navigator.clipboard.readText()"))
+
+
+def test_copies_are_what_python_reads(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
+    q = nao.random(3)
+    page.set(q)
+    for title, suffix in (("JSON", "json"), ("CSV", "csv")):
+        file = tmp_path / f"q.{suffix}"
+        file.write_text(copied(page, title), encoding="utf-8")
+        assert np.array_equal(np.ravel(read_configurations(nao, file)[0]), q)
+    space: dict[str, Any] = {"nao": nao}
+    exec(copied(page, "Python"), space)
+    assert np.array_equal(space["q"], q)
+
+
+class Recorder:
+    """A motion proxy that keeps what it is called with."""
+
+    def setAngles(self, names: list[str], angles: list[float], speed: float) -> None:
+        self.given = dict(zip(names, angles, strict=True))
+        self.names = names
+
+    def angleInterpolation(self, names: list[str], angles: list[float], times: float, absolute: bool) -> None:
+        assert absolute is True
+        self.setAngles(names, angles, times)
+
+
+@pytest.mark.parametrize("title", ["setAngles", "angleInterpolation"])
+def test_calls_name_all_of_naoqis_joints_in_its_order(page: Page, nao: nk.NaoModel, title: str) -> None:
+    q = nao.random(4)
+    page.set(q)
+    motion = Recorder()
+    exec(copied(page, title), {"motion": motion})
+    assert tuple(motion.names) == nao.body_order
+    assert list(motion.given.values()) == nao.to_body(q).tolist()
+
+
+@pytest.mark.parametrize("title", ["JSON", "CSV", "Python", "setAngles", "angleInterpolation"])
+def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel, title: str) -> None:
+    q = nao.random(5)
+    page.set(q)
+    copied(page, title)
+    page.set(nao.neutral())
+    press(page, "ControlOrMeta+V")
+    assert said(page).startswith(f"{26 if title.startswith(('set', 'angle')) else 25} values from {title}")
+    assert np.array_equal(page.q, q)
+    press(page, "Control+z")
+    assert np.array_equal(page.q, nao.neutral())
+
+
+def test_the_button_pastes_too(page: Page) -> None:
+    page.run("() => navigator.clipboard.writeText('{\"HeadYaw\": 0.25}')")
+    tool(page, "Paste a configuration").click()
+    assert said(page) == "1 value from JSON"
+    assert page.q[0] == 0.25
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("{'HeadYow': 1}", 'unknown joint "HeadYow" (nearest: HeadYaw'),
+        ("HeadYaw,HeadPitch\n1\n", "line 2: 1 values, the header names 2 joints"),
+        ("hello </script><img src=x onerror=alert(1)>", "expected a value"),
+        ('{"HeadYaw": 1e300}', "far outside its limits"),
+        ("x" * 3_000_000, "a text of 3000000 characters"),
+        ("", "an empty text"),
+    ],
+    ids=["name", "row", "words", "huge value", "huge text", "empty"],
+)
+def test_pasted_text_that_is_no_configuration_says_why(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
+    page.run("(text) => navigator.clipboard.writeText(text)", text)
+    press(page, "ControlOrMeta+V")
+    assert reason in said(page)
+    assert np.array_equal(page.q, nao.posture("StandInit"))
+    assert page.tab.locator("img").count() == 0
+
+
+def test_a_paste_into_a_field_is_the_fields(page: Page, nao: nk.NaoModel) -> None:
+    page.run("() => navigator.clipboard.writeText('33')")
+    field(page, "HeadYaw").click()
+    press(page, "ControlOrMeta+V", "Enter")
+    assert page.q[0] == pytest.approx(math.radians(33.0))
+
+
+# --- links ------------------------------------------------------------------------------------------------------------
+
+
+def state_of(tab: Any) -> dict[str, Any]:
+    return dict(
+        tab.evaluate("""() => (naoKin.settle(), {
+            q: [...naoKin.q], up: naoKin.stance.up, shown: naoKin.toggles.shown, units: naoKin.panel.settings.units,
+            frame: naoKin.panel.readout.select.value,
+            camera: [...naoKin.viewer.camera.position.toArray(), ...naoKin.viewer.controls.target.toArray()],
+        })""")
+    )
+
+
+def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel) -> None:
+    tool(page, "LyingBack").click()
+    q = nao.random(6)
+    page.run("(q) => naoKin.set(q)", q.tolist())
+    for name in ("Joint axes", "Support", "feet"):
+        tool(page, name).click()
+    page.tab.locator("canvas").first.focus()
+    press(page, "ArrowLeft", "ArrowUp", "+")
+    page.tab.get_by_label("Frame", exact=True).select_option("LFoot/Bumper/Left")
+    choose(page, "Radians")
+    tool(page, "Copy a link to this state").click()
+    assert said(page) == "Link copied"
+    link, before = page.run("() => navigator.clipboard.readText()"), state_of(page.tab)
+    assert len(link.split("#")[1]) < 1000
+    with another(browser, link) as tab:
+        after = state_of(tab)
+        camera, expected = (np.array(state.pop("camera")) for state in (after, before))
+        assert np.abs(np.subtract(after.pop("q"), before.pop("q"))).max() < 1e-6
+        assert after == before
+        assert np.abs(camera - expected).max() < 1e-3
+        assert tab.evaluate("() => naoKin.robot.outside(naoKin.q).size") == 0
+    for name in ("Joint axes", "Support", "three-quarter"):
+        tool(page, name).click()
+    choose(page, "Degrees")
+
+
+def test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads(page: Page, nao: nk.NaoModel) -> None:
+    (table,) = (table for table in nao.coupled_limits if table.joint == "HeadPitch")
+    yaws = np.linspace(0.5, 1.9, 9).round(6)
+    bounds = np.interp(yaws, table.at, table.upper)
+    beyond = np.ceil(bounds * 1e6) / 1e6  # as a link writes them, if rounding goes that way
+    assert (beyond - bounds).max() > 1e-7
+    for yaw, pitch, bound in zip(yaws, beyond, bounds, strict=True):
+        joints = f"HeadYaw:{yaw:.6f},HeadPitch:{pitch:.6f},LElbowRoll:-0.5,RElbowRoll:0.5"
+        page.run("(joints) => { location.hash = `v=1&q=${joints}`; }", joints)
+        page.tab.wait_for_function("(yaw) => naoKin.q[0] === yaw", arg=float(yaw))
+        assert page.q[1] == pytest.approx(bound, abs=1e-12)
+        assert page.run("() => naoKin.robot.outside(naoKin.q).size") == 0
+
+
+def test_a_link_is_followed_though_the_page_writes_its_address_at_that_moment(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("Stand"))
+    page.run("() => { location.hash = 'v=1&q=HeadYaw:0.375'; naoKin.panel.address.write(); }")
+    page.tab.wait_for_function("() => naoKin.q[0] === 0.375")
+
+
+def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any, document: Path) -> None:
+    with another(browser, document) as tab:
+        entries = tab.evaluate("() => history.length")
+        tab.get_by_role("button", name="Crouch").click()
+        tab.wait_for_function("() => location.hash.includes('LKneePitch:')")
+        assert tab.evaluate("() => history.length") == entries
+        q = state_of(tab)["q"]
+        tab.reload()
+        tab.wait_for_selector("body[data-ready]")
+        assert state_of(tab)["q"] == pytest.approx(q, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("chapter-2", "is no state of this page"),
+        ("v=7&q=", "version"),
+        ("v=1&q=HeadYow:1", "nearest: HeadYaw"),
+        ("v=1&q=HeadYaw:1e400", "expected a finite number"),
+        ("v=1&q=__proto__:1&show=%3Cimg%3E", "unknown joint"),
+        ("v=1&show=%3Cimg%20src=x%3E", "unknown thing to show"),
+        ("v=1&q=%E0%A4%A", "no text of a link"),
+    ],
+)
+def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
+    page.run("(text) => { location.hash = text; }", text)
+    assert reason in said(page)
+    assert np.array_equal(page.q, nao.posture("StandInit"))
+
+
+def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer:
+        viewer.display(nao.posture("Crouch"))
+        with another(browser, f"{viewer.url}#v=1&q=HeadYaw:0.5") as tab:
+            assert state_of(tab)["q"][0] == 0.5
+            tab.wait_for_function("() => naoKin.received > 0")
+
+            assert until(lambda: nao.angles(viewer.q)["HeadYaw"] == 0.5)
+            viewer.display(nao.posture("Stand"))
+            tab.wait_for_function("(x) => Math.abs(naoKin.q[5] - x) < 1e-9", arg=float(nao.posture("Stand")[5]))
+            tab.goto(f"{viewer.url}#v=1&q=HeadYaw:0.25")  # the same page: only what is behind the # changes
+            assert until(lambda: nao.angles(viewer.q)["HeadYaw"] == 0.25)
+            viewer.display(nao.posture("Stand"))
+            tab.reload()
+            tab.wait_for_selector("body[data-ready]")
+            assert np.allclose(state_of(tab)["q"], nao.posture("Stand"))
+
+
+def framed(document: Path, outer: Path, attributes: str) -> Path:
+    """Write a page that has another one in a frame."""
+    inside = document.read_text(encoding="utf-8").replace("&", "&amp;").replace('"', "&quot;")
+    frame = f'<iframe {attributes} width="900" height="600"'
+    outer.write_text(f'<!doctype html><meta charset="utf-8">{frame} srcdoc="{inside}"></iframe>', encoding="utf-8")
+    return outer
+
+
+def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
+    browser: Any, document: Path, tmp_path: Path
+) -> None:
+    outer = framed(document, tmp_path / "hidden.html", 'style="display: none"')
+    with visitor(browser, viewport={"width": 950, "height": 650}) as context:
+        tab = context.new_page()
+        tab.goto(outer.as_uri())
+        page = next(frame for frame in tab.frames if frame.parent_frame)
+        page.wait_for_function("() => document.body.dataset.ready")
+        tab.evaluate("() => { document.querySelector('iframe').style.display = 'block'; }")
+        page.wait_for_function("() => naoKin.pane.clientHeight > 0")
+        place = page.evaluate("() => naoKin.viewer.camera.position.toArray()")
+        assert np.isfinite(place).all()
+
+
+def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:
+    outer = framed(document, tmp_path / "outer.html", 'sandbox="allow-scripts"')
+    with visitor(browser, viewport={"width": 950, "height": 650}) as context:
+        tab = context.new_page()
+        errors: list[str] = []
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.goto(outer.as_uri())
+        inner = tab.frames[1]
+        inner.wait_for_selector("body[data-ready]")
+        inner.get_by_role("button", name="Crouch").click()
+        tab.wait_for_timeout(800)
+        inner.get_by_role("button", name="Copy a link to this state").click()
+        inner.wait_for_selector("dialog textarea")
+        assert inner.locator("dialog textarea").input_value().startswith("#v=1&q=")
+        tab.keyboard.press("Escape")
+        inner.get_by_role("button", name="Settings").click()
+        inner.get_by_text("Radians", exact=True).click()
+        assert errors == []
+
+
+# --- keys -------------------------------------------------------------------------------------------------------------
+
+
+def test_space_plays_and_pauses(page: Page) -> None:
+    playing = "() => naoKin.viewer.animator.playing"
+    assert not page.run(playing)
+    press(page, "Space")
+    assert page.run(playing)
+    press(page, "Space")
+    assert not page.run(playing)
+    page.slider("HeadYaw").focus()
+    press(page, "Space")
+    assert not page.run(playing)
+
+
+def test_a_question_mark_lists_the_keys_and_escape_ends_it(page: Page) -> None:
+    press(page, "?")
+    dialog = page.tab.get_by_role("dialog", name="Keys")
+    assert dialog.is_visible()
+    assert "Ctrl+Z" in dialog.inner_text()
+    press(page, "p")
+    assert page.tab.locator("#panel").is_visible()
+    press(page, "Escape")
+    page.tab.locator("dialog").wait_for(state="detached")
+
+
+def test_single_keys_can_be_switched_off(page: Page) -> None:
+    choose(page, "Off")
+    press(page, "p", "?")
+    assert page.tab.locator("#panel").is_visible()
+    page.tab.locator("dialog").wait_for(state="detached")
+    choose(page, "On")
+    press(page, "p")
+    assert not page.tab.locator("#panel").is_visible()
+    press(page, "p")
+
+
+def test_the_camera_is_moved_by_keys(page: Page) -> None:
+    place = "() => naoKin.viewer.camera.position.clone().sub(naoKin.viewer.controls.target).toArray()"
+
+    def spherical() -> tuple[float, float, float]:
+        x, y, z = page.run(place)
+        radius = math.sqrt(x * x + y * y + z * z)
+        return radius, math.atan2(x, z), math.acos(y / radius)
+
+    page.tab.locator("canvas").first.focus()
+    press(page, "1")
+    assert page.run("() => naoKin.view") == "front"
+    radius, around, down = spherical()
+    press(page, "ArrowRight", "ArrowDown", "+")
+    assert spherical() == pytest.approx(
+        (radius / 1.15, around + math.radians(5), min(down + math.radians(5), math.pi)), abs=1e-6
+    )
+    press(page, "0")
+    assert spherical() == pytest.approx((radius, around, down), abs=1e-6)
+    for _ in range(60):
+        press(page, "Shift+ArrowUp", "+")
+    least = spherical()
+    assert least[0] > 0.01
+    assert least[2] > 0.0
+    press(page, "3", "Home")
+    assert page.run("() => naoKin.view") == "three-quarter"
+
+
+def test_the_first_stop_leads_to_the_joints(browser: Any, document: Path) -> None:
+    with another(browser, document) as tab:
+        tab.keyboard.press("Tab")
+        assert tab.evaluate("() => document.activeElement.textContent") == "Skip to the joints"
+        tab.keyboard.press("Enter")
+        assert tab.evaluate("() => document.activeElement.id") == "joints"
+        assert "joints" not in tab.evaluate("() => location.hash")
+        tab.keyboard.press("Tab")
+        assert tab.evaluate("() => document.activeElement.type") == "search"
+
+
+# --- sizes ------------------------------------------------------------------------------------------------------------
+
+
+PHONE = {"has_touch": True, "is_mobile": True}
+
+
+@pytest.mark.parametrize(
+    ("size", "options"),
+    [
+        ((844, 390), PHONE),
+        ((1400, 300), {}),
+        ((390, 844), PHONE),
+        ((320, 568), PHONE),
+        ((760, 420), {}),
+        ((3840, 2160), {}),
+    ],
+)
+def test_every_joint_can_be_reached_in_every_window(
+    browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool]
+) -> None:
+    with another(browser, document, size, **options) as tab:
+        for joint in ("HeadYaw", "RAnkleRoll", "RHand"):
+            number = tab.locator(f'.joint[data-joint="{joint}"] input[type="text"]')
+            number.scroll_into_view_if_needed()
+            box = number.bounding_box()
+            assert box["width"] > 30
+            assert box["x"] >= 0
+            assert box["x"] + box["width"] <= size[0]
+            number.tap() if options else number.click()
+            tab.keyboard.type("3")
+            tab.keyboard.press("Enter")
+            assert number.input_value().startswith("3")
+        tab.get_by_label("Frame", exact=True).scroll_into_view_if_needed()
+        view = tab.locator("#view").bounding_box()
+        assert view["width"] > 150
+        assert view["height"] > 150
+        assert tab.evaluate("() => document.documentElement.scrollWidth") == size[0]
+        before = view["width"] * view["height"]
+        tab.get_by_role("button", name="Panel", exact=True).click()
+        view = tab.locator("#view").bounding_box()
+        assert view["width"] * view["height"] > before
+        assert (view["width"], view["height"]) == size
+        tab.get_by_role("button", name="Panel", exact=True).click()
+        assert tab.locator("#panel").is_visible()
+
+
+def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> None:
+    small = """(shown) => [...document.querySelectorAll('button, select, input, summary, [role="separator"]')]
+        .filter((e) => e.checkVisibility() && (shown ? e.closest(shown) : !e.closest('[popover], #player')))
+        .map((e) => [e.ariaLabel ?? e.textContent, (e.type === 'checkbox' ? e.closest('label') : e)])
+        .map(([name, e]) => [name, e.getBoundingClientRect()])
+        .filter(([, { width, height }]) => Math.min(width, height) < 44).map(([name]) => name)"""
+    for size in ((390, 844), (844, 390)):
+        with another(browser, document, size, **PHONE) as tab:
+            assert tab.evaluate(small) == []
+            tab.locator("summary", has_text="View").tap()
+            assert tab.evaluate(small, ".sheet") == []
+            tab.locator("summary", has_text="View").tap()
+            tab.get_by_role("button", name="Settings").tap()
+            assert tab.evaluate(small, ":popover-open") == []
+
+
+def test_a_finger_moves_a_slider(browser: Any, document: Path) -> None:
+    with another(browser, document, (390, 844), **PHONE) as tab:
+        slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
+        slider.scroll_into_view_if_needed()
+        box = slider.bounding_box()
+        tab.touchscreen.tap(box["x"] + 0.8 * box["width"], box["y"] + box["height"] / 2)
+        assert state_of(tab)["q"][0] > 0.5
+
+
+def test_everything_grows_with_the_readers_font(browser: Any, document: Path) -> None:
+    measure = """() => [document.querySelector('.joint .name'), document.querySelector('.tools button')]
+        .map((e) => e.getBoundingClientRect().height)"""
+    with another(browser, document, (1400, 900)) as tab:
+        usual = tab.evaluate(measure)
+    options = [*OPTIONS, "--blink-settings=defaultFontSize=32"]
+    large = browser.browser_type.launch(executable_path=str(find_browser()), args=options)
+    try:
+        with another(large, document, (1400, 900)) as tab:
+            assert tab.evaluate(measure) == pytest.approx([2 * height for height in usual], rel=0.1)
+            assert tab.evaluate("() => document.documentElement.scrollWidth") == 1400
+            box = tab.locator('.joint[data-joint="HeadYaw"] input[type="text"]').bounding_box()
+            assert box["x"] + box["width"] <= 1400
+    finally:
+        large.close()
+
+
+def test_the_panel_is_resized_by_pointer_and_keys_and_stays_so(browser: Any, document: Path) -> None:
+    with another(browser, document) as tab:
+        width: Callable[[], float] = lambda: tab.locator("#panel").bounding_box()["width"]  # noqa: E731
+        separator = tab.get_by_role("separator", name="Size of the panel")
+        usual, box = width(), separator.bounding_box()
+        at = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        tab.mouse.move(*at)
+        tab.mouse.down()
+        tab.mouse.move(at[0] - 60, at[1] + 5)
+        tab.mouse.move(at[0] - 120, at[1] + 5)
+        tab.mouse.up()
+        assert width() == pytest.approx(usual + 120, abs=2)
+        assert float(separator.get_attribute("aria-valuenow")) == pytest.approx(100 * width() / SIZE[0], abs=1)
+        separator.focus()
+        tab.keyboard.press("ArrowLeft")
+        assert width() == pytest.approx(usual + 120 + 0.02 * SIZE[0], abs=2)
+        tab.reload()
+        tab.wait_for_selector("body[data-ready]")
+        assert width() == pytest.approx(usual + 120 + 0.02 * SIZE[0], abs=2)
+        separator.focus()
+        tab.keyboard.press("End")
+        assert width() <= 0.81 * SIZE[0]
+        tab.keyboard.press("Enter")
+        assert not tab.locator("#panel").is_visible()
+        assert tab.evaluate("() => document.activeElement.ariaLabel") == "Panel"
+        tab.keyboard.press("Enter")
+        assert tab.locator("#panel").is_visible()
+
+
+def test_under_the_view_the_panel_is_pulled_up_by_its_head(browser: Any, document: Path) -> None:
+    with another(browser, document, (390, 844), **PHONE) as tab:
+        before = tab.locator("#panel").bounding_box()["height"]
+        box = tab.get_by_role("separator").bounding_box()
+        tab.mouse.move(box["x"] + 100, box["y"] + 20)
+        tab.mouse.down()
+        tab.mouse.move(box["x"] + 100, box["y"] - 80, steps=3)
+        tab.mouse.up()
+        assert tab.locator("#panel").bounding_box()["height"] == pytest.approx(before + 100, abs=5)
+        assert tab.get_by_role("separator").get_attribute("aria-orientation") == "horizontal"
+
+
+# --- everybody --------------------------------------------------------------------------------------------------------
+
+
+def violations(tab: Any) -> list[str]:
+    results = tab.evaluate("() => axe.run(document, { resultTypes: ['violations'] })")
+    return [
+        f"{violation['id']}: {[node['html'][:120] for node in violation['nodes'][:3]]}"
+        for violation in results["violations"]
+    ]
+
+
+@pytest.mark.parametrize(
+    ("size", "options", "scheme"),
+    [((1400, 900), {}, "light"), ((1400, 900), {}, "dark"), ((390, 844), PHONE, "dark"), ((3840, 2160), {}, "light")],
+    ids=["desktop-light", "desktop-dark", "phone-dark", "4k-light"],
+)
+def test_axe_finds_nothing(
+    browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool], scheme: str
+) -> None:
+    axe = pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
+    script = (Path(axe.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+    with another(browser, document, size, color_scheme=scheme, **options) as tab:
+        tab.evaluate(script)
+        assert violations(tab) == []
+        tab.evaluate("""() => {
+            naoKin.show({ axes: true, frames: true });
+            naoKin.set(naoKin.q.map((value, i) => (i === 0 ? 3 : value)));
+            naoKin.settle();
+            naoKin.panel.messages.say('something went wrong', { bad: true });
+        }""")
+        number = tab.locator('.joint[data-joint="HeadPitch"] input[type="text"]')
+        number.click()
+        tab.keyboard.type("x")
+        tab.keyboard.press("Enter")
+        assert violations(tab) == []
+        tab.get_by_role("button", name="Settings").click()
+        assert violations(tab) == []
+        tab.get_by_text("Keys …").click()
+        assert violations(tab) == []
+        tab.keyboard.press("Escape")
+        tab.get_by_role("button", name="Copy the configuration").click()
+        assert violations(tab) == []
+
+
+def test_reduced_motion_and_forced_colours_are_obeyed(browser: Any, document: Path) -> None:
+    with another(browser, document, reduced_motion="reduce", forced_colors="active") as tab:
+        assert tab.evaluate("() => getComputedStyle(document.querySelector('button')).transitionDuration") == "0s"
+        pressed = "() => getComputedStyle(document.querySelector('[aria-pressed=\"true\"]')).backgroundColor"
+        plain = "() => getComputedStyle(document.querySelector('[aria-pressed=\"false\"]')).backgroundColor"
+        assert tab.evaluate(pressed) != tab.evaluate(plain)

@@ -1,0 +1,406 @@
+"""How the page shows the robot: how much it draws, labels, colours, the robot's cameras, pictures and films."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from viewer_pages import Page, opened, read_png
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument
+from nao_kin.robot.semantics import Semantics
+from nao_kin.viewer import Viewer
+
+# Count what is drawn from now on: pictures at their best, and pictures of a movement.
+COUNT = """() => {
+    window.pictures = { fine: 0, fast: 0 };
+    const { smoothing, fastLook } = naoKin.studio;
+    for (const [name, who] of [["fine", smoothing], ["fast", fastLook]]) {
+        const draw = Object.getPrototypeOf(who).draw.bind(who);
+        who.draw = (...given) => { pictures[name] += 1; draw(...given); };
+    }
+}"""
+COLOURS = (
+    "(links) => links.map((l) => naoKin.robot.meshes.find((m) => m.link === l).mesh.material.color.getHexString())"
+)
+
+
+@pytest.fixture(scope="module")
+def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Viewer(nao).save_html(tmp_path_factory.mktemp("seeing") / "nao.html")
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, document: Path) -> Iterator[Page]:
+    """The page from disk, shared and not drawn: each test puts it where it wants it first."""
+    with opened(browser, document) as page:
+        page.run(COUNT)
+        yield page
+
+
+def _click(page: Page, name: str) -> None:
+    page.tab.get_by_role("button", name=name, exact=True).click()
+
+
+def _open_menu(page: Page) -> None:
+    page.tab.locator("summary", has_text="View").click()
+    assert page.tab.locator(".view-menu .sheet").is_visible()
+
+
+def _close_menu(page: Page) -> None:
+    page.tab.keyboard.press("Escape")
+    assert not page.tab.locator(".view-menu .sheet").is_visible()
+
+
+def _rest(page: Page) -> None:
+    page.tab.wait_for_function("() => !naoKin.viewer.needs_render && !naoKin.studio.quality.moving")
+
+
+def _orbit(page: Page, steps: int) -> None:
+    page.tab.mouse.move(60, 150)
+    page.tab.mouse.down()
+    for step in range(steps):
+        page.tab.mouse.move(60 + 9 * (step + 1), 150)
+        page.animation_frames(1)
+    page.tab.mouse.up()
+
+
+# --- what is drawn, and how often --------------------------------------------------------------------------------
+
+
+def test_nothing_is_drawn_while_nothing_changes(page: Page) -> None:
+    _rest(page)
+    page.tab.wait_for_timeout(200)
+    drawn = page.run("() => naoKin.drawn")
+    page.tab.wait_for_timeout(600)
+    assert page.run("() => naoKin.drawn") == drawn
+
+
+def test_a_movement_is_drawn_fast_and_then_once_at_its_best(page: Page) -> None:
+    _rest(page)
+    page.run("() => Object.assign(pictures, { fine: 0, fast: 0 })")
+    page.run("() => (naoKin.studio.quality.level = 1)")
+    _orbit(page, 8)
+    fast = page.run("() => pictures.fast")
+    assert fast >= 4
+    page.tab.wait_for_function("() => pictures.fine >= 1 && !naoKin.studio.quality.moving")
+    best = page.run("() => pictures.fine")
+    page.tab.wait_for_timeout(400)
+    assert page.run("() => [pictures.fine, pictures.fast]") == [best, page.run("() => pictures.fast")]
+
+
+def test_a_tap_on_the_view_or_on_a_posture_is_never_drawn_fast(page: Page) -> None:
+    _rest(page)
+    page.tab.wait_for_timeout(1100)
+    page.run("() => Object.assign(pictures, { fine: 0, fast: 0 })")
+    page.tab.mouse.click(60, 150)
+    page.tab.wait_for_timeout(300)
+    _click(page, "Crouch")
+    page.tab.wait_for_function("() => pictures.fine >= 1")
+    page.tab.wait_for_timeout(400)
+    assert page.run("() => pictures.fast") == 0
+
+
+def test_two_seconds_at_60_hertz_leave_nothing_behind(browser: Any, document: Path, nao: nk.NaoModel) -> None:
+    with opened(browser, document, (320, 240)) as page:
+        page.run("() => naoKin.show({ frames: true, axes: true, com: true, support: true, eye: true })")
+        qs = nao.random(3, 30)
+        held = """() => {
+            const { info } = naoKin.viewer.renderer;
+            let nodes = 0;
+            naoKin.viewer.scene.traverse(() => (nodes += 1));
+            return [info.memory.geometries, info.memory.textures, info.programs.length, nodes];
+        }"""
+        play = """(qs) => new Promise((done) => {
+            let frame = 0;
+            const step = () => {
+                if (frame === 4 * qs.length) return done();
+                naoKin.set(qs[frame++ % qs.length]);
+                naoKin.settle();
+                if (frame % 10 === 0) naoKin.viewer.render();
+                requestAnimationFrame(step);
+            };
+            step();
+        })"""
+        page.run(play, qs[:5].tolist())
+        page.tab.wait_for_function("() => !naoKin.studio.quality.moving")
+        page.animation_frames(3)
+        before = page.run(held)
+        page.run(play, qs.tolist())
+        page.tab.wait_for_function("() => !naoKin.studio.quality.moving")
+        page.animation_frames(3)
+        after = page.run(held)
+        # What touches the floor may have no hull in one of the configurations.
+        assert np.abs(np.array(after) - before).max() <= 2
+
+
+def test_the_picture_of_a_movement_looks_like_the_one_at_rest(browser: Any, document: Path) -> None:
+    with opened(browser, document, (900, 420), draws=True) as page:
+        page.run("() => naoKin.show({ handles: false })")
+        seen = []
+        for fine in (True, False):
+            page.run("(fine) => (naoKin.studio.quality.next = () => ({ fine, ratio: 1 }))", fine)
+            page.run("() => naoKin.viewer.set_dirty()")
+            page.animation_frames(3)
+            seen.append(page.picture().astype(float))
+        without = np.array([235.0, 238.0, 243.0])
+        robot = np.abs(seen[0] - without).max(axis=2) > 12
+        assert robot.mean() > 0.03
+        assert np.median(np.abs(seen[0] - seen[1])[robot]) < 3.0
+        assert np.abs(seen[0] - seen[1])[robot].mean() < 9.0
+
+
+def test_the_backs_of_closed_shells_are_not_drawn(page: Page) -> None:
+    assert page.run("() => naoKin.robot.meshes.every(({ mesh }) => mesh.material.side === MeshCat.THREE.FrontSide)")
+
+
+# --- frames, axes, chains ----------------------------------------------------------------------------------------
+
+
+def _labels(page: Page) -> dict[str, tuple[float, float, float, float]]:
+    page.run("() => naoKin.viewer.render()")
+    shown = page.run("() => naoKin.labels.shown.map(({ text, at }) => [text, [at.x, at.y, at.width, at.height]])")
+    return {text: tuple(at) for text, at in shown}
+
+
+def test_frames_are_chosen_one_by_one_or_all_at_once(page: Page, nao: nk.NaoModel) -> None:
+    drawn = "() => naoKin.frames.triads.length"
+    _open_menu(page)
+    _click(page, "None")
+    assert page.run(drawn) == 0
+    for name in ("CameraTop", "LLeg"):
+        page.tab.get_by_role("checkbox", name=name, exact=True).check()
+    assert page.run("() => naoKin.frames.names") == [n for n in nao.frame_names if n in ("CameraTop", "LLeg")]
+    assert page.run(drawn) == 2
+    assert set(_labels(page)) == {"CameraTop", "LLeg"}
+    _click(page, "All")
+    assert page.run(drawn) == len(nao.frame_names)
+    _click(page, "Effectors")
+    assert page.run(drawn) == len(page.run("() => naoKin.robot.about.effectors"))
+    _click(page, "None")
+    assert _labels(page) == {}
+    _close_menu(page)
+
+
+def test_no_label_covers_another(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("StandInit"))
+    page.run("(names) => naoKin.chooseFrames({ names, size: null })", list(nao.frame_names))
+    labels = list(_labels(page).values())
+    pane = page.tab.locator("#pane").bounding_box()
+    assert len(labels) > 12
+    for i, (x, y, width, height) in enumerate(labels):
+        assert 0 <= x <= x + width <= pane["width"]
+        assert 0 <= y <= y + height <= pane["height"]
+        for ox, oy, other_width, other_height in labels[i + 1 :]:
+            assert x + width <= ox or ox + other_width <= x or y + height <= oy or oy + other_height <= y
+    page.run("() => naoKin.chooseFrames({ names: [], size: null })")
+
+
+def test_joint_axes_are_named_with_their_pair_once(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("StandZero"))
+    _click(page, "Joint axes")
+    texts = page.run("() => [...naoKin.labels.owners.get(naoKin.axes)].map(({ text }) => text)")
+    assert "LKneePitch · revolute" in texts
+    assert "HeadYaw, HeadPitch · universal" in texts
+    assert "LHipYawPitch, LHipRoll, LHipPitch · spherical" in texts
+    named = [joint for text in texts for joint in text.split(" · ")[0].split(", ")]
+    assert len(named) == len(set(named))
+    _click(page, "Joint axes")
+    assert page.run("() => naoKin.labels.canvas.hidden")
+
+
+def test_chains_have_a_colour_each_and_links_their_own_back(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("StandInit"))
+    links = [nao.link_names.index(name) for name in ("Head", "LBicep", "l_wrist", "LFinger11_link", "RTibia")]
+    own = page.run(COLOURS, links)
+    _click(page, "Chains")
+    head, upper, wrist, finger, shin = page.run(COLOURS, links)
+    assert upper == wrist == finger
+    assert len({head, upper, shin}) == 3
+    assert page.tab.locator("#legend .entry").all_inner_texts() == list(nao.chains)
+    _click(page, "Chains")
+    assert page.run(COLOURS, links) == own
+    assert page.tab.locator("#legend").is_hidden()
+
+
+# --- through the robot's cameras ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["CameraTop", "CameraBottom"])
+def test_the_inset_shows_what_the_camera_sees(page: Page, nao: nk.NaoModel, name: str) -> None:
+    q = nao.configuration({"HeadYaw": 0.4, "HeadPitch": 0.1})
+    page.set(q)
+    _click(page, "Camera view")
+    page.tab.get_by_label("Camera of the robot").select_option(name)
+    # A metre ahead, at the edges of the published field of view, in the torso's frame.
+    T, [right, down] = nao.fk(q, name), np.tan(np.radians([56.3, 43.7]) / 2)
+    points = [T[:3, :3] @ [1.0, -x * right, -y * down] + T[:3, 3] for x, y in ((0, 0), (1, 0), (0, 1), (-1, -1))]
+    seen = page.run(
+        """(points) => {
+            const { eyes, robot } = naoKin;
+            robot.root.updateWorldMatrix(true, true);
+            const inWorld = (point) => robot.root.localToWorld(new MeshCat.THREE.Vector3(...point));
+            return points.map((point) => inWorld(point).project(eyes.camera).toArray());
+        }""",
+        [point.tolist() for point in points],
+    )
+    assert np.allclose(np.array(seen)[:, :2], [[0, 0], [1, 0], [0, -1], [-1, 1]], atol=1e-6)
+    assert page.tab.locator("#eye").inner_text().endswith("56.3° × 43.7°")
+    box = page.tab.locator("#eye .sight").bounding_box()
+    assert box["width"] / box["height"] == pytest.approx(right / down, rel=0.02)
+    _click(page, "Camera view")
+    assert page.tab.locator("#eye").is_hidden()
+    assert page.run("() => naoKin.eyes.camera.parent") is None
+
+
+def test_each_version_has_the_field_of_view_of_its_cameras() -> None:
+    for version, field in (("v3.2", (47.8, 36.8)), ("v5", (60.9, 47.6)), ("v6", (56.3, 43.7))):
+        fields = nk.load_nao(version).semantics.fields_of_view
+        assert np.allclose(np.degrees([fields["CameraTop"], fields["CameraBottom"]]), [field, field])
+
+
+@pytest.mark.parametrize("angles", [(1.0,), (0.0, 1.0), (1.0, math.pi), (1.0, math.nan), "wide"])
+def test_a_field_of_view_is_two_angles_below_half_a_turn(angles: Any) -> None:
+    with pytest.raises(BadArgument, match="field of view"):
+        Semantics(cameras=("camera",), fields_of_view={"camera": angles})
+
+
+# --- the robot's looks -------------------------------------------------------------------------------------------
+
+
+def test_a_configuration_is_kept_as_a_ghost(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.posture("Crouch")
+    page.set(q)
+    _open_menu(page)
+    _click(page, "Keep as ghost")
+    page.set(nao.posture("StandZero"))
+    ghost = "(link) => naoKin.ghosts.copies.find(({ userData }) => userData.link === link).userData.pose.toArray()"
+    link = page.run("() => naoKin.robot.about.links.findIndex(({ name }) => name === 'l_wrist')")
+    assert np.allclose(np.reshape(page.run(ghost, link), (4, 4)).T, nao.fk(q, "l_wrist"), atol=1e-6)
+    _click(page, "Remove ghost")
+    assert page.run("() => naoKin.ghosts.copies.length") == 0
+    _close_menu(page)
+
+
+def test_the_robot_becomes_transparent_and_solid_again(page: Page) -> None:
+    opacity = "() => [naoKin.robot.meshes[0].mesh.material.opacity, naoKin.robot.meshes[0].mesh.material.transparent]"
+    _open_menu(page)
+    slider = page.tab.get_by_label("Opacity", exact=True)
+    slider.focus()
+    page.tab.keyboard.press("Home")
+    assert page.run(opacity) == [pytest.approx(0.1), True]
+    page.tab.keyboard.press("End")
+    assert page.run(opacity) == [1, False]
+    _close_menu(page)
+
+
+def test_an_edition_recolours_the_accents_and_nothing_else(page: Page, nao: nk.NaoModel) -> None:
+    page.set(nao.posture("StandInit"))
+    colours = "() => naoKin.robot.meshes.map(({ mesh }) => mesh.material.color.getHexString())"
+    accents = "() => naoKin.robot.meshes.map(({ mesh }) => naoKin.colours.accents.has(mesh))"
+    own, is_accent = page.run(colours), page.run(accents)
+    assert 5 <= sum(is_accent) < len(is_accent) / 3
+    _open_menu(page)
+    page.tab.get_by_label("Edition", exact=True).select_option("blue")
+    blue = page.run(colours)
+    assert [a != b for a, b in zip(own, blue, strict=True)] == is_accent
+    page.run("() => naoKin.receive({ kind: 'edition', name: '__proto__' })")
+    assert page.run(colours) == own
+    _close_menu(page)
+
+
+def test_high_contrast_is_black_on_white(page: Page) -> None:
+    colours = "() => ['--ink', '--sky'].map((it) => getComputedStyle(document.documentElement).getPropertyValue(it))"
+    _open_menu(page)
+    _click(page, "High contrast")
+    assert page.run(colours) == ["rgb(0, 0, 0)", "rgb(255, 255, 255)"]
+    _click(page, "High contrast")
+    assert page.run(colours)[0] not in ("rgb(0, 0, 0)", "")
+    _close_menu(page)
+
+
+def test_on_a_phone_the_bars_are_in_the_menu(browser: Any, document: Path, nao: nk.NaoModel) -> None:
+    with opened(browser, document, (390, 844)) as page:
+        assert not page.tab.get_by_role("button", name="front", exact=True).is_visible()
+        _open_menu(page)
+        _click(page, "front")
+        assert page.run("() => naoKin.view") == "front"
+        _click(page, "Support")
+        assert page.run("() => naoKin.toggles.shown.support")
+        sheet, view = (page.tab.locator(what).bounding_box() for what in (".sheet", "#view"))
+        assert sheet["y"] + sheet["height"] <= view["y"] + view["height"]
+        page.tab.mouse.click(372, 300)
+        assert not page.tab.locator(".view-menu .sheet").is_visible()
+
+
+# --- pictures and films ------------------------------------------------------------------------------------------
+
+
+def test_a_picture_is_saved_at_twice_the_size(browser: Any, document: Path, tmp_path: Path) -> None:
+    with opened(browser, document, draws=True) as page:
+        page.run("() => naoKin.show({ frames: true })")
+        width, height = page.run("() => { const { pane } = naoKin; return [pane.clientWidth, pane.clientHeight]; }")
+        _open_menu(page)
+        with page.tab.expect_download() as saved:
+            _click(page, "Picture 2×")
+        assert saved.value.suggested_filename == "nao_v6.png"
+        saved.value.save_as(tmp_path / "nao.png")
+        picture = read_png((tmp_path / "nao.png").read_bytes())
+        assert picture.shape[:2] == (2 * height, 2 * width)
+        assert np.ptp(picture.mean(axis=2)) > 150
+        assert page.run("() => naoKin.viewer.renderer.domElement.clientWidth") == width
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_picture_has_the_background_and_the_labels_of_the_page(
+    browser: Any, document: Path, tmp_path: Path, scheme: str
+) -> None:
+    with opened(browser, document, draws=True) as page:
+        page.tab.emulate_media(color_scheme=scheme)
+        page.run("() => naoKin.show({ frames: true, handles: false })")
+        page.tab.wait_for_timeout(300)  # for the picture at rest
+        seen = page.picture().astype(float)
+        _open_menu(page)
+        with page.tab.expect_download() as saved:
+            _click(page, "Picture 1×")
+        saved.value.save_as(tmp_path / "nao.png")
+        picture = read_png((tmp_path / "nao.png").read_bytes()).astype(float)
+        assert picture.shape == seen.shape
+        # Nothing is at the left edge but the background, from under the buttons to above the legend.
+        assert np.abs(picture[150:-100, :4] - seen[150:-100, :4]).max() <= 2.0
+        assert (picture[-1, 0].mean() < 60.0) == (scheme == "dark")
+        x, y, width, height = page.run("() => Object.values(naoKin.labels.shown[0].at)")
+        label = picture[round(y) : round(y + height), round(x) : round(x + width)].mean(axis=2)
+        assert (np.median(label) < 100.0) == (scheme == "dark")
+
+
+def test_a_film_is_recorded_and_saved(browser: Any, document: Path, tmp_path: Path, nao: nk.NaoModel) -> None:
+    with opened(browser, document, (640, 300), draws=True) as page:
+        page.tab.emulate_media(color_scheme="dark")
+        _open_menu(page)
+        _click(page, "Record video")
+        for q in nao.random(1, 8):
+            page.set(q)
+            page.animation_frames(4)
+        corner = page.run("() => [...naoKin.video.ink.getImageData(0, 0, 1, 1).data]")
+        assert max(corner[:3]) < 80  # as dark as the page
+        with page.tab.expect_download() as saved:
+            page.tab.get_by_role("button", name="Stop video").click()
+        saved.value.save_as(tmp_path / "nao.webm")
+        film = (tmp_path / "nao.webm").read_bytes()
+        assert film[:4] == b"\x1aE\xdf\xa3"  # Matroska, of which WebM is a part
+        assert len(film) > 2000
+        assert page.run("() => naoKin.video.recording") is False
+
+
+def test_a_browser_that_records_no_films_says_so(browser: Any, document: Path) -> None:
+    with opened(browser, document) as page:
+        page.run("() => delete window.MediaRecorder")
+        _open_menu(page)
+        _click(page, "Record video")
+        assert page.tab.locator("#message span").inner_text() == "This browser records no video."

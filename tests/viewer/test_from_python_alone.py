@@ -1,0 +1,175 @@
+"""What a program does with the viewer beyond showing one robot, where no browser is needed to see it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_robots import J, made_up
+from viewer_pages import messages_of
+
+import nao_kin as nk
+from nao_kin.errors import NaoKinError
+from nao_kin.viewer import Viewer, recording
+from nao_kin.viewer.shown_scene import Changes
+
+
+def test_robots_beside_each_other_do_not_touch(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    added = [viewer.add_robot(nao) for _ in range(3)]
+    places = [0.0, *(robot.T_world_ground[1, 3] for robot in added)]
+    width = added[0].reaches_aside
+    assert np.all(np.diff(places) <= -(2.0 * width + 0.05))
+    assert np.ptp(np.diff(places)) < 1e-12  # as far apart, all of them
+
+
+def test_a_robot_that_is_removed_takes_no_other_one_along(tmp_path: Path, nao: nk.NaoModel) -> None:
+    viewer, small = Viewer(nao), made_up(tmp_path, J("turn"))
+    added = [viewer.add_robot(small, name=f"robot {number}") for number in range(12)]
+    added[0].remove()
+    document = messages_of(viewer.static_html())
+    assert [m["name"] for m in document if m.get("kind") == "robot_added"] == [robot.name for robot in added[1:]]
+    assert not any(m.get("robot") == 1 for m in document)
+
+
+def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_it_is_halved(
+    nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = [0.0]
+    monkeypatch.setattr(recording, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(recording, "_MOST", 20)
+    viewer = Viewer(nao)
+    begin = viewer.q
+    with viewer.record(fps=10.0) as taken:
+        for step in range(10):
+            clock[0] = 100.0 + 0.1 * step
+            viewer.display(nao.configuration({"HeadYaw": 0.5 + 1e-3 * step}))
+        for time in (50.0, 99.8):
+            assert np.array_equal(taken.motion.sample(time), begin[-25:])
+        for step in range(10, 200):
+            clock[0] = 100.0 + 0.1 * step
+            viewer.display(nao.configuration({"HeadYaw": 0.5 + 1e-3 * step}))
+        for time in (50.0, 99.0):
+            assert np.array_equal(taken.motion.sample(time), begin[-25:])
+        clock[0] = 1000.0
+    assert len(taken) <= 21
+    assert (taken.times[0], taken.times[-1]) == (0.0, 1000.0)
+    assert np.array_equal(taken.q[0], begin)
+    assert taken.q[-1, 0] == pytest.approx(0.699)
+
+
+def test_a_callback_that_is_busy_hears_of_every_joint_later_and_gets_a_configuration_of_its_own() -> None:
+    changes, busy, done = Changes(), threading.Event(), threading.Event()
+    heard: list[tuple[np.ndarray, tuple[str, ...]]] = []
+    began = threading.Event()
+
+    def spoil(q: np.ndarray, joints: tuple[str, ...]) -> None:
+        began.set()
+        busy.wait(10.0)
+        q[:] = np.nan
+
+    def listen(q: np.ndarray, joints: tuple[str, ...]) -> None:
+        heard.append((q, joints))
+        if len(heard) == 2:
+            done.set()
+
+    changes.add(spoil)
+    changes.add(listen)
+    changes.tell(np.array([1.0, 0.0, 0.0]), ("a",))
+    assert began.wait(10.0)
+    changes.tell(np.array([1.0, 2.0, 0.0]), ("b",))
+    changes.tell(np.array([1.0, 2.0, 3.0]), ("c",))
+    busy.set()
+    assert done.wait(10.0)
+    assert [joints for _, joints in heard] == [("a",), ("b", "c")]
+    assert np.array_equal([q for q, _ in heard], [[1.0, 0.0, 0.0], [1.0, 2.0, 3.0]])
+
+
+def test_a_callback_that_ends_its_thread_is_called_again(caplog: pytest.LogCaptureFixture) -> None:
+    changes, heard = Changes(), threading.Semaphore(0)
+
+    def leave(q: np.ndarray, joints: tuple[str, ...]) -> None:
+        heard.release()
+        raise SystemExit(1)
+
+    changes.add(leave)
+    for _ in range(2):
+        changes.tell(np.zeros(1), ("a",))
+        assert heard.acquire(timeout=10.0)
+
+
+def test_a_callback_that_another_one_removes_is_not_called() -> None:
+    changes, done, heard = Changes(), threading.Event(), []
+    changes.add(lambda q, joints: second.remove())
+    second = changes.add(lambda q, joints: heard.append(joints))
+    changes.add(lambda q, joints: done.set())
+    changes.tell(np.zeros(1), ("a",))
+    assert done.wait(10.0)
+    assert heard == []
+
+
+def test_what_is_on_show_is_what_pages_are_told_whoever_moves_the_robot_at_once(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    page = {"kind": "joints", "q": nao.posture("Sit").tolist()}
+    other = threading.Thread(target=lambda: viewer._receive(page))
+
+    def interrupt(key: str) -> None:
+        viewer._messages.unwatch(interrupt)
+        other.start()
+        other.join(0.3)
+
+    viewer._messages.watch(interrupt)
+    viewer.display(nao.posture("Crouch"))
+    other.join()
+    told = next(m for m in messages_of(viewer.static_html()) if m.get("kind") == "joints")
+    assert np.array_equal(np.frombuffer(told["q"].data), viewer.q)
+
+
+def test_one_page_that_goes_leaves_no_other_one_behind(nao: nk.NaoModel) -> None:
+    viewer, heard = Viewer(nao), []
+
+    def going(key: str) -> None:
+        viewer._messages.unwatch(going)
+
+    viewer._messages.watch(going)
+    viewer._messages.watch(heard.append)
+    viewer.display(nao.posture("Crouch"))
+    assert heard == ["joints"]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda v: v.say("\ud800"), "text holds half a character, which no page can show: '\\\\ud800'"),
+        (lambda v: v.show_targets({"\ud800": [0, 0, 0]}), "half a character"),
+        (lambda v: v.add_robot(v.robot, name="\ud800"), "half a character"),
+        (lambda v: v.add_points("\ud800", [[0, 0, 0]]), "half a character"),
+        (lambda v: v.show_ghosts([v.q], first=2**70), "first must be at most 1000000, got"),
+        (lambda v: v.show_frames("LArm", size=1e300), "size must be above 0 and at most 10000 m, got 1e\\+300"),
+        (lambda v: v.save_png("x.png", size=(8, 600)), "size must be at least 16, got 8"),
+        (lambda v: v.remove([]), r"unknown shape '\[\]'"),
+        (lambda v: v.rest([]), r"unknown posture '\[\]'"),
+        (lambda v: v.animate([]), r"qs must have shape \(..., 25\), got \(0,\)"),
+        (lambda v: v.animate("walk.csv"), "qs must be real numbers, got 'walk.csv'"),
+    ],
+)
+def test_what_no_page_can_show_is_refused_in_one_line_and_nothing_changes(
+    nao: nk.NaoModel, call: Callable[[Viewer], object], message: str
+) -> None:
+    viewer = Viewer(nao)
+    before = viewer.static_html()
+    with pytest.raises(NaoKinError, match=message) as refused:
+        call(viewer)
+    assert "\n" not in str(refused.value)
+    assert viewer.static_html() == before
+
+
+def test_numbers_of_numpy_are_numbers(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao, port=np.int64(0))
+    viewer.show_frames("LArm", size=np.array(0.1))
+    with viewer:
+        assert viewer.url.startswith("http://127.0.0.1:")

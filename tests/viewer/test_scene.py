@@ -1,0 +1,565 @@
+"""What the viewer sends to the page, without a browser: the tree of transforms, the shapes, the document."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+import trimesh
+from made_up_robots import J, made_up
+from viewer_pages import made_of, messages_of
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, NaoKinWarning, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
+from nao_kin.motion import mirror
+from nao_kin.naoqi import joint_names as naoqi_names
+from nao_kin.robot.semantics import CoupledLimit, Semantics
+from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Origin, Sphere, mesh_in
+from nao_kin.rotations import exp, matrix_from_rpy
+from nao_kin.viewer import OutsideLimitsWarning, Viewer
+from nao_kin.viewer.meshes import UnreadableMesh, load_meshes
+from nao_kin.viewer.scene import robot_drawables
+
+
+@pytest.fixture(scope="module")
+def viewer(nao: nk.NaoModel) -> Viewer:
+    return Viewer(nao)
+
+
+class Tree:
+    """The nodes of a page, composed as a browser composes them."""
+
+    def __init__(self, viewer: Viewer) -> None:
+        messages = messages_of(viewer.static_html())
+        self.placed = {
+            message["path"]: np.reshape(message["matrix"], (4, 4)).T
+            for message in messages
+            if message["type"] == "set_transform"
+        }
+        self.about = next(message["about"] for message in messages if message.get("kind") == "robot")
+
+    def poses(self, q: np.ndarray) -> dict[str, np.ndarray]:
+        moved = {}
+        for joint in self.about["joints"]:
+            value = joint["multiplier"] * q[joint["column"]] + joint["offset"]
+            T = np.eye(4)
+            if joint["slides"]:
+                T[:3, 3] = value * np.array(joint["axis"])
+            else:
+                T[:3, :3] = exp(value * np.array(joint["axis"]))
+            moved["/".join(self.about["links"][joint["link"]]["path"])] = T
+        poses = {}
+        for link in self.about["links"]:
+            T, path = np.eye(4), ""
+            for step in link["path"]:
+                path = f"{path}/{step}".lstrip("/")
+                T = T @ self.placed.get(path, np.eye(4)) @ moved.get(path, np.eye(4))
+            poses[link["name"]] = T
+        return poses
+
+
+def _compare(viewer: Viewer, qs: list[np.ndarray], tolerance: float) -> None:
+    tree, robot = Tree(viewer), viewer.robot
+    for q in qs:
+        poses = tree.poses(q)
+        stacked = np.array([poses[name] for name in robot.link_names])
+        assert np.abs(stacked - robot.fk(q)).max() < tolerance
+
+
+def test_the_nested_nodes_compose_to_forward_kinematics(viewer: Viewer, nao: nk.NaoModel) -> None:
+    _compare(viewer, made_of(nao), 1e-13)
+
+
+def test_every_version_composes(each_nao: nk.NaoModel) -> None:
+    _compare(Viewer(each_nao), [each_nao.posture("Crouch"), each_nao.random(3)], 1e-13)
+
+
+def test_a_calibrated_model_is_shown_as_calibrated() -> None:
+    nao = nk.load_nao()
+    placement = nao.model.jointPlacements[5]
+    placement.translation = placement.translation + np.array([0.01, -0.02, 0.03])
+    nao.model.jointPlacements[5] = placement
+    _compare(Viewer(nao), [nao.random(4)], 1e-13)
+
+
+def test_sliding_following_and_limitless_joints_compose(tmp_path: Path) -> None:
+    robot = made_up(
+        tmp_path,
+        J("turn", axis=(1.0, 2.0, -1.0), rpy=(0.1, 0.2, 0.3), kind="continuous"),
+        J("slide", axis=(0.0, 1.0, 1.0), xyz=(0.1, 0.0, 0.2), kind="prismatic", limits=(-0.2, 0.3)),
+        J("follow", axis=(0.0, 0.0, -1.0), rpy=(-0.4, 0.0, 1.0), follows=("turn", -0.5, 0.3)),
+        J("follow/slide", axis=(1.0, 0.0, 0.0), kind="prismatic", follows=("slide", 2.0, -0.1)),
+    )
+    _compare(Viewer(robot), [robot.neutral(), *robot.random(1, 5)], 1e-13)
+
+
+def test_links_and_joints_may_bear_any_name(tmp_path: Path) -> None:
+    names = ("__proto__", "constructor", "a/b", "100%", "visual:0", "link:x", "a", "toString", "  ", "Ω")
+    robot = made_up(tmp_path, *(J(name, axis=(0.0, 1.0, 0.0), xyz=(0.0, 0.0, 0.1)) for name in names))
+    _compare(Viewer(robot), [robot.random(2)], 1e-13)
+
+
+def test_names_that_differ_by_a_slash_stay_apart(tmp_path: Path) -> None:
+    joints = (J(name, xyz=(0.1 * k, 0.0, 0.0), parent="base") for k, name in enumerate(("x", "x/", "x//", "/x", "%2F")))
+    robot = made_up(tmp_path, *joints, chain=False)
+    _compare(Viewer(robot), [robot.random(2)], 1e-13)
+
+
+def test_only_a_configuration_is_sent_for_a_new_pose(viewer: Viewer, nao: nk.NaoModel) -> None:
+    before = {key: viewer._messages.get(key) for key in viewer._messages.names()}
+    viewer.display(nao.posture("Crouch"))
+    changed = [key for key in viewer._messages.names() if viewer._messages.get(key) != before.get(key)]
+    assert changed == ["joints"]
+    assert len(viewer._messages.get("joints")) < 8 * nao.nq + 80
+
+
+# --- shapes -----------------------------------------------------------------------------------------------------------
+
+
+def _robot(folder: Path, links: str, materials: str = "") -> nk.RobotModel:
+    path = folder / "shapes.urdf"
+    path.write_text(f'<robot name="shapes">{materials}{links}</robot>', encoding="utf-8")
+    return nk.RobotModel.from_urdf(path)
+
+
+def _visual(geometry: str, extra: str = "") -> str:
+    return f"<visual>{extra}<geometry>{geometry}</geometry></visual>"
+
+
+def _fixed(parent: str, child: str) -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{parent} to {child}" type="fixed">{ends}</joint>'
+
+
+def test_primitives_poses_and_colours_are_read(tmp_path: Path) -> None:
+    shapes = (
+        _visual('<box size="1 2 3"/>', '<origin xyz="1 2 3" rpy="0.1 0.2 0.3"/><material name="red"/>')
+        + _visual('<cylinder radius="0.5" length="2"/>', '<material name="own"><color rgba="0 1 0 0.5"/></material>')
+        + _visual('<sphere radius="0.25"/>')
+    )
+    red = '<material name="red"><color rgba="1 0 0 1"/></material>'
+    robot = _robot(tmp_path, f'<link name="a">{shapes}</link>', red)
+    (box, cylinder, sphere), notes = robot_drawables(robot.tree)
+    assert notes == ()
+    assert (box.shape, cylinder.shape, sphere.shape) == (Box((1.0, 2.0, 3.0)), Cylinder(0.5, 2.0), Sphere(0.25))
+    assert np.array_equal(box.T_link_shape[:3, 3], [1, 2, 3])
+    assert np.allclose(box.T_link_shape[:3, :3], matrix_from_rpy([0.1, 0.2, 0.3]))
+    assert (box.rgba, cylinder.rgba) == ((1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 0.5))
+
+
+def test_a_urdf_visual_holds_what_the_file_says_in_numbers(tmp_path: Path) -> None:
+    shapes = (
+        _visual('<mesh filename="package://a/b.dae" scale="1 -1 0.5"/>', '<origin xyz="1 2 3"/><material name="red"/>')
+        + _visual('<mesh filename="c.stl"/>', '<origin rpy="0.1 0.2 0.3"/><material name="unknown"/>')
+        + _visual('<sphere radius="1_0"/>')
+        + _visual('<sphere radius="1"/>', '<material name="bright"><color rgba="2 -1 0.5 1"/></material>')
+    )
+    red = '<material name="red"><color rgba="1 0 0 1"/></material>'
+    robot = _robot(tmp_path, f'<link name="a"/><link name="b">{shapes}</link>' + _fixed("a", "b"), red)
+    (first, second, third), (note,) = robot.tree.visuals, robot.tree.visual_notes
+    assert (first.link, first.origin) == ("b", Origin((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)))
+    assert first.geometry == MeshFile("package://a/b.dae", (1.0, -1.0, 0.5))
+    assert (first.material, first.rgba) == ("red", (1.0, 0.0, 0.0, 1.0))
+    assert (second.geometry, second.origin.rpy) == (MeshFile("c.stl"), (0.1, 0.2, 0.3))
+    assert (second.material, second.rgba) == ("unknown", None)
+    assert (third.material, third.rgba) == ("bright", (1.0, 0.0, 0.5, 1.0))
+    assert "a visual of b is not shown: sphere has radius '1_0', expected 1 finite number" in note
+
+
+def test_a_note_repeats_no_more_than_two_hundred_characters(tmp_path: Path) -> None:
+    long = "x" * 240
+    for geometry in (f'<sphere radius="{long}"/>', f'<mesh filename="{long}.stl"/>', f"<{long}/>"):
+        (note,) = Viewer(_robot(tmp_path, f'<link name="a">{_visual(geometry)}</link>')).notes
+        assert 150 * "x" in note
+        assert 201 * "x" not in note
+
+
+@pytest.mark.parametrize(
+    ("visual", "reason"),
+    [
+        ('<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>', "not found: nowhere.stl"),
+        ('<visual><geometry><mesh filename="package://no/no.dae"/></geometry></visual>', "package://no/no.dae"),
+        ('<visual><geometry><box size="1 2"/></geometry></visual>', "expected 3 finite numbers"),
+        ('<visual><geometry><sphere radius="nan"/></geometry></visual>', "expected 1 finite numbers"),
+        ('<visual><origin xyz="a b c"/><geometry><sphere radius="1"/></geometry></visual>', "origin has xyz 'a b c'"),
+        ("<visual><geometry><torus/></geometry></visual>", "'torus' is unknown"),
+        ("<visual/>", "no geometry"),
+        ('<visual><geometry><mesh filename="broken.stl"/></geometry></visual>', "broken.stl"),
+        ('<visual><geometry><mesh filename="shapes.urdf"/></geometry></visual>', "shapes.urdf"),
+    ],
+)
+def test_what_cannot_be_shown_is_left_out_with_a_note(tmp_path: Path, visual: str, reason: str) -> None:
+    (tmp_path / "broken.stl").write_bytes(b"solid nothing\nfacet normal")
+    robot = _robot(
+        tmp_path, f'<link name="a">{visual}<visual><geometry><sphere radius="1"/></geometry></visual></link>'
+    )
+    viewer = Viewer(robot)
+    assert len(viewer.notes) == 1
+    assert reason in viewer.notes[0]
+    assert sum(message["type"] == "set_object" for message in messages_of(viewer.static_html())) == 1
+
+
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (2.0, 0.5, 3.0), (-1.0, 1.0, 1.0), (-1.0, -2.0, -0.5)])
+@pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply", ".glb"])
+def test_meshes_keep_their_outside_outside_under_any_scale(
+    tmp_path: Path, suffix: str, scale: tuple[float, float, float]
+) -> None:
+    solid = trimesh.creation.box(extents=(0.2, 0.4, 0.6))
+    path = tmp_path / f"solid{suffix}"
+    solid.export(path)
+    (mesh,) = load_meshes(path, np.array(scale))
+    corners = mesh.vertices[mesh.faces]
+    outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    middles = corners.mean(axis=1)
+    assert (np.einsum("ij,ij->i", outwards, middles) > 0.0).all()
+    assert np.allclose(np.ptp(mesh.vertices, axis=0), np.abs(scale) * [0.2, 0.4, 0.6], rtol=1e-5)
+    assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-4)
+    assert (np.einsum("ijk,ijk->ij", mesh.normals[mesh.faces], corners) > 0.0).all()
+
+
+def test_sharp_edges_stay_sharp_and_round_ones_become_smooth(tmp_path: Path) -> None:
+    for name, solid in (
+        ("box", trimesh.creation.box(extents=(1.0, 1.0, 1.0))),
+        ("ball", trimesh.creation.icosphere(subdivisions=3)),
+    ):
+        solid.export(tmp_path / f"{name}.stl")
+    (box,) = load_meshes(tmp_path / "box.stl", np.ones(3))
+    assert len(box.vertices) == 24
+    assert np.allclose(np.sort(np.abs(box.normals), axis=1), [0.0, 0.0, 1.0])
+    (ball,) = load_meshes(tmp_path / "ball.stl", np.ones(3))
+    assert len(ball.vertices) == len(trimesh.creation.icosphere(subdivisions=3).vertices)
+    assert np.abs(ball.normals - ball.vertices).max() < 0.02
+
+
+def test_a_solid_without_any_smooth_edge_keeps_all_its_edges(tmp_path: Path) -> None:
+    trimesh.creation.icosahedron().convex_hull.export(tmp_path / "icosahedron.stl")  # its faces meet at 42°
+    (solid,) = load_meshes(tmp_path / "icosahedron.stl", np.ones(3))
+    assert len(solid.vertices) == 60
+    corners = solid.vertices[solid.faces]
+    outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    assert np.allclose(solid.normals[solid.faces], outwards[:, None], atol=1e-6)
+
+
+def test_a_flat_face_stays_flat_beside_a_rounding(tmp_path: Path) -> None:
+    profile = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.98), (0.99, 0.9973), (0.9727, 1.007), (0.0, 1.007)]
+    trimesh.creation.revolve(profile, sections=64).export(tmp_path / "button.stl")
+    (button,) = load_meshes(tmp_path / "button.stl", np.ones(3))
+    centre = np.linalg.norm(button.vertices - [0.0, 0.0, 1.007], axis=1) < 1e-6
+    rim = np.abs(np.linalg.norm(button.vertices - [0.0, 0.0, 1.007], axis=1) - 0.9727) < 1e-4
+    assert centre.sum() == 1
+    assert rim.sum() == 64
+    assert (button.normals[centre | rim, 2] > np.cos(np.radians(3.0))).all()
+
+
+@pytest.mark.parametrize(
+    "name", ["ball.stl", "file://ball.stl", "package://meshes/ball.stl", "package:///meshes/ball.stl"]
+)
+def test_mesh_files_are_found_wherever_a_urdf_points(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "meshes" if name.startswith("package") else tmp_path / "urdf"
+    for path in (folder, tmp_path / "urdf"):
+        path.mkdir(exist_ok=True)
+    trimesh.creation.icosphere(subdivisions=1).export(folder / "ball.stl")
+    monkeypatch.chdir("/")
+    visual = f'<visual><geometry><mesh filename="{name}"/></geometry></visual>'
+    assert Viewer(_robot(tmp_path / "urdf", f'<link name="a">{visual}</link>')).notes == ()
+
+
+def test_a_name_that_no_file_can_have_is_not_found(tmp_path: Path) -> None:
+    for name in ("x" * 5000, "file://" + "x" * 5000, "package://a/" + "x" * 5000, ""):
+        assert mesh_in(tmp_path, name) is None
+
+
+def test_a_file_without_triangles_is_no_mesh(tmp_path: Path) -> None:
+    path = tmp_path / "points.ply"
+    trimesh.PointCloud(np.eye(3)).export(path)
+    with pytest.raises(UnreadableMesh):
+        load_meshes(path, np.ones(3))
+
+
+def test_the_nao_is_shown_whole(viewer: Viewer, nao: nk.NaoModel) -> None:
+    drawables, notes = robot_drawables(nao.tree)
+    assert notes == viewer.notes == ()
+    assert len({drawable.link for drawable in drawables}) > 30
+    assert len({drawable.rgba for drawable in drawables}) >= 5
+
+
+@pytest.mark.skipif(importlib.util.find_spec("collada") is None, reason="pycollada reads Romeo's meshes")
+def test_romeo_shows_too() -> None:
+    try:
+        romeo = nk.load_robot("romeo")
+    except nk.NaoKinError as error:
+        pytest.skip(str(error))
+    viewer = Viewer(romeo)
+    assert viewer.notes == ()
+    assert viewer.camera_names == ("front", "side", "three-quarter")
+    _compare(viewer, [romeo.random(1)], 1e-13)
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_the_page_knows_the_mirror_image_and_naoqis_order(base: Literal["fixed", "floating"]) -> None:
+    nao = nk.load_nao(base=base)
+    about = Tree(Viewer(nao)).about
+    assert about["naoqi"] == list(naoqi_names(nao, "Body"))
+    q = nao.random(4)
+    mirrored = q.copy()
+    for row in about["mirror"]:
+        mirrored[row["column"]] = row["multiplier"] * q[row["of"]] + row["offset"]
+    motion = nk.Motion([0.0], nao.body_order, nao.to_body(q)[None])
+    expected = mirror(nao, motion).configurations(nao).q[0]
+    assert np.allclose(mirrored[-25:], expected[-25:], rtol=0.0, atol=1e-12)
+
+
+def test_a_robot_without_two_sides_has_no_mirror_image(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="arm"><link name="a"/><link name="b"/><joint name="turn" type="continuous"><parent link="a"/>'
+        '<child link="b"/></joint></robot>',
+        encoding="utf-8",
+    )
+    about = Tree(Viewer(nk.RobotModel.from_urdf(path))).about
+    assert about["mirror"] == about["naoqi"] == []
+
+
+def test_a_floating_base_moves_the_root() -> None:
+    nao = nk.load_nao(base="floating")
+    viewer = Viewer(nao)
+    about = Tree(viewer).about
+    assert about["floating"]
+    assert min(coordinate["column"] for coordinate in about["coordinates"]) == 7
+    assert len(viewer.q) == 32
+
+
+# --- the document -----------------------------------------------------------------------------------------------------
+
+
+def test_the_page_is_one_small_file_that_asks_nobody(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    rows = 300
+    viewer.animate(np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), rows), fps=60)
+    document = viewer.static_html()
+    assert len(document.encode()) < 2_500_000
+    assert "default-src 'none'" in document
+    head = document[: document.index("<script")]
+    assert "http" not in head.replace("http-equiv", "")
+    assert document == viewer.static_html()
+    assert document.count("</script>") == 3
+
+
+def test_equal_robots_give_equal_pages(nao: nk.NaoModel) -> None:
+    assert Viewer(nao).static_html() == Viewer(nao).static_html()
+
+
+def test_hundreds_of_displays_do_not_grow_the_page_or_the_memory(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    qs = nao.random(1, 400)
+    sizes = set()
+    for index, q in enumerate(qs):
+        viewer.display(q)
+        viewer.show_ghosts(q)
+        viewer.show_targets({"a": nao.position(q, "LArm")})
+        viewer.show_frames(["LArm"])
+        viewer.color_links({"Head": 0.1 * index + 1.0, "torso": 0.0}, low=0.0, high=50.0)
+        viewer.animate(qs[:3])
+        if index % 100 == 0:
+            sizes.add(sum(len(message) for message in viewer._messages.messages()))
+    assert len(sizes) == 1
+    assert np.array_equal(viewer.q, qs[0])
+
+
+def test_foreign_names_cannot_leave_their_place(tmp_path: Path) -> None:
+    evil = "</script><script>window.hacked=1</script>"
+    path = tmp_path / "evil.urdf"
+    quoted = evil.replace("<", "&lt;").replace(">", "&gt;")
+    path.write_text(f'<robot name="{quoted}"><link name="{quoted}"/></robot>', encoding="utf-8")
+    document = Viewer(nk.RobotModel.from_urdf(path)).static_html()
+    assert "hacked" not in document.replace(quoted, "")
+    assert f"<title>{quoted}</title>" in document
+
+
+def test_the_file_is_written_whole_or_not_at_all(
+    viewer: Viewer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "nao.html"
+    assert viewer.save_html(path) == path
+    assert path.read_text(encoding="utf-8") == viewer.static_html()
+    path.write_text("old", encoding="utf-8")
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(BadArgument, match="cannot write .*: No space left on device"):
+        viewer.save_html(path)
+    assert path.read_text(encoding="utf-8") == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_unwritable_path_is_refused(viewer: Viewer, tmp_path: Path) -> None:
+    with pytest.raises(BadArgument, match="cannot write"):
+        viewer.save_html(tmp_path / "no" / "such" / "folder.html")
+    with pytest.raises(BadArgument, match="cannot write '': no file name"):
+        viewer.save_html("")
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+def test_nan_is_refused_and_nothing_changes(viewer: Viewer, nao: nk.NaoModel) -> None:
+    before = viewer.q
+    bad = nao.neutral()
+    bad[3] = np.nan
+    for call in (
+        viewer.display,
+        viewer.show_ghosts,
+        lambda q: viewer.animate([q]),
+        lambda q: viewer.show_targets({"a": [0.0, np.nan, 0.0]}),
+        lambda q: viewer.color_links({"Head": np.nan}),
+        lambda q: viewer.animate([nao.neutral()], fps=np.nan),
+        lambda q: viewer.display(nao.posture("Stand"), up=[0.0, 0.0, np.inf]),
+    ):
+        with pytest.raises(NotFinite):
+            call(bad)
+    assert np.array_equal(viewer.q, before)
+
+
+def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
+    for call in (
+        lambda: viewer.display(np.zeros(24)),
+        lambda: viewer.display(np.zeros((2, 25))),
+        lambda: viewer.show_ghosts(np.zeros((1, 1, 25))),
+        lambda: viewer.animate(np.zeros(25)),
+        lambda: viewer.animate(np.zeros((0, 25))),
+        lambda: viewer.animate(np.zeros((2, 2, 25))),
+        lambda: viewer.show_targets({"a": np.zeros((3, 4))}),
+        lambda: viewer.display(nao.posture("Stand"), up=[0.0, 1.0]),
+    ):
+        with pytest.raises(WrongShape):
+            call()
+    for call in (
+        lambda: viewer.animate([nao.posture("Stand")], fps=0.0),
+        lambda: viewer.animate([nao.posture("Stand")], fps=-30.0),
+        lambda: viewer.show_frames(["LArm"], size=0.0),
+        lambda: viewer.color_links({"Head": 1.0}, low=2.0, high=1.0),
+        lambda: viewer.display("Stand"),
+        lambda: Viewer("nao_v6"),
+        lambda: viewer.save_png("x.png", size=(0, 10)),
+        lambda: viewer.save_png("x.png", size=3),
+        lambda: viewer.save_png("x.png", timeout="x"),
+        lambda: viewer.wait("x"),
+        lambda: viewer.show_frames(5),
+        lambda: viewer.show_targets([1]),
+        lambda: viewer.color_links(3),
+        lambda: viewer.save_html(3),
+        lambda: viewer.save_html("x\0y"),
+        lambda: Viewer(nao, host=5).url,
+        lambda: Viewer(nao, port=True).url,
+    ):
+        with pytest.raises(BadArgument):
+            call()
+    with pytest.raises(ZeroNorm):
+        viewer.display(nao.posture("Stand"), up=[0.0, 0.0, 0.0])
+    with pytest.raises(NotARotation):
+        viewer.show_targets({"a": np.diag([1.0, 1.0, -1.0, 1.0])})
+
+
+def test_a_link_without_a_shape_colours_what_it_is_fixed_to(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    names = list(viewer._links)
+    for values, coloured in (
+        ({"LFoot": 1.0, "Head": 0.0}, {"l_ankle", "LFoot", "Head"}),
+        ({"LFoot": 1.0, "l_ankle": 0.0}, {"l_ankle", "LFoot"}),
+    ):
+        viewer.color_links(values)
+        (message,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "colours")
+        rgb = {names[row["link"]]: row["rgb"] for row in message["links"]}
+        assert set(rgb) == coloured
+        assert (rgb["l_ankle"] == rgb["LFoot"]) == ("l_ankle" not in values)
+
+
+def test_unknown_names_are_answered_with_the_nearest(viewer: Viewer) -> None:
+    with pytest.raises(UnknownName, match="unknown frame 'LArn' .*LArm"):
+        viewer.show_frames(["LArn"])
+    with pytest.raises(UnknownName, match="unknown camera 'frnt' .*front"):
+        viewer.camera("frnt")
+    with pytest.raises(UnknownName, match="unknown camera 'frnt' .*front"):
+        viewer.save_png("x.png", camera="frnt")
+    with pytest.raises(UnknownName, match="unknown link 'Heed' .*Head"):
+        viewer.color_links({"Heed": 1.0})
+    with pytest.raises(UnknownName, match="unknown posture 'Sitt' .*Sit"):
+        viewer.rest("Sitt")
+
+
+def test_outside_the_limits_is_shown_and_warned_of_once(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    q = nao.configuration({"HeadYaw": 3.0, "LKneePitch": -1.0}, limits="ignore")
+    with pytest.warns(OutsideLimitsWarning, match="HeadYaw"):
+        viewer.display(q)
+    assert np.array_equal(viewer.q, q)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        viewer.display(q)
+    with pytest.warns(OutsideLimitsWarning, match="in red: RKneePitch$"):
+        viewer.animate([q, nao.configuration({"RKneePitch": -1.0, "HeadYaw": 3.0}, limits="ignore")])
+
+
+def test_only_joints_that_somebody_set_are_warned_of(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    viewer, neutral = Viewer(nao), nao.neutral()
+    assert {row.joint for row in nao.limit_violations(neutral)} == {"LElbowRoll", "RElbowRoll"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        viewer.display(neutral)
+        viewer.animate([neutral, -neutral])
+    with pytest.warns(NaoKinWarning, match="in red: LElbowRoll$"):
+        viewer.display(nao.configuration({"LElbowRoll": 0.1}, limits="ignore"))
+    # A joint at zero is out of range where another one, set by somebody, leaves it no zero.
+    at_zero = nk.LimitViolation("LAnkleRoll", 0.0, 0.1, 0.2, "rad", of="LAnklePitch", of_value=0.5)
+    monkeypatch.setattr(nk.NaoModel, "limit_violations", lambda self, q: (at_zero,))
+    with pytest.warns(OutsideLimitsWarning, match="in red: LAnkleRoll$"):
+        viewer.display(neutral)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_clip_warns_of_the_joints_that_its_frames_warn_of_in_their_order(nao: nk.NaoModel, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    clip = np.where(rng.random((300, nao.nq)) < 0.98, 0.0, rng.uniform(-3.0, 3.0, (300, nao.nq)))
+    clip[:, 2 * seed : 2 * seed + 8] = 0.0
+    rows = nao.limit_violations(clip)
+    expected = dict.fromkeys(row.joint for row in rows if row.value != 0.0 or row.of_value != 0.0)
+    with pytest.warns(OutsideLimitsWarning) as warned:
+        Viewer(nao).animate(clip)
+    assert str(warned[0].message).endswith(f"in red: {', '.join(expected)}")
+
+
+def test_a_joint_at_zero_is_warned_of_where_another_one_leaves_it_no_zero(tmp_path: Path) -> None:
+    robot = made_up(tmp_path, J("neck"), J("nod"))
+    table = CoupledLimit("nod", "neck", at=(0.0, 1.0), lower=(-0.1, 0.2), upper=(0.5, 0.5))
+    robot = nk.RobotModel(robot.tree, Semantics(coupled_limits=(table,)))
+    clip = np.zeros((4, 2))
+    clip[2:, robot.joint_names.index("neck")] = 1.0
+    with pytest.warns(OutsideLimitsWarning, match="in red: nod$"):
+        Viewer(robot).animate(clip)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Viewer(robot).animate(clip[:2])
+
+
+def test_nothing_given_is_aliased(viewer: Viewer, nao: nk.NaoModel) -> None:
+    q = nao.posture("Stand")
+    viewer.display(q)
+    q[:] = 0.0
+    assert np.array_equal(viewer.q, nao.posture("Stand"))
+    viewer.q[:] = 0.0
+    assert np.array_equal(viewer.q, nao.posture("Stand"))
+
+
+def test_the_library_loads_without_the_viewer() -> None:
+    heavy = "tornado", "trimesh", "meshcat", "umsgpack", "IPython"
+    code = f"import sys, nao_kin; nao_kin.load_nao(); print([m for m in {heavy!r} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
