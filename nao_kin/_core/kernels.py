@@ -123,9 +123,9 @@ def keep_the_heap() -> None:
 
 # --- What stands before the powers of [v×] in the Jacobians of rotations and of rigid motions, right at every angle.
 #
-# All of it follows from the functions cₖ(x) = Σ (−x)ⁿ/(2n + k)!, for x = φ² = ‖v‖²:
-# c₂ = (1 − cos φ)/φ², c₃ = (φ − sin φ)/φ³ and so on, with cₖ = 1/k! − x cₖ₊₂ and (dcₖ/dφ)/φ = k cₖ₊₂ − cₖ₊₁.
-# Up to φ = π the series of c₅ and c₆ converge without cancellation and the others follow; beyond, the closed forms do.
+# All of it follows from the functions cₖ(x) = Σ (−x)ⁿ/(2n + k)!, for x = φ² = ‖v‖²: c₂ = (1 − cos φ)/φ², c₃ = (φ −
+# sin φ)/φ³ and so on, with cₖ = 1/k! − x cₖ₊₂ and (dcₖ/dφ)/φ = k cₖ₊₂ − cₖ₊₁. Up to φ = π the series of c₅ and c₆
+# converge without cancellation and the others follow; beyond, the closed forms do.
 #
 # Source: Stumpff, Himmelsmechanik I, 1959, for the functions cₖ.
 

@@ -227,15 +227,13 @@ def _processor() -> str:
 # --- Functions compiled by Numba once on a machine, and kept on its disk.
 #
 # The folder is the user's own cache, so that the package may be installed where nobody can write. The name of a
-# kernel's
-# folder is its fingerprint; folders of former fingerprints are removed when nobody has used them for a month. Kernels
-# are
-# read from a folder that cannot be written, too, as in an image of a container.
-# Where nothing can be kept, they are compiled in every process, with one warning.
+# kernel's folder is its fingerprint; folders of former fingerprints are removed when nobody has used them for a
+# month. Kernels are read from a folder that cannot be written, too, as in an image of a container. Where nothing can
+# be kept, they are compiled in every process, with one warning.
 #
-# A kernel that has not been compiled yet need not be waited for: `first_rows` calls its source as Python for as long as
-# that is quicker, while a process of its own compiles. A lock for each kernel keeps two processes from compiling the
-# same one.
+# A kernel that has not been compiled yet need not be waited for: `first_rows` calls its source as Python for as long
+# as that is quicker, while a process of its own compiles. A lock for each kernel keeps two processes from compiling
+# the same one.
 
 _THREADS = threading.RLock()  # one thread compiles, the others wait
 _said: set[str] = set()

@@ -160,8 +160,7 @@ def length(m: Array, x: Lanes, y: Lanes) -> Lanes:
 #
 # A register holds a three-vector of every configuration of a tile: all x, all y, all z. An operation is a row of
 # integers: its code, the rows of scratch memory where its registers begin (results d e f, operands p a b c), the row
-# of a
-# sine or another number, and where its weights begin:
+# of a sine or another number, and where its weights begin:
 #
 #     TURN        d = cos a + sin b,  e = cos b − sin a: two columns of a matrix, turned about the third
 #     ADD_1…3     d = p + w₀ a + w₁ b + w₂ c
@@ -394,9 +393,9 @@ def _rpy(m: Array, d: int, a: int, b: int, c: int) -> None:
 # --- A program run on many configurations, a tile of them at a time.
 #
 # For each tile the configurations are read as columns, one row of the scratch memory for each number of a
-# configuration;
-# sines and cosines are taken; the operations follow; and the rows that make up the result are written out, one
-# configuration after another. What a configuration gives does not depend on its place in a tile or on the others in it.
+# configuration; sines and cosines are taken; the operations follow; and the rows that make up the result are written
+# out, one configuration after another. What a configuration gives does not depend on its place in a tile or on the
+# others in it.
 
 _FARTHEST_DOUBLE, _FARTHEST_SINGLE = FARTHEST[8], FARTHEST[4]
 

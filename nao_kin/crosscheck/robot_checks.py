@@ -259,11 +259,11 @@ def _vect(M: Floats) -> Floats:
     )
 
 
-# --- Limits and mimics: the robot's beside two other readings of its URDF, and its judgements beside a scalar formula.
+# --- Limits and mimics: the robot's beside two other readings of its URDF, and its judgements beside a scalar
+# formula.
 #
 # A driving joint has the limits that it shares with the joints that mimic it: the values at which all of them are
-# inside
-# their own. That is worked out here once more, from what the other parsers read.
+# inside their own. That is worked out here once more, from what the other parsers read.
 
 _UNLIMITED = (-math.inf, math.inf)
 # A value that misses a limit by less is on it, by the library's own definition.

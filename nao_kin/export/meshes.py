@@ -206,8 +206,7 @@ def read_files(files: Mapping[str, Path]) -> dict[str, bytes]:
 # --- Meshes that carry the colours which a URDF gives them, for tools that take no colour from a URDF for an .obj.
 #
 # RViz is one: it gives every .obj the material in the file, or else one grey for all, and uses the colours of a URDF
-# for
-# .stl files and plain shapes alone (ros2/rviz, rviz_rendering, assimp_loader; rviz_default_plugins, robot_link).
+# for .stl files and plain shapes alone (ros2/rviz, rviz_rendering, assimp_loader; rviz_default_plugins, robot_link).
 
 _MATERIAL = re.compile(rb"^\s*(?:usemtl|mtllib)\b", re.M)
 _UNSAFE = re.compile(r"\W", re.ASCII)

@@ -56,9 +56,9 @@ def _vector(values: Floats) -> Vector:
 
 # --- How the mass of a body is spread, as a matrix that adds up.
 #
-# The pseudo-inertia of a body about a frame is P = ∫ x xᵀ dm with x = (position, 1): second moments, first moments and
-# the mass in one symmetric 4×4 matrix. Those of two bodies held together add, and in another frame it is T P Tᵀ. A body
-# of nowhere negative density has P ⪰ 0, and every such P belongs to one.
+# The pseudo-inertia of a body about a frame is P = ∫ x xᵀ dm with x = (position, 1): second moments, first moments
+# and the mass in one symmetric 4×4 matrix. Those of two bodies held together add, and in another frame it is T P Tᵀ.
+# A body of nowhere negative density has P ⪰ 0, and every such P belongs to one.
 #
 # Source: Wensing, Kim and Slotine, Linear Matrix Inequalities for Physically Consistent Inertial Parameter
 # Identification, IEEE Robotics and Automation Letters 3(1), 2018.

@@ -24,8 +24,8 @@ from nao_kin.robot.urdf import UrdfTree
 
 # --- The texts of a ROS 2 package that describes a robot: what is needed to build it, and to look at it in RViz.
 #
-# Sources: REP 149 (package.xml, format 3); ament_cmake user documentation; urdf_launch and the ROS 2 tutorials on URDF,
-# for the nodes; MoveIt, "Time Parameterization", for joint_limits.yaml.
+# Sources: REP 149 (package.xml, format 3); ament_cmake user documentation; urdf_launch and the ROS 2 tutorials on
+# URDF, for the nodes; MoveIt, "Time Parameterization", for joint_limits.yaml.
 
 FOLDERS = ("config", "launch", "meshes", "rviz", "urdf")
 

@@ -66,8 +66,8 @@ from nao_kin.robot import RobotModel
 #
 # The nearest pose is found by damped least squares from the branches that would meet it if the elbow could be moved,
 # within the limits. For a position, ElbowYaw and WristYaw are chosen freely, the other three joints follow in closed
-# form
-# (two ways for ElbowRoll, two for the shoulder), and the best choice is searched for: the position is met to rounding.
+# form (two ways for ElbowRoll, two for the shoulder), and the best choice is searched for: the position is met to
+# rounding.
 
 # Criteria of a position, as a number in its target.
 NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0

@@ -256,10 +256,9 @@ def rotation_vector(M: Floats) -> tuple[float, float, float]:
 # --- Standing: where the torso is when feet stay where they are, and the legs with it.
 #
 # The leg of the first foot carries the torso: its six joint values are the torso's pose. The leg of a second foot
-# follows
-# in closed form (`solve_leg_exactly`), the branch nearest to where it was, and asks for a value of HipYawPitch of its
-# own. Both hips have one motor, so the torso is moved until both ask for the same: Newton's method on h₂ − h₁ over the
-# joints of the first leg. Both feet are then met to rounding.
+# follows in closed form (`solve_leg_exactly`), the branch nearest to where it was, and asks for a value of
+# HipYawPitch of its own. Both hips have one motor, so the torso is moved until both ask for the same: Newton's method
+# on h₂ − h₁ over the joints of the first leg. Both feet are then met to rounding.
 
 # Hips that differ by less agree [rad]; with rounding in the way, by less than the second.
 _AGREE, _NEARLY = 1e-14, 1e-12

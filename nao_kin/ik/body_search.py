@@ -249,8 +249,8 @@ def sum_after(task: Task, point: Point, step: Floats) -> float:
 # After each step of `body_step`, `stance` puts the feet where they belong. A step is taken when it lessens the sum of
 # the squares; what the legs are outside their limits after it counts with a weight against which no target prevails.
 #
-# Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05; Nocedal and Wright, Numerical Optimization,
-# 18.3, for the merit function and the second-order correction.
+# Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05; Nocedal and Wright, Numerical
+# Optimization, 18.3, for the merit function and the second-order correction.
 
 # How a search ended.
 SETTLED, REACHED, STOPPED, NOT_STANDING = range(4)

@@ -210,15 +210,12 @@ def _squares(displacements: Floats) -> Floats:
 
 # --- Where a limb must jump: steps between two samples that no finer path between the two targets makes smaller.
 #
-# A step is first looked at as the robot would make it, every joint straight from one value to the other: where the limb
-# halfway is off by less than a quarter of the way, it stays with the path as closely as the path is sampled, and this
-# is
-# no jump. For other steps the way from the one pose to the other is cut into fifteen pieces, and the branches chosen
-# that
-# lead along it with the least motion; then again inside the largest step that is left, and again. Along a continuous
-# way
-# the largest step shrinks each time, fifteen times, or at a singularity, where joints move like a square root, four
-# times. A jump stays.
+# A step is first looked at as the robot would make it, every joint straight from one value to the other: where the
+# limb halfway is off by less than a quarter of the way, it stays with the path as closely as the path is sampled, and
+# this is no jump. For other steps the way from the one pose to the other is cut into fifteen pieces, and the branches
+# chosen that lead along it with the least motion; then again inside the largest step that is left, and again. Along a
+# continuous way the largest step shrinks each time, fifteen times, or at a singularity, where joints move like a
+# square root, four times. A jump stays.
 
 # Steps below the resolution of NAO's joint sensors, 0.1°, are none [rad].
 _SMALLEST = 1.75e-3

@@ -46,8 +46,7 @@ from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
 #     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
 #
 # |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. What the two joints do not make, or their limits
-# do
-# not allow, is answered with the nearest. For an orientation the best pitch of every yaw is known, and the yaw is
+# do not allow, is answered with the nearest. For an orientation the best pitch of every yaw is known, and the yaw is
 # searched for. The error of a look may have several valleys over yaw and pitch: a grid finds them, and each is
 # searched.
 

@@ -47,15 +47,13 @@ from nao_kin.robot import RobotModel
 #
 # The axes of the three hip joints, a₁ = (0, cos κ, sin κ), x and y at zero, meet in the hip; those of KneePitch and
 # AnklePitch are y; AnklePitch and AnkleRoll, about x, meet in the ankle. With F the orientation of the foot and h the
-# hip
-# as the foot sees it from the ankle,
+# hip as the foot sees it from the ankle,
 #
 #     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
 #     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
 #
 # |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and what is left of F
-# the
-# three angles of the hip (two).
+# the three angles of the hip (two).
 
 MOST_BRANCHES = 8
 JOINTS = 6

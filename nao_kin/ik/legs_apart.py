@@ -63,9 +63,9 @@ from nao_kin.ik.results import Family, Reason
 
 # --- The values of HipYawPitch that the limits of a leg leave, where its ankle and the normal of its sole are given.
 #
-# For each branch of a leg (knee, way of HipRoll, way of the ankle) they are a few pieces. Where a joint is at its limit
-# is a root of a linear or quadratic form in (cos q₁, sin q₁), with every digit; only where AnkleRoll is at a limit that
-# AnklePitch leaves it, it is bracketed.
+# For each branch of a leg (knee, way of HipRoll, way of the ankle) they are a few pieces. Where a joint is at its
+# limit is a root of a linear or quadratic form in (cos q₁, sin q₁), with every digit; only where AnkleRoll is at a
+# limit that AnklePitch leaves it, it is bracketed.
 
 # Pieces of all branches of a leg together, and ends of the pieces of one branch, before and after the table.
 MOST_PIECES, _MOST_ENDS = 128, 384
@@ -339,8 +339,7 @@ def _nearest(
 # --- The least turns ψ of both feet about their normals, between two values of HipYawPitch.
 #
 # They are at an end, at a root of ψ, or where ψ ψ' of both feet are opposite: the last are bracketed between values
-# that
-# are spaced evenly in q₁ and in ψ of either foot, so that none is steep between two of them.
+# that are spaced evenly in q₁ and in ψ of either foot, so that none is steep between two of them.
 
 # Priorities, as a number in a target.
 BALANCED, LEFT_FIRST, RIGHT_FIRST = 0.0, 1.0, 2.0
@@ -471,8 +470,8 @@ def _evenly_turned(yaw: FootYaw, sign: float, low: float, high: float, hips: Flo
 # --- Both legs where no value of HipYawPitch meets both feet: the best of those that the limits leave.
 #
 # Ankle and normal of both soles stay exact, and of HipYawPitch the value is taken with the least turns ψ of the feet
-# about their normals, as the priority weighs them; it lies within pieces of both legs. What the target asks of each leg
-# alone is looked at first, for the reason.
+# about their normals, as the priority weighs them; it lies within pieces of both legs. What the target asks of each
+# leg alone is looked at first, for the reason.
 
 _HIPS_DISAGREE = float(Reason.HIPS_DISAGREE)
 _ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)

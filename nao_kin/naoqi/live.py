@@ -25,8 +25,8 @@ from nao_kin.robot import RobotModel, check_robot
 
 # --- LoLA, the RoboCup interface of the NAO6: frames of sensors, MessagePack maps over a Unix socket.
 #
-# A robot sends a frame every 12 ms to whoever connects to its socket /tmp/robocup. Here frames are decoded and encoded,
-# and nothing is ever sent to a robot. Joints are in the order `BODY_ORDERS["LoLA"]`.
+# A robot sends a frame every 12 ms to whoever connects to its socket /tmp/robocup. Here frames are decoded and
+# encoded, and nothing is ever sent to a robot. Joints are in the order `BODY_ORDERS["LoLA"]`.
 #
 # Sources: names and lengths of a frame's entries as teams publish them (UNSWComputing/rUNSWift-2023-release,
 # IntelligentRoboticsLab/nidhogg, ros-sports/nao_lola).

@@ -158,14 +158,13 @@ def _check_last_row(T: Floats, what: str) -> None:
 # --- The three spaces of NAOqi, its effectors, and poses of them in each other.
 #
 # FRAME_TORSO is the torso. FRAME_WORLD is where the robot once was, fixed to the floor. FRAME_ROBOT is between the
-# feet:
-# "average of the two feet positions projected around a vertical z axis" (doc.aldebaran.com/2-8/glossary.html).
+# feet: "average of the two feet positions projected around a vertical z axis" (doc.aldebaran.com/2-8/glossary.html).
 #
 # What is modelled of FRAME_ROBOT: its origin is the mean of the origins of LLeg and RLeg, projected along the world's
-# vertical to the height of the lower of the two; its z axis is the vertical, its yaw the mean of the yaws of the feet.
-# What is not: recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their origin
-# lies
-# 4.5 mm in front of the mean with both feet down, and stays with the standing foot while the other is lifted.
+# vertical to the height of the lower of the two; its z axis is the vertical, its yaw the mean of the yaws of the
+# feet. What is not: recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their
+# origin lies 4.5 mm in front of the mean with both feet down, and stays with the standing foot while the other is
+# lifted.
 
 FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT = 0, 1, 2
 SPACES: tuple[str, ...] = ("FRAME_TORSO", "FRAME_WORLD", "FRAME_ROBOT")

@@ -174,10 +174,9 @@ def restore_numbers(model: pin.Model, numbers: Mapping[str, Any]) -> None:
 
 # --- The placements and masses of a Pinocchio model, watched for changes.
 #
-# Whoever calibrates a robot writes into `robot.model`. Pinocchio sees that at once; what was made of those numbers has
-# to
-# be made again. Reading them one by one takes longer than a small batch, so they are compared in the memory where
-# Pinocchio keeps them, one after another at equal distances.
+# Whoever calibrates a robot writes into `robot.model`. Pinocchio sees that at once; what was made of those numbers
+# has to be made again. Reading them one by one takes longer than a small batch, so they are compared in the memory
+# where Pinocchio keeps them, one after another at equal distances.
 
 _DOUBLE = 8
 # An inertia is its mass, lever and tensor: the mass of the next one follows the tensor.

@@ -83,11 +83,10 @@ def check_pose_form(name: str) -> None:
 
 # --- The one place where configurations become poses, Jacobians and centres of mass.
 #
-# Pinocchio keeps the placements of all frames in one block of memory: twelve doubles each, the columns of R, then p. A
-# pose as a 4×4 matrix is therefore a fixed selection of that block; its zeros and its one are found in the first frame,
-# the universe, whose placement is always the identity. Selecting takes a tenth of the time of reading the placements
-# one
-# by one.
+# Pinocchio keeps the placements of all frames in one block of memory: twelve doubles each, the columns of R, then p.
+# A pose as a 4×4 matrix is therefore a fixed selection of that block; its zeros and its one are found in the first
+# frame, the universe, whose placement is always the identity. Selecting takes a tenth of the time of reading the
+# placements one by one.
 
 _DOUBLES = 12
 _ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero

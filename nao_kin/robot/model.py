@@ -197,9 +197,8 @@ def _absolute(path: Path | str) -> Path | str:
 
 # --- A robot model: what it is made of, its names and its limits.
 #
-# What it answers stands in three more modules: how it comes from a file in `file_methods`, what its configurations are
-# in
-# `configuration_methods`, and where they put its frames and its mass in `kinematic_methods`.
+# What it answers stands in three more modules: how it comes from a file in `file_methods`, what its configurations
+# are in `configuration_methods`, and where they put its frames and its mass in `kinematic_methods`.
 
 _Robot = TypeVar("_Robot", bound="RobotModel")
 

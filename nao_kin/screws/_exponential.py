@@ -179,8 +179,8 @@ def log_parts(R: Floats, t: Floats) -> tuple[Floats, Floats]:
 
 # --- The Jacobians of the exponential of SE(3), left and right, and their inverses.
 #
-# A motion of SE(3) is a rotation in dual numbers: with ω + ε v in the place of ω, the formulas of SO(3) give the 3 × 3
-# blocks of SE(3). Block Q below is the derivative of J(ω) along v.
+# A motion of SE(3) is a rotation in dual numbers: with ω + ε v in the place of ω, the formulas of SO(3) give the 3 ×
+# 3 blocks of SE(3). Block Q below is the derivative of J(ω) along v.
 
 
 def left_jacobian(twist: ArrayLike) -> Floats:

@@ -113,8 +113,8 @@ class TableOptions:
 # --- A CSV file of joint values, in blocks of whole records.
 #
 # The file is cut by us and the numbers are read by pyarrow, one block at a time: its own streaming reader can neither
-# begin in the middle of a file nor say on which line a row stood. A block that it refuses is halved until what is left
-# is small, and that is read exactly: good rows beside a bad one cost nothing more.
+# begin in the middle of a file nor say on which line a row stood. A block that it refuses is halved until what is
+# left is small, and that is read exactly: good rows beside a bad one cost nothing more.
 
 BYTES_AT_ONCE = 1 << 22
 _LONGEST_LINE = 1 << 24

@@ -262,7 +262,7 @@ class TableColumns:
     Examples:
         >>> nao = nk.load_nao()
         >>> headings = ["", "time [ms]", *(f"{name} [{nao.unit(name)}]" for name in nao.joint_names)]
-        >>> table = nk.stream.table_columns("log.csv", headings, nao, line=1)
+        >>> table = nk.stream.tables.table_columns("log.csv", headings, nao, line=1)
         >>> table.places[:2], table.places[-1], table.time_unit
         ((2, 3), 1, 'ms')
     """
@@ -353,7 +353,7 @@ def table_columns(
         BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
 
     Examples:
-        >>> nk.stream.table_columns("walk.csv", ["HeadYaw"], nk.load_nao(), line=1)
+        >>> nk.stream.tables.table_columns("walk.csv", ["HeadYaw"], nk.load_nao(), line=1)
         Traceback (most recent call last):
             ...
         nao_kin.errors.BadInputFile: walk.csv, line 1: missing joints: HeadPitch, ...
@@ -506,7 +506,7 @@ def shared_motors(
     Examples:
         >>> names = ["HeadYaw", "LHipYawPitch", "RHipYawPitch"]
         >>> values = np.array([[0.0, -0.25, -0.75]])
-        >>> names, values = nk.stream.shared_motors(nk.load_nao(), names, values, "average")
+        >>> names, values = nk.stream.tables.shared_motors(nk.load_nao(), names, values, "average")
         >>> names, values.tolist()
         (('HeadYaw', 'LHipYawPitch'), [[0.0, -0.5]])
     """
@@ -556,7 +556,7 @@ def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
         UnknownName: no such unit.
 
     Examples:
-        >>> times, note = nk.stream.times_in_seconds(np.array([1.7e12, 1.7e12 + 20.0]), None)
+        >>> times, note = nk.stream.tables.times_in_seconds(np.array([1.7e12, 1.7e12 + 20.0]), None)
         >>> times.tolist(), note.partition(",")[0]
         ([1700000000.0, 1700000000.02], 'times are taken as ms since 1970')
     """
@@ -578,8 +578,8 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
 
     Examples:
         >>> nao = nk.load_nao()
-        >>> table = nk.stream.table_columns("q.csv", nao.joint_names, nao)
-        >>> nk.stream.limits_advice(nao, table, np.degrees(nao.posture("Crouch"))).rpartition("; ")[2]
+        >>> table = nk.stream.tables.table_columns("q.csv", nao.joint_names, nao)
+        >>> nk.stream.tables.limits_advice(nao, table, np.degrees(nao.posture("Crouch"))).rpartition("; ")[2]
         'are these degrees (degrees=True, --deg)?'
     """
     advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) takes it'

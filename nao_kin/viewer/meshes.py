@@ -201,8 +201,8 @@ def _colour(mesh: Any) -> Rgba | None:
 
 # --- The lights among a robot's shapes: the LEDs of this library's own NAO meshes.
 #
-# A mesh of LEDs is drawn piece by piece, so that each light shines in a colour of its own. Other shapes are no lights,
-# whatever their looks: a robot without such meshes has none.
+# A mesh of LEDs is drawn piece by piece, so that each light shines in a colour of its own. Other shapes are no
+# lights, whatever their looks: a robot without such meshes has none.
 
 # The light that a mesh is, by the stem of its file.
 _WHOLE: Mapping[str, str] = {"torso_led": "Chest", "l_foot_led": "LeftFoot", "r_foot_led": "RightFoot"}

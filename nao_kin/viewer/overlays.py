@@ -336,7 +336,8 @@ def colours(
     return panel_message("colours", content)
 
 
-# --- Points, meshes and lines that are no part of a robot, as messages: checked here, so that the page can trust them.
+# --- Points, meshes and lines that are no part of a robot, as messages: checked here, so that the page can trust
+# them.
 #
 # Arguments and errors are those of the methods of `Viewer`.
 

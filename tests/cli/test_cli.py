@@ -369,7 +369,7 @@ def test_a_warning_is_printed_once_as_one_line(
 
 
 def test_warnings_of_others_are_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nk, "load_nao", lambda version: warnings.warn("not ours", UserWarning, stacklevel=1))
+    monkeypatch.setattr(nk.robot, "load_nao", lambda version: warnings.warn("not ours", UserWarning, stacklevel=1))
     with pytest.raises(UserWarning, match="not ours"):
         run(["info"])
 

@@ -38,8 +38,8 @@ from nao_kin.motion.motion import Motion
 
 # --- The timelines of a Choregraphe behaviour, as its XML has them: frames, values and tangents.
 #
-# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing outside
-# of the file is opened.
+# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing
+# outside of the file is opened.
 
 AUTOMATIC, BEZIER, LINEAR = "bezier_auto", "bezier", "linear"
 SIDES = {"left": 0, "right": 1}
@@ -211,8 +211,7 @@ class TimelineReader:
 # --- NAOqi's control points: [value, [type, time, value] before, [type, time, value] after], offsets from the key.
 #
 # Types, as Aldebaran's qicore has them: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic handles, which the
-# points
-# hold too.
+# points hold too.
 
 CONSTANT_CODE, LINEAR_CODE, BEZIER_CODE, AUTOMATIC_CODE = range(4)
 _EXPECTED = "[value, [type, time, value], [type, time, value]]"
@@ -288,12 +287,12 @@ def points(motion: Motion) -> list[list[Any]]:
 #     </Timeline></Box></ChoregrapheProject>
 #
 # Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp: a key is played at (frame −
-# start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and where there is no unit
-# ratios for the hands and degrees for all else; tangents are offsets in frames and in the unit of the value, automatic
-# where there is none; muted curves are not played.
+# start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and where there is no
+# unit ratios for the hands and degrees for all else; tangents are offsets in frames and in the unit of the value,
+# automatic where there is none; muted curves are not played.
 #
-# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing outside
-# of the file is opened.
+# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing
+# outside of the file is opened.
 
 _THIRD = 1.0 / 3.0
 _DEGREE, _PERCENT = "0", "1"

@@ -215,10 +215,8 @@ HULKS = Format("hulks", (".json",), "HULKs' key frames", _recognises_hulks, _rea
 #      "stiffness": [{"time": 1, "parameters": [1.0, 1.0]}]}
 #
 # Source: HULKs' code releases, MotionFile.cpp and MotionFilePlayer.cpp: joints are numbers in the order of NAOqi's
-# Body,
-# angles radians, header.time whole milliseconds; the times of the positions are scaled so that their sum is
-# header.time.
-# The first position is reached from wherever the robot is, on a straight line, as are the others.
+# Body, angles radians, header.time whole milliseconds; the times of the positions are scaled so that their sum is
+# header.time. The first position is reached from wherever the robot is, on a straight line, as are the others.
 
 _VERSION = "2.0"
 

@@ -139,10 +139,10 @@ def _enter(functions: list[tuple[int, str]], line: str) -> None:
 #     times.append([0.5, 1.0])
 #     keys.append([[0.3, [3, -0.166667, 0], [3, 0.166667, 0]], [0, [3, -0.166667, 0], [3, 0, 0]]])
 #
-# Only statements that begin with names, times or keys (also self.names …) are looked at: an empty list, .append(…) or a
-# list written out. Their numbers may be products, quotients and sums, math.radians(…), almath.TO_RAD and math.pi.
-# Nothing
-# in the file is ever run. A file may hold several motions: each `names = …` begins one, known by its function.
+# Only statements that begin with names, times or keys (also self.names …) are looked at: an empty list, .append(…) or
+# a list written out. Their numbers may be products, quotients and sums, math.radians(…), almath.TO_RAD and math.pi.
+# Nothing in the file is ever run. A file may hold several motions: each `names = …` begins one, known by its
+# function.
 
 _LISTS = ("names", "times", "keys")
 _STATEMENT = re.compile(
@@ -360,9 +360,10 @@ PYTHON = Format("python", (".py",), "Choregraphe's Python export", _recognises_p
 #     [["HeadYaw", "HeadPitch"], [[0.3, 0.0], 0.2], [[1.0, 2.0], 1.0], true]
 #     [["HeadYaw"], [[1.0]], [[[0.3, [3, -0.3, 0.0], [3, 0.0, 0.0]]]]]
 #
-# The first, of four, are names, angles, times and isAbsolute; the second, of three, names, times and control points. As
-# in NAOqi, names are one name, a list or a chain such as "Head" or "Body", and angles and times a number or a list for
-# each joint. An object of the same things by name ("names", "angles" or "keys", "times", "isAbsolute") is read too.
+# The first, of four, are names, angles, times and isAbsolute; the second, of three, names, times and control points.
+# As in NAOqi, names are one name, a list or a chain such as "Head" or "Body", and angles and times a number or a list
+# for each joint. An object of the same things by name ("names", "angles" or "keys", "times", "isAbsolute") is read
+# too.
 
 _CHAINS = {**CHAINS, "Body": BODY_ORDER}
 _ANGLES = ("angles", "angleLists", "keys", "controlPoints")

@@ -153,8 +153,8 @@ def _pairs(config: Any) -> list[tuple[str, float]]:
 
 # --- Where the feet go: poses on the floor, and steps along a path that a NAO's legs can make.
 #
-# A pose on the floor is (x, y, theta), an array of shape (3,) [m, m, rad]. The body is the pose between the feet where
-# they stand side by side; each step puts a foot beside the pose that the body is to have next.
+# A pose on the floor is (x, y, theta), an array of shape (3,) [m, m, rad]. The body is the pose between the feet
+# where they stand side by side; each step puts a foot beside the pose that the body is to have next.
 
 # Feet stand below the hips, 50 mm beside the body, left positive (HipOffsetY).
 HALF_STANCE = 0.05

@@ -354,7 +354,8 @@ V6_VISUALS: tuple[VisualRow, ...] = (
 
 # --- Sensor and effector frames of V6, and what they are for.
 #
-# Where a source prints π or π/2 with five to seven digits (3.14159, 1.5708), the exact value is meant and stands here.
+# Where a source prints π or π/2 with five to seven digits (3.14159, 1.5708), the exact value is meant and stands
+# here.
 
 # fmt: off
 V6_FRAMES: tuple[FrameRow, ...] = (

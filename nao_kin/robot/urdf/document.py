@@ -226,10 +226,9 @@ class _Xacro:
 
 # --- Where the files are that a robot's file names: beside it, or in the packages of ROS and the models of Gazebo.
 #
-# A package is searched in this order: in the folders given, in the folders above the file, by its `package.xml` at any
-# depth of the folders given, in what ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name, in what CMAKE_PREFIX_PATH and the
-# paths
-# of Gazebo name. The first place that has the file wins.
+# A package is searched in this order: in the folders given, in the folders above the file, by its `package.xml` at
+# any depth of the folders given, in what ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name, in what CMAKE_PREFIX_PATH and
+# the paths of Gazebo name. The first place that has the file wins.
 
 # Variables of lists of folders, and where below each folder the packages are.
 _PREFIXES = (("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"))
