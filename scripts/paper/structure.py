@@ -25,13 +25,13 @@ def problem_2() -> Problem:
         "the NAO's degrees of freedom, serial and parallel parts",
         rows=(
             Row("degrees of freedom", "load_nao", nao.nv, 25),
-            Row("closed loops", "topology.topology", structure.closed_loops, 0),
-            Row("serial chains", "topology.topology", len(structure.chains), 5),
-            Row("they are head, arms and legs", "topology.topology", five, True),
-            Row("couplings between chains", "topology.topology", len(couplings), 1),
+            Row("closed loops", "robot.topology", structure.closed_loops, 0),
+            Row("serial chains", "robot.topology", len(structure.chains), 5),
+            Row("they are head, arms and legs", "robot.topology", five, True),
+            Row("couplings between chains", "robot.topology", len(couplings), 1),
             Row(
                 "it is one motor for both HipYawPitch joints",
-                "topology.topology",
+                "robot.topology",
                 [{coupling.joint, coupling.driver} for coupling in couplings] == [{"LHipYawPitch", "RHipYawPitch"}],
                 True,
             ),

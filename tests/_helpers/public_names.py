@@ -8,16 +8,17 @@ from types import ModuleType
 from typing import Any
 
 import nao_kin as nk
+from nao_kin.rotations import rank_one
 
-# They go on working under these names, and have their documentation under the new ones.
-FORMER_NAMES = ("joint_axes", "topology", "typed")
-ROOMS = [name for name in nk.__all__ if isinstance(getattr(nk, name), ModuleType) and name not in FORMER_NAMES]
+# The room's former name goes on working, and has its documentation under the new one.
+FORMER_NAMES = ("typed",)
+ROOMS = {name: getattr(nk, name) for name in nk.__all__ if name not in FORMER_NAMES}
+ROOMS = {name: room for name, room in ROOMS.items() if isinstance(room, ModuleType)} | {"rotations.rank_one": rank_one}
 
 
 def offered() -> Iterator[tuple[str, Any]]:
     """Every name that a room lists, as "room.name", and those of the package itself, with their values."""
-    for room in ROOMS:
-        module = getattr(nk, room)
+    for room, module in ROOMS.items():
         for name in module.__all__:
             yield f"{room}.{name}", getattr(module, name)
     for name in nk.__all__:

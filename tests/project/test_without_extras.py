@@ -90,7 +90,7 @@ def test_the_suite_of_the_default_installation_passes_where_no_extra_is(tmp_path
     done = subprocess.run(
         [
             *(sys.executable, "-m", "pytest", "-q", "--noconftest", "-p", "no:cacheprovider", "-c", os.devnull),
-            *("--rootdir", str(tmp_path), str(ROOT / "tests" / "test_default_install.py")),
+            *("--rootdir", str(tmp_path), str(ROOT / "tests" / "project" / "test_default_install.py")),
         ],
         cwd=tmp_path,
         env={**os.environ, **hidden(*EVERY)},

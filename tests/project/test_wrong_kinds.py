@@ -34,7 +34,6 @@ WRONG = {
 }
 # Rooms whose functions are swept; `motion` has a sweep of its own, as has every method of a robot below.
 ROOMS = (
-    "configuration_files",
     "crosscheck",
     "export",
     "ik",
@@ -51,8 +50,7 @@ ROOMS = (
 )
 # Parts of programs that serve robots and files, which have been given what they take when they are called.
 INNER = {
-    "configuration_files.finite_numbers",
-    "configuration_files.limits_advice",
+    "stream.finite_numbers",
     "crosscheck.run",
     "crosscheck.steps_of",
     "crosscheck.steps_of_nao",
@@ -103,12 +101,11 @@ def test_wrong_kinds_of_objects_are_refused_in_one_line(
 
 # Arguments by the names that they have in one room.
 IN_ROOMS: dict[str, dict[str, Any]] = {
-    "configuration_files": {
-        "path": "log.csv", "name": "log.csv", "headings": nk.load_nao().joint_names, "times": np.zeros(2), "unit": "s",
-        "names": ["HeadYaw", "LHipYawPitch", "RHipYawPitch"], "values": np.zeros((1, 3)), "hips": "average",
-    },
     "naoqi": {"source": nk.naoqi.LolaSource("no_such"), "names": "Head"},
-    "stream": {"columns": ["x"], "rows": np.array([0]), "frames": ["LArm"], "numbers": np.zeros((1, 1, 2))},
+    "stream": {
+        "columns": ["x"], "rows": np.array([0]), "frames": ["LArm"], "numbers": np.zeros((1, 1, 2)),
+        "path": "log.csv", "name": "log.csv", "headings": nk.load_nao().joint_names, "hips": "average",
+    },
     "urdf": {"path": nk.load_nao().urdf_path, "folder": ".", "tree": nk.load_nao().tree, "notes": []},
 }  # fmt: skip
 
