@@ -361,7 +361,7 @@ def test_a_warning_is_printed_once_as_one_line(
     capsys: pytest.CaptureFixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(nk, "load_nao", _warned)
+    monkeypatch.setattr("nao_kin.robot.load_nao", _warned)
     assert run([*command, "--json"]) == 0
     out, err = capsys.readouterr()
     assert err == "nao-kin: careful: two lines\n"
@@ -369,7 +369,7 @@ def test_a_warning_is_printed_once_as_one_line(
 
 
 def test_warnings_of_others_are_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nk, "load_nao", lambda version: warnings.warn("not ours", UserWarning, stacklevel=1))
+    monkeypatch.setattr("nao_kin.robot.load_nao", lambda version: warnings.warn("not ours", UserWarning, stacklevel=1))
     with pytest.raises(UserWarning, match="not ours"):
         run(["info"])
 
