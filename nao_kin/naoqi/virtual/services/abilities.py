@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.service import Service, method
-
-if TYPE_CHECKING:
-    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
 
 
 class _Ability(Service):
@@ -58,34 +55,18 @@ class ALBasicAwareness(_Ability):
         return False
 
 
+def _strategy(value: Any, what: str) -> str:
+    return arguments.choice(value, what, ("none", "backToNeutral"))
+
+
+@keeps(
+    Kept("ExpressiveListeningEnabled", "Kept; the robot does not listen here.", True, ("enable",), arguments.flag),
+    Kept("BackgroundStrategy", 'Kept: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
+)
 class ALAutonomousMoves(Service):
     """Moves between the moves of scripts, before NAOqi 2.5; there are none here."""
 
     name = "ALAutonomousMoves"
-
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._listening, self._strategy = True, "backToNeutral"
-
-    @method
-    def setExpressiveListeningEnabled(self, enable: Any) -> None:
-        """Kept; the robot does not listen here."""
-        self._listening = arguments.flag(enable, "enable")
-
-    @method
-    def getExpressiveListeningEnabled(self) -> bool:
-        """As it was set; at first True."""
-        return self._listening
-
-    @method
-    def setBackgroundStrategy(self, strategy: Any) -> None:
-        """Kept: "none" or "backToNeutral"."""
-        self._strategy = arguments.choice(strategy, "strategy", ("none", "backToNeutral"))
-
-    @method
-    def getBackgroundStrategy(self) -> str:
-        """As it was set; at first "backToNeutral"."""
-        return self._strategy
 
 
 ABILITIES: tuple[type[Service], ...] = (

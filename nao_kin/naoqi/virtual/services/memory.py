@@ -11,7 +11,7 @@ from nao_kin.errors import BadArgument, UnknownName, nearest_names
 from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Service, formerly, method
 from nao_kin.naoqi.virtual.services.leds import actuators as led_actuators
 
 if TYPE_CHECKING:
@@ -123,6 +123,7 @@ class Subscriber:
             self._memory.nao.monitor.later(partial(callback, value))
 
 
+@formerly(unsubscribeToMicroEvent="unsubscribeToEvent")
 class ALMemory(Service):
     """Values by key, and events.
 
@@ -279,11 +280,6 @@ class ALMemory(Service):
     def subscribeToMicroEvent(self, name: Any, callbackModule: Any, callbackMessage: Any, callbackMethod: Any) -> None:
         """As subscribeToEvent with a message."""
         self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
-
-    @method
-    def unsubscribeToMicroEvent(self, name: Any, callbackModule: Any) -> None:
-        """As unsubscribeToEvent."""
-        self.unsubscribeToEvent(name, callbackModule)
 
     @method
     def getSubscribers(self, name: Any) -> list[str]:

@@ -10,12 +10,35 @@ from nao_kin.naoqi.names import limits
 from nao_kin.naoqi.spaces import torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
 
 _ARMS = ("Arms", "LArm", "RArm")
 _IDLE = ("Body", "Legs", "Arms", "LArm", "RArm", "Head")
 
 
+def _switch(name: str, log: str, note: str, *of: str, **more: Any) -> Kept:
+    names = {"pChainName": ("chain", _ARMS), "pChain": ("chain", _IDLE)}.get("".join(of))
+    takes = (*of, "pIsEnabled" if of == ("pChain",) else "pEnable")
+    what = "the second argument" if of else "the argument"
+    return Kept(f"{name}Enabled", note, "pChain" not in of, takes, arguments.flag, what, names, log, **more)
+
+
+_COLLIDES = 'Kept for "Arms", "LArm" or "RArm"; nothing collides here.'
+_OUTSIDE = "ExternalCollisionProtection", "external collision protection"
+
+
+@keeps(
+    _switch("FallManager", "fall manager", "Kept; nothing falls here."),
+    _switch("SmartStiffness", "smart stiffness", "Kept; stiffness is as it is set here. Always True.", answer=True),
+    _switch("DiagnosisEffect", "diagnosis effect", "Kept; nothing breaks here."),
+    _switch("CollisionProtection", "collision protection", _COLLIDES, "pChainName", answer=True),
+    _switch(*_OUTSIDE, "Kept; there is nothing to collide with here.", "pName"),
+    _switch("PushRecovery", "push recovery", "Kept; nobody pushes here."),
+    _switch("Breath", "breath", "Kept; the robot does not breathe here.", "pChain"),
+    _switch("IdlePosture", "idle posture", "Kept; an idle robot stays as it is here.", "pChain"),
+    Kept("OrthogonalSecurityDistance", "Kept [m].", 0.4, ("securityDistance",), arguments.duration),
+    Kept("TangentialSecurityDistance", "Kept [m].", 0.1, ("securityDistance",), arguments.duration),
+)
 class GeneralTools(Service):
     """The methods of ALMotion that tell about the robot and its tasks.
 
@@ -25,9 +48,7 @@ class GeneralTools(Service):
 
     def __init__(self, nao: Any) -> None:
         super().__init__(nao)
-        self._switches: dict[tuple[str, str], bool] = {}
         self._breath: dict[str, float] = {"Bpm": 12.0, "Amplitude": 0.5}
-        self._safety = {"tangential": 0.1, "orthogonal": 0.4}
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
@@ -145,105 +166,13 @@ class GeneralTools(Service):
         """End all tasks where they are."""
         self.nao.tasks.kill_all()
 
-    # --- switches of what is not simulated ------------------------------------------------------------------------
-
-    @method
-    def setFallManagerEnabled(self, pEnable: Any) -> None:
-        """Kept; nothing falls here."""
-        self._switch("fall manager", "", pEnable)
-
-    @method
-    def getFallManagerEnabled(self) -> bool:
-        """As it was set; at first True."""
-        return self._switches.get(("fall manager", ""), True)
-
-    @method
-    def setSmartStiffnessEnabled(self, pEnable: Any) -> bool:
-        """Kept; stiffness is as it is set here. Always True."""
-        self._switch("smart stiffness", "", pEnable)
-        return True
-
-    @method
-    def getSmartStiffnessEnabled(self) -> bool:
-        """As it was set; at first True."""
-        return self._switches.get(("smart stiffness", ""), True)
-
-    @method
-    def setDiagnosisEffectEnabled(self, pEnable: Any) -> None:
-        """Kept; nothing breaks here."""
-        self._switch("diagnosis effect", "", pEnable)
-
-    @method
-    def getDiagnosisEffectEnabled(self) -> bool:
-        """As it was set; at first True."""
-        return self._switches.get(("diagnosis effect", ""), True)
-
-    @method
-    def setCollisionProtectionEnabled(self, pChainName: Any, pEnable: Any) -> bool:
-        """Kept for "Arms", "LArm" or "RArm"; nothing collides here."""
-        self._switch("collision protection", arguments.choice(pChainName, "chain", _ARMS), pEnable)
-        return True
-
-    @method
-    def getCollisionProtectionEnabled(self, pChainName: Any) -> bool:
-        """As it was set; at first True."""
-        return self._switches.get(("collision protection", arguments.choice(pChainName, "chain", _ARMS)), True)
+    # --- what is not simulated ------------------------------------------------------------------------------------
 
     @method
     def isCollision(self, pChainName: Any) -> str:
         """Always "none": collisions are not looked for here."""
         arguments.choice(pChainName, "chain", _ARMS)
         return "none"
-
-    @method
-    def setExternalCollisionProtectionEnabled(self, pName: Any, pEnable: Any) -> None:
-        """Kept; there is nothing to collide with here."""
-        self._switch("external collision protection", arguments.text(pName, "pName"), pEnable)
-
-    @method
-    def getExternalCollisionProtectionEnabled(self, pName: Any) -> bool:
-        """As it was set; at first True."""
-        return self._switches.get(("external collision protection", arguments.text(pName, "pName")), True)
-
-    @method
-    def setOrthogonalSecurityDistance(self, securityDistance: Any) -> None:
-        """Kept [m]."""
-        self._safety["orthogonal"] = arguments.duration(securityDistance, "securityDistance")
-
-    @method
-    def getOrthogonalSecurityDistance(self) -> float:
-        """As it was set; at first 0.4 m."""
-        return self._safety["orthogonal"]
-
-    @method
-    def setTangentialSecurityDistance(self, securityDistance: Any) -> None:
-        """Kept [m]."""
-        self._safety["tangential"] = arguments.duration(securityDistance, "securityDistance")
-
-    @method
-    def getTangentialSecurityDistance(self) -> float:
-        """As it was set; at first 0.1 m."""
-        return self._safety["tangential"]
-
-    @method
-    def setPushRecoveryEnabled(self, pEnable: Any) -> None:
-        """Kept; nobody pushes here."""
-        self._switch("push recovery", "", pEnable)
-
-    @method
-    def getPushRecoveryEnabled(self) -> bool:
-        """As it was set; at first True."""
-        return self._switches.get(("push recovery", ""), True)
-
-    @method
-    def setBreathEnabled(self, pChain: Any, pIsEnabled: Any) -> None:
-        """Kept; the robot does not breathe here."""
-        self._switch("breath", arguments.choice(pChain, "chain", _IDLE), pIsEnabled)
-
-    @method
-    def getBreathEnabled(self, pChain: Any) -> bool:
-        """As it was set; at first False."""
-        return self._switches.get(("breath", arguments.choice(pChain, "chain", _IDLE)), False)
 
     @method
     def setBreathConfig(self, pConfig: Any) -> None:
@@ -259,20 +188,3 @@ class GeneralTools(Service):
     def getBreathConfig(self) -> list[list[Any]]:
         """As it was set."""
         return [[key, value] for key, value in self._breath.items()]
-
-    @method
-    def setIdlePostureEnabled(self, pChain: Any, pIsEnabled: Any) -> None:
-        """Kept; an idle robot stays as it is here."""
-        self._switch("idle posture", arguments.choice(pChain, "chain", _IDLE), pIsEnabled)
-
-    @method
-    def getIdlePostureEnabled(self, pChain: Any) -> bool:
-        """As it was set; at first False."""
-        return self._switches.get(("idle posture", arguments.choice(pChain, "chain", _IDLE)), False)
-
-    def _switch(self, what: str, of: str, value: Any) -> None:
-        on = arguments.flag(value, "the second argument" if of else "the argument")
-        for each in ("LArm", "RArm") if of == "Arms" else ():
-            self._switches[what, each] = on
-        self._switches[what, of] = on
-        self.nao.log.write(f"{what}{f' of {of}' if of else ''} is {'on' if on else 'off'}; it is not simulated")

@@ -14,7 +14,7 @@ from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Interpolation, at_speed
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -189,6 +189,18 @@ def _between(one: Floats, other: Floats, share: float) -> Floats:
 _STATES = ("solitary", "interactive", "disabled", "safeguard")
 
 
+_ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
+_ABILITY = Kept(
+    "AutonomousAbilityEnabled",
+    "Kept; no ability does anything here.",
+    True,
+    ("autonomousAbility", "enabled"),
+    arguments.flag,
+    of=("ability", _ABILITIES),
+)
+
+
+@keeps(_ABILITY, Kept("RobotOffsetFromFloor", "Kept [m].", 0.0, ("offset",), arguments.number))
 class ALAutonomousLife(Service):
     """A robot without a life of its own: the state is kept, and nothing is done by itself.
 
@@ -204,11 +216,6 @@ class ALAutonomousLife(Service):
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self._state = "disabled"
-        self._offset = 0.0
-        self._abilities = dict.fromkeys(
-            ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement"),
-            True,
-        )
 
     @method
     def getState(self) -> str:
@@ -240,30 +247,9 @@ class ALAutonomousLife(Service):
         """End all activities: there are none here."""
 
     @method
-    def setRobotOffsetFromFloor(self, offset: Any) -> None:
-        """Kept [m]."""
-        self._offset = arguments.number(offset, "offset")
-
-    @method
-    def getRobotOffsetFromFloor(self) -> float:
-        """As it was set; at first 0 m."""
-        return self._offset
-
-    @method
-    def setAutonomousAbilityEnabled(self, autonomousAbility: Any, enabled: Any) -> None:
-        """Kept; no ability does anything here."""
-        ability = arguments.choice(autonomousAbility, "ability", tuple(self._abilities))
-        self._abilities[ability] = arguments.flag(enabled, "enabled")
-
-    @method
-    def getAutonomousAbilityEnabled(self, autonomousAbility: Any) -> bool:
-        """As it was set; at first True."""
-        return self._abilities[arguments.choice(autonomousAbility, "ability", tuple(self._abilities))]
-
-    @method
     def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
         """[name, enabled, running] of each ability; none runs."""
-        return [[ability, enabled, False] for ability, enabled in self._abilities.items()]
+        return [[ability, self.kept(_ABILITY, ability), False] for ability in _ABILITIES]
 
 
 class ALSystem(Service):
