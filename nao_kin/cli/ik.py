@@ -15,7 +15,7 @@ import numpy as np
 import typer
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
 from nao_kin.cli.options import (
     ColumnsOption,
@@ -289,13 +289,7 @@ def _as_poses(kind: str, target: Floats) -> Floats:
     """Places or rotations as poses, whose other half has no weight."""
     if kind == "pose":
         return target
-    batch = target.shape[:-1] if kind == "place" else target.shape[:-2]
-    T = np.tile(np.eye(4), (*batch, 1, 1))
-    if kind == "place":
-        T[..., :3, 3] = target
-    else:
-        T[..., :3, :3] = target
-    return T
+    return join_poses(np.eye(3), target) if kind == "place" else join_poses(target, np.zeros(3))
 
 
 def _scale(model: RobotModel, joint: str, deg: bool) -> float:
