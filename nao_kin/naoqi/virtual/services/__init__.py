@@ -1,4 +1,4 @@
-"""The services, one file each; ALMotion's split by topic as in NAOqi's documentation."""
+"""The services by their names: those of the files beside this one, and those that only say that they are missing."""
 
 from __future__ import annotations
 
