@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
+import inspect
 import io
 import json
 import math
@@ -17,7 +19,9 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin.cli import options
 from nao_kin.cli.app import run
+from nao_kin.cli.options import RobotOptions
 from nao_kin.errors import NaoKinWarning
 
 COMMANDS = ("info", "joints", "fk", "check", "view", "doctor")
@@ -38,6 +42,15 @@ def _refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
     assert err.count("\n") == 1
     assert "Traceback" not in err
     return err
+
+
+def test_all_commands_name_a_robot_by_the_same_options() -> None:
+    of_robots = tuple(field.name for field in dataclasses.fields(RobotOptions))
+    fewer = dict.fromkeys(("doctor", "warmup"), ()) | dict.fromkeys(("serve", "run", "live"), ("version", "offsets"))
+    fewer["export"] = tuple(name for name in of_robots if name != "package_dir")
+    for name, (function, _) in options.COMMANDS.items():
+        taken = [parameter for parameter in inspect.signature(function).parameters if parameter in of_robots]
+        assert tuple(taken) == fewer.get(name, of_robots), name
 
 
 @pytest.mark.parametrize("command", COMMANDS)
