@@ -986,8 +986,8 @@ _NAOQI = (
         ),
         (
             "robot-frame-at-the-height-of-the-upper-foot",
-            "T_world_feet[..., 2, 3].min(axis=-1)",
-            "T_world_feet[..., 2, 3].max(axis=-1)",
+            "places[..., 2:].min(axis=-2)",
+            "places[..., 2:].max(axis=-2)",
         ),
     ),
     *_faults(

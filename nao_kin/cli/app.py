@@ -34,12 +34,12 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 _ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export", "serve", "run", "live", "warmup", "doctor")
-for _name in _ORDER:
+_OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
+for _name in (*_ORDER, *_OF_MOTIONS):
     _function, _example = COMMANDS[_name]
-    app.command(_name, epilog=_example)(_function)
+    _group = motion.app if _name in _OF_MOTIONS else app
+    _group.command(_name.removeprefix("motion "), cls=Command, epilog=_example)(_function)
 app.add_typer(motion.app)
-for _registered in (*app.registered_commands, *motion.app.registered_commands):
-    _registered.cls = Command
 
 # typer carries its own copy of click; this is the class of its "you called it wrongly" errors, whichever copy it is.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]

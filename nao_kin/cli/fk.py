@@ -32,17 +32,12 @@ from nao_kin.cli.options import (
     HipsOption,
     IgnoreOtherOption,
     JsonOption,
-    OffsetsOption,
-    PackageDirOption,
     RateOption,
-    RobotOption,
+    RobotOptions,
     TimelineOption,
-    UrdfOption,
-    VersionOption,
-    XacroOption,
+    check_sinks,
     columns_of,
     command,
-    load,
     print_json,
     print_json_list,
     print_note,
@@ -211,6 +206,7 @@ _EXAMPLES = (
 
 @command("fk", _EXAMPLES)
 def fk(
+    *,
     file: Annotated[
         list[str] | None,
         typer.Argument(
@@ -252,12 +248,7 @@ def fk(
     hips: HipsOption = None,
     timeline: TimelineOption = None,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
 
@@ -290,7 +281,7 @@ def fk(
     from nao_kin import stream
     from nao_kin.stream import read_log
 
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     renamed = columns_of(columns)
     as_motion = posture is not None or rate is not None or timeline is not None
@@ -368,9 +359,7 @@ def _check_output(files: list[str], output: str, json: bool) -> None:
     """Refuse a file that could not be written, before anything is loaded."""
     if not files:
         raise BadArgument("--output is for the rows of a file; name the FILE to read")
-    atomic.check_writable(output)
-    if json and atomic.leads_to_standard_output(output):
-        raise BadArgument(f"--output {output} and --json both write to standard output; give one")
+    check_sinks("--json" if json else None, output=output)
 
 
 def _report(model: RobotModel, result: StreamResult, json: bool) -> None:

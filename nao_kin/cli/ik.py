@@ -15,22 +15,17 @@ import numpy as np
 import typer
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
 from nao_kin.cli.options import (
     ColumnsOption,
     DegOption,
     IgnoreOtherOption,
     JsonOption,
-    OffsetsOption,
-    PackageDirOption,
-    RobotOption,
-    UrdfOption,
-    VersionOption,
-    XacroOption,
+    RobotOptions,
+    check_sinks,
     columns_of,
     command,
-    load,
     print_json,
     print_note,
     print_table,
@@ -103,6 +98,7 @@ class Asked:
 
 @command("ik", _EXAMPLES)
 def ik(
+    *,
     frame: Annotated[
         str, typer.Argument(metavar="FRAME", help="LLeg, RLeg, LArm, RArm, Head, a camera, Legs, or any other frame.")
     ],
@@ -141,12 +137,7 @@ def ik(
         str | None, typer.Option(metavar="FILE", help="Write a page: the robot, and its other solutions as ghosts.")
     ] = None,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Joint values for a pose: all solutions inside the limits, or the reason why there are none.
 
@@ -160,15 +151,10 @@ def ik(
     """
     if (file is None) == (target is None):
         raise BadArgument('give one target with --target "NUMBERS", or the FILE of a list of them')
-    if html is not None:
-        atomic.check_writable(html)
-        if atomic.leads_to_standard_output(html) and (json or csv):
-            raise BadArgument(
-                f"--html {html} and {'--json' if json else '--csv'} both write to standard output; give one"
-            )
+    check_sinks("--json" if json else "--csv" if csv else None, html=html)
     if reference is None and (columns or ignore_other):
         raise BadArgument("--columns and --ignore-other are for a file of configurations; name it with --reference")
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     frames = _FEET if frame == LEGS else (frame,)
     model.frame_ids(frames)
     if target is not None:
@@ -303,13 +289,7 @@ def _as_poses(kind: str, target: Floats) -> Floats:
     """Places or rotations as poses, whose other half has no weight."""
     if kind == "pose":
         return target
-    batch = target.shape[:-1] if kind == "place" else target.shape[:-2]
-    T = np.tile(np.eye(4), (*batch, 1, 1))
-    if kind == "place":
-        T[..., :3, 3] = target
-    else:
-        T[..., :3, :3] = target
-    return T
+    return join_poses(np.eye(3), target) if kind == "place" else join_poses(target, np.zeros(3))
 
 
 def _scale(model: RobotModel, joint: str, deg: bool) -> float:

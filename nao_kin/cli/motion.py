@@ -18,14 +18,9 @@ from nao_kin.cli.options import (
     HipsOption,
     IgnoreOtherOption,
     JsonOption,
-    OffsetsOption,
-    PackageDirOption,
-    RobotOption,
+    RobotOptions,
     TimelineOption,
-    UrdfOption,
-    VersionOption,
-    XacroOption,
-    load,
+    command,
     print_json,
     print_note,
     print_table,
@@ -194,8 +189,9 @@ def _motion(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
-@app.command("convert", epilog="Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
+@command("motion convert", "Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
 def convert(
+    *,
     source: Annotated[str, typer.Argument(metavar="IN", help="A motion file, - for standard input.")],
     sink: Annotated[str, typer.Argument(metavar="OUT", help="The file to write, - for standard output.")],
     from_: FromOption = None,
@@ -227,12 +223,7 @@ def convert(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace OUT where it exists.")] = False,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Write a motion in another format, changed on the way if asked for; what is changed is said.
 
@@ -244,7 +235,7 @@ def convert(
         raise BadArgument("--gap is the pause of --loop; give both")
     sink = "/dev/stdout" if sink == "-" else sink
     _check_sink(sink, force, json)
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     check_posture(model, posture)
     motion = read(model, source, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     changes = list[motions.Change]()
@@ -268,8 +259,9 @@ def convert(
         print(sink)
 
 
-@app.command("check", epilog="Example: nao-kin motion check wave.motion --deg")
+@command("motion check", "Example: nao-kin motion check wave.motion --deg")
 def check(
+    *,
     file: FileArgument,
     from_: FromOption = None,
     deg: InputDegOption = False,
@@ -281,17 +273,12 @@ def check(
     ] = None,
     every: Annotated[bool, typer.Option("--all", help="List every stretch, not only the worst of a joint.")] = False,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Limits, coupled limits, speeds, and joints of one motor, between the keys too; exit 1 when one is not kept."""
     from nao_kin import motion as motions
 
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     check_posture(model, posture)
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
@@ -304,23 +291,19 @@ def check(
         raise typer.Exit(1)
 
 
-@app.command("info", epilog="Example: nao-kin motion info wave.xar --json")
+@command("motion info", "Example: nao-kin motion info wave.xar --json")
 def info(
+    *,
     file: FileArgument,
     from_: FromOption = None,
     deg: InputDegOption = False,
     timeline: TimelineOption = None,
     ignore_other: IgnoreOtherOption = False,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Joints, keys, times and ranges of a motion."""
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     rows = _joint_rows(model, motion, deg=deg)
     if json:
@@ -332,8 +315,9 @@ def info(
     print(f"{count} joint{'s' if count > 1 else ''}, {motion.interpolation}, {motion.duration:.6g} s")
 
 
-@app.command("plot", epilog="Example: nao-kin motion plot wave.xar wave.png --joint LShoulderRoll")
+@command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint LShoulderRoll")
 def plot(
+    *,
     file: FileArgument,
     picture: Annotated[str, typer.Argument(metavar="PICTURE", help="The .png or .svg file to write.")],
     joints: Annotated[
@@ -346,12 +330,7 @@ def plot(
     ignore_other: IgnoreOtherOption = False,
     force: Annotated[bool, typer.Option("--force", help="Replace PICTURE where it exists.")] = False,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Draw every joint over time between its limits, in degrees; what is outside in red."""
     from nao_kin.motion import plot as draw
@@ -360,7 +339,7 @@ def plot(
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
     _check_sink(picture, force, json)
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     figure = draw(model, motion, joints=joints, speed=speed)
     content = io.BytesIO()

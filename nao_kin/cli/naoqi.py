@@ -16,16 +16,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import JsonOption, OffsetsOption, VersionOption, command, load, print_json, print_note
-from nao_kin.cli.view import (
-    AllowHostOption,
-    HostOption,
-    LivePage,
-    PageHostOption,
-    PagePortOption,
-    PortOption,
-    TokenOption,
-)
+from nao_kin.cli.options import OTHER_ROBOTS, JsonOption, RobotOptions, command, print_json, print_note
+from nao_kin.cli.view import LivePage, PageBeside
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -41,21 +33,18 @@ BehaviorsOption = Annotated[
 ]
 
 
-@command("serve", "Example: nao-kin serve --speed 10 --log")
+@command("serve", "Example: nao-kin serve --speed 10 --log", without=OTHER_ROBOTS)
 def serve(
+    *,
     port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 for a free one.")] = 9559,
     host: Annotated[
         str, typer.Option(metavar="ADDRESS", help="Address to listen on; qi has no passwords, so keep others out.")
     ] = "127.0.0.1",
-    version: VersionOption = "v6",
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
     speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
     posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
     view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
-    page_host: PageHostOption = None,
-    page_port: PagePortOption = None,
-    allow_host: AllowHostOption = None,
-    token: TokenOption = None,
+    page: PageBeside,
     awake: Annotated[bool, typer.Option("--awake", help="Begin with stiffness, as after wakeUp.")] = False,
     behaviors: BehaviorsOption = None,
     log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
@@ -69,12 +58,11 @@ def serve(
     """
     if not host.strip():
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
-    page = LivePage(page_host, page_port, allow_host, token, prefix="--page-")
     if not view:
         page.refuse("add --view")
     with served(
-        version,
-        offsets=offsets,
+        robot.version,
+        offsets=robot.offsets,
         host=host,
         port=port,
         speed=speed,
@@ -190,8 +178,13 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
 _HOST, _PORT = "127.0.0.1", 9559
 
 
-@command("run", "Example: nao-kin run wave.py --view; nao-kin run wave.py --port 9559 -- --ip nao.local")
+@command(
+    "run",
+    "Example: nao-kin run wave.py --view; nao-kin run wave.py --port 9559 -- --ip nao.local",
+    without=OTHER_ROBOTS,
+)
 def run(
+    *,
     script: Annotated[str, typer.Argument(metavar="SCRIPT", help="A Python script that drives a NAO.")],
     arguments: Annotated[
         list[str] | None, typer.Argument(metavar="[-- ARGUMENTS]", help="The script's own, behind --.")
@@ -202,8 +195,7 @@ def run(
     host: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help=f"Address of that server. Default: {_HOST}.")
     ] = None,
-    version: VersionOption = "v6",
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
     speed: Annotated[
         float | None, typer.Option(metavar="X", help="Seconds of the virtual NAO's time in one second. Default: 1.")
     ] = None,
@@ -213,10 +205,7 @@ def run(
     ] = False,
     behaviors: BehaviorsOption = None,
     view: Annotated[bool, typer.Option("--view", help="Show the virtual NAO in a live page.")] = False,
-    page_host: PageHostOption = None,
-    page_port: PagePortOption = None,
-    allow_host: AllowHostOption = None,
-    token: TokenOption = None,
+    page: PageBeside,
     log: Annotated[bool, typer.Option("--log", help="Print what the virtual NAO says and remarks.")] = False,
 ) -> None:
     """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
@@ -227,13 +216,12 @@ def run(
     from nao_kin.naoqi import run_script
 
     given = arguments or []
-    page = LivePage(page_host, page_port, allow_host, token, prefix="--page-")
     if not view:
         page.refuse("add --view")
     if port is None and host is None:
         with served(
-            version,
-            offsets=offsets,
+            robot.version,
+            offsets=robot.offsets,
             host=_HOST,
             port=0,
             speed=1.0 if speed is None else speed,
@@ -248,7 +236,7 @@ def run(
             code = run_script(script, given, endpoint=where_it_is["endpoint"])
     else:
         for option, used in (
-            ("--offsets", offsets is not None),
+            ("--offsets", robot.offsets is not None),
             ("--speed", speed is not None),
             ("--posture", posture is not None),
             ("--asleep", asleep),
@@ -271,8 +259,9 @@ def run(
 _RATE = 25.0
 
 
-@command("live", "Example: nao-kin live tcp://nao.local:9559 --record wave.json")
+@command("live", "Example: nao-kin live tcp://nao.local:9559 --record wave.json", without=OTHER_ROBOTS)
 def live(
+    *,
     address: Annotated[
         str | None, typer.Argument(metavar="[tcp://HOST:PORT]", help="A robot, or a virtual NAO, over NAOqi.")
     ] = None,
@@ -285,13 +274,9 @@ def live(
     ] = None,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="End after so many seconds of readings.")] = None,
     view: Annotated[bool, typer.Option("--view/--no-view", help="Show the robot in a live page.")] = True,
-    host: HostOption = None,
-    port: PortOption = None,
-    allow_host: AllowHostOption = None,
-    token: TokenOption = None,
+    page: LivePage,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the recording if it exists.")] = False,
-    version: VersionOption = "v6",
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
     json: JsonOption = False,
 ) -> None:
     """A robot's joints as they are now, in a live page; and recorded, until Ctrl-C or for some seconds.
@@ -302,7 +287,6 @@ def live(
         raise BadArgument("give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET")
     if seconds is not None and not seconds > 0.0:
         raise BadArgument(f"--seconds must be a positive number, got {seconds:g}")
-    page = LivePage(host, port, allow_host, token)
     if not view:
         page.refuse("leave out --no-view")
     if record is not None:
@@ -315,7 +299,7 @@ def live(
         existing = atomic.replaced_file(record)
         if existing is not None and existing.exists() and not force:
             raise BadArgument(f"{record} exists; --force overwrites it")
-    robot = load(version, None, None, offsets=offsets)
+    model = robot.load()
     from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
 
     source = LolaSource(lola) if lola is not None else NaoqiSource(str(address))
@@ -323,11 +307,11 @@ def live(
     with ExitStack() as running:
         viewer = None
         if view:
-            viewer = running.enter_context(closing(page.viewer(robot)))
+            viewer = running.enter_context(closing(page.viewer(model)))
             print_note(f"{page.address(viewer)}  (Ctrl-C ends)")
         # A signal ends the reading, and what was read is still written.
         ended = running.enter_context(uninterrupted())
-        for reading in readings(source, robot, rate=rate, wanted=lambda: not ended(), on_state=print_note):
+        for reading in readings(source, model, rate=rate, wanted=lambda: not ended(), on_state=print_note):
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
             if record is not None or not found:
@@ -339,8 +323,8 @@ def live(
         if record is not None and found:
             from nao_kin.motion import write_motion
 
-            write_motion(recorded(found, robot), record, overwrite=force)
-        _report(robot.joint_names, found, record, json)
+            write_motion(recorded(found, model), record, overwrite=force)
+        _report(model.joint_names, found, record, json)
 
 
 def _report(names: tuple[str, ...], found: list[JointReading], record: str | None, json: bool) -> None:

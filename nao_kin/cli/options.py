@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import json
+import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
+from inspect import Parameter
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 from rich.box import SIMPLE_HEAD
@@ -15,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperCommand
 
+from nao_kin._core import files as atomic
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 
@@ -22,28 +28,6 @@ if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 
-VersionOption = Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")]
-UrdfOption = Annotated[
-    str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF, xacro or MJCF file.")
-]
-RobotOption = Annotated[
-    str | None,
-    typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data or robot_descriptions."),
-]
-PackageDirOption = Annotated[
-    list[str] | None,
-    typer.Option("--package-dir", metavar="DIR", help="Look here for packages that --urdf names; repeatable."),
-]
-XacroOption = Annotated[
-    bool,
-    typer.Option(
-        "--xacro", help="Expand the file of --urdf, which runs its author's code; files named .xacro always are."
-    ),
-]
-OffsetsOption = Annotated[
-    str | None,
-    typer.Option("--offsets", metavar="FILE", help="Calibrated joints and frames of the robot, from a TOML file."),
-]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
 RateOption = Annotated[
@@ -84,12 +68,47 @@ _CONTRADICTIONS = (
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
 
 
-def command(name: str, example: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Make a function a command of the program."""
+def command(
+    name: str, example: str, without: Sequence[str] = ()
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make a function a command of the program.
+
+    A parameter whose type is a dataclass stands for the options that the fields of that class are: the command has
+    them in that place, and the function gets them as one object.
+
+    Args:
+        name: what is typed; of a command in a group "motion check".
+        example: the last line of its help.
+        without: fields of the dataclasses that are no options of this command.
+    """
 
     def entered(function: Callable[..., None]) -> Callable[..., None]:
-        COMMANDS[name] = function, example
-        return function
+        parameters, groups = [], dict[str, tuple[Any, list[str]]]()
+        for parameter in inspect.signature(function, eval_str=True).parameters.values():
+            kind = parameter.annotation
+            if not is_dataclass(kind):
+                parameters.append(parameter.replace(kind=Parameter.KEYWORD_ONLY))
+                continue
+            hints = get_type_hints(kind, include_extras=True)
+            options = [field for field in fields(kind) if field.name not in without]
+            groups[parameter.name] = kind, [field.name for field in options]
+            parameters += [
+                Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=hints[field.name])
+                for field in options
+            ]
+
+        @wraps(function)
+        def run(**given: Any) -> None:
+            together = {
+                parameter: kind(**{option: given.pop(option) for option in options})
+                for parameter, (kind, options) in groups.items()
+            }
+            function(**given, **together)
+
+        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        COMMANDS[name] = run, example
+        return run
 
     return entered
 
@@ -138,41 +157,84 @@ def columns_of(settings: list[str] | None) -> dict[str, str | None] | None:
     return columns
 
 
-def load(
-    version: str,
-    urdf: str | None,
-    robot: str | None,
-    package_dir: list[str] | None = None,
-    xacro: bool = False,
-    offsets: str | None = None,
-) -> RobotModel:
-    """The robot that the options name, with the offsets of a file.
+def check_sinks(printed: str | None, **files: str | None) -> None:
+    """Refuse files that could not be written, before anything is loaded or drawn.
+
+    Args:
+        printed: the option because of which standard output is taken; None where it is free.
+        **files: the name of an option → the file that it names, if it is given.
 
     Raises:
-        NaoKinError: no name, or the robot does not load.
+        BadArgument: one cannot be written, or two are one.
     """
-    from nao_kin.robot import read_offsets
+    given = {f"--{option}": path for option, path in files.items() if path is not None}
+    for option, path in given.items():
+        atomic.check_writable(path, suffix=".png" if option == "--png" else "")
+    for option, path in given.items():
+        if printed is not None and atomic.leads_to_standard_output(path):
+            raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one")
+    if len({os.path.realpath(path) for path in given.values()}) < len(given):
+        raise BadArgument(f"{' and '.join(given)} name one file, {files['html']}; give two")
 
-    if offsets is None:
-        return _named(version, urdf, robot, package_dir, xacro)
-    given = read_offsets(offsets)  # before the robot, which may have to be downloaded
-    return _named(version, urdf, robot, package_dir, xacro).with_offsets(**given)
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """The options that name a robot."""
+
+    version: Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")] = (
+        "v6"
+    )
+    urdf: Annotated[
+        str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF, xacro or MJCF file.")
+    ] = None
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data or robot_descriptions."),
+    ] = None
+    package_dir: Annotated[
+        list[str] | None,
+        typer.Option("--package-dir", metavar="DIR", help="Look here for packages that --urdf names; repeatable."),
+    ] = None
+    xacro: Annotated[
+        bool,
+        typer.Option(
+            "--xacro", help="Expand the file of --urdf, which runs its author's code; files named .xacro always are."
+        ),
+    ] = False
+    offsets: Annotated[
+        str | None,
+        typer.Option("--offsets", metavar="FILE", help="Calibrated joints and frames of the robot, from a TOML file."),
+    ] = None
+
+    def load(self) -> RobotModel:
+        """The robot that the options name, with the offsets of a file.
+
+        Raises:
+            NaoKinError: no name, or the robot does not load.
+        """
+        from nao_kin.robot import read_offsets
+
+        if self.offsets is None:
+            return self._named()
+        given = read_offsets(self.offsets)  # before the robot, which may have to be downloaded
+        return self._named().with_offsets(**given)
+
+    def _named(self) -> RobotModel:
+        from nao_kin.robot import RobotModel, load_nao, load_robot
+
+        if self.urdf is not None:
+            if not self.urdf:
+                raise BadArgument("--urdf is empty; expected a URDF, xacro or MJCF file")
+            return RobotModel.from_file(self.urdf, package_dirs=self.package_dir or (), xacro=self.xacro or None)
+        if self.package_dir:
+            raise BadArgument("--package-dir is for the packages that a file names; give --urdf")
+        if self.xacro:
+            raise BadArgument("--xacro is for the file that --urdf names; give --urdf")
+        return load_nao(self.version) if self.robot is None else load_robot(self.robot)
 
 
-def _named(version: str, urdf: str | None, robot: str | None, package_dir: list[str] | None, xacro: bool) -> RobotModel:
-    from nao_kin.robot import RobotModel, load_nao, load_robot
-
-    if urdf is not None:
-        if not urdf:
-            raise BadArgument("--urdf is empty; expected a URDF, xacro or MJCF file")
-        return RobotModel.from_file(urdf, package_dirs=package_dir or (), xacro=xacro or None)
-    if package_dir:
-        raise BadArgument("--package-dir is for the packages that a file names; give --urdf")
-    if xacro:
-        raise BadArgument("--xacro is for the file that --urdf names; give --urdf")
-    if robot is not None:
-        return load_robot(robot)
-    return load_nao(version)
+# The options that a command for a NAO alone is without.
+OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")
 
 
 # --- Printing: tables for people, JSON for programs, and what is not the result as lines on standard error.

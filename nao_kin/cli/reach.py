@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,14 +14,9 @@ from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import (
     JsonOption,
-    OffsetsOption,
-    PackageDirOption,
-    RobotOption,
-    UrdfOption,
-    VersionOption,
-    XacroOption,
+    RobotOptions,
+    check_sinks,
     command,
-    load,
     print_json,
     print_note,
 )
@@ -40,6 +34,7 @@ _ENDINGS = (".npz", ".vtk", ".ply")
 
 @command("reach", "Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html")
 def reach(
+    *,
     frame: Annotated[str, typer.Argument(metavar="FRAME", help="A frame, or a chain for its end effector.")],
     samples: Annotated[str, typer.Option(metavar="N", help="How many configurations, such as 200000 or 1e7.")] = "1e6",
     voxel: Annotated[float, typer.Option(metavar="METRES", help="Edge of a voxel.")] = 0.01,
@@ -57,12 +52,7 @@ def reach(
     ] = "best",
     threads: Annotated[int | None, typer.Option(metavar="N", help="Default: one for each core.")] = None,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Where a hand can be: a voxel map of its positions at random joint values, with manipulability and directions.
 
@@ -70,8 +60,11 @@ def reach(
     one that Ctrl-C ended: what was done until then is written.
     """
     asked = _count(samples)
-    _check_files(output, html, json)
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)
+    if not known:
+        raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
+    check_sinks("--json" if json else None, output=output, html=html)
+    model = robot.load()
     from nao_kin import reach as room
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
@@ -117,21 +110,6 @@ def _count(text: str) -> int:
     except (ValueError, OverflowError):
         raise BadArgument(f"--samples {quoted(text)}: expected a whole number, such as 200000 or 1e7") from None
     return int(value)
-
-
-def _check_files(output: str | None, html: str | None, json: bool) -> None:
-    """Refuse files that could not be written, before anything is loaded or counted."""
-    if output is not None:
-        if Path(output).suffix.lower() not in _ENDINGS and not atomic.leads_to_standard_output(output):
-            raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
-        atomic.check_writable(output)
-    if html is not None:
-        atomic.check_writable(html)
-    for option, path in (("--output", output), ("--html", html)):
-        if json and path is not None and atomic.leads_to_standard_output(path):
-            raise BadArgument(f"{option} {path} and --json both write to standard output; give one")
-    if output is not None and html is not None and os.path.realpath(output) == os.path.realpath(html):
-        raise BadArgument(f"--output and --html name one file, {html}; give two")
 
 
 def _previous(output: str | None) -> ReachMap | None:

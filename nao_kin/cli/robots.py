@@ -12,14 +12,8 @@ from nao_kin._core.arrays import finite_or_none
 from nao_kin.cli.options import (
     DegOption,
     JsonOption,
-    OffsetsOption,
-    PackageDirOption,
-    RobotOption,
-    UrdfOption,
-    VersionOption,
-    XacroOption,
+    RobotOptions,
     command,
-    load,
     print_json,
     print_table,
     without_sign_of_zero,
@@ -33,16 +27,11 @@ if TYPE_CHECKING:
 
 @command("info", "Example: nao-kin info --version v5 --json")
 def info(
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
     json: JsonOption = False,
 ) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     facts: dict[str, object] = {
         "name": model.name,
         "degrees_of_freedom": model.nv,
@@ -81,6 +70,7 @@ def _text(value: object) -> str:
 
 @command("joints", "Example: nao-kin joints --typed --deg")
 def joints(
+    *,
     typed: Annotated[bool, typer.Option("--typed", help="Merge revolutes that share a centre into one joint.")] = False,
     rule: Annotated[
         str | None,
@@ -91,12 +81,7 @@ def joints(
     ] = None,
     deg: DegOption = False,
     json: JsonOption = False,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    robot: RobotOptions,
 ) -> None:
     """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
 
@@ -105,7 +90,7 @@ def joints(
     """
     from nao_kin.joints import joint_table
 
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     chosen = {name: value for name, value in (("rule", rule), ("tolerance", tolerance)) if value is not None}
     table = joint_table(model, typed=typed or bool(chosen), **chosen)  # type: ignore[arg-type]
     if json:
@@ -172,12 +157,8 @@ def _vector(values: tuple[float, ...], digits: int) -> str:
 
 @command("check", "Example: nao-kin check --version v5 --samples 100 --json")
 def check(
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    *,
+    robot: RobotOptions,
     samples: Annotated[
         int, typer.Option("--samples", metavar="N", help="Number of configurations, 1 to 100000.")
     ] = 500,
@@ -185,7 +166,7 @@ def check(
     json: JsonOption = False,
 ) -> None:
     """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
-    report = _run(load(version, urdf, robot, package_dir, xacro, offsets), samples, seed)
+    report = _run(robot.load(), samples, seed)
     if json:
         print_json(report.as_dict())
     else:

@@ -18,7 +18,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats, decimal, join_poses
 from nao_kin._core.csv_numbers import Records, delimiter_of
 from nao_kin._core.files import read_text
 from nao_kin._core.text import abbreviated, quoted
@@ -143,16 +143,12 @@ def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
         return kind, matrix_from_quat(rows)
     if count == 16:
         return kind, rows.reshape(n, 4, 4)
-    T = np.zeros((n, 4, 4))
-    T[:, :3, 3], T[:, 3, 3] = rows[:, :3], 1.0
     if count == 7:
-        T[:, :3, :3] = matrix_from_quat(rows[:, 3:])
-        return kind, T
+        return kind, join_poses(matrix_from_quat(rows[:, 3:]), rows[:, :3])
     if not degrees and np.abs(rows[:, 3:]).max(initial=0.0) > _TURN:
         worst = float(np.abs(rows[:, 3:]).max())
         print_note(f"an angle of {worst:.6g} rad is more than a full turn; --deg takes degrees")
-    T[:, :3, :3] = matrix_from_rpy(np.radians(rows[:, 3:]) if degrees else rows[:, 3:])
-    return kind, T
+    return kind, join_poses(matrix_from_rpy(np.radians(rows[:, 3:]) if degrees else rows[:, 3:]), rows[:, :3])
 
 
 def _named(name: str, rows: Floats, feet: bool, degrees: bool, lines: Sequence[int]) -> Targets:

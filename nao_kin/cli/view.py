@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import threading
-from collections.abc import Mapping
 from contextlib import closing
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
@@ -22,17 +21,12 @@ from nao_kin.cli.options import (
     HipsOption,
     IgnoreOtherOption,
     JsonOption,
-    OffsetsOption,
-    PackageDirOption,
     RateOption,
-    RobotOption,
+    RobotOptions,
     TimelineOption,
-    UrdfOption,
-    VersionOption,
-    XacroOption,
+    check_sinks,
     columns_of,
     command,
-    load,
     print_json,
     print_note,
 )
@@ -52,56 +46,46 @@ _HOST = "127.0.0.1"
 _HOST_HELP = f"Address of the page; 0.0.0.0 lets others in. Default: {_HOST}."
 _PORT_HELP = "Port of the page. Default: the next free one."
 
-HostOption = Annotated[str | None, typer.Option("--host", metavar="ADDRESS", help=_HOST_HELP)]
-PortOption = Annotated[int | None, typer.Option("--port", metavar="N", help=_PORT_HELP)]
-PageHostOption = Annotated[str | None, typer.Option("--page-host", metavar="ADDRESS", help=_HOST_HELP)]
-PagePortOption = Annotated[int | None, typer.Option("--page-port", metavar="N", help=_PORT_HELP)]
-AllowHostOption = Annotated[
-    list[str] | None,
-    typer.Option("--allow-host", metavar="NAME", help="Answer to this name too, as of a proxy; repeatable, * for all."),
-]
-TokenOption = Annotated[
-    bool | None,
-    typer.Option(
-        "--token/--no-token",
-        help="Let in only who has the page's whole address. Default: where others could reach it.",
-    ),
-]
-
 # A page that is served on all addresses of this machine names one of them.
 _ELSEWHERE = "on another machine, put the name or the address of this one into the page's address"
 _EVERYWHERE = ("", "0.0.0.0", "::")
 
 
+@dataclass(frozen=True)
 class LivePage:
-    """What the options of a page say.
-
-    Args:
-        host: the address to serve on; None for this machine alone.
-        port: the port to serve on; None for the first free one.
-        allow_host: names to answer to.
-        token: whether there is one; None where others could reach the page.
-        prefix: what stands before host and port in the options' names.
+    """The options of a live page.
 
     Raises:
         BadArgument: an empty address.
     """
 
-    def __init__(
-        self, host: str | None, port: int | None, allow_host: list[str] | None, token: bool | None, prefix: str = "--"
-    ) -> None:
-        if host is not None and not host.strip():
+    page_host: Annotated[str | None, typer.Option("--host", metavar="ADDRESS", help=_HOST_HELP)] = None
+    page_port: Annotated[int | None, typer.Option("--port", metavar="N", help=_PORT_HELP)] = None
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--allow-host", metavar="NAME", help="Answer to this name too, as of a proxy; repeatable, * for all."
+        ),
+    ] = None
+    token: Annotated[
+        bool | None,
+        typer.Option(
+            "--token/--no-token",
+            help="Let in only who has the page's whole address. Default: where others could reach it.",
+        ),
+    ] = None
+    prefix: ClassVar[str] = "--"
+
+    def __post_init__(self) -> None:
+        if self.page_host is not None and not self.page_host.strip():
             raise BadArgument(
-                f"{prefix}host is empty; expected an address, such as {_HOST}, or 0.0.0.0 to let others in"
+                f"{self.prefix}host is empty; expected an address, such as {_HOST}, or 0.0.0.0 to let others in"
             )
-        self._arguments: Mapping[str, Any] = {
-            "host": _HOST if host is None else host.strip(),
-            "port": port,
-            "allow_hosts": allow_host or (),
-            "token": token,
-        }
-        self._given = (host, port, allow_host or None, token)
-        self._options = f"{prefix}host, {prefix}port, --allow-host and --token"
+
+    @property
+    def host(self) -> str:
+        """The address to serve on."""
+        return _HOST if self.page_host is None else self.page_host.strip()
 
     def refuse(self, instead: str) -> None:
         """Refuse the options where no page is shown.
@@ -112,8 +96,9 @@ class LivePage:
         Raises:
             BadArgument: one of them is given.
         """
-        if any(value is not None for value in self._given):
-            raise BadArgument(f"{self._options} are for the live page; {instead}")
+        if any(value is not None for value in (self.page_host, self.page_port, self.allow_host or None, self.token)):
+            options = f"{self.prefix}host, {self.prefix}port, --allow-host and --token"
+            raise BadArgument(f"{options} are for the live page; {instead}")
 
     def viewer(self, robot: RobotModel) -> Viewer:
         """A viewer of a robot, which the caller closes.
@@ -123,7 +108,8 @@ class LivePage:
         """
         from nao_kin.viewer import Viewer
 
-        return Viewer(robot, **self._arguments)
+        names = self.allow_host or ()
+        return Viewer(robot, host=self.host, port=self.page_port, allow_hosts=names, token=self.token)
 
     def address(self, viewer: Viewer) -> str:
         """The address of the page, which is served from now on; with a note, where others have to change it.
@@ -132,9 +118,18 @@ class LivePage:
             BadArgument: the port is in use, or the address cannot be had; every name is allowed without a token.
         """
         url = viewer.url
-        if self._arguments["host"] in _EVERYWHERE:
+        if self.host in _EVERYWHERE:
             print_note(_ELSEWHERE)
         return url
+
+
+@dataclass(frozen=True)
+class PageBeside(LivePage):
+    """The options of a live page, where the robot that is served has the names --host and --port."""
+
+    page_host: Annotated[str | None, typer.Option("--page-host", metavar="ADDRESS", help=_HOST_HELP)] = None
+    page_port: Annotated[int | None, typer.Option("--page-port", metavar="N", help=_PORT_HELP)] = None
+    prefix: ClassVar[str] = "--page-"
 
 
 # --- `nao-kin view`: the robot in a browser, as a file, or as a picture.
@@ -145,6 +140,7 @@ _BROWSER_SECONDS = 30.0
 
 @command("view", "Example: nao-kin view --posture StandInit --html nao.html")
 def view(
+    *,
     file: Annotated[
         str | None,
         typer.Argument(metavar="[FILE]", help="CSV or JSON trajectory or motion to play, - for standard input."),
@@ -187,16 +183,8 @@ def view(
             "--wait/--no-wait", help="Serve until Ctrl-C, the default; --no-wait needs --open, --html or --png."
         ),
     ] = None,
-    host: HostOption = None,
-    port: PortOption = None,
-    allow_host: AllowHostOption = None,
-    token: TokenOption = None,
-    version: VersionOption = "v6",
-    urdf: UrdfOption = None,
-    robot: RobotOption = None,
-    package_dir: PackageDirOption = None,
-    xacro: XacroOption = False,
-    offsets: OffsetsOption = None,
+    page: LivePage,
+    robot: RobotOptions,
     json: JsonOption = False,
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
@@ -214,12 +202,11 @@ def view(
         raise BadArgument("--no-wait without --open shows nothing: add --open, --html or --png")
     if fps is not None and file is None:
         raise BadArgument("--fps is the speed of a trajectory; name the FILE to play")
-    if not live and png is None and (host is not None or port is not None):
+    if not live and png is None and (page.page_host is not None or page.page_port is not None):
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
-    if not live and (allow_host or token is not None):
+    if not live and (page.allow_host or page.token is not None):
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
-    page = LivePage(host, port, allow_host, token)
-    _check_files(html, png, json)
+    check_sinks("--json" if json else None, html=html, png=png)
     moves = file is not None and is_motion(file)
     if not moves:
         only_file = {} if file is None else {"posture": posture}
@@ -228,7 +215,7 @@ def view(
     if file is None and (columns or ignore_other):
         raise BadArgument("--columns and --ignore-other are for a file; name it")
 
-    model = load(version, urdf, robot, package_dir, xacro, offsets)
+    model = robot.load()
     renamed = columns_of(columns)
     # Read before any mesh: what is wrong with the file is said at once.
     q: Floats | None = None
@@ -273,19 +260,6 @@ def view(
             threading.Event().wait()
         elif open_:
             viewer.wait(_BROWSER_SECONDS)
-
-
-def _check_files(html: str | None, png: str | None, json: bool) -> None:
-    """Refuse files that could not be written, before anything is loaded or drawn."""
-    if html is not None:
-        atomic.check_writable(html)
-    if png is not None:
-        atomic.check_writable(png, suffix=".png")
-    for option, path in (("--html", html), ("--png", png)):
-        if json and path is not None and atomic.leads_to_standard_output(path):
-            raise BadArgument(f"{option} {path} and --json both write to standard output; give one")
-    if html is not None and png is not None and os.path.realpath(html) == os.path.realpath(png):
-        raise BadArgument(f"--html and --png name one file, {html}; give two")
 
 
 def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:

@@ -18,7 +18,7 @@ from typing import SupportsIndex, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_floats, first_index, rigid_inverse
+from nao_kin._core.arrays import Floats, as_batch, as_floats, first_index, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotARotation, UnknownName, at_index
 from nao_kin.naoqi.names import CHAINS
@@ -67,11 +67,7 @@ def pose(position6d: ArrayLike) -> Floats:
         [0.1, 0.0, 0.2]
     """
     six = as_batch(position6d, (6,), "position6d")
-    T = np.zeros((*six.shape[:-1], 4, 4))
-    T[..., :3, :3] = matrix_from_rpy(six[..., 3:])
-    T[..., :3, 3] = six[..., :3]
-    T[..., 3, 3] = 1.0
-    return T
+    return join_poses(matrix_from_rpy(six[..., 3:]), six[..., :3])
 
 
 def transform_list(T: ArrayLike) -> Floats:
@@ -125,9 +121,7 @@ def pose_from_list(transform: ArrayLike) -> Floats:
     T[..., :rows, :] = numbers.reshape(*numbers.shape[:-1], rows, 4)
     _check_last_row(T, "transform")
     _check_rotation(T, "transform", _TYPED)
-    T[..., :3, :3] = nearest_rotation(T[..., :3, :3])
-    T[..., 3, :] = 0.0, 0.0, 0.0, 1.0
-    return T
+    return join_poses(nearest_rotation(T[..., :3, :3]), T[..., :3, 3])
 
 
 def _rigid(T: Floats, what: str) -> Floats:
@@ -156,15 +150,6 @@ def _check_last_row(T: Floats, what: str) -> None:
 
 
 # --- The three spaces of NAOqi, its effectors, and poses of them in each other.
-#
-# FRAME_TORSO is the torso. FRAME_WORLD is where the robot once was, fixed to the floor. FRAME_ROBOT is between the
-# feet: "average of the two feet positions projected around a vertical z axis" (doc.aldebaran.com/2-8/glossary.html).
-#
-# What is modelled of FRAME_ROBOT: its origin is the mean of the origins of LLeg and RLeg, projected along the world's
-# vertical to the height of the lower of the two; its z axis is the vertical, its yaw the mean of the yaws of the
-# feet. What is not: recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their
-# origin lies 4.5 mm in front of the mean with both feet down, and stays with the standing foot while the other is
-# lifted.
 
 FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT = 0, 1, 2
 SPACES: tuple[str, ...] = ("FRAME_TORSO", "FRAME_WORLD", "FRAME_ROBOT")
@@ -314,12 +299,9 @@ def _between(T_world_feet: Floats) -> Floats:
     # Halfway along the shorter arc, also where the yaws are on both sides of ±π.
     apart = yaw[..., 1] - yaw[..., 0]
     apart = apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))
-    T = np.zeros((*yaw.shape[:-1], 4, 4))
-    T[..., :3, :3] = rot_z(yaw[..., 0] + 0.5 * apart)
-    T[..., :2, 3] = T_world_feet[..., :2, 3].mean(axis=-2)
-    T[..., 2, 3] = T_world_feet[..., 2, 3].min(axis=-1)
-    T[..., 3, 3] = 1.0
-    return T
+    places = T_world_feet[..., :3, 3]
+    origin = np.concatenate([places[..., :2].mean(axis=-2), places[..., 2:].min(axis=-2)], axis=-1)
+    return join_poses(rot_z(yaw[..., 0] + 0.5 * apart), origin)
 
 
 # --- Axis masks: which of x, y, z, wx, wy, wz a Cartesian call controls, one bit each, along the axes of its space.
@@ -327,34 +309,13 @@ def _between(T_world_feet: Floats) -> Floats:
 # Source: aldebaran/libalmath, almath/types/alaxismask.h (BSD-3-Clause).
 
 AXES: tuple[str, ...] = ("X", "Y", "Z", "WX", "WY", "WZ")
-AXIS_MASK_X, AXIS_MASK_Y, AXIS_MASK_Z = 1, 2, 4
-AXIS_MASK_WX, AXIS_MASK_WY, AXIS_MASK_WZ = 8, 16, 32
-AXIS_MASK_XY = 3
-AXIS_MASK_VEL = 7
-AXIS_MASK_PLANEZ = 28
-AXIS_MASK_WYWZ = 48
-AXIS_MASK_ROT = 56
-AXIS_MASK_ALL = 63
-AXIS_MASK_NONE = 0
-
 # NAOqi's name of each, without "AXIS_MASK_".
 AXIS_MASKS: MappingProxyType[str, int] = MappingProxyType(
-    {
-        "X": AXIS_MASK_X,
-        "Y": AXIS_MASK_Y,
-        "Z": AXIS_MASK_Z,
-        "WX": AXIS_MASK_WX,
-        "WY": AXIS_MASK_WY,
-        "WZ": AXIS_MASK_WZ,
-        "XY": AXIS_MASK_XY,
-        "VEL": AXIS_MASK_VEL,
-        "PLANEZ": AXIS_MASK_PLANEZ,
-        "WYWZ": AXIS_MASK_WYWZ,
-        "ROT": AXIS_MASK_ROT,
-        "ALL": AXIS_MASK_ALL,
-        "NONE": AXIS_MASK_NONE,
-    }
+    {axis: 1 << bit for bit, axis in enumerate(AXES)}
+    | {"XY": 3, "VEL": 7, "PLANEZ": 28, "WYWZ": 48, "ROT": 56, "ALL": 63, "NONE": 0}
 )
+AXIS_MASK_X, AXIS_MASK_Y, AXIS_MASK_Z, AXIS_MASK_WX, AXIS_MASK_WY, AXIS_MASK_WZ, *_more = AXIS_MASKS.values()
+AXIS_MASK_XY, AXIS_MASK_VEL, AXIS_MASK_PLANEZ, AXIS_MASK_WYWZ, AXIS_MASK_ROT, AXIS_MASK_ALL, AXIS_MASK_NONE = _more
 
 
 def axis_mask(mask: SupportsIndex | str) -> int:

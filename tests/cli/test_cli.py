@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
+import inspect
 import io
 import json
 import math
@@ -17,7 +19,9 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin.cli import options
 from nao_kin.cli.app import run
+from nao_kin.cli.options import RobotOptions
 from nao_kin.errors import NaoKinWarning
 
 COMMANDS = ("info", "joints", "fk", "check", "view", "doctor")
@@ -38,6 +42,15 @@ def _refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
     assert err.count("\n") == 1
     assert "Traceback" not in err
     return err
+
+
+def test_all_commands_name_a_robot_by_the_same_options() -> None:
+    of_robots = tuple(field.name for field in dataclasses.fields(RobotOptions))
+    fewer = dict.fromkeys(("doctor", "warmup"), ()) | dict.fromkeys(("serve", "run", "live"), ("version", "offsets"))
+    fewer["export"] = tuple(name for name in of_robots if name != "package_dir")
+    for name, (function, _) in options.COMMANDS.items():
+        taken = [parameter for parameter in inspect.signature(function).parameters if parameter in of_robots]
+        assert tuple(taken) == fewer.get(name, of_robots), name
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -361,7 +374,7 @@ def test_a_warning_is_printed_once_as_one_line(
     capsys: pytest.CaptureFixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(nk, "load_nao", _warned)
+    monkeypatch.setattr("nao_kin.robot.load_nao", _warned)
     assert run([*command, "--json"]) == 0
     out, err = capsys.readouterr()
     assert err == "nao-kin: careful: two lines\n"
@@ -369,7 +382,7 @@ def test_a_warning_is_printed_once_as_one_line(
 
 
 def test_warnings_of_others_are_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nk.robot, "load_nao", lambda version: warnings.warn("not ours", UserWarning, stacklevel=1))
+    monkeypatch.setattr("nao_kin.robot.load_nao", lambda version: warnings.warn("not ours", UserWarning, stacklevel=1))
     with pytest.raises(UserWarning, match="not ours"):
         run(["info"])
 

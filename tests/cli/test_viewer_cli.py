@@ -173,7 +173,7 @@ def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_d
     def drawn(*_: object, **__: object) -> None:
         raise AssertionError("too late")
 
-    monkeypatch.setattr("nao_kin.cli.view.load", drawn)
+    monkeypatch.setattr("nao_kin.cli.options.RobotOptions.load", drawn)
     monkeypatch.setattr("nao_kin.viewer.browser.headless", drawn)
     (tmp_path / "old.png").touch(0o444)
     for option in ("--html", "--png"):

@@ -444,7 +444,7 @@ def test_a_calibrated_robot_is_served_and_shown(
     shown: list[nk.RobotModel] = []
     true_viewer = LivePage.viewer
     monkeypatch.setattr(LivePage, "viewer", lambda page, robot: shown.append(robot) or true_viewer(page, robot))
-    page = LivePage(None, 0, None, None)
+    page = LivePage(page_port=0)
     given = {"host": "127.0.0.1", "port": 0, "speed": 1.0, "posture": "Crouch", "awake": False, "behaviors": None}
     with served_nao("v6", offsets=str(path), page=page, kinds=(), **given):
         assert shown[0].base == "floating"

@@ -15,7 +15,7 @@ from nao_kin._kernels.cache import KeptKernel
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
 from nao_kin.naoqi.virtual.service import KERNELS
-from nao_kin.naoqi.virtual.services.missing import Missing
+from nao_kin.naoqi.virtual.services import Missing
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.naoqi.compat.motion import *  # noqa: F403
 from nao_kin.naoqi.compat.motion import PI, TO_DEG, TO_RAD
 from nao_kin.naoqi.spaces import pose, position6d, transform_list
@@ -289,6 +289,4 @@ def _turned(angle: float) -> float:
 
 
 def _turn(R: Floats) -> Transform:
-    T = np.eye(4)
-    T[:3, :3] = R
-    return Transform([*T.ravel()])
+    return Transform([*join_poses(R, np.zeros(3)).ravel()])

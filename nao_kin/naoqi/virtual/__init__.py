@@ -22,6 +22,8 @@ It runs with the lock held, on whichever thread, and so neither waits nor sleeps
 (`number`, `fraction`, `flag`, `one_each`, `list_each` …) and names by `self.joints`; every `NaoKinError` reaches the
 script as `Service::method`, a line break, a tab and the error's line. Names of NAOqi's methods that are missing stand
 in `absent`. What takes time returns a `Call`: that of a task, of `nao.after(seconds)`, or one of its own.
+A value that scripts set and read, and that changes nothing, is a row of `@keeps(Kept(...))`; a former name of a method
+is one of `@formerly(walkTo="moveTo")`.
 
 ## How a task is written
 

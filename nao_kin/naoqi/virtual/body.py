@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, rigid_inverse
+from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.naoqi.names import as_names, chain_names, joint_names
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual.engine import Notes
@@ -284,9 +284,7 @@ class Base:
         if self.support is not None:
             T_torso_sole = self._robot.fk(q, self.support)
             return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
-        T = np.eye(4)
-        T[:3, :3] = rot_z(self._yaw) @ _upright(self._up)
-        T[:2, 3] = self._place
+        T = join_poses(rot_z(self._yaw) @ _upright(self._up), np.append(self._place, 0.0))
         heights = self._robot.fk(q, self._points)[:, :3, 3] @ T[2, :3]
         soles = self._robot.fk(q, list(FEET))[:, :3, 3] @ T[2, :3]
         T[2, 3] = -min(float(heights.min()) - _SHELL, float(soles.min()))
@@ -369,10 +367,7 @@ class Base:
 
 def _flat(T: Floats) -> Floats:
     """The pose on the floor below, with the same yaw."""
-    flat = np.eye(4)
-    flat[:3, :3] = rot_z(math.atan2(T[1, 0], T[0, 0]))
-    flat[:2, 3] = T[:2, 3]
-    return flat
+    return join_poses(rot_z(math.atan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])
 
 
 def _upright(up: Floats) -> Floats:

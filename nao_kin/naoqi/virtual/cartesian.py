@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, rigid_inverse
+from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion import Motion
@@ -224,16 +224,12 @@ class EffectorPath:
     def pose(self, time: float) -> Floats:
         """The pose at a time, shape (4, 4)."""
         x, y, z, turned = self._motion.sample(time)
-        T = np.eye(4)
-        T[:3, 3] = x, y, z
-        at = self.segment(time)
+        at, place = self.segment(time), np.array([x, y, z])
         if at >= len(self._turns):
-            T[:3, :3] = self._R[-1]
-            return T
+            return join_poses(self._R[-1], place)
         whole = self._turned[at + 1] - self._turned[at]
         share = min(max((turned - self._turned[at]) / whole, 0.0), 1.0) if whole > 0.0 else 1.0
-        T[:3, :3] = self._R[at] @ exp(share * self._turns[at])
-        return T
+        return join_poses(self._R[at] @ exp(share * self._turns[at]), place)
 
 
 def moved_by(change: Floats, T: Floats) -> Floats:
@@ -243,10 +239,7 @@ def moved_by(change: Floats, T: Floats) -> Floats:
         change: shape (..., 4, 4).
         T: the pose before, shape (4, 4).
     """
-    moved = np.array(np.broadcast_to(T, change.shape))
-    moved[..., :3, :3] = change[..., :3, :3] @ T[:3, :3]
-    moved[..., :3, 3] += change[..., :3, 3]
-    return moved
+    return join_poses(change[..., :3, :3] @ T[:3, :3], T[:3, 3] + change[..., :3, 3])
 
 
 # --- The motion tasks of Cartesian control: effectors along paths in time, and joints on their way to a solution.

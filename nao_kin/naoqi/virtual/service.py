@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from inspect import Parameter
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from nao_kin._core.text import quoted
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 
 _F = TypeVar("_F", bound=Callable[..., Any])
+_S = TypeVar("_S", bound="Service")
 
 
 def method(function: _F) -> _F:
@@ -47,6 +50,7 @@ class Service:
 
     def __init__(self, nao: VirtualNao) -> None:
         self.nao = nao
+        self._kept: dict[tuple[str, str], Any] = {}
         kind = type(self)
         offered = [name for name in dir(kind) if getattr(getattr(kind, name), "is_offered", False)]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
@@ -123,6 +127,20 @@ class Service:
             raise BadArgument(f"{what} has {twice} twice")
         return found
 
+    def kept(self, row: Kept, *given: Any) -> Any:
+        """A kept value, of the name that is given where there are several."""
+        return self._kept.get((row.name, row.whose(given)), row.first)
+
+    def keep(self, row: Kept, *given: Any) -> bool | None:
+        """Set it; "Arms" are both arms."""
+        of, value = row.whose(given), row.check(given[-1], row.what or row.takes[-1])
+        for each in (of, "LArm", "RArm") if of == "Arms" else (of,):
+            self._kept[row.name, each] = value
+        if row.log:
+            on = "on" if value else "off"
+            self.nao.log.write(f"{row.log}{f' of {of}' if of else ''} is {on}; it is not simulated")
+        return row.answer
+
     def _no_method(self, name: str) -> NaoqiError:
         if name in self.absent:
             has = ", ".join(self.method_names)
@@ -190,6 +208,93 @@ class Service:
             self.nao.clock.after(seconds, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
         return waiting
 
+
+# --- Methods that are made from tables: values that are kept and not simulated, and former names.
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A value that scripts set and read, and that changes nothing here.
+
+    Attributes:
+        name: of the two methods, behind "set" and "get".
+        note: the help of the first.
+        first: the value at first.
+        takes: its parameters, the value last; the first of two says whose value it is.
+        check: the value from what is given and what a refusal calls it.
+        what: what a refusal calls it; the parameter's name where this is "".
+        of: what the first of two parameters is called, and what it may be; any text where this is None.
+        log: what the log calls it where setting it is logged.
+        answer: what setting it returns.
+        read: the help of the second method; "" for what most say.
+    """
+
+    name: str
+    note: str
+    first: Any
+    takes: tuple[str, ...]
+    check: Callable[[Any, str], Any]
+    what: str = ""
+    of: tuple[str, tuple[str, ...]] | None = None
+    log: str = ""
+    answer: bool | None = None
+    read: str = ""
+
+    def whose(self, given: tuple[Any, ...]) -> str:
+        """The name that a call is about; "" where there is one value only."""
+        if len(self.takes) == 1:
+            return ""
+        return arguments.text(given[0], self.takes[0]) if self.of is None else arguments.choice(given[0], *self.of)
+
+
+def keeps(*rows: Kept) -> Callable[[type[_S]], type[_S]]:
+    """Give a service the methods that set and read kept values."""
+
+    def completed(kind: type[_S]) -> type[_S]:
+        for row in rows:
+            first = {str: '"{}"', float: "{:g} m"}.get(type(row.first), "{}").format(row.first)
+            read = row.read or f"As it was set; at first {first}."
+            _offer(kind, f"set{row.name}", row.takes, row.note, Service.keep, row)
+            _offer(kind, f"get{row.name}", row.takes[:-1], read, Service.kept, row)
+        return kind
+
+    return completed
+
+
+def formerly(**names: str) -> Callable[[type[_S]], type[_S]]:
+    """Offer methods of a service under former names too: former name → name."""
+
+    def completed(kind: type[_S]) -> type[_S]:
+        for former, name in names.items():
+            _, *takes = inspect.signature(getattr(kind, name)).parameters.values()
+            _offer(kind, former, takes, f"As {name}.", _call, name)
+        return kind
+
+    return completed
+
+
+def _call(service: Service, name: str, *given: Any) -> Any:
+    return getattr(service, name)(*given)
+
+
+_PLACED = Parameter.POSITIONAL_OR_KEYWORD
+
+
+def _offer(
+    kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], about: Any
+) -> None:
+    """Offer a method that calls a function with the service, what it is about, and the arguments."""
+
+    def offered(self: Service, *given: Any) -> Any:
+        return does(self, about, *given)
+
+    order = [each if isinstance(each, Parameter) else Parameter(each, _PLACED) for each in ("self", *takes)]
+    offered.__name__, offered.__doc__ = name, note
+    offered.__signature__ = inspect.Signature(order)  # type: ignore[attr-defined]
+    setattr(kind, name, method(offered))
+
+
+# --- Compiled kernels that calls need.
 
 KERNELS: tuple[str, ...] = (
     "both legs",

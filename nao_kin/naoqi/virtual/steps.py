@@ -468,7 +468,4 @@ def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:
 
 def _torso(robot: RobotModel, places: Floats) -> Floats:
     """Level poses of the torso above places on the floor, shape (n, 4, 4)."""
-    six = np.zeros((len(places), 6))
-    six[:, :2], six[:, 2] = places[:, :2], walking_height(robot)
-    six[:, 5] = places[:, 2]
-    return pose(six)
+    return _flat(places, walking_height(robot))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nao_kin import ik
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import AXIS_MASK_ALL, AXIS_MASK_ROT, AXIS_MASK_VEL, FRAME_TORSO
 from nao_kin.naoqi.virtual.arguments import check_duration
@@ -368,9 +368,7 @@ class EffectorControl(Task):
         for effector, goal in self._goals.items():
             now = self._now[effector] = _towards(self._now[effector], goal)
             if effector == "Head":
-                T = np.eye(4)
-                T[:3, :3] = now
-                targets[effector] = T, MASKS[AXIS_MASK_ROT]
+                targets[effector] = join_poses(now, np.zeros(3)), MASKS[AXIS_MASK_ROT]
             else:
                 targets[effector] = now, MASKS[AXIS_MASK_VEL]
         q = nao.joints.q(sensor=False)

@@ -12,7 +12,7 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Service, formerly, method
 from nao_kin.naoqi.virtual.steps import Gait, gait_of, move_config, turned_by
 from nao_kin.naoqi.virtual.walk import AtVelocity, ByFootsteps, Plan, ToTargets, Walk, body_of, feet_of
 
@@ -24,6 +24,15 @@ _STANCE = 0.1
 _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
 
 
+@formerly(
+    walkInit="moveInit",
+    walkTo="moveTo",
+    stopWalk="stopMove",
+    killWalk="killMove",
+    waitUntilWalkIsFinished="waitUntilMoveIsFinished",
+    walkIsActive="moveIsActive",
+    setWalkArmsEnabled="setMoveArmsEnabled",
+)
 class Locomotion(Service):
     """The methods of ALMotion that walk.
 
@@ -237,46 +246,11 @@ class Locomotion(Service):
     # --- names before NAOqi 1.14 ----------------------------------------------------------------------------------
 
     @method
-    def walkInit(self) -> Call:
-        """As moveInit."""
-        return self.moveInit()
-
-    @method
-    def walkTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
-        """As moveTo."""
-        return self.moveTo(x, y, theta, moveConfig)
-
-    @method
     def setWalkTargetVelocity(self, x: Any, y: Any, theta: Any, frequency: Any, moveConfig: Any = None) -> None:
         """As moveToward, with the frequency from 0 to 1."""
         share = arguments.fraction(frequency, "frequency")
         pairs = list(moveConfig or [])
         self.moveToward(x, y, theta, [*pairs, ["MaxStepFrequency", share]])
-
-    @method
-    def stopWalk(self) -> Call:
-        """As stopMove."""
-        return self.stopMove()
-
-    @method
-    def killWalk(self) -> None:
-        """As killMove."""
-        self.killMove()
-
-    @method
-    def waitUntilWalkIsFinished(self) -> Call:
-        """As waitUntilMoveIsFinished."""
-        return self.waitUntilMoveIsFinished()
-
-    @method
-    def walkIsActive(self) -> bool:
-        """As moveIsActive."""
-        return self.moveIsActive()
-
-    @method
-    def setWalkArmsEnabled(self, leftArmEnabled: Any, rightArmEnabled: Any) -> None:
-        """As setMoveArmsEnabled."""
-        self.setMoveArmsEnabled(leftArmEnabled, rightArmEnabled)
 
     @method
     def getWalkArmsEnabled(self) -> list[bool]:

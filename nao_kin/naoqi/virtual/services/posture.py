@@ -1,20 +1,20 @@
-"""ALRobotPosture and the small services: ALAutonomousLife, ALSystem, ALBattery, ALRobotModel."""
+"""ALRobotPosture and ALTracker: the robot goes to a posture, looks at a point, or points at it."""
 
 from __future__ import annotations
 
-import sys
-import time
-from pathlib import Path
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
-from nao_kin.errors import UnknownName
+from nao_kin._core.arrays import Floats, as_floats, rigid_inverse
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Interpolation, at_speed
 from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.robot import NaoModel
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -184,220 +184,119 @@ def _between(one: Floats, other: Floats, share: float) -> Floats:
     return other if length < 1e-6 else mixed / length
 
 
-# --- The small services: ALAutonomousLife, ALSystem, ALBattery, ALRobotModel and ALPreferenceManager.
+# --- ALTracker: the head looks at a point, an arm points at it.
 
-_STATES = ("solitary", "interactive", "disabled", "safeguard")
+_HEAD = ("HeadYaw", "HeadPitch")
+_CAMERA = "CameraTop"
+_ARM = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
+_TASKS = ("lookAt", "pointAt")
 
 
-class ALAutonomousLife(Service):
-    """A robot without a life of its own: the state is kept, and nothing is done by itself.
+class ALTracker(Service):
+    """Looks and points at places that are given as numbers; targets that would have to be seen are not followed."""
 
-    As on the robot, "disabled" lets it rest, and solitary and interactive wake it up.
-    """
-
-    name = "ALAutonomousLife"
+    name = "ALTracker"
     absent = tuple(
-        "switchFocus getActivityNature getLaunchpadPluginsForGroup getEnabledLaunchpadPlugins getFocusHistory "
-        "getStateHistory startMonitoringLaunchpadConditions stopFocus".split()
+        "track trackEvent registerTarget registerTargets unregisterTarget unregisterTargets unregisterAllTargets "
+        "getRegisteredTargets getSupportedTargets getActiveTarget getTargetPosition getTargetNames "
+        "getTargetCoordinates getRobotPosition isActive isNewTargetDetected isSearchEnabled isTargetLost setMode "
+        "getMode getAvailableModes setEffector getEffector addEffector removeEffector setRelativePosition "
+        "getRelativePosition setMaximumDistance setMoveConfig toggleSearch initialize setTimeOut getTimeOut "
+        "setMaximumVelocity setMaximumAcceleration".split()
     )
 
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._state = "disabled"
-        self._offset = 0.0
-        self._abilities = dict.fromkeys(
-            ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement"),
-            True,
-        )
+    @method
+    def lookAt(self, pPosition: Any, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
+        """Turn the head so that the point is in the middle of the top camera's picture, or as near as limits allow.
+
+        Args:
+            pPosition: [x, y, z] [m].
+            pFrame: FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2; left out in calls of old scripts, and then FRAME_TORSO.
+            pMaxSpeed: fraction of the maximum speed, above 0, at most 1.
+            pUseWholeBody: True is taken and left: the head turns alone.
+        """
+        from nao_kin import ik
+
+        if pUseWholeBody is None:
+            pFrame, pMaxSpeed, pUseWholeBody = FRAME_TORSO, pFrame, pMaxSpeed
+        point = self._in_torso(pPosition, pFrame)
+        share = arguments.fraction(pMaxSpeed, "pMaxSpeed", positive=True)
+        if arguments.flag(pUseWholeBody, "pUseWholeBody"):
+            self.nao.log.write("lookAt: the head turns alone, without the whole body")
+        result = ik.look_at(self.nao.robot, point, _CAMERA)
+        if not result.success:
+            self.nao.log.write(f"lookAt: the head cannot look at the point: {result.reason}; it turns as far as it can")
+        angles = self.nao.robot.angles(result.q)
+        return self._go("lookAt", _HEAD, np.array([angles[joint] for joint in _HEAD]), share)
 
     @method
-    def getState(self) -> str:
-        """One of "solitary", "interactive", "safeguard" and, at first, "disabled"."""
-        return self._state
+    def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
+        """Stretch an arm towards a point: shoulder, hand and point are then in a line, as far as limits allow.
+
+        Args:
+            pEffector: "LArm", "RArm", or "Arms" for the one on the point's side.
+            pPosition: [x, y, z] [m].
+            pFrame: FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2.
+            pMaxSpeed: fraction of the maximum speed, above 0, at most 1.
+        """
+        effector = arguments.choice(pEffector, "effector", ("LArm", "RArm", "Arms"))
+        point = self._in_torso(pPosition, pFrame)
+        share = arguments.fraction(pMaxSpeed, "pMaxSpeed", positive=True)
+        side = effector[0] if effector != "Arms" else "L" if point[1] >= 0.0 else "R"
+        joints = tuple(f"{side}{joint}" for joint in _ARM)
+        return self._go("pointAt", joints, pointing(self.nao.robot, side, point), share)
 
     @method
-    def setState(self, state: Any) -> Call | None:
-        """Change the state; "disabled" rests and returns when the robot does."""
-        wanted = arguments.choice(state, "state", _STATES)
-        before, self._state = self._state, wanted
-        self.nao.log.change("life", wanted)
-        self.nao.announce("AutonomousLife/State", wanted)
+    def stopTracker(self) -> None:
+        """End lookAt and pointAt where they are."""
+        for number in [task.id for task in reversed(self.nao.tasks.all) if task.name in _TASKS]:
+            self.nao.tasks.kill(number)
+
+    def _in_torso(self, position: Any, frame: Any) -> Floats:
+        point = as_floats(position, (3,), "pPosition")
+        if point.shape != (3,):
+            raise BadArgument(f"pPosition must be three numbers, got {point.size}")
+        q = self.nao.joints.q()
+        T_torso_frame = rigid_inverse(torso_in(self.nao.robot, q, frame, torso_in_world=self.nao.base.torso(q)))
+        return np.asarray(T_torso_frame[:3, :3] @ point + T_torso_frame[:3, 3])
+
+    def _go(self, name: str, joints: tuple[str, ...], targets: Floats, fraction: float) -> Call:
         motion = self.nao.services["ALMotion"]
-        if wanted == "disabled" and before != "disabled":
-            answer: Call = motion.invoke("rest")
-            return answer
-        if wanted in ("solitary", "interactive") and before == "disabled":
-            motion.invoke("wakeUp")
-        return None
-
-    @method
-    def focusedActivity(self) -> str:
-        """The activity in focus: none here."""
-        return ""
-
-    @method
-    def stopAll(self) -> None:
-        """End all activities: there are none here."""
-
-    @method
-    def setRobotOffsetFromFloor(self, offset: Any) -> None:
-        """Kept [m]."""
-        self._offset = arguments.number(offset, "offset")
-
-    @method
-    def getRobotOffsetFromFloor(self) -> float:
-        """As it was set; at first 0 m."""
-        return self._offset
-
-    @method
-    def setAutonomousAbilityEnabled(self, autonomousAbility: Any, enabled: Any) -> None:
-        """Kept; no ability does anything here."""
-        ability = arguments.choice(autonomousAbility, "ability", tuple(self._abilities))
-        self._abilities[ability] = arguments.flag(enabled, "enabled")
-
-    @method
-    def getAutonomousAbilityEnabled(self, autonomousAbility: Any) -> bool:
-        """As it was set; at first True."""
-        return self._abilities[arguments.choice(autonomousAbility, "ability", tuple(self._abilities))]
-
-    @method
-    def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
-        """[name, enabled, running] of each ability; none runs."""
-        return [[ability, enabled, False] for ability, enabled in self._abilities.items()]
+        return motion.go_at_speed(name, joints, targets, fraction)  # type: ignore[attr-defined, no-any-return]
 
 
-class ALSystem(Service):
-    """Names and versions; this machine's are not given away."""
+def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
+    """The joint values with which a stretched arm points at a point.
 
-    name = "ALSystem"
-    absent = tuple(
-        "reboot shutdown upgrade setRobotIcon robotIcon changePassword setTimezone timezone diskFree "
-        "previousSystemVersion getDefaultRobotName".split()
-    )
+    With pitch p and roll r of the shoulder the hand is at Ry(p) Rz(r) h from it, h being where it is at zero. The roll
+    makes its y, and then the pitch its x and z, those of the direction to the point.
 
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._name = "nao"
+    Args:
+        robot: a NAO.
+        side: "L" or "R".
+        point: in the torso, shape (3,) [m].
 
-    @method
-    def robotName(self) -> str:
-        """The robot's name; at first "nao"."""
-        return self._name
+    Returns:
+        ShoulderPitch, ShoulderRoll, ElbowYaw, ElbowRoll and WristYaw, limits of the shoulder left aside, shape (5,).
 
-    @method
-    def setRobotName(self, name: Any) -> bool:
-        """Name the robot."""
-        self._name = arguments.text(name, "name")
-        return True
-
-    @method
-    def systemVersion(self) -> str:
-        """The version of NAOqi whose documentation this follows: 2.8."""
-        return "2.8"
-
-    @method
-    def systemInfo(self) -> list[list[str]]:
-        """What this is."""
-        return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
-
-    @method
-    def freeMemory(self) -> int:
-        """0: not looked at here."""
-        return 0
-
-    @method
-    def totalMemory(self) -> int:
-        """0: not looked at here."""
-        return 0
-
-
-class ALBattery(Service):
-    """A battery that is always full; what is inserted in ALMemory's key of its charge counts."""
-
-    name = "ALBattery"
-    absent = ("enablePowerMonitoring",)
-
-    @method
-    def getBatteryCharge(self) -> int:
-        """Per cent of the charge."""
-        value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
-        return round(100.0 * arguments.number(value, "the battery's charge"))
-
-
-class ALRobotModel(Service):
-    """What the robot is and has."""
-
-    name = "ALRobotModel"
-
-    @method
-    def getRobotType(self) -> str:
-        """The kind of robot: "Nao"."""
-        return "Nao"
-
-    @method
-    def getConfig(self) -> str:
-        """The robot as an XML document: its URDF; a robot has one of NAOqi's own."""
-        return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
-
-    @method
-    def hasArms(self) -> bool:
-        """Whether it has arms: True."""
-        return True
-
-    @method
-    def hasHands(self) -> bool:
-        """Whether it has hands that open: True."""
-        return True
-
-    @method
-    def hasLegs(self) -> bool:
-        """Whether it has legs: True."""
-        return True
-
-
-class ALPreferenceManager(Service):
-    """Preferences by domain and name, kept until the virtual NAO ends."""
-
-    name = "ALPreferenceManager"
-    absent = ("importPrefFile", "update")
-
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._domains: dict[str, dict[str, tuple[Any, float]]] = {}
-
-    @method
-    def getValue(self, domain: Any, setting: Any) -> Any:
-        """The value of a setting; None where there is none."""
-        return self._domains.get(arguments.text(domain, "domain"), {}).get(_name(setting), (None,))[0]
-
-    @method
-    def setValue(self, domain: Any, setting: Any, value: Any) -> None:
-        """Keep a value."""
-        self._domains.setdefault(arguments.text(domain, "domain"), {})[_name(setting)] = (value, time.time())
-
-    @method
-    def getValueList(self, domain: Any) -> list[list[Any]]:
-        """[setting, value] of a domain."""
-        return [[name, value] for name, (value, _) in self._domains.get(arguments.text(domain, "domain"), {}).items()]
-
-    @method
-    def getDomainList(self) -> list[str]:
-        """All domains, in alphabetical order."""
-        return sorted(self._domains)
-
-    @method
-    def removeValue(self, domain: Any, setting: Any) -> None:
-        """Forget a value."""
-        values, name = self._domains.get(arguments.text(domain, "domain"), {}), _name(setting)
-        if name not in values:
-            raise UnknownName("setting", name, tuple(values))
-        del values[name]
-
-    @method
-    def removeDomainValues(self, domain: Any) -> None:
-        """Forget all values of a domain."""
-        self._domains.pop(arguments.text(domain, "domain"), None)
-
-
-def _name(setting: Any) -> str:
-    return arguments.text(setting, "setting")
+    Raises:
+        BadArgument: the point is in the shoulder.
+    """
+    names = [f"{side}{joint}" for joint in _ARM]
+    columns = [robot.joint_names.index(name) for name in names]
+    q = robot.neutral()
+    q[columns] = np.clip(0.0, robot.lower[columns], robot.upper[columns])
+    stretched = q[columns]
+    q[columns[:2]] = 0.0
+    shoulder = robot.fk(q, names[0])[:3, 3]
+    hand = robot.fk(q, f"{side}Arm")[:3, 3] - shoulder
+    way = point - shoulder
+    distance = float(np.linalg.norm(way))
+    if distance < 1e-6:
+        raise BadArgument("pPosition is in the shoulder")
+    x, y, z = way * float(np.linalg.norm(hand)) / distance
+    radius = math.hypot(hand[0], hand[1])
+    roll = math.asin(min(max(y / radius, -1.0), 1.0)) - math.atan2(hand[1], hand[0])
+    forward = math.cos(roll) * hand[0] - math.sin(roll) * hand[1]
+    pitch = math.atan2(hand[2], forward) - math.atan2(z, x)
+    return np.array([math.remainder(pitch, 2.0 * math.pi), roll, *stretched[2:]])

@@ -11,7 +11,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, Timer
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -24,6 +24,20 @@ _LANGUAGES = ("English", "French", "German", "Italian", "Spanish", "Japanese", "
 _PAUSE = re.compile(r"\\pau=(\d{1,6})\\")
 
 
+def _language(value: Any, _: str) -> str:
+    return arguments.choice(value, "language", _LANGUAGES)
+
+
+_SOUNDS = "Choose a language; it sounds like any other here.", "The language chosen; at first English."
+_CHOSEN = "Choose a voice; kept.", 'The voice chosen; at first "naoenu".'
+_LOUD = "Set the volume, from 0 to 1; kept.", "The volume; at first 1."
+
+
+@keeps(
+    Kept("Language", _SOUNDS[0], "English", ("pLanguage",), _language, read=_SOUNDS[1]),
+    Kept("Voice", _CHOSEN[0], "naoenu", ("pVoiceID",), arguments.text, read=_CHOSEN[1]),
+    Kept("Volume", _LOUD[0], 1.0, ("volume",), arguments.fraction, read=_LOUD[1]),
+)
 class ALTextToSpeech(Service):
     r"""Words that are said one text after the other, written to the log and given to watchers.
 
@@ -46,7 +60,6 @@ class ALTextToSpeech(Service):
         self.saying = ""
         self._queue: deque[tuple[str, Call]] = deque()
         self._timer: Timer | None = None
-        self._language, self._voice, self._volume = "English", "naoenu", 1.0
         self._parameters = {"pitchShift": 1.0, "doubleVoice": 0.0, "doubleVoiceLevel": 0.0, "doubleVoiceTimeShift": 0.0}
         self._parameters |= {
             "enableCompression": 0.0,
@@ -80,44 +93,14 @@ class ALTextToSpeech(Service):
         self._tell("")
 
     @method
-    def setLanguage(self, pLanguage: Any) -> None:
-        """Choose a language; it sounds like any other here."""
-        self._language = arguments.choice(pLanguage, "language", _LANGUAGES)
-
-    @method
-    def getLanguage(self) -> str:
-        """The language chosen; at first English."""
-        return self._language
-
-    @method
     def getAvailableLanguages(self) -> list[str]:
         """The languages that setLanguage takes."""
         return list(_LANGUAGES)
 
     @method
-    def setVoice(self, pVoiceID: Any) -> None:
-        """Choose a voice; kept."""
-        self._voice = arguments.text(pVoiceID, "pVoiceID")
-
-    @method
-    def getVoice(self) -> str:
-        """The voice chosen; at first "naoenu"."""
-        return self._voice
-
-    @method
     def getAvailableVoices(self) -> list[str]:
         """The one voice that is pretended."""
         return ["naoenu"]
-
-    @method
-    def setVolume(self, volume: Any) -> None:
-        """Set the volume, from 0 to 1; kept."""
-        self._volume = arguments.fraction(volume, "volume")
-
-    @method
-    def getVolume(self) -> float:
-        """The volume; at first 1."""
-        return self._volume
 
     @method
     def setParameter(self, pEffectName: Any, pEffectValue: Any) -> None:

@@ -1,0 +1,291 @@
+"""A robot without a life of its own: ALAutonomousLife, its abilities, and the small services of the system."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from nao_kin.errors import UnknownName
+from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual.engine import Call
+from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
+
+if TYPE_CHECKING:
+    from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
+
+
+_STATES = ("solitary", "interactive", "disabled", "safeguard")
+_ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
+_ABILITY = Kept(
+    "AutonomousAbilityEnabled",
+    "Kept; no ability does anything here.",
+    True,
+    ("autonomousAbility", "enabled"),
+    arguments.flag,
+    of=("ability", _ABILITIES),
+)
+
+
+@keeps(_ABILITY, Kept("RobotOffsetFromFloor", "Kept [m].", 0.0, ("offset",), arguments.number))
+class ALAutonomousLife(Service):
+    """A robot without a life of its own: the state is kept, and nothing is done by itself.
+
+    As on the robot, "disabled" lets it rest, and solitary and interactive wake it up.
+    """
+
+    name = "ALAutonomousLife"
+    absent = tuple(
+        "switchFocus getActivityNature getLaunchpadPluginsForGroup getEnabledLaunchpadPlugins getFocusHistory "
+        "getStateHistory startMonitoringLaunchpadConditions stopFocus".split()
+    )
+
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        self._state = "disabled"
+
+    @method
+    def getState(self) -> str:
+        """One of "solitary", "interactive", "safeguard" and, at first, "disabled"."""
+        return self._state
+
+    @method
+    def setState(self, state: Any) -> Call | None:
+        """Change the state; "disabled" rests and returns when the robot does."""
+        wanted = arguments.choice(state, "state", _STATES)
+        before, self._state = self._state, wanted
+        self.nao.log.change("life", wanted)
+        self.nao.announce("AutonomousLife/State", wanted)
+        motion = self.nao.services["ALMotion"]
+        if wanted == "disabled" and before != "disabled":
+            answer: Call = motion.invoke("rest")
+            return answer
+        if wanted in ("solitary", "interactive") and before == "disabled":
+            motion.invoke("wakeUp")
+        return None
+
+    @method
+    def focusedActivity(self) -> str:
+        """The activity in focus: none here."""
+        return ""
+
+    @method
+    def stopAll(self) -> None:
+        """End all activities: there are none here."""
+
+    @method
+    def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
+        """[name, enabled, running] of each ability; none runs."""
+        return [[ability, self.kept(_ABILITY, ability), False] for ability in _ABILITIES]
+
+
+class ALSystem(Service):
+    """Names and versions; this machine's are not given away."""
+
+    name = "ALSystem"
+    absent = tuple(
+        "reboot shutdown upgrade setRobotIcon robotIcon changePassword setTimezone timezone diskFree "
+        "previousSystemVersion getDefaultRobotName".split()
+    )
+
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        self._name = "nao"
+
+    @method
+    def robotName(self) -> str:
+        """The robot's name; at first "nao"."""
+        return self._name
+
+    @method
+    def setRobotName(self, name: Any) -> bool:
+        """Name the robot."""
+        self._name = arguments.text(name, "name")
+        return True
+
+    @method
+    def systemVersion(self) -> str:
+        """The version of NAOqi whose documentation this follows: 2.8."""
+        return "2.8"
+
+    @method
+    def systemInfo(self) -> list[list[str]]:
+        """What this is."""
+        return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
+
+    @method
+    def freeMemory(self) -> int:
+        """0: not looked at here."""
+        return 0
+
+    @method
+    def totalMemory(self) -> int:
+        """0: not looked at here."""
+        return 0
+
+
+class ALBattery(Service):
+    """A battery that is always full; what is inserted in ALMemory's key of its charge counts."""
+
+    name = "ALBattery"
+    absent = ("enablePowerMonitoring",)
+
+    @method
+    def getBatteryCharge(self) -> int:
+        """Per cent of the charge."""
+        value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
+        return round(100.0 * arguments.number(value, "the battery's charge"))
+
+
+class ALRobotModel(Service):
+    """What the robot is and has."""
+
+    name = "ALRobotModel"
+
+    @method
+    def getRobotType(self) -> str:
+        """The kind of robot: "Nao"."""
+        return "Nao"
+
+    @method
+    def getConfig(self) -> str:
+        """The robot as an XML document: its URDF; a robot has one of NAOqi's own."""
+        return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
+
+    @method
+    def hasArms(self) -> bool:
+        """Whether it has arms: True."""
+        return True
+
+    @method
+    def hasHands(self) -> bool:
+        """Whether it has hands that open: True."""
+        return True
+
+    @method
+    def hasLegs(self) -> bool:
+        """Whether it has legs: True."""
+        return True
+
+
+class ALPreferenceManager(Service):
+    """Preferences by domain and name, kept until the virtual NAO ends."""
+
+    name = "ALPreferenceManager"
+    absent = ("importPrefFile", "update")
+
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        self._domains: dict[str, dict[str, tuple[Any, float]]] = {}
+
+    @method
+    def getValue(self, domain: Any, setting: Any) -> Any:
+        """The value of a setting; None where there is none."""
+        return self._domains.get(arguments.text(domain, "domain"), {}).get(_name(setting), (None,))[0]
+
+    @method
+    def setValue(self, domain: Any, setting: Any, value: Any) -> None:
+        """Keep a value."""
+        self._domains.setdefault(arguments.text(domain, "domain"), {})[_name(setting)] = (value, time.time())
+
+    @method
+    def getValueList(self, domain: Any) -> list[list[Any]]:
+        """[setting, value] of a domain."""
+        return [[name, value] for name, (value, _) in self._domains.get(arguments.text(domain, "domain"), {}).items()]
+
+    @method
+    def getDomainList(self) -> list[str]:
+        """All domains, in alphabetical order."""
+        return sorted(self._domains)
+
+    @method
+    def removeValue(self, domain: Any, setting: Any) -> None:
+        """Forget a value."""
+        values, name = self._domains.get(arguments.text(domain, "domain"), {}), _name(setting)
+        if name not in values:
+            raise UnknownName("setting", name, tuple(values))
+        del values[name]
+
+    @method
+    def removeDomainValues(self, domain: Any) -> None:
+        """Forget all values of a domain."""
+        self._domains.pop(arguments.text(domain, "domain"), None)
+
+
+def _name(setting: Any) -> str:
+    return arguments.text(setting, "setting")
+
+
+# --- The autonomous abilities, which scripts switch off before they begin: kept, and nothing moves by itself here.
+
+
+class _Ability(Service):
+    """An autonomous ability; ALAutonomousLife keeps whether it is enabled, and it does nothing here."""
+
+    ability: ClassVar[str]
+
+    @method
+    def setEnabled(self, enabled: Any) -> None:
+        """Kept; the ability does nothing here."""
+        self.nao.services["ALAutonomousLife"].invoke("setAutonomousAbilityEnabled", self.ability, enabled)
+
+    @method
+    def isEnabled(self) -> bool:
+        """As it was set; at first True."""
+        return bool(self.nao.services["ALAutonomousLife"].invoke("getAutonomousAbilityEnabled", self.ability))
+
+    @method
+    def isRunning(self, id: Any = None) -> bool:
+        """Whether the ability does something: False; with an id, whether a motion task is not over."""
+        return False if id is None else super().isRunning(id)
+
+
+class ALBasicAwareness(_Ability):
+    """The ability to look at people; it sees none here."""
+
+    name, ability = "ALBasicAwareness", "BasicAwareness"
+    absent = tuple(
+        "engagePerson getEngagementMode setEngagementMode getTrackingMode setTrackingMode getParameter setParameter "
+        "resetAllParameters isStimulusDetectionEnabled setStimulusDetectionEnabled pauseAwareness"
+        " resumeAwareness".split()
+    )
+
+    @method
+    def startAwareness(self) -> None:
+        """The same as setEnabled(True), under its name before NAOqi 2.5."""
+        self.setEnabled(True)
+
+    @method
+    def stopAwareness(self) -> None:
+        """The same as setEnabled(False), under its name before NAOqi 2.5."""
+        self.setEnabled(False)
+
+    @method
+    def isAwarenessRunning(self) -> bool:
+        """The same as isRunning, under its name before NAOqi 2.5."""
+        return False
+
+
+def _strategy(value: Any, what: str) -> str:
+    return arguments.choice(value, what, ("none", "backToNeutral"))
+
+
+@keeps(
+    Kept("ExpressiveListeningEnabled", "Kept; the robot does not listen here.", True, ("enable",), arguments.flag),
+    Kept("BackgroundStrategy", 'Kept: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
+)
+class ALAutonomousMoves(Service):
+    """Moves between the moves of scripts, before NAOqi 2.5; there are none here."""
+
+    name = "ALAutonomousMoves"
+
+
+ABILITIES: tuple[type[Service], ...] = (
+    ALBasicAwareness,
+    *(
+        type(f"AL{ability}", (_Ability,), {"name": f"AL{ability}", "ability": ability})
+        for ability in ("AutonomousBlinking", "BackgroundMovement", "ListeningMovement", "SpeakingMovement")
+    ),
+    ALAutonomousMoves,
+)
