@@ -265,39 +265,6 @@ class Singularity:
         return min(max(self.lower - angle, angle - self.upper) for angle in turns)
 
 
-@dataclass(frozen=True)
-class Coupling:
-    """One motor for two joints: value of `joint` = multiplier · value of `driver` + offset.
-
-    Attributes:
-        joint: the joint that follows.
-        mimic: how it follows.
-
-    Examples:
-        >>> groups = nk.joints.group_joints(nk.load_nao())
-        >>> [(coupling.joint, coupling.mimic.joint) for coupling in groups.couplings][-1]
-        ('RHipYawPitch', 'LHipYawPitch')
-    """
-
-    joint: str
-    mimic: Mimic
-
-    @property
-    def driver(self) -> str:
-        """The joint it follows."""
-        return self.mimic.joint
-
-    @property
-    def multiplier(self) -> float:
-        """Ratio of the two values."""
-        return self.mimic.multiplier
-
-    @property
-    def offset(self) -> float:
-        """Value when the driver is at zero."""
-        return self.mimic.offset
-
-
 @dataclass(frozen=True, eq=False)
 class MultiDofJoint:
     """One joint of the robot, made of one to three joints of its URDF.
@@ -364,6 +331,8 @@ class JointGroups:
         >>> groups = nk.joints.group_joints(nk.load_nao())
         >>> len(groups), groups.rule
         (15, 'coincident')
+        >>> groups.mimics["RHipYawPitch"].joint
+        'LHipYawPitch'
     """
 
     joints: tuple[MultiDofJoint, ...]
@@ -391,11 +360,6 @@ class JointGroups:
             if name == joint.name or name in joint.joints:
                 return joint
         raise UnknownName("joint", name, [part for joint in self.joints for part in joint.joints])
-
-    @property
-    def couplings(self) -> tuple[Coupling, ...]:
-        """The motors that drive two joints, one row for each joint that follows."""
-        return tuple(Coupling(joint, mimic) for joint, mimic in self.mimics.items())
 
     @property
     def mobility(self) -> int:

@@ -2,7 +2,7 @@
 
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS, Base, ModelNumbers
-from nao_kin.robot.chains import SerialChain, SharedMotor, Topology, joints_below, serial_chain, topology
+from nao_kin.robot.chains import SerialChain, Topology, joints_below, serial_chain, topology
 from nao_kin.robot.checks import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.robot.geometry import GeometryKind, UnreadableShape, shape_geometry
 from nao_kin.robot.kinematics import WORLD, Expression, FrameIds, Kinematics, PoseForm, expression_named
@@ -32,7 +32,6 @@ __all__ = [
     "PoseForm",
     "RobotModel",
     "SerialChain",
-    "SharedMotor",
     "SupportPolygon",
     "Topology",
     "UnreadableShape",

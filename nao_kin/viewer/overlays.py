@@ -195,8 +195,8 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
     if array.ndim not in (1, 2):
         raise WrongShape("configurations", f"({robot.nq},) or (k, {robot.nq})", array.shape)
     numbered_from = whole_number(first, "first", 0, _LARGEST_FIRST) if array.ndim == 2 else None
-    array = np.atleast_2d(array)
-    check_size(robot, robot.checked(array))
+    array = robot.checked(np.atleast_2d(array))
+    check_size(robot, array)
     if len(array) > _MOST_GHOSTS:
         raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
     share = checked_opacity(opacity)
