@@ -95,14 +95,16 @@ class RobotModel:
         self.tree, self.urdf_path, self.load_notes = tree, tree.path, tree.notes
         self.base: Base = base
         self.mimics: Mapping[str, Mimic] = MappingProxyType(tree.mimics)
-        own = [joint for joint in tree.moving_joints if joint.mimic is None]
-        self.joint_names: tuple[str, ...] = tuple(joint.name for joint in own)
+        own = {joint.name: joint for joint in tree.moving_joints if joint.mimic is None}
+        self.joint_names: tuple[str, ...] = tuple(own)
         self.semantics = checked_semantics(semantics or Semantics(), tree)
         self._units = {joint.name: "m" if joint.kind == "prismatic" else "rad" for joint in tree.moving_joints}
         self._units |= self.semantics.units
-        self.joint_units = tuple(self._units[name] for name in self.joint_names)
+        self.joint_units = tuple(map(self._units.__getitem__, own))
         self.lower, self.upper, self.velocity_limits, self.effort_limits = _frozen(
-            np.array([(joint.lower, joint.upper, joint.velocity, joint.effort) for joint in own]).reshape(-1, 4).T
+            np.array([(joint.lower, joint.upper, joint.velocity, joint.effort) for joint in own.values()])
+            .reshape(-1, 4)
+            .T
         )
         self._frames = FrameTable(model, tree)
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names

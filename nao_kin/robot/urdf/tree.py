@@ -366,7 +366,7 @@ class UrdfTree:
     @property
     def moving_joints(self) -> tuple[UrdfJoint, ...]:
         """The joints that are not fixed."""
-        return tuple(joint for joint in self.joints if joint.kind != "fixed")
+        return tuple([joint for joint in self.joints if joint.kind != "fixed"])
 
     @property
     def mimics(self) -> dict[str, Mimic]:
