@@ -93,7 +93,7 @@ class MultiDofModel:
 
         Raises:
             UnknownName: no such rule, no such way with the links between.
-            BadArgument, BadModel: as `group_joints`.
+            BadArgument: as `group_joints`.
         """
         if not isinstance(intermediate, str) or intermediate not in _INTERMEDIATE:
             raise UnknownName("way with intermediate links", intermediate, _INTERMEDIATE)

@@ -355,7 +355,7 @@ def joint_table(
         tolerance: with `typed`, how far the axes of a merged joint may miss their common point [m].
 
     Raises:
-        UnknownName, BadArgument, BadModel: as `group_joints`.
+        UnknownName, BadArgument: as `group_joints`.
 
     Examples:
         >>> nk.joints.joint_table(nk.load_nao(), typed=True).summary

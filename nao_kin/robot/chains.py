@@ -168,7 +168,8 @@ def topology(robot: RobotModel) -> Topology:
         25
     """
     check_robot(robot)
-    names, parents = _tree_of_joints(robot)
+    parents = _carriers(robot)
+    names = list(parents)
     limbs = {name: _ancestry(name, parents)[-1] for name in names}
     couplings = {name: robot.mimics[name] for name in names if name in robot.mimics}
     between_limbs = {name: mimic for name, mimic in couplings.items() if limbs[name] != limbs[mimic.joint]}
@@ -183,14 +184,11 @@ def topology(robot: RobotModel) -> Topology:
     )
 
 
-def _tree_of_joints(robot: RobotModel) -> tuple[list[str], dict[str, str | None]]:
-    """The moving joints from the root outwards, and the joint that carries each; None for the base."""
-    model = robot.model
-    base = {0} | {joint.id for joint in list(model.joints)[1:] if joint.nq > 1}
-    ids = [index for index in range(1, model.njoints) if index not in base]
-    carrier = {index: int(model.parents[index]) for index in ids}
-    names = {index: str(model.names[index]) for index in ids}
-    return list(names.values()), {names[index]: names.get(carrier[index]) for index in ids}
+def _carriers(robot: RobotModel) -> dict[str, str | None]:
+    """Moving joint → the joint that carries it, None for the base; from the root outwards."""
+    names, parents = list(robot.model.names), list(robot.model.parents)
+    first = len(names) - len(robot.tree.moving_joints)  # before it stand the universe and a floating base
+    return {names[i]: names[parents[i]] if parents[i] >= first else None for i in range(first, len(names))}
 
 
 def _ancestry(name: str, parents: dict[str, str | None]) -> list[str]:
