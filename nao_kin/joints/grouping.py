@@ -12,9 +12,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, dot, norm, rigid_inverse
+from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
 from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joints_below
 from nao_kin.robot.semantics import Mimic
@@ -161,8 +161,7 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
         >>> groups.joints[0].name, groups.joints[0].pair.name
         ('HeadYaw+HeadPitch', 'universal')
     """
-    if not isinstance(rule, str) or rule not in RULES:
-        raise UnknownName("rule", rule, RULES)
+    choice(rule, RULES, "rule")
     allowed = _checked_tolerance(tolerance)
     nodes = read_joint_tree(robot)
     return _grouped(nodes, _cut(nodes, rule, allowed), rule, allowed)

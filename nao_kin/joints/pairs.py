@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, unit, whole_number
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, choice, unit, whole_number
 from nao_kin._core.text import html_table, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot.semantics import Mimic
@@ -169,9 +169,7 @@ def kinematic_pair(name: str) -> KinematicPair:
         >>> nk.joints.kinematic_pair("universal").pinocchio
         'JointModelUniversal'
     """
-    if not isinstance(name, str) or name not in KINEMATIC_PAIRS:
-        raise UnknownName("pair", name, tuple(KINEMATIC_PAIRS))
-    return KINEMATIC_PAIRS[name]
+    return KINEMATIC_PAIRS[choice(name, KINEMATIC_PAIRS, "pair")]
 
 
 def mobility(

@@ -9,9 +9,9 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, OutsideLimits, UnknownName
+from nao_kin.errors import BadArgument, OutsideLimits
 from nao_kin.robot.checks import ConfigurationChecks, Coordinates, checked_mapping
 from nao_kin.robot.limits import JointLimits, LimitPolicy, check_policy
 from nao_kin.robot.semantics import Posture
@@ -64,8 +64,7 @@ class Configurations:
         limits: LimitPolicy,
     ) -> Floats:
         """A posture, with other values for the joints that `angles` and `joints` name."""
-        if not isinstance(name, str) or name not in self._postures:
-            raise UnknownName("posture", name, tuple(self._postures))
+        choice(name, self._postures, "posture")
         if angles is None and not joints:
             return np.array(self._postures[name])
         values, given = self._coordinates.values(joints if angles is None else {**checked_mapping(angles), **joints})
