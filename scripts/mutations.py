@@ -424,26 +424,18 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/model.py",
+        "robot/configurations.py",
         "test_limits.py",
         (
             "plain-values-set-into-the-floating-base",
-            "{name: self._q_offset + column for name, column",
+            "{name: self._offset + column for name, column",
             "{name: column for name, column",
         ),
-    ),
-    *_faults(
-        "robot/configuration_methods.py",
-        "test_limits.py",
-        (
-            "joints-not-named-clamped-too",
-            "        if joints is None:\n            inside",
-            "        if True:\n            inside",
-        ),
+        ("joints-not-named-clamped-too", "slice(None) if joints is None else", "slice(None) if True else"),
         (
             "clamped-columns-of-a-floating-base-shifted",
-            "inside[..., [self._q_offset + column for column in columns]]",
-            "inside[..., list(columns)]",
+            "inside[..., self._offset :][..., columns]",
+            "inside[..., columns]",
         ),
     ),
     *_faults(
@@ -516,7 +508,7 @@ _MEANING = (
         "robot/nao/model.py",
         "test_semantics.py test_model.py::test_body_values_are_those_of_the_joints_on_a_floating_base_too "
         "test_model.py::test_copies_answer_like_the_original",
-        ("body-order-of-a-floating-base-shifted", "self._checked(q)[..., self._q_offset :]", "self._checked(q)"),
+        ("body-order-of-a-floating-base-shifted", "self._configurations.joints(q)", "self._checks.checked(q)"),
         ("vertical-of-resting-postures-forgotten", "REST.get(row.name))", "None)"),
         ("units-of-hands-forgotten", 'if joint.unit == "1"}', "if False}"),
         ("pickled-nao-of-another-version", '"version": self.version}', '"version": "v6"}'),
@@ -773,7 +765,7 @@ _BATCH = (
         ("changed-frame-not-seen", "placements.changed() or frames.changed() or", "placements.changed() or"),
     ),
     *_faults(
-        "robot/kinematic_methods.py",
+        "robot/model.py",
         "test_batch_methods.py",
         ("input-of-clamped-configurations-written-over", "            output.check_apart(q)\n", ""),
     ),

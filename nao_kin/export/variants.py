@@ -175,7 +175,7 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> tuple[Urdf
     choice(frames, FRAMES, "choice of frames")
     if frames == "all":
         return tree, ()
-    named = {name for name, _ in semantics.frames()} if frames == "effectors" else set[str]()
+    named = set(semantics.frames()) if frames == "effectors" else set[str]()
     named |= {tree.shared_names[name] for name in named if name in tree.shared_names}
     fixed = [joint for joint in tree.joints if joint.kind == "fixed"]
     changes: list[str] = []

@@ -297,8 +297,7 @@ def velocity(
             raise BadArgument(f"{name} must be a finite number above 0, got {value}")
     space = kept_limb(robot, search_space, frame)
     motion = space.motion
-    robot.clamp(q)  # refuses what is no configuration
-    start, twists = as_floats(q, (robot.nq,), "q"), as_floats(twist, (6,), "twist")
+    start, twists = robot.checked(q), as_floats(twist, (6,), "twist")
     batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
     q_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
     twist_rows = np.array(np.broadcast_to(twists, (*batch, 6)).reshape(-1, 6))

@@ -5,7 +5,6 @@ from nao_kin.joints.grouping import RULES, JointAxes, JointNode, Rule, group_joi
 from nao_kin.joints.multidof_model import CouplingPolicy, MultiDofModel
 from nao_kin.joints.pairs import (
     KINEMATIC_PAIRS,
-    Coupling,
     JointGroups,
     KinematicPair,
     MultiDofJoint,
@@ -38,7 +37,6 @@ __all__ = [
     "AnatomicalJoint",
     "AnatomyTable",
     "BodyPart",
-    "Coupling",
     "CouplingPolicy",
     "CouplingViolation",
     "JointAxes",

@@ -12,11 +12,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, dot, norm, rigid_inverse
+from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, BadModel, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
-from nao_kin.robot import Expression, RobotModel, check_robot, expression_named
+from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joints_below
 from nao_kin.robot.semantics import Mimic
 from nao_kin.screws.lines import PluckerLine, common_normal, geometric_jacobian
 
@@ -80,78 +80,40 @@ class JointNode:
 def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
     """Joint index → joint, in the order of the model.
 
+    Placements are those of `robot.model`, kinds, axes and couplings those of `robot.tree`.
+
     Raises:
         BadArgument: no robot model.
-        BadModel: a joint that is neither revolute, prismatic nor the free base.
 
     Examples:
         >>> [node.name for node in nk.joints.read_joint_tree(nk.load_nao()).values()][:2]
         ['HeadYaw', 'HeadPitch']
     """
-    model = getattr(robot, "model", None)
-    if not isinstance(model, pin.Model):
-        raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")
+    check_robot(robot)
+    model, moving = robot.model, robot.tree.moving_joints
+    rows = dict(enumerate(moving, model.njoints - len(moving)))  # a floating base, which has none, comes before them
     children: dict[int, list[int]] = {index: [] for index in range(model.njoints)}
     moves = [False] * model.njoints
     for index in range(model.njoints - 1, 0, -1):
         moves[index] |= model.joints[index].nq > 0
         moves[model.parents[index]] |= moves[index]
         children[model.parents[index]].insert(0, index)
-    ranges = {
-        name: (float(lower), float(upper), unit)
-        for name, lower, upper, unit in zip(robot.joint_names, robot.lower, robot.upper, robot.joint_units, strict=True)
-    }
-    poses = [pin.SE3.Identity()]
-    nodes = {}
+    ranges = dict(zip(robot.joint_names, zip(robot.lower.tolist(), robot.upper.tolist(), strict=True), strict=True))
+    nodes: dict[int, JointNode] = {}
     for index in range(1, model.njoints):
-        name = model.names[index]
-        poses.append(poses[model.parents[index]] * model.jointPlacements[index])
-        mimic = robot.mimics[name] if model.joints[index].nq == 0 else None
-        kind, axis = _motion(model, index, mimic)
-        if kind == "fixed":
-            poses[-1] = poses[-1] * _motion_data(model, index).M
-        if mimic is None:
-            lower, upper, unit = ranges.get(name, (-np.inf, np.inf, ""))
-        else:
-            lower, upper = mimic.range(*ranges[mimic.joint][:2])
-            unit = "m" if kind == "prismatic" else "rad"
+        name, parent = str(model.names[index]), int(model.parents[index])
+        T_root = (nodes[parent].T_root if parent else pin.SE3.Identity()) * model.jointPlacements[index]
+        kind, axis, mimic, (lower, upper), unit = "free", np.zeros(3), robot.mimics.get(name), (-np.inf, np.inf), ""
+        if index in rows:
+            kind, axis, unit = rows[index].kind, np.array(rows[index].axis), robot.unit(name)
+            lower, upper = ranges[name] if mimic is None else mimic.range(*ranges[mimic.joint])
+            if mimic is not None and mimic.multiplier == 0.0:
+                T_root = T_root * pin.SE3(rows[index].travel(mimic.offset))
+                kind, axis = "fixed", np.zeros(3)
         nodes[index] = JointNode(
-            index=index,
-            name=name,
-            parent=int(model.parents[index]),
-            children=tuple(children[index]),
-            kind=kind,
-            axis=axis,
-            T_root=poses[index],
-            mimic=mimic,
-            lower=lower,
-            upper=upper,
-            unit=unit,
-            moves=moves[index],
+            index, name, parent, tuple(children[index]), kind, axis, T_root, mimic, lower, upper, unit, moves[index]
         )
     return nodes
-
-
-def _motion(model: pin.Model, index: int, mimic: Mimic | None) -> tuple[str, Floats]:
-    joint = model.joints[index]
-    if joint.shortname() == "JointModelFreeFlyer":
-        return "free", np.zeros(3)
-    if joint.nq > 1:
-        raise BadModel(f"joint {quoted(model.names[index])}: joints of {joint.nq} coordinates are not taken apart")
-    if mimic is not None and mimic.multiplier == 0.0:
-        return "fixed", np.zeros(3)
-    screw = np.array(_motion_data(model, index).S, dtype=np.float64).reshape(6)
-    if mimic is not None:
-        # Pinocchio's mimic joint carries its multiplier in its motion subspace.
-        screw /= mimic.multiplier
-    turn = float(np.linalg.norm(screw[3:]))
-    return ("revolute", screw[3:] / turn) if turn > 0.0 else ("prismatic", screw[:3] / np.linalg.norm(screw[:3]))
-
-
-def _motion_data(model: pin.Model, index: int) -> pin.JointData:
-    data = model.joints[index].createData()
-    model.joints[index].calc(data, pin.neutral(model))
-    return data
 
 
 # --- Joints of several axes, found in a robot whose file knows only revolutes.
@@ -193,15 +155,13 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
     Raises:
         UnknownName: no such rule.
         BadArgument: a tolerance outside these bounds; no robot model.
-        BadModel: a joint that is neither revolute, prismatic nor the free base.
 
     Examples:
         >>> groups = nk.joints.group_joints(nk.load_nao())
         >>> groups.joints[0].name, groups.joints[0].pair.name
         ('HeadYaw+HeadPitch', 'universal')
     """
-    if not isinstance(rule, str) or rule not in RULES:
-        raise UnknownName("rule", rule, RULES)
+    choice(rule, RULES, "rule")
     allowed = _checked_tolerance(tolerance)
     nodes = read_joint_tree(robot)
     return _grouped(nodes, _cut(nodes, rule, allowed), rule, allowed)
@@ -212,7 +172,6 @@ def unmerged_joints(robot: RobotModel) -> JointGroups:
 
     Raises:
         BadArgument: no robot model.
-        BadModel: a joint that is neither revolute, prismatic nor the free base.
 
     Examples:
         >>> len(nk.joints.unmerged_joints(nk.load_nao()))
@@ -445,8 +404,7 @@ class JointAxes:
         self.names = tuple(joint.name for joint in moving)
         self.sliding: NDArray[np.bool_] = np.array([joint.kind == "prismatic" for joint in moving], dtype=np.bool_)
         self._directions = np.array([joint.axis for joint in moving], dtype=np.float64).reshape(-1, 3)
-        self._above = {joint.child: joint for joint in robot.tree.joints}
-        self._links_of_joints = {joint.name: joint.child for joint in moving}
+        self._links = [joint.child for joint in moving]
 
     def lines(self, q: ArrayLike) -> PluckerLine:
         """The axes in the frame of the root, moments about its origin; batch shape (..., m), in the order of `names`.
@@ -466,7 +424,7 @@ class JointAxes:
             [0.0, 0.0, 1.0]
         """
         # A joint's frame is that of the link it moves.
-        poses = self.robot.fk(q, [self._links_of_joints[name] for name in self.names])
+        poses = self.robot.fk(q, self._links)
         directions = np.einsum("...mij,mj->...mi", poses[..., :3, :3], self._directions)
         return PluckerLine.from_point_direction(poses[..., :3, 3], directions)
 
@@ -488,7 +446,7 @@ class JointAxes:
             >>> axes.coupling("RLeg")[axes.names.index("RHipYawPitch")].nonzero()[0].tolist()
             [2]
         """
-        carrying = self._carrying(frame)
+        carrying = {self.robot.model.names[index] for index in joints_below(self.robot, frame)[0]}
         C = np.zeros((len(self.names), len(self.robot.joint_names)))
         for row, name in enumerate(self.names):
             if name in carrying:
@@ -524,15 +482,3 @@ class JointAxes:
         if expressed_in == "frame":
             axes = axes.transformed(rigid_inverse(pose)[..., None, :, :])
         return geometric_jacobian(axes, at=at, coupling=coupling, sliding=self.sliding)
-
-    def _carrying(self, frame: str) -> set[str]:
-        """The joints between the root and the frame."""
-        if frame not in self.robot.frame_names:
-            raise UnknownName("frame", frame, self.robot.frame_names)
-        link = self.robot.tree.shared_names.get(frame, frame)
-        link = link if link in self._above else self._links_of_joints.get(link, link)
-        carrying = set()
-        while link in self._above:
-            carrying.add(self._above[link].name)
-            link = self._above[link].parent
-        return carrying

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, common_batch
+from nao_kin._core.arrays import Floats, choice, common_batch
 from nao_kin.errors import DisagreeingJoints, UnknownName
 from nao_kin.joints._assembly import Assembly
 from nao_kin.joints._readings import (
@@ -93,10 +93,9 @@ class MultiDofModel:
 
         Raises:
             UnknownName: no such rule, no such way with the links between.
-            BadArgument, BadModel: as `group_joints`.
+            BadArgument: as `group_joints`.
         """
-        if not isinstance(intermediate, str) or intermediate not in _INTERMEDIATE:
-            raise UnknownName("way with intermediate links", intermediate, _INTERMEDIATE)
+        choice(intermediate, _INTERMEDIATE, "way with intermediate links")
         self.robot = robot
         self.groups: JointGroups = group_joints(robot, rule=rule, tolerance=tolerance)
         self.pairs: tuple[MultiDofJoint, ...] = self.groups.joints
@@ -169,7 +168,7 @@ class MultiDofModel:
             >>> model.from_q(nao.random(rng=0, n=4)).shape
             (4, 31)
         """
-        values = self._configuration(q)
+        values = self.robot.checked(q)
         typed = np.empty((*values.shape[:-1], self.nq))
         typed[..., : self._base[0]] = values[..., : self._base[0]]
         for slot in self._slots:
@@ -218,8 +217,7 @@ class MultiDofModel:
             >>> np.allclose(model.to_q(model.from_q(q)), q)
             True
         """
-        if couplings not in _POLICIES:
-            raise UnknownName("couplings policy", couplings, _POLICIES)
+        choice(couplings, _POLICIES, "couplings policy")
         q, mismatches, batch = self._taken_apart(q_typed, reference)
         if couplings == "raise":
             violations = coupling_violations(mismatches, batch)
@@ -268,7 +266,7 @@ class MultiDofModel:
             >>> model.ball_angles(model.from_q(q), "LHipRoll").angles.round(9).tolist()
             [-0.2, 0.1, -0.4]
         """
-        typed = self._typed_configuration(q_typed)
+        typed = self._quaternions.checked(q_typed)
         for ball in self._balls:
             if joint == ball.name or joint in (reading.name for reading in ball.readings):
                 return turns_of_quaternion(ball, ball.quaternions(typed))
@@ -297,7 +295,7 @@ class MultiDofModel:
             >>> model.velocity_matrix(nao.neutral()).shape
             (29, 25)
         """
-        values = self._configuration(q)
+        values = self.robot.checked(q)
         E = np.zeros((*values.shape[:-1], self.nv, self.robot.nv))
         base = np.arange(self._base[1])
         E[..., base, base] = 1.0
@@ -333,7 +331,7 @@ class MultiDofModel:
             >>> np.allclose(model.fk(model.from_q(q), "LLeg"), nao.fk(q, "LLeg"))
             True
         """
-        typed = self._typed_configuration(q_typed)
+        typed = self._quaternions.checked(q_typed)
         one = isinstance(frame, str)
         names = self.link_names if frame is None else (frame,) if one else frame
         poses = self._kinematics.poses(typed, self._frame_ids(names))  # type: ignore[arg-type]
@@ -363,7 +361,7 @@ class MultiDofModel:
             >>> np.allclose(J, nao.jacobian(q, "LLeg"))
             True
         """
-        typed = self._typed_configuration(q_typed)
+        typed = self._quaternions.checked(q_typed)
         (frame_id,), expression = self._frame_ids((frame,)), expression_named(expressed_in)
         return self._kinematics.jacobians(typed, frame_id, expression)
 
@@ -381,27 +379,17 @@ class MultiDofModel:
             >>> np.allclose(model.com(model.from_q(q)), nao.com(q))
             True
         """
-        typed = self._typed_configuration(q_typed)
+        typed = self._quaternions.checked(q_typed)
         return self._kinematics.centres_of_mass(typed)
 
     # --- inside ---------------------------------------------------------------------------------------------------
-
-    def _configuration(self, q: ArrayLike) -> Floats:
-        values = as_floats(q, (self.robot.nq,), "q")
-        if self._base[0]:
-            # The robot's own check of its base's quaternion.
-            self.robot.angles(values)
-        return values
-
-    def _typed_configuration(self, q_typed: ArrayLike) -> Floats:
-        return self._quaternions.checked(q_typed)
 
     def _taken_apart(
         self, q_typed: ArrayLike, reference: ArrayLike | None
     ) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
         """Configurations (n, robot.nq), what the couplings miss, and the batch shape that n stands for."""
-        typed = self._typed_configuration(q_typed)
-        target = None if reference is None else self._configuration(reference)
+        typed = self._quaternions.checked(q_typed)
+        target = None if reference is None else self.robot.checked(reference)
         batch = typed.shape[:-1]
         if target is not None:
             batch = common_batch("q_typed and reference", batch, target.shape[:-1])

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, unit, whole_number
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors, choice, unit, whole_number
 from nao_kin._core.text import html_table, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot.semantics import Mimic
@@ -169,9 +169,7 @@ def kinematic_pair(name: str) -> KinematicPair:
         >>> nk.joints.kinematic_pair("universal").pinocchio
         'JointModelUniversal'
     """
-    if not isinstance(name, str) or name not in KINEMATIC_PAIRS:
-        raise UnknownName("pair", name, tuple(KINEMATIC_PAIRS))
-    return KINEMATIC_PAIRS[name]
+    return KINEMATIC_PAIRS[choice(name, KINEMATIC_PAIRS, "pair")]
 
 
 def mobility(
@@ -265,39 +263,6 @@ class Singularity:
         return min(max(self.lower - angle, angle - self.upper) for angle in turns)
 
 
-@dataclass(frozen=True)
-class Coupling:
-    """One motor for two joints: value of `joint` = multiplier · value of `driver` + offset.
-
-    Attributes:
-        joint: the joint that follows.
-        mimic: how it follows.
-
-    Examples:
-        >>> groups = nk.joints.group_joints(nk.load_nao())
-        >>> [(coupling.joint, coupling.mimic.joint) for coupling in groups.couplings][-1]
-        ('RHipYawPitch', 'LHipYawPitch')
-    """
-
-    joint: str
-    mimic: Mimic
-
-    @property
-    def driver(self) -> str:
-        """The joint it follows."""
-        return self.mimic.joint
-
-    @property
-    def multiplier(self) -> float:
-        """Ratio of the two values."""
-        return self.mimic.multiplier
-
-    @property
-    def offset(self) -> float:
-        """Value when the driver is at zero."""
-        return self.mimic.offset
-
-
 @dataclass(frozen=True, eq=False)
 class MultiDofJoint:
     """One joint of the robot, made of one to three joints of its URDF.
@@ -364,6 +329,8 @@ class JointGroups:
         >>> groups = nk.joints.group_joints(nk.load_nao())
         >>> len(groups), groups.rule
         (15, 'coincident')
+        >>> groups.mimics["RHipYawPitch"].joint
+        'LHipYawPitch'
     """
 
     joints: tuple[MultiDofJoint, ...]
@@ -391,11 +358,6 @@ class JointGroups:
             if name == joint.name or name in joint.joints:
                 return joint
         raise UnknownName("joint", name, [part for joint in self.joints for part in joint.joints])
-
-    @property
-    def couplings(self) -> tuple[Coupling, ...]:
-        """The motors that drive two joints, one row for each joint that follows."""
-        return tuple(Coupling(joint, mimic) for joint, mimic in self.mimics.items())
 
     @property
     def mobility(self) -> int:

@@ -355,17 +355,15 @@ def joint_table(
         tolerance: with `typed`, how far the axes of a merged joint may miss their common point [m].
 
     Raises:
-        UnknownName, BadArgument, BadModel: as `group_joints`.
+        UnknownName, BadArgument: as `group_joints`.
 
     Examples:
         >>> nk.joints.joint_table(nk.load_nao(), typed=True).summary
         '25 DOF = 2×3 + 7×2 + 6×1 − 1'
     """
     groups = group_joints(robot, rule=rule, tolerance=tolerance) if flag(typed, "typed") else unmerged_joints(robot)
-    chains = _chains(groups, getattr(robot, "chains", {}))
-    order = list(dict.fromkeys(chains[joint.name] for joint in groups))
-    named = [chain for chain in getattr(robot, "chains", {}) if chain in order]
-    order = named + [chain for chain in order if chain not in named]
+    chains = _chains(groups, robot.chains)
+    order = list(dict.fromkeys((*robot.chains, *chains.values())))
     drivers = {name: mimic.joint for name, mimic in groups.mimics.items()}
     rows = [_row(joint, chains[joint.name], drivers) for joint in groups]
     return JointTable(

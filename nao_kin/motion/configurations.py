@@ -173,11 +173,10 @@ def filled(robot: RobotModel, fill: str | ArrayLike) -> Floats:
             return robot.posture(fill)
         start = robot.semantics.start
         return robot.posture(start) if start in robot.posture_names else robot.clamp(robot.neutral())
-    q = np.array(as_floats(fill, (), "fill"))
+    q = as_floats(fill, (), "fill")
     if q.shape != (robot.nq,):
         raise WrongShape("fill", f"({robot.nq},), or be the name of a posture", q.shape)
-    robot.angles(q)  # refuses a base that is none
-    return q
+    return np.array(robot.checked(q))
 
 
 def motor_values(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:

@@ -288,9 +288,7 @@ def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike |
     check_robot(robot)
     if torso_in_world is None:
         return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, _TORSO)))
-    T = as_batch(torso_in_world, (4, 4), "torso_in_world")
-    position6d(T)  # refuses what is not rigid
-    return T
+    return _rigid(as_batch(torso_in_world, (4, 4), "torso_in_world"), "torso_in_world")
 
 
 def _between(T_world_feet: Floats) -> Floats:

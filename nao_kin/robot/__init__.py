@@ -2,11 +2,10 @@
 
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS, Base, ModelNumbers
-from nao_kin.robot.chains import SerialChain, SharedMotor, Topology, joints_below, serial_chain, topology
+from nao_kin.robot.chains import SerialChain, Topology, joints_below, serial_chain, topology
 from nao_kin.robot.checks import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.robot.geometry import GeometryKind, UnreadableShape, shape_geometry
-from nao_kin.robot.kinematic_methods import WORLD, KinematicMethods
-from nao_kin.robot.kinematics import Expression, FrameIds, Kinematics, PoseForm, expression_named
+from nao_kin.robot.kinematics import WORLD, Expression, FrameIds, Kinematics, PoseForm, expression_named
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitPolicy, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot
@@ -25,7 +24,6 @@ __all__ = [
     "Expression",
     "FrameIds",
     "GeometryKind",
-    "KinematicMethods",
     "Kinematics",
     "LimitPolicy",
     "LimitViolation",
@@ -34,7 +32,6 @@ __all__ = [
     "PoseForm",
     "RobotModel",
     "SerialChain",
-    "SharedMotor",
     "SupportPolygon",
     "Topology",
     "UnreadableShape",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
@@ -42,11 +43,12 @@ _PRISMATIC = {(1, 0, 0): pin.JointModelPX, (0, 1, 0): pin.JointModelPY, (0, 0, 1
 _HERE = pin.SE3.Identity()
 
 
-def build_model(tree: UrdfTree, base: Base) -> pin.Model:
-    """The model that Pinocchio's own parser makes of such a URDF: the same joints, frames and bodies in the same order.
+# The model of each tree and base, as long as the tree is in use.
+_BUILT: dict[tuple[int, Base], pin.Model] = {}
 
-    Made joint by joint, and not by that parser, because the parser orders siblings by name, knows no unlimited joint of
-    one coordinate, and calls itself once for every link of a chain.
+
+def build_model(tree: UrdfTree, base: Base) -> pin.Model:
+    """A model of a URDF, built once; each caller gets a copy, and may change it.
 
     Args:
         tree: the URDF as read.
@@ -58,6 +60,19 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
     """
     if not isinstance(base, str) or base not in ("fixed", "floating"):
         raise BadArgument(f"base must be 'fixed' or 'floating', got {quoted(base)}")
+    key = id(tree), base
+    if key not in _BUILT:
+        _BUILT[key] = _built(tree, base)
+        weakref.finalize(tree, _BUILT.pop, key, None).atexit = False
+    return _BUILT[key].copy()
+
+
+def _built(tree: UrdfTree, base: Base) -> pin.Model:
+    """The model that Pinocchio's own parser makes of such a URDF: the same joints, frames and bodies in the same order.
+
+    Made joint by joint, and not by that parser, because the parser orders siblings by name, knows no unlimited joint of
+    one coordinate, and calls itself once for every link of a chain.
+    """
     if len(tree.moving_joints) > MOST_JOINTS:
         raise BadModel(
             f"{tree.name}: {len(tree.moving_joints)} moving joints; "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,27 +126,6 @@ def _motion(row: UrdfJoint, sign: float) -> tuple[bool, Mimic]:
 
 
 @dataclass(frozen=True)
-class SharedMotor:
-    """A joint that has no motor of its own.
-
-    Attributes:
-        joint: the joint that follows.
-        driver: the joint whose motor moves both.
-        between_limbs: whether the two belong to different limbs, as NAO's two HipYawPitch joints do; the fingers of a
-            hand that follow its motor do not.
-
-    Examples:
-        >>> motors = nk.robot.topology(nk.load_nao()).couplings
-        >>> [(motor.joint, motor.driver) for motor in motors if motor.between_limbs]
-        [('RHipYawPitch', 'LHipYawPitch')]
-    """
-
-    joint: str
-    driver: str
-    between_limbs: bool
-
-
-@dataclass(frozen=True)
 class Topology:
     """The structure of a robot.
 
@@ -155,7 +135,9 @@ class Topology:
         closed_loops: independent loops of the graph of links and joints, joints − links + 1; 0 for a tree.
         chains: the serial chains, each from the root outwards: the longest runs of joints without a branch. Joints that
             follow another one of their own limb are left out: they belong to a hand or a mechanism, not to a chain.
-        couplings: the joints that follow another one.
+        couplings: joints that follow another one, and how, from the root outwards.
+        couplings_between_limbs: those of them that follow a joint of another limb, as NAO's right HipYawPitch does; the
+            fingers of a hand that follow its motor do not.
 
     Examples:
         >>> topology = nk.robot.topology(nk.load_nao())
@@ -163,18 +145,16 @@ class Topology:
         (25, 42, 0)
         >>> topology.chains[0]
         ('HeadYaw', 'HeadPitch')
+        >>> {joint: mimic.joint for joint, mimic in topology.couplings_between_limbs.items()}
+        {'RHipYawPitch': 'LHipYawPitch'}
     """
 
     degrees_of_freedom: int
     moving_joints: int
     closed_loops: int
     chains: tuple[tuple[str, ...], ...]
-    couplings: tuple[SharedMotor, ...]
-
-    @property
-    def couplings_between_limbs(self) -> tuple[SharedMotor, ...]:
-        """The couplings between two limbs."""
-        return tuple(coupling for coupling in self.couplings if coupling.between_limbs)
+    couplings: Mapping[str, Mimic]
+    couplings_between_limbs: Mapping[str, Mimic]
 
 
 def topology(robot: RobotModel) -> Topology:
@@ -188,31 +168,27 @@ def topology(robot: RobotModel) -> Topology:
         25
     """
     check_robot(robot)
-    names, parents = _tree_of_joints(robot)
+    parents = _carriers(robot)
+    names = list(parents)
     limbs = {name: _ancestry(name, parents)[-1] for name in names}
-    couplings = tuple(
-        SharedMotor(name, robot.mimics[name].joint, limbs[name] != limbs[robot.mimics[name].joint])
-        for name in names
-        if name in robot.mimics
-    )
-    left_out = {coupling.joint for coupling in couplings if not coupling.between_limbs}
+    couplings = {name: robot.mimics[name] for name in names if name in robot.mimics}
+    between_limbs = {name: mimic for name, mimic in couplings.items() if limbs[name] != limbs[mimic.joint]}
+    left_out = couplings.keys() - between_limbs
     return Topology(
         degrees_of_freedom=len(robot.joint_names),
         moving_joints=len(names),
         closed_loops=len(robot.tree.joints) - len(robot.tree.links) + 1,
         chains=_serial_chains([name for name in names if name not in left_out], parents),
         couplings=couplings,
+        couplings_between_limbs=between_limbs,
     )
 
 
-def _tree_of_joints(robot: RobotModel) -> tuple[list[str], dict[str, str | None]]:
-    """The moving joints from the root outwards, and the joint that carries each; None for the base."""
-    model = robot.model
-    base = {0} | {joint.id for joint in list(model.joints)[1:] if joint.nq > 1}
-    ids = [index for index in range(1, model.njoints) if index not in base]
-    carrier = {index: int(model.parents[index]) for index in ids}
-    names = {index: str(model.names[index]) for index in ids}
-    return list(names.values()), {names[index]: names.get(carrier[index]) for index in ids}
+def _carriers(robot: RobotModel) -> dict[str, str | None]:
+    """Moving joint → the joint that carries it, None for the base; from the root outwards."""
+    names, parents = list(robot.model.names), list(robot.model.parents)
+    first = len(names) - len(robot.tree.moving_joints)  # before it stand the universe and a floating base
+    return {names[i]: names[parents[i]] if parents[i] >= first else None for i in range(first, len(names))}
 
 
 def _ancestry(name: str, parents: dict[str, str | None]) -> list[str]:

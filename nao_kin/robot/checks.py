@@ -22,6 +22,8 @@ _PLAIN = frozenset((float, int, np.float64))
 COUPLING_TOLERANCE = 1e-6
 # A quaternion within this of norm 1 is meant to be one; what is left of the norm is divided out.
 UNIT_TOLERANCE = 1e-6
+# A quaternion divided by its norm has a norm within this of 1.
+_UNIT_ROUNDING = 2.0 * float(np.finfo(np.float64).eps)
 
 
 class Coordinates:
@@ -214,8 +216,9 @@ class ConfigurationChecks:
         if self._floating:
             self.check_base(array)
             array = array.copy()
-            # What is left of the norm would end up in the rotation matrices.
-            array[..., 3:7] /= np.linalg.norm(array[..., 3:7], axis=-1)[..., None]
+            norms = np.linalg.norm(array[..., 3:7], axis=-1)[..., None]
+            # What is left of the norm would end up in the rotation matrices; what is rounding stays as it came.
+            array[..., 3:7] /= np.where(np.abs(norms - 1.0) <= _UNIT_ROUNDING, 1.0, norms)
         return array
 
     def check_base(self, q: NDArray[Any]) -> None:

@@ -8,7 +8,10 @@ from typing import Any, Literal
 import numpy as np
 import pinocchio as pin
 
+from nao_kin._core.arrays import choice
 from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.warn import warn_caller
+from nao_kin.errors import MissingShapeWarning
 from nao_kin.robot.kinematics import FrameTable
 from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Packages, Sphere, UrdfTree, Visual
 
@@ -63,10 +66,8 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
         raise UnreadableShape(f"its mesh {quoted(shape.filename)} cannot be read: {abbreviated(error)}") from None
 
 
-def geometry_model(
-    model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: GeometryKind
-) -> tuple[pin.GeometryModel, tuple[str, ...]]:
-    """Return the shapes of a robot as a `GeometryModel`, and one line for each that is left out.
+def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: GeometryKind) -> pin.GeometryModel:
+    """Return the shapes of a robot as a `GeometryModel`.
 
     The objects are named as Pinocchio's own parser names them: the link and the number among its shapes of this kind.
 
@@ -75,7 +76,14 @@ def geometry_model(
         frames: its frames by name.
         tree: the URDF as read.
         kind: "visual" or "collision".
+
+    Raises:
+        UnknownName: no such kind.
+
+    Warns:
+        MissingShapeWarning: some shapes are left out, because their meshes are missing or cannot be read.
     """
+    choice(kind, KINDS, "kind of geometry")
     geometry, packages = pin.GeometryModel(), tree.packages
     notes = list(tree.visual_notes if kind == "visual" else tree.collision_notes)
     count: dict[str, int] = {}
@@ -98,4 +106,7 @@ def geometry_model(
         colour = row.rgba if isinstance(row, Visual) else None
         placed.meshColor, placed.overrideMaterial = np.array(colour or _GREY), colour is not None
         geometry.addGeometryObject(placed)
-    return geometry, tuple(notes)
+    if notes:
+        more = f" (and {len(notes) - 1} more)" if len(notes) > 1 else ""
+        warn_caller(f"{tree.name}: {notes[0]}{more}", MissingShapeWarning)
+    return geometry

@@ -27,6 +27,8 @@ Expression = Literal["frame", "root", "mixed"]
 PoseForm = Literal["matrix", "position_quaternion", "position6d"]
 FrameIds = tuple[int, ...]
 
+# The name of the root as a reference, unless the robot has a frame of this name.
+WORLD = "world"
 EXPRESSIONS = ("frame", "root", "mixed")
 POSE_FORMS = ("matrix", "position_quaternion", "position6d")
 
@@ -447,8 +449,18 @@ class FrameTable:
             )
         return self._ids[name]
 
-    def ids(self, names: Sequence[str] | None) -> FrameIds:
-        """The frames of these names; all links for None.
+    def reference_id(self, name: object) -> int | None:
+        """The frame called `name`; None for the root, which None and "world" mean where no frame has that name.
+
+        Raises:
+            UnknownName: there is none.
+        """
+        if name is None or (isinstance(name, str) and name == WORLD and name not in self._ids):
+            return None
+        return self.id(name)
+
+    def ids(self, names: str | Sequence[str] | None) -> FrameIds:
+        """The frames of these names, or of one name; all links for None.
 
         Raises:
             UnknownName: there is no such frame, or `names` are no names.
@@ -456,7 +468,7 @@ class FrameTable:
         if names is None:
             return self._link_ids
         try:
-            key = tuple(names)
+            key = (names,) if isinstance(names, str) else tuple(names)
         except TypeError:  # one thing that is no name, where several names are expected
             raise UnknownName("frame", names, self.names) from None
         try:

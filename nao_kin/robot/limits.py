@@ -11,8 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
-from nao_kin.errors import UnknownName
+from nao_kin._core.arrays import Floats, choice
 from nao_kin.robot.semantics import CoupledLimit
 
 # A value outside a limit by no more than this [rad, m or ratio] is on it, and is taken as it is: files hold single
@@ -242,5 +241,4 @@ def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
 
 def check_policy(limits: str) -> None:
     """Raise `UnknownName` for what is no limits policy."""
-    if not isinstance(limits, str) or limits not in get_args(LimitPolicy):
-        raise UnknownName("limits policy", limits, get_args(LimitPolicy))
+    choice(limits, get_args(LimitPolicy), "limits policy")

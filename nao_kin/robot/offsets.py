@@ -14,8 +14,8 @@ from nao_kin._core.arrays import Floats, as_floats, split_poses
 from nao_kin._core.files import read_toml
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape, nearest_names
-from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
-from nao_kin.rotations import angle_between, check_rotation, exp, matrix_from_rpy, rpy_from_matrix
+from nao_kin.robot.urdf import Origin, UrdfTree
+from nao_kin.rotations import angle_between, check_rotation, matrix_from_rpy, rpy_from_matrix
 
 _KINDS = ("joints", "frames")
 
@@ -42,7 +42,7 @@ def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mappin
         row, offset = moving[name], as_floats(value, (), f"the offset of {name}")
         if offset.shape != ():
             raise WrongShape(f"the offset of {name}", "()", offset.shape)
-        origins[name] = _after(row.origin, _travel(row, float(offset)))
+        origins[name] = _after(row.origin, row.travel(float(offset)))
         notes.append(f"joint {name}: offset {float(offset):g}")
     for name, value in _entries(frames, "frames"):
         link = tree.shared_names.get(name, name)
@@ -123,16 +123,6 @@ def _pose(value: ArrayLike, what: str) -> Floats:
     except NaoKinError as error:
         raise BadArgument(f"{what}: {error}") from None
     return np.array(array)
-
-
-def _travel(row: UrdfJoint, value: float) -> Floats:
-    """What a joint does at a value."""
-    T = np.eye(4)
-    if row.kind == "prismatic":
-        T[:3, 3] = value * np.array(row.axis)
-    else:
-        T[:3, :3] = exp(value * np.array(row.axis))
-    return T
 
 
 def _after(origin: Origin, T: Floats) -> Origin:

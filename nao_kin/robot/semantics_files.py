@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -72,7 +72,7 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
         BadModel: a joint, a frame or a posture is named that is not there; a posture that no motors take; a coupled
             limit of a joint that follows.
     """
-    moving = [joint.name for joint in tree.moving_joints]
+    moving, mimics = [joint.name for joint in tree.moving_joints], tree.mimics
     _check(semantics.joints(), moving, "joint", tree.name)
     _check(semantics.frames(), {*moving, *tree.links, *tree.shared_names}, "frame", tree.name)
     if semantics.start and semantics.start not in semantics.postures:
@@ -82,7 +82,7 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     _check_postures(semantics, tree)
     for table in semantics.coupled_limits:
         for name in (table.joint, table.of):
-            if name in tree.mimics:
+            if name in mimics:
                 raise BadModel(
                     f"semantics of {tree.name}: a coupled limit names {quoted(name)}, which follows another joint"
                 )
@@ -90,8 +90,8 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
 
 
 def _check_postures(semantics: Semantics, tree: UrdfTree) -> None:
-    own = tuple(joint.name for joint in tree.moving_joints if joint.mimic is None)
-    coordinates = Coordinates(own, tree.mimics)
+    own = [joint.name for joint in tree.moving_joints if joint.mimic is None]
+    coordinates = Coordinates(tuple(own), tree.mimics)
     for name, posture in semantics.postures.items():
         try:
             if coordinates.plain_values(dict(posture.angles)) is None:
@@ -102,10 +102,11 @@ def _check_postures(semantics: Semantics, tree: UrdfTree) -> None:
             raise BadModel(f"semantics of {tree.name}: posture {quoted(name)}: {error}") from None
 
 
-def _check(named: Iterable[tuple[str, str]], valid: Collection[str], kind: str, robot: str) -> None:
+def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: str, robot: str) -> None:
     known = set(valid)
-    for name, where in named:
+    for name, (part, its_name) in named.items():
         if name not in known:
+            where = f"{part} {quoted(its_name)}" if its_name else part
             near = ", ".join(nearest_names(name, valid))
             advice = f" (nearest: {near})" if near else ""
             raise BadModel(f"semantics of {robot}: {where} names the {kind} {quoted(name)}, which is not there{advice}")

@@ -6,7 +6,7 @@ of what lies below them, and says nothing about friction.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -150,3 +150,19 @@ def polygon_below(soles: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]
         2
     """
     return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))
+
+
+def support_polygon(
+    robot: RobotModel, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
+) -> SupportPolygon:
+    """The polygon below the soles of a robot at one configuration; `RobotModel.support_polygon` says what is meant."""
+    named = robot.semantics.soles if soles is None else soles
+    robot.frame_ids(named)
+    names = (named,) if isinstance(named, str) else tuple(named)
+    if not names:
+        raise BadArgument(f"{robot.name} has no soles in its semantics; name frames that stand, as in soles=[…]")
+    row = robot.checked(q)
+    if row.ndim != 1:
+        raise WrongShape("q", f"({robot.nq},), one configuration", row.shape)
+    poses = robot.fk(row, names, reference=names[0] if reference is None else reference)
+    return polygon_below((T, sole_corners(robot, name)) for T, name in zip(poses, names, strict=True))

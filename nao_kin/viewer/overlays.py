@@ -125,8 +125,7 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
     Raises:
         WrongShape, NotFinite, BadArgument: q is no configuration, or too large a one.
     """
-    robot.angles(q)  # refuses all that is no configuration
-    array = np.array(q, dtype=np.float64)
+    array = np.array(robot.checked(q))
     if array.ndim != 1:
         raise WrongShape("q", f"({robot.nq},)", array.shape)
     check_size(robot, array)
@@ -147,8 +146,7 @@ def clip(
         raise BadArgument(f"fps must be positive, got {rate:g}")
     if isinstance(qs, Motion):
         qs = qs.configurations(robot, rate=rate, fill=fill, hips=hips).q
-    array = np.array(as_floats(qs, (robot.nq,), "qs"))
-    robot.angles(array)  # refuses all that is no configuration
+    array = np.array(robot.checked(as_floats(qs, (robot.nq,), "qs")))
     if array.ndim != 2 or len(array) == 0:
         raise WrongShape("qs", f"(n, {robot.nq}) with n ≥ 1", array.shape)
     check_size(robot, array)
@@ -197,10 +195,8 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
     if array.ndim not in (1, 2):
         raise WrongShape("configurations", f"({robot.nq},) or (k, {robot.nq})", array.shape)
     numbered_from = whole_number(first, "first", 0, _LARGEST_FIRST) if array.ndim == 2 else None
-    array = np.atleast_2d(array)
-    if len(array):
-        robot.angles(array)  # refuses all that are no configurations
-        check_size(robot, array)
+    array = robot.checked(np.atleast_2d(array))
+    check_size(robot, array)
     if len(array) > _MOST_GHOSTS:
         raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
     share = checked_opacity(opacity)

@@ -32,7 +32,7 @@ def problem_2() -> Problem:
             Row(
                 "it is one motor for both HipYawPitch joints",
                 "robot.topology",
-                [{coupling.joint, coupling.driver} for coupling in couplings] == [{"LHipYawPitch", "RHipYawPitch"}],
+                [{joint, mimic.joint} for joint, mimic in couplings.items()] == [{"LHipYawPitch", "RHipYawPitch"}],
                 True,
             ),
         ),

@@ -255,7 +255,7 @@ def test_every_name_of_nao_moveit_config_resolves() -> None:
 def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
     tree, _ = nk.export.variant(nao, names="ros", frames=frames)
-    named = {frame for frame, _ in named_semantics(nao.semantics, "ros").frames()}
+    named = set(named_semantics(nao.semantics, "ros").frames())
     assert (named <= set(tree.links)) == (frames != "none")
 
 

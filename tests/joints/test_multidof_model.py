@@ -156,7 +156,7 @@ def test_only_the_links_inside_balls_need_coordinates_beside_the_fifteen_joints(
     assert extra == {"LHipYawPitch", "LHipRoll", "RHipRoll"}
     assert extra < set(typed.carriers)
     assert typed.nv - len(extra) == 26
-    assert typed.nv - len(extra) - len(typed.groups.couplings) == typed.robot.nv == 25
+    assert typed.nv - len(extra) - len(typed.groups.mimics) == typed.robot.nv == 25
 
 
 def test_carriers_are_the_inner_joints_of_merged_ones(each_nao) -> None:

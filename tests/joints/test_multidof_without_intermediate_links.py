@@ -19,7 +19,7 @@ BETWEEN = {"Neck", *(f"{side}{part}" for side in "LR" for part in ("Shoulder", "
 def test_the_nao_is_exactly_its_fifteen_joints(each_nao) -> None:
     typed = MultiDofModel(each_nao, intermediate="drop")
     assert (typed.nq, typed.nv) == (28, 26)
-    assert typed.nv - len(typed.groups.couplings) == 25
+    assert typed.nv - len(typed.groups.mimics) == 25
     assert typed.carriers == ()
     assert set(typed.columns) == {joint.name for joint in typed.pairs}
     assert len(typed.pairs) == 15

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import csv
+import gc
 import io
 import json
 import math
@@ -12,6 +13,7 @@ import pickle
 import sys
 from importlib.machinery import ModuleSpec
 from pathlib import Path
+from types import FrameType
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -24,7 +26,8 @@ from nao_kin._core.files import write_bytes, write_text
 from nao_kin.cli import doctor
 from nao_kin.cli import doctor as probes
 from nao_kin.cli.app import run
-from nao_kin.errors import BadArgument, CouplingViolated
+from nao_kin.errors import BadArgument, CouplingViolated, NotFinite, WrongShape
+from nao_kin.robot import build
 from nao_kin.robot.checks import Coordinates
 from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
@@ -339,6 +342,58 @@ def test_nobody_changes_the_tree_that_all_robots_of_a_version_share(nao: nk.NaoM
     for copied in (copy.deepcopy(nao.tree), pickle.loads(pickle.dumps(nao.tree))):
         assert copied == nao.tree
         assert copied.inertials == nao.tree.inertials
+
+
+def test_a_robot_loaded_again_is_kept_where_it_can_be_and_a_model_of_its_own(nao: nk.NaoModel) -> None:
+    calls = 0
+
+    def count(frame: FrameType, event: str, _: object) -> None:
+        nonlocal calls
+        calls += event == "call" and frame.f_code.co_filename.startswith(str(Path(nk.__file__).parent))
+
+    sys.setprofile(count)
+    try:
+        again = nk.load_nao()
+    finally:
+        sys.setprofile(None)
+    assert calls < 300
+    again.model.inertias[1].mass *= 2.0
+    again.model.jointPlacements[1].translation *= 2.0
+    again.model.lowerPositionLimit[0] = -9.0
+    for robot in (nao, nk.load_nao()):
+        assert robot.mass < again.mass
+        assert robot.model.jointPlacements[1] != again.model.jointPlacements[1]
+        assert robot.model.lowerPositionLimit[0] != -9.0
+
+
+def test_a_model_is_kept_no_longer_than_its_tree(nao: nk.NaoModel) -> None:
+    robot = nk.RobotModel.from_urdf(nao.urdf_path)
+    key = id(robot.tree), "fixed"
+    assert key in build._BUILT
+    del robot
+    gc.collect()
+    assert key not in build._BUILT
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_configurations_are_given_back_as_an_array_or_refused(base: str) -> None:
+    nao = nk.load_nao(base=base)
+    q = nao.random(0, (2, 3))
+    q[..., -1] = 5.0  # outside the limits, and a configuration all the same
+    checked = nao.checked(q.tolist())
+    assert checked.dtype == np.float64
+    assert checked == pytest.approx(q, abs=0.0)
+    with pytest.raises(NotFinite, match="RHand"):
+        nao.checked([*q[0, 0, :-1], math.nan])
+    with pytest.raises(WrongShape):
+        nao.checked(q[0, 0, 1:])
+    if base == "floating":
+        q[..., 3:7] *= 1.0 + 5e-7
+        assert np.linalg.norm(nao.checked(q)[..., 3:7], axis=-1) == pytest.approx(1.0, abs=1e-15)
+        q[..., 3:7] = nk.rotations.random_quat(np.random.default_rng(0), (2, 3))
+        assert np.array_equal(nao.checked(q), q)
+        with pytest.raises(BadArgument, match="unit quaternion"):
+            nao.checked(0.5 * q)
 
 
 def test_results_are_c_contiguous_whatever_the_input(nao: nk.NaoModel) -> None:

@@ -8,7 +8,8 @@ import nao_kin as nk
 from nao_kin import crosscheck, joints
 from nao_kin.errors import BadArgument, MissingExtra
 from nao_kin.joints import JointAxes
-from nao_kin.robot import SharedMotor, topology
+from nao_kin.robot import topology
+from nao_kin.robot.semantics import Mimic
 
 VERSIONS = ["v3.2", "v3.3", "v4", "v5", "v6"]
 
@@ -36,14 +37,14 @@ def test_the_nao_is_one_tree_of_five_serial_chains_with_one_coupling(version, ba
     assert structure.closed_loops == 0
     assert set(structure.chains) == set(nao.chains.values())
     assert sum(len(chain) for chain in structure.chains) == 26
-    assert structure.couplings_between_limbs == (SharedMotor("RHipYawPitch", "LHipYawPitch", between_limbs=True),)
+    assert structure.couplings_between_limbs == {"RHipYawPitch": Mimic("LHipYawPitch")}
 
 
 def test_every_joint_is_a_degree_of_freedom_or_follows_one() -> None:
     structure = topology(nk.load_nao())
     assert structure.moving_joints - len(structure.couplings) == structure.degrees_of_freedom
-    followers = {motor.joint for motor in structure.couplings if not motor.between_limbs}
-    assert {motor.driver for motor in structure.couplings if not motor.between_limbs} == {"LHand", "RHand"}
+    followers = structure.couplings.keys() - structure.couplings_between_limbs
+    assert {structure.couplings[name].joint for name in followers} == {"LHand", "RHand"}
     assert all("Finger" in name or "Thumb" in name for name in followers)
 
 
@@ -57,7 +58,7 @@ def test_chains_end_where_the_tree_branches(tmp_path) -> None:
         links="base chest head upper lower",
     )
     assert set(topology(robot).chains) == {("waist",), ("neck",), ("arm", "elbow")}
-    assert topology(robot).couplings == ()
+    assert topology(robot).couplings == {}
 
 
 def test_a_follower_between_two_joints_of_its_limb_does_not_break_the_chain(tmp_path) -> None:
@@ -71,7 +72,8 @@ def test_a_follower_between_two_joints_of_its_limb_does_not_break_the_chain(tmp_
     )
     structure = topology(robot)
     assert set(structure.chains) == {("a", "c"), ("other",)}
-    assert set(structure.couplings) == {SharedMotor("b", "a", between_limbs=False), SharedMotor("other", "a", True)}
+    assert structure.couplings == {"b": Mimic("a"), "other": Mimic("a", 2.0)}
+    assert structure.couplings_between_limbs == {"other": Mimic("a", 2.0)}
     assert structure.degrees_of_freedom == 2
 
 

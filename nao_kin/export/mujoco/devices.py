@@ -133,7 +133,7 @@ def add_sites(
     """
     felt = {link_of(tree, name): name for name in semantics.force_sensors}
     sensing = {link_of(tree, name) for name in (*semantics.accelerometers, *semantics.gyrometers)} | felt.keys()
-    named = {link_of(tree, name) for name, _ in semantics.frames()}
+    named = {link_of(tree, name) for name in semantics.frames()}
     wanted = {"all": set(tree.links), "effectors": named | sensing, "none": sensing}[frames]
     for body, one in zip(bodies.bodies, added, strict=True):
         sizes = _felt_sizes({link: T for link, T in body.links.items() if link in felt})

@@ -78,7 +78,7 @@ class NaoModel(RobotModel):
             >>> body.shape, dict(zip(nao.body_order, body.round(3).tolist()))["RHipYawPitch"]
             ((26,), -0.17)
         """
-        return self._coordinates.with_mimics(self._checked(q)[..., self._q_offset :], BODY_ORDER)
+        return self._coordinates.with_mimics(self._configurations.joints(q), BODY_ORDER)
 
     def from_body(self, body: ArrayLike, *, limits: LimitPolicy = "ignore") -> Floats:
         """The configuration with the given values in NAOqi's Body order.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -17,28 +17,45 @@ from nao_kin.robot.nao.rows import (
     VERSIONS,
     ActuatorRow,
     Coordinate,
-    FrameRow,
     InertialRow,
     LimitRow,
-    OffsetRow,
     ShapeRow,
+    Tables,
     Version,
+    VersionedRow,
     VisualRow,
-    with_versions,
 )
 from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS
 from nao_kin.robot.semantics import CoupledLimit, Mimic
 
+_Row = TypeVar("_Row", bound=VersionedRow)
+
+
+def _of_all_versions(table: Callable[[Tables], Sequence[_Row]]) -> tuple[_Row, ...]:
+    """One table of the rows of all versions, each row once, with the versions it holds for.
+
+    Args:
+        table: which of the tables.
+
+    Returns:
+        The rows of the newest version in their order, after each those of older versions about the same, and at the
+        end those that only older versions have.
+    """
+    held: dict[str, dict[_Row, list[Version]]] = {}
+    for version in reversed(VERSIONS):
+        for row in table(TABLES[version]):
+            held.setdefault(row.key, {}).setdefault(row, []).insert(0, version)
+    return tuple(replace(row, versions=tuple(found)) for rows in held.values() for row, found in rows.items())
+
+
 # The rows of all versions, each with the versions it holds for.
-OFFSETS: tuple[OffsetRow, ...] = with_versions({version: tables.offsets for version, tables in TABLES.items()})
-LIMITS: tuple[LimitRow, ...] = with_versions({version: tables.limits for version, tables in TABLES.items()})
-ACTUATORS: tuple[ActuatorRow, ...] = with_versions({version: tables.actuators for version, tables in TABLES.items()})
-INERTIALS: tuple[InertialRow, ...] = with_versions({version: tables.inertials for version, tables in TABLES.items()})
-FRAMES: tuple[FrameRow, ...] = with_versions({version: tables.frames for version, tables in TABLES.items()})
-VISUALS: tuple[VisualRow, ...] = with_versions({version: tables.visuals for version, tables in TABLES.items()})
-(PLACEHOLDER,) = with_versions(
-    {version: (tables.placeholder,) if tables.placeholder else () for version, tables in TABLES.items()}
-)
+OFFSETS = _of_all_versions(lambda tables: tables.offsets)
+LIMITS = _of_all_versions(lambda tables: tables.limits)
+ACTUATORS = _of_all_versions(lambda tables: tables.actuators)
+INERTIALS = _of_all_versions(lambda tables: tables.inertials)
+FRAMES = _of_all_versions(lambda tables: tables.frames)
+VISUALS = _of_all_versions(lambda tables: tables.visuals)
+(PLACEHOLDER,) = _of_all_versions(lambda tables: (tables.placeholder,) if tables.placeholder else ())
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, TypeVar, get_args
+from typing import Literal, TypeVar, get_args
 
 from nao_kin._core.arrays import Vector
 from nao_kin.errors import UnknownName
@@ -53,19 +53,15 @@ class VersionedRow:
 
     versions: tuple[Version, ...] = ()
 
-    # The fields that say what the row is about, and the one that says what carries it, where rows may come and go.
-    _KEY: ClassVar[tuple[str, ...]] = ()
-    _PLACE: ClassVar[str | None] = None
-
     @property
     def key(self) -> str:
-        """What it is about; a table holds one row of a key for each version."""
-        return "/".join(getattr(self, name) for name in self._KEY)
+        """What it is about, its first field; a table holds one row of a key for each version."""
+        return str(getattr(self, next(iter(self.__match_args__))))
 
     @property
     def place(self) -> str | None:
         """The joint that carries it, where rows may come and go; None where every version has the row."""
-        return None if self._PLACE is None else str(getattr(self, self._PLACE))
+        return getattr(self, "parent", None)
 
 
 @dataclass(frozen=True)
@@ -81,8 +77,6 @@ class OffsetRow(VersionedRow):
         >>> row.offset.name, row.value_mm
         ('NeckOffsetZ', 126.5)
     """
-
-    _KEY = ("name",)
 
     offset: Offset
     value_mm: float
@@ -163,8 +157,6 @@ class LimitRow(VersionedRow):
         ('HeadYaw', -119.5, 119.5, 'deg')
     """
 
-    _KEY = ("joint",)
-
     joint: str
     lower: float
     upper: float
@@ -186,8 +178,6 @@ class ActuatorRow(VersionedRow):
         >>> row.joint, row.velocity, row.effort
         ('HeadYaw', 8.26797, 1.547)
     """
-
-    _KEY = ("joint",)
 
     joint: str
     velocity: float
@@ -232,8 +222,6 @@ class InertialRow(VersionedRow):
         ('torso', 1.04956)
     """
 
-    _KEY = ("link",)
-
     link: str
     mass_kg: float
     com_m: Vector
@@ -257,9 +245,6 @@ class FrameRow(VersionedRow):
         >>> row.name, row.parent
         ('Accelerometer', 'torso')
     """
-
-    _KEY = ("name",)
-    _PLACE = "parent"
 
     name: str
     ros_name: str | None
@@ -310,13 +295,15 @@ class VisualRow(VersionedRow):
         'torso'
     """
 
-    _KEY = ("parent", "part")
-    _PLACE = "parent"
-
     parent: str
     part: str
     colours: tuple[str, ...]
     source: str = "GEN"
+
+    @property
+    def key(self) -> str:
+        """The joint and the part."""
+        return f"{self.parent}/{self.part}"
 
     @property
     def meshes(self) -> tuple[str, ...]:
@@ -476,20 +463,3 @@ def overlaid(
                 raise UnknownName(what, row.key, tuple(rows))
             rows[next((key for key in beside if key in without), beside[-1])].append(row)
     return tuple(row for group in rows.values() for row in group)
-
-
-def with_versions(tables: Mapping[Version, Sequence[_Row]]) -> tuple[_Row, ...]:
-    """One table of the rows of all versions, each row once, with the versions it holds for.
-
-    Args:
-        tables: the rows of each version.
-
-    Returns:
-        The rows of the newest version in their order, after each those of older versions about the same, and at the
-        end those that only older versions have.
-    """
-    held: dict[str, dict[_Row, list[Version]]] = {}
-    for version in reversed(VERSIONS):
-        for row in tables[version]:
-            held.setdefault(row.key, {}).setdefault(row, []).insert(0, version)
-    return tuple(replace(row, versions=tuple(found)) for rows in held.values() for row, found in rows.items())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -266,35 +266,31 @@ class Semantics:
             if unit not in UNITS:
                 raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
 
-    def joints(self) -> Iterator[tuple[str, str]]:
-        """Every joint that is named here, with where it is named.
+    def joints(self) -> dict[str, tuple[str, str]]:
+        """Every joint that is named here, with the kind and the name of the part that names it first.
 
         Examples:
             >>> semantics = nk.semantics.Semantics(chains={"Head": ("HeadYaw", "HeadPitch")})
-            >>> [joint for joint, where in semantics.joints()]
-            ['HeadYaw', 'HeadPitch']
+            >>> semantics.joints()
+            {'HeadYaw': ('chain', 'Head'), 'HeadPitch': ('chain', 'Head')}
         """
-        for chain, joints in self.chains.items():
-            yield from ((joint, f"chain {quoted(chain)}") for joint in joints)
-        for posture, values in self.postures.items():
-            yield from ((joint, f"posture {quoted(posture)}") for joint in values.angles)
-        for table in self.coupled_limits:
-            yield from ((joint, "a coupled limit") for joint in (table.joint, table.of))
-        yield from ((joint, "the units") for joint in self.units)
-        for view, what in self.views.items():
-            yield from ((joint, f"view {quoted(view)}") for joint in what.joints)
+        parts: list[tuple[Iterable[str], tuple[str, str]]] = []
+        parts += [(joints, ("chain", name)) for name, joints in self.chains.items()]
+        parts += [(posture.angles, ("posture", name)) for name, posture in self.postures.items()]
+        parts += [((table.joint, table.of), ("a coupled limit", "")) for table in self.coupled_limits]
+        parts += [(self.units, ("the units", ""))]
+        parts += [(view.joints, ("view", name)) for name, view in self.views.items()]
+        return _named_first(parts)
 
-    def frames(self) -> Iterator[tuple[str, str]]:
-        """Every frame that is named here, with where it is named.
+    def frames(self) -> dict[str, tuple[str, str]]:
+        """Every frame that is named here, with the field that names it first.
 
         Examples:
             >>> semantics = nk.semantics.Semantics(soles=("l_sole", "r_sole"))
-            >>> [frame for frame, where in semantics.frames()]
-            ['l_sole', 'r_sole']
+            >>> semantics.frames()
+            {'l_sole': ('soles', ''), 'r_sole': ('soles', '')}
         """
-        for where in FRAME_FIELDS:
-            yield from ((frame, where) for frame in getattr(self, where))
-        yield from ((frame, "fields_of_view") for frame in self.fields_of_view)
+        return _named_first((getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view"))
 
     def __getstate__(self) -> dict[str, object]:
         # Mapping proxies do not pickle.
@@ -303,6 +299,15 @@ class Semantics:
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
         Semantics.__post_init__(self)
+
+
+def _named_first(parts: Iterable[tuple[Iterable[str], tuple[str, str]]]) -> dict[str, tuple[str, str]]:
+    """Name → the first of the parts that has it."""
+    found: dict[str, tuple[str, str]] = {}
+    for names, part in parts:
+        for name in names:
+            found.setdefault(name, part)
+    return found
 
 
 def _mapping(values: object, what: str, kind: type = object) -> Mapping[str, Any]:

@@ -10,10 +10,13 @@ from types import MappingProxyType
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from nao_kin._core.arrays import Vector, decimal
+import numpy as np
+
+from nao_kin._core.arrays import Floats, Vector, decimal
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.document import Packages
+from nao_kin.rotations import exp
 
 # --- The `<visual>` and `<collision>` elements of a URDF as data: where each stands, what it is, what colour it has.
 
@@ -304,6 +307,26 @@ class UrdfJoint:
     friction: float = 0.0
     mimic: Mimic | None = None
 
+    def travel(self, value: float) -> Floats:
+        """Return the pose of the joint's frame at a value, in its frame at zero, shape (4, 4).
+
+        Examples:
+            >>> joint = nk.load_nao().tree.moving_joints[0]
+            >>> joint.travel(np.pi / 2)[:3, 0].round(9).tolist()
+            [0.0, 1.0, 0.0]
+        """
+        return travel(self.kind == "prismatic", self.axis, value)
+
+
+def travel(slides: bool, axis: Vector, value: float) -> Floats:
+    """What a joint does at a value: a pose, shape (4, 4)."""
+    T = np.eye(4)
+    if slides:
+        T[:3, 3] = value * np.array(axis)
+    elif value:
+        T[:3, :3] = exp(value * np.array(axis))
+    return T
+
 
 @dataclass(frozen=True)
 class UrdfTree:
@@ -366,7 +389,7 @@ class UrdfTree:
     @property
     def moving_joints(self) -> tuple[UrdfJoint, ...]:
         """The joints that are not fixed."""
-        return tuple(joint for joint in self.joints if joint.kind != "fixed")
+        return tuple([joint for joint in self.joints if joint.kind != "fixed"])
 
     @property
     def mimics(self) -> dict[str, Mimic]:

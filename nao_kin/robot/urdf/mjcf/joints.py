@@ -17,8 +17,8 @@ import numpy as np
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic, Posture, Semantics
-from nao_kin.robot.urdf.tree import Origin
-from nao_kin.rotations import euler_from_matrix, exp, matrix_from_quat, rpy_from_matrix
+from nao_kin.robot.urdf.tree import Origin, travel
+from nao_kin.rotations import euler_from_matrix, matrix_from_quat, rpy_from_matrix
 
 FREE, BALL, SLIDE, HINGE = range(4)
 """The kinds of joints, as `mujoco.mjtJoint` numbers them."""
@@ -84,7 +84,7 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
         slides = kind == SLIDE
         if not slides:
             T = T @ translation(anchor)
-        T = T @ moved(slides, (x, y, z), -ref)
+        T = T @ travel(slides, (x, y, z), -ref)
         found.append(Motion(joint, 0, name, "prismatic" if slides else "revolute", T, (x, y, z), lower, upper))
         T = np.eye(4) if slides else translation(-anchor)
     return found, T
@@ -140,16 +140,6 @@ def translation(by: Floats) -> Floats:
     """A pose, shape (4, 4), that moves and does not turn."""
     T = np.eye(4)
     T[:3, 3] = by
-    return T
-
-
-def moved(slides: bool, axis: Vector, value: float) -> Floats:
-    """What a joint value does, shape (4, 4)."""
-    T = np.eye(4)
-    if slides:
-        T[:3, 3] = value * np.array(axis)
-    elif value:
-        T[:3, :3] = exp(value * np.array(axis))
     return T
 
 

@@ -25,13 +25,12 @@ from nao_kin.robot.urdf.mjcf.joints import (
     efforts,
     free_joint,
     motions,
-    moved,
     origin,
     pose,
     read_couplings,
     semantics_of,
 )
-from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, names_apart
+from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, names_apart, travel
 
 # --- Which bodies of an MJCF are the robot: files hold floors, tables and things to grasp beside it.
 
@@ -265,7 +264,7 @@ class _Reader:
         T, slides = motion.T_before, motion.kind == "prismatic"
         if name in couplings.locked:
             return UrdfJoint(
-                name, "fixed", parent, child, origin(T @ moved(slides, motion.axis, couplings.locked[name]))
+                name, "fixed", parent, child, origin(T @ travel(slides, motion.axis, couplings.locked[name]))
             )
         dof = int(self.model.jnt_dofadr[motion.id]) + motion.part
         joint = UrdfJoint(
