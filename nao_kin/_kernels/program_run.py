@@ -10,27 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.process import usable_cores
-from nao_kin._kernels.cache import KeptKernel, KernelState, cache_folder, has_numba, need_numba
+from nao_kin._kernels.cache import KeptKernel, need_numba
 from nao_kin._kernels.program import Program, aligned_empty, tile_width
 
-__all__ = [
-    "KernelState",
-    "cache_folder",
-    "given_precision",
-    "kernel",
-    "warm_up",
-]
-
-
-# --- The kernel in the precisions it is compiled for: of what is given, and of what is computed.
-
-_DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
-_PRECISIONS: dict[tuple[np.dtype[Any], np.dtype[Any]], str] = {
-    (_DOUBLE, _DOUBLE): "double",
-    (_DOUBLE, _SINGLE): "double to single",
-    (_SINGLE, _SINGLE): "single",
-}
-_kernels: dict[tuple[np.dtype[Any], np.dtype[Any]], KeptKernel] = {}
+_DOUBLE = np.dtype(np.float64)
 
 
 def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> np.dtype[Any]:
@@ -50,34 +33,9 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
         True
     """
     need_numba("a batch kernel")
-    found = _kernels.get((given, computed))
-    if found is None:
-        from nao_kin._kernels.operations import run, signature
+    from nao_kin._kernels.operations import RUNS
 
-        name = _PRECISIONS[given, computed]
-        made = KeptKernel(
-            run,
-            f"the batch kernel, {name} precision",
-            f"batch kernel, {name} precision",
-            lambda: signature(given, computed),
-        )
-        found = _kernels.setdefault((given, computed), made)
-    return found
-
-
-def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of all precisions ready, so that no later call has to wait for them.
-
-    Returns:
-        The state of each; none where Numba is not installed, for nothing is compiled then.
-
-    Examples:
-        >>> [state.name for state in nk._kernels.warm_up()]
-        ['batch kernel, double precision', 'batch kernel, double to single precision', 'batch kernel, single precision']
-    """
-    if not has_numba():
-        return ()
-    return tuple(kernel(*precisions).warm_up() for precisions in _PRECISIONS)
+    return RUNS[given, computed]
 
 
 # --- Programs run on arrays: any layout and precision in, blocks of rows to one thread or several.

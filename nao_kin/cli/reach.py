@@ -73,11 +73,12 @@ def reach(
     _check_files(output, html, json)
     model = load(version, urdf, robot, package_dir, xacro, offsets)
     from nao_kin import reach as room
+    from nao_kin._kernels import KERNELS, warm_up
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
     previous = _previous(output)
-    room.warm_up()  # what a signal should not have to wait for
+    warm_up(name for name in KERNELS if name.startswith("reach"))  # what a signal should not have to wait for
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
         most = previous.ranges[-1][1] if previous.ranges else 0
