@@ -55,6 +55,7 @@ from nao_kin._kernels.program import (
     ADD_3,
     BASE,
     CROSS,
+    FARTHEST,
     HINGE,
     MATRIX,
     PROJECT,
@@ -70,9 +71,6 @@ from nao_kin._kernels.program import (
 # The arguments of sine and cosine are brought to ±π/4 by taking away whole quarter turns, π/2 in three parts whose
 # products with a count of turns are exact (Cody and Waite); then both are polynomials. The coefficients are those of
 # fdlibm and, for single precision and for the arc tangent, of Cephes.
-
-# Up to here the parts of π/2 are exact; the arguments of larger ones are left to the C library.
-FARTHEST = {8: 1e5, 4: 500.0}
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
