@@ -115,7 +115,7 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
         return _execute(run, program, inputs, given, out[part], part, far)
 
     if threads < 2:
-        peak = work(slice(0, count)) if count else 0
+        peak = _execute(run, program, inputs, given, out, slice(0, count), far) if count else 0
     else:
         # Every thread begins with a full tile.
         tile = tile_width(dtype)
