@@ -261,8 +261,14 @@ def frax_robot(robot: nk.RobotModel, question: str) -> Answer:
     import jax
 
     jax.config.update("jax_enable_x64", True)
+    root = without_shapes(robot)
+    for link in root.iter("link"):
+        if link.find("inertial") is None:  # which frax needs
+            inertial = ElementTree.SubElement(link, "inertial")
+            ElementTree.SubElement(inertial, "mass", value="0")
+            ElementTree.SubElement(inertial, "inertia", dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0"))
     with tempfile.NamedTemporaryFile(suffix=".urdf") as file:
-        ElementTree.ElementTree(without_shapes(robot)).write(file.name)
+        ElementTree.ElementTree(root).write(file.name)
         made = frax.Robot(file.name)
     names = list(made.joint_names)
     column = {name: k for k, name in enumerate(robot.joint_names)}

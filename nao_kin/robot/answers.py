@@ -75,7 +75,7 @@ def tree_frame(model: pin.Model, frame_id: int) -> TreeFrame:
 # --- Many configurations at once: the questions of a robot as programs for the batch kernels.
 
 # So many configurations, and more, are answered by the kernels. Once these are in memory they are as quick as Pinocchio
-# at 8; but reading them takes as long as tens of thousands of configurations, and a handful should not have to wait.
+# at 3 to 8; but reading them takes as long as tens of thousands of configurations, and a handful should not wait.
 CROSSOVER = 32
 
 # Programs that are kept: more than anyone asks for in turn.
