@@ -46,12 +46,12 @@ quick: lint
 kernels: long-kernels other-kernels
 
 # In a process of its own, for one process compiles one kernel at a time.
-LONG := ["bodies", "both legs"]
+LONG := {"ik kernel, bodies", "ik kernel, both legs"}
 long-kernels: $(STAMP)
-	@$(BIN)/python -c 'from nao_kin import ik; ik.warm_up($(LONG))'
+	@$(BIN)/python -c 'from nao_kin import warm_up; warm_up($(LONG))'
 
 other-kernels: $(STAMP)
-	@$(BIN)/python -c 'from nao_kin import _kernels, ik, reach; _kernels.warm_up(), reach.warm_up(); ik.warm_up(set(ik.KERNELS) - set($(LONG)))'
+	@$(BIN)/python -c 'from nao_kin import _kernels, warm_up; warm_up(()); warm_up(_kernels.KERNELS.keys() - $(LONG))'
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -7,6 +7,7 @@ memory that somebody else has warmed up.
 from __future__ import annotations
 
 import importlib.util
+import tempfile
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -254,6 +255,40 @@ def mujoco_loop(robot: nk.RobotModel, question: str) -> Answer:
     return poses
 
 
+def frax_robot(robot: nk.RobotModel, question: str) -> Answer:
+    """frax, compiled by JAX in double precision; the joints that follow others are set by hand."""
+    import frax
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    root = without_shapes(robot)
+    for link in root.iter("link"):
+        if link.find("inertial") is None:  # which frax needs
+            inertial = ElementTree.SubElement(link, "inertial")
+            ElementTree.SubElement(inertial, "mass", value="0")
+            ElementTree.SubElement(inertial, "inertia", dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0"))
+    with tempfile.NamedTemporaryFile(suffix=".urdf") as file:
+        ElementTree.ElementTree(root).write(file.name)
+        made = frax.Robot(file.name)
+    names = list(made.joint_names)
+    column = {name: k for k, name in enumerate(robot.joint_names)}
+    mimics = [robot.mimics.get(name) for name in names]
+    source = np.array([column[mimic.joint if mimic else name] for name, mimic in zip(names, mimics, strict=True)])
+    ratio = np.array([mimic.multiplier if mimic else 1.0 for mimic in mimics])
+    offset = np.array([mimic.offset if mimic else 0.0 for mimic in mimics])
+    rows = [robot.model.frames[frame] for frame in robot.frame_ids(frames_of(robot, question))]
+    # The root, which frax has no joint for, comes after all joints.
+    parents = np.array([names.index(robot.model.names[row.parentJoint]) if row.parentJoint else -1 for row in rows])
+    placements = np.stack([row.placement.homogeneous for row in rows])
+
+    def poses(q: Any) -> Any:
+        joints = jax.numpy.concatenate([made.joint_to_world_transforms(ratio * q[source] + offset), np.eye(4)[None]])
+        return joints[parents] @ placements
+
+    answer = jax.jit(jax.vmap(poses))
+    return lambda q, out: np.copyto(out, np.asarray(answer(q)))
+
+
 def torch_chain(robot: nk.RobotModel, question: str) -> Answer:
     """pytorch_kinematics; the joints that follow others are set by hand."""
     import pytorch_kinematics
@@ -282,6 +317,7 @@ OTHERS = {
     "MuJoCo": ("mujoco", mujoco_loop),
     "pytorch_kinematics": ("pytorch_kinematics", torch_chain),
     "JAX": ("jax", jax_arrays),
+    "frax": ("frax", frax_robot),
 }
 
 

@@ -236,7 +236,8 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print everything as JSON")
     parser.add_argument("--plot", metavar="FILE.svg", help="draw cost against count, frames and threads")
     options = parser.parse_args()
-    nk._kernels.warm_up()
+    precisions = "double", "double to single", "single"
+    nk.warm_up([f"batch kernel, {precision} precision" for precision in precisions])
     timings: list[Timing] = []
     robots = {name: nk.load_nao() if name == "nao" else nk.load_robot(name) for name in options.robots}
     for robot in robots.values():

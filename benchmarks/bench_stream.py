@@ -53,7 +53,7 @@ def main() -> int:
     parser.add_argument("--rows", type=int, nargs="+", default=[ROWS, 1_000_000], help="lengths of files to compare")
     parser.add_argument("--rounds", type=int, default=5, help="runs of the timed command (default 5)")
     options = parser.parse_args()
-    nk._kernels.warm_up()
+    nk.warm_up(["batch kernel, double precision"])
     figures: dict[str, object] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         viewer,
     )
     from nao_kin import joints as typed
+    from nao_kin._kernels import KernelState, cache_folder, warm_up
     from nao_kin.motion import Motion
     from nao_kin.robot import LimitViolation, NaoModel, RobotModel, load_nao, load_robot, robot_names, semantics, urdf
     from nao_kin.robot import nao as parameters
@@ -42,12 +43,14 @@ if TYPE_CHECKING:
     from nao_kin.viewer import Viewer
 
 __all__ = [
+    "KernelState",
     "LimitViolation",
     "Motion",
     "NaoKinError",
     "NaoModel",
     "RobotModel",
     "Viewer",
+    "cache_folder",
     "cli",
     "crosscheck",
     "distributed",
@@ -71,6 +74,7 @@ __all__ = [
     "typed",
     "urdf",
     "viewer",
+    "warm_up",
 ]
 
 # Rooms that lie inside others, and the room of each name.
@@ -83,14 +87,17 @@ _INSIDE = {
     "urdf": "nao_kin.robot.urdf",
 }
 _HOME = {
+    "KernelState": "nao_kin._kernels",
     "LimitViolation": "nao_kin.robot",
     "Motion": "nao_kin.motion",
     "NaoModel": "nao_kin.robot",
     "RobotModel": "nao_kin.robot",
     "Viewer": "nao_kin.viewer",
+    "cache_folder": "nao_kin._kernels",
     "load_nao": "nao_kin.robot",
     "load_robot": "nao_kin.robot",
     "robot_names": "nao_kin.robot",
+    "warm_up": "nao_kin._kernels",
 }
 
 

@@ -1,8 +1,8 @@
 """Kinematics of many configurations at once: programs made of a robot's joints, run by compiled kernels."""
 
-from nao_kin._kernels.cache import KernelState, cache_folder
+from nao_kin._kernels.cache import KERNELS, KernelState, cache_folder, warm_up
 from nao_kin._kernels.program import Program, aligned_empty
-from nao_kin._kernels.program_run import execute, kernel, warm_up
+from nao_kin._kernels.program_run import execute, kernel
 from nao_kin._kernels.questions import (
     com_jacobian_program,
     com_program,
@@ -13,6 +13,7 @@ from nao_kin._kernels.questions import (
 from nao_kin._kernels.tree import JointTree, TreeFrame, TreeJoint
 
 __all__ = [
+    "KERNELS",
     "JointTree",
     "KernelState",
     "Program",

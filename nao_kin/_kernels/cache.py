@@ -29,7 +29,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -42,7 +42,7 @@ import numpy as np
 from nao_kin._core.extras import command
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
-from nao_kin.errors import MissingExtra, NotCachedWarning, NotCompiledWarning
+from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning, UnknownName
 
 # --- Whether Numba is here: with it kernels are compiled, without it they run as the Python that they are written in.
 
@@ -225,19 +225,13 @@ def _processor() -> str:
 
 
 # --- Functions compiled by Numba once on a machine, and kept on its disk.
-#
-# The folder is the user's own cache, so that the package may be installed where nobody can write. The name of a
-# kernel's folder is its fingerprint; folders of former fingerprints are removed when nobody has used them for a
-# month. Kernels are read from a folder that cannot be written, too, as in an image of a container. Where nothing can
-# be kept, they are compiled in every process, with one warning.
-#
-# A kernel that has not been compiled yet need not be waited for: `first_rows` calls its source as Python for as long
-# as that is quicker, while a process of its own compiles. A lock for each kernel keeps two processes from compiling
-# the same one.
 
 _THREADS = threading.RLock()  # one thread compiles, the others wait
 _said: set[str] = set()
-_kernels: dict[str, KeptKernel] = {}
+KERNELS: dict[str, KeptKernel] = {}
+"""The kernels of all modules that have been imported, by name."""
+# The modules that make kernels when they are imported, or import those that do.
+_HOMES = "nao_kin._kernels.operations", "nao_kin.reach", "nao_kin.ik"
 
 # How long it takes to read a kernel, with Numba to be imported first and without [s].
 _IMPORT_SECONDS, _READ_SECONDS = 1.0, 0.2
@@ -275,7 +269,7 @@ class KernelState:
         folder: where it is kept; None where it could not be kept.
 
     Examples:
-        >>> state = nk._kernels.warm_up()[0]
+        >>> state = nk.warm_up(["ik kernel, heads"])[0]
         >>> isinstance(state.name, str), state.seconds >= 0
         (True, True)
     """
@@ -308,7 +302,7 @@ class KeptKernel:
         self._what, self._seconds = f"{what} (about {seconds:g} s)", seconds
         self._compiled: Callable[..., Any] | None = None
         self.spent, self._started = 0.0, False
-        _kernels[name] = self
+        KERNELS[name] = self
 
     @property
     def name(self) -> str:
@@ -509,10 +503,40 @@ def first_rows(
         left = seconds / done * (count - done)
 
 
+def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
+    """Compile kernels, or read them from the disk, so that no later call has to wait for them.
+
+    Args:
+        names: names of kernels, such as "ik kernel, legs"; None for all kernels of the package.
+
+    Returns:
+        The state of each kernel. Empty where Numba is not installed, for nothing is compiled then.
+
+    Raises:
+        UnknownName: there is no such kernel; the message lists the names.
+        BadArgument: `names` is not a sequence of names.
+
+    Examples:
+        >>> [state.name for state in nk.warm_up(["ik kernel, heads"])]
+        ['ik kernel, heads']
+    """
+    if names is not None and (isinstance(names, str) or not isinstance(names, Iterable)):
+        raise BadArgument(f"names must be names of kernels, got {quoted(names)}")
+    if not has_numba():
+        return ()
+    for module in _HOMES:
+        importlib.import_module(module)
+    wanted = tuple(KERNELS if names is None else names)
+    for name in wanted:
+        if not isinstance(name, str) or name not in KERNELS:
+            raise UnknownName("kernel", name, tuple(KERNELS))
+    return tuple(KERNELS[name].warm_up() for name in wanted)
+
+
 def compile_kernel(module: str, name: str) -> None:
     """Compile a kernel that a module makes, and keep it; one kernel at a time, and none that waits for that already."""
     importlib.import_module(module)
-    kernel, folder = _kernels[name], _kernels[name].folder
+    kernel, folder = KERNELS[name], KERNELS[name].folder
     if folder is None or not compiles():
         return
     with suppress(BlockingIOError, PermissionError), _lock_file(folder) as lock:
@@ -528,7 +552,7 @@ def cache_folder() -> Path | None:
     None where the user has no home.
 
     Examples:
-        >>> folder = nk._kernels.cache_folder()
+        >>> folder = nk.cache_folder()
         >>> folder is None or folder.is_absolute()
         True
     """

@@ -20,12 +20,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from numba import njit, types
 
+from nao_kin._kernels.cache import KeptKernel
 from nao_kin._kernels.lanes import (
     Array,
     Lanes,
@@ -53,6 +55,7 @@ from nao_kin._kernels.program import (
     ADD_3,
     BASE,
     CROSS,
+    FARTHEST,
     HINGE,
     MATRIX,
     PROJECT,
@@ -68,9 +71,6 @@ from nao_kin._kernels.program import (
 # The arguments of sine and cosine are brought to ±π/4 by taking away whole quarter turns, π/2 in three parts whose
 # products with a count of turns are exact (Cody and Waite); then both are polynomials. The coefficients are those of
 # fdlibm and, for single precision and for the arc tangent, of Cephes.
-
-# Up to here the parts of π/2 are exact; the arguments of larger ones are left to the C library.
-FARTHEST = {8: 1e5, 4: 500.0}
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -156,22 +156,7 @@ def length(m: Array, x: Lanes, y: Lanes) -> Lanes:
     return square_root(x * x + y * y)
 
 
-# --- The operations that a program is made of: each takes three-vectors of all configurations of a tile to new ones.
-#
-# A register holds a three-vector of every configuration of a tile: all x, all y, all z. An operation is a row of
-# integers: its code, the rows of scratch memory where its registers begin (results d e f, operands p a b c), the row
-# of a sine or another number, and where its weights begin:
-#
-#     TURN        d = cos a + sin b,  e = cos b − sin a: two columns of a matrix, turned about the third
-#     ADD_1…3     d = p + w₀ a + w₁ b + w₂ c
-#     SLIDE       d = p + w x a, with one number x for each configuration
-#     CROSS       d = p + w a × b
-#     PROJECT     d = (a·p, b·p, c·p): p in the axes a, b, c
-#     BASE        d e f are the columns of the matrix of a quaternion (x, y, z, w · scalar)
-#     HINGE       d = p + R a + w, with R the turn about the coordinate axis of number c
-#     MATRIX      d = p + W a, with a constant matrix
-#     QUATERNION  d = (r0, r1, r2), e = (r3, …): the unit quaternion of the matrix with the columns a b c
-#     RPY         d = roll, pitch and yaw of the matrix with the columns a b c
+# --- The operations of a program, on the registers of a tile.
 
 # Below this the entries of a matrix that tell yaw from roll are rounding errors.
 _LOCKED = 4.0
@@ -502,3 +487,17 @@ def signature(given: np.dtype[Any], computed: np.dtype[Any]) -> Any:
     values = types.Array(numba.from_dtype(given), 1, "C", readonly=True)
     memory = types.Array(numba.from_dtype(computed), 1, "C")
     return types.int64(values, values, values, tables, memory, memory, types.int64)
+
+
+# The precisions that the kernel is compiled for: of what is given, and of what is computed.
+_DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
+RUNS = {
+    precisions: KeptKernel(
+        run, f"the batch kernel, {name} precision", f"batch kernel, {name} precision", partial(signature, *precisions)
+    )
+    for precisions, name in (
+        ((_DOUBLE, _DOUBLE), "double"),
+        ((_DOUBLE, _SINGLE), "double to single"),
+        ((_SINGLE, _SINGLE), "single"),
+    )
+}

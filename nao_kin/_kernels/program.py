@@ -26,6 +26,9 @@ TURN, ADD_1, ADD_2, ADD_3, SLIDE, CROSS, PROJECT, BASE, HINGE, MATRIX, QUATERNIO
 LINE = 64
 VECTORS = 2
 
+# Up to here the parts of π/2 are exact, by bytes of a number; larger angles are left to the C library.
+FARTHEST = {8: 1e5, 4: 500.0}
+
 
 class Tables(NamedTuple):
     """A program as the kernel takes it; places are counted in rows of scratch memory.
@@ -58,7 +61,7 @@ def aligned_empty(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
         ((5,), 0)
     """
     memory = np.empty(count + LINE // dtype.itemsize, dtype)
-    skipped = -memory.ctypes.data % LINE // dtype.itemsize
+    skipped = -memory.__array_interface__["data"][0] % LINE // dtype.itemsize
     return memory[skipped : skipped + count]
 
 
@@ -148,12 +151,23 @@ class Program:
     rows: int
 
     @cached_property
-    def farthest_input(self) -> tuple[float, float]:
-        """Largest ratio and offset of the angles: together they say how far an angle can be at most."""
-        if not len(self.tables.ratios):
-            return 0.0, 0.0
-        ratio, offset = np.abs(self.tables.ratios).max(axis=0)
-        return float(ratio), float(offset)
+    def length(self) -> int:
+        """About how much there is to do for one configuration: components of vectors, and numbers of the result."""
+        return 3 * len(self.tables.operations) + len(self.tables.sources)
+
+    @cached_property
+    def far(self) -> dict[int, int]:
+        """Bits of the largest input that cannot make an angle too large for the polynomials, by bytes of a number."""
+        ratio, offset = np.abs(self.tables.ratios).max(axis=0, initial=0.0)
+        if ratio == 0.0:
+            return dict.fromkeys(FARTHEST, int(np.iinfo(np.int64).max))
+        most = {size: max(0.0, (farthest - offset) / ratio) for size, farthest in FARTHEST.items()}
+        return {size: int(np.array(x, f"f{size}").view(f"i{size}")) for size, x in most.items()}
+
+    @cached_property
+    def spare(self) -> dict[int, list[NDArray[Any]]]:
+        """Scratch memory that no thread uses at the moment, by bytes of a number."""
+        return {size: [] for size in FARTHEST}
 
 
 class Builder:

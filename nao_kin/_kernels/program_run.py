@@ -3,34 +3,20 @@
 from __future__ import annotations
 
 import math
+import os
+import struct
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.process import usable_cores
-from nao_kin._kernels.cache import KeptKernel, KernelState, cache_folder, has_numba, need_numba
+from nao_kin._kernels.cache import KeptKernel, need_numba
 from nao_kin._kernels.program import Program, aligned_empty, tile_width
 
-__all__ = [
-    "KernelState",
-    "cache_folder",
-    "given_precision",
-    "kernel",
-    "warm_up",
-]
-
-
-# --- The kernel in the precisions it is compiled for: of what is given, and of what is computed.
-
-_DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
-_PRECISIONS: dict[tuple[np.dtype[Any], np.dtype[Any]], str] = {
-    (_DOUBLE, _DOUBLE): "double",
-    (_DOUBLE, _SINGLE): "double to single",
-    (_SINGLE, _SINGLE): "single",
-}
-_kernels: dict[tuple[np.dtype[Any], np.dtype[Any]], KeptKernel] = {}
+_DOUBLE = np.dtype(np.float64)
 
 
 def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> np.dtype[Any]:
@@ -50,45 +36,47 @@ def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
         True
     """
     need_numba("a batch kernel")
-    found = _kernels.get((given, computed))
-    if found is None:
-        from nao_kin._kernels.operations import run, signature
+    from nao_kin._kernels.operations import RUNS
 
-        name = _PRECISIONS[given, computed]
-        made = KeptKernel(
-            run,
-            f"the batch kernel, {name} precision",
-            f"batch kernel, {name} precision",
-            lambda: signature(given, computed),
-        )
-        found = _kernels.setdefault((given, computed), made)
-    return found
-
-
-def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of all precisions ready, so that no later call has to wait for them.
-
-    Returns:
-        The state of each; none where Numba is not installed, for nothing is compiled then.
-
-    Examples:
-        >>> [state.name for state in nk._kernels.warm_up()]
-        ['batch kernel, double precision', 'batch kernel, double to single precision', 'batch kernel, single precision']
-    """
-    if not has_numba():
-        return ()
-    return tuple(kernel(*precisions).warm_up() for precisions in _PRECISIONS)
+    return RUNS[given, computed]
 
 
 # --- Programs run on arrays: any layout and precision in, blocks of rows to one thread or several.
 
 Array = NDArray[Any]
-Run = Callable[..., int]
 
 # Rows that are brought into order at a time: few enough to stay in the processor's cache.
 _BLOCK = 2048
-# Rows from which on a second thread is worth its start.
-_WORTH_A_THREAD = 8192
+# Rows × length of the program from which on a second thread is worth waking, for it may have to wait for a core.
+_WORTH_A_THREAD = 4_000_000
+_BITS = {8: (struct.Struct("q"), struct.Struct("d")), 4: (struct.Struct("i"), struct.Struct("f"))}
+_NONE = {kind: np.empty(0, kind) for kind in (np.dtype(np.float64), np.dtype(np.float32))}
+
+
+class _Threads:
+    """Threads that wait for work: made when first needed, and anew after a fork, which leaves the child without."""
+
+    def __init__(self) -> None:
+        self.pool: ThreadPoolExecutor | None = None
+        if hasattr(os, "register_at_fork"):
+            os.register_at_fork(after_in_child=self._forget)
+
+    def _forget(self) -> None:
+        self.pool = None
+
+    def map(self, function: Callable[[slice], int], parts: Sequence[slice]) -> list[int]:
+        """`function` of all parts; the calling thread works, too."""
+        if self.pool is None:
+            self.pool = ThreadPoolExecutor(max(1, usable_cores() - 1), "nao_kin_batch")
+        try:
+            others = [self.pool.submit(function, part) for part in parts[1:]]
+        except RuntimeError:  # the interpreter is ending
+            return [function(part) for part in parts]
+        return [function(parts[0]), *(other.result() for other in others)]
+
+
+_threads = _Threads()
+_ready: dict[tuple[np.dtype[Any], np.dtype[Any]], Callable[..., int]] = {}
 
 
 def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int | None = None) -> float:
@@ -98,7 +86,7 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
         program: what to compute.
         inputs: arrays of one batch shape, (..., numbers), in any layout and precision.
         out: where the results go, shape (n, numbers), contiguous, in the precision to compute in.
-        threads: how many to use; None for all cores, where there are rows enough.
+        threads: how many to use; None for all cores, where there is work enough.
 
     Returns:
         The largest magnitude among the inputs: NaN or infinity if there is one.
@@ -113,41 +101,57 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
         >>> out[0].tolist()
         [0.1, 0.0, 0.0]
     """
-    count = len(out)
+    count, dtype = len(out), out.dtype
+    given = given_precision(inputs, dtype)
+    run = _ready.get((given, dtype))
+    if run is None:  # here, and not in a thread, where nobody listens
+        run = _ready[given, dtype] = kernel(given, dtype).ready()
+    far = program.far[dtype.itemsize]
     if threads is None:
-        threads = min(usable_cores(), count // _WORTH_A_THREAD)
-    given = given_precision(inputs, out.dtype)
-    run = kernel(given, out.dtype).ready()  # here, and not in a thread, where nobody listens
-    # Every thread begins with a full tile.
-    tile = tile_width(out.dtype)
-    share = -(-count // max(threads, 1))
-    share = max(tile, -(-share // tile) * tile)
-    parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
-    if len(parts) < 2:
-        return max((_execute(run, program, inputs, given, out, part) for part in parts), default=0.0)
-    from concurrent.futures import ThreadPoolExecutor
+        threads = count * program.length // _WORTH_A_THREAD
+        threads = min(usable_cores(), threads) if threads > 1 else 1
 
-    # Started for this call alone: threads that waited for the next one would not be there after a fork.
-    with ThreadPoolExecutor(len(parts)) as pool:
-        peaks = list(pool.map(lambda part: _execute(run, program, inputs, given, out, part), parts))
-    return float(np.max(peaks))  # which hands on NaN
+    def work(part: slice) -> int:
+        return _execute(run, program, inputs, given, out[part], part, far)
+
+    if threads < 2:
+        peak = _execute(run, program, inputs, given, out, slice(0, count), far) if count else 0
+    else:
+        # Every thread begins with a full tile.
+        tile = tile_width(dtype)
+        share = max(tile, -(-count // (threads * tile)) * tile)
+        parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
+        peak = max(_threads.map(work, parts), default=0)
+    bits, number = _BITS[dtype.itemsize]
+    largest: float = number.unpack(bits.pack(peak))[0]
+    return largest
 
 
 def _execute(
-    run: Run, program: Program, inputs: Sequence[Array], given: np.dtype[Any], out: Array, part: slice
-) -> float:
-    dtype = out.dtype
-    memory, far = _scratch(program, dtype), _far(program, dtype)
-    ready = all(values.flags.c_contiguous and values.flags.aligned and values.dtype == given for values in inputs)
-    step = part.stop - part.start if ready else _BLOCK
-    peak = 0
+    run: Callable[..., int],
+    program: Program,
+    inputs: Sequence[Array],
+    given: np.dtype[Any],
+    out: Array,
+    part: slice,
+    far: int,
+) -> int:
+    spare, none = program.spare[out.itemsize], _NONE[given]
+    try:
+        memory = spare.pop()
+    except IndexError:
+        memory = _scratch(program, out.dtype)
+    ready = all((kept := x.flags).c_contiguous and kept.aligned and x.dtype == given for x in inputs)
+    peak, step = 0, len(out) if ready else _BLOCK
     for start in range(part.start, part.stop, step):
         block = slice(start, min(start + step, part.stop))
-        rows = [np.require(_rows(values, block), given, ("C", "A")).reshape(-1) for values in inputs]
-        rows += [np.empty(0, given)] * (3 - len(rows))
-        peak = max(peak, run(*rows, program.tables, memory, out[block].reshape(-1), far))
-    bits: Any = np.array(peak, np.int64 if dtype.itemsize == 8 else np.int32)
-    return float(bits.view(dtype))
+        rows = [_rows(values, block) for values in inputs]
+        flat = [(x if ready else np.require(x, given, ("C", "A"))).reshape(-1) for x in rows]
+        q, v, a = flat + [none] * (3 - len(flat))
+        results = out[start - part.start : block.stop - part.start].reshape(-1)
+        peak = max(peak, run(q, v, a, program.tables, memory, results, far))
+    spare.append(memory)
+    return peak
 
 
 def _rows(values: Array, block: slice) -> Array:
@@ -168,15 +172,3 @@ def _scratch(program: Program, dtype: np.dtype[Any]) -> Array:
     memory.fill(0.0)
     memory[: program.constants.size * width].reshape(-1, width)[...] = program.constants.reshape(-1, 1)
     return memory
-
-
-def _far(program: Program, dtype: np.dtype[Any]) -> int:
-    """Bits of the largest number of an input that cannot make an angle too large for the polynomials."""
-    from nao_kin._kernels.operations import FARTHEST
-
-    ratio, offset = program.farthest_input
-    if ratio == 0.0:
-        return int(np.iinfo(np.int64).max)
-    largest = np.array(max(0.0, (FARTHEST[dtype.itemsize] - offset) / ratio), dtype)
-    bits: Any = largest.view(np.int64 if dtype.itemsize == 8 else np.int32)
-    return int(bits)

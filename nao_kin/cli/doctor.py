@@ -22,7 +22,7 @@ from nao_kin._core.extras import ALL, EXTRAS, Extra, with_remedy
 from nao_kin._core.extras import command as install_command
 from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin._kernels.cache import need_numba
+from nao_kin._kernels.cache import need_numba, warm_up
 from nao_kin.cli.options import JsonOption, command, print_json, print_table
 
 # --- Libraries tried in a process of their own, for mixed binary libraries do not raise, they crash.
@@ -289,10 +289,7 @@ def warmup(json: JsonOption = False) -> None:
     large batch, map or inverse kinematics compiles what it needs.
     """
     need_numba("warmup")
-    from nao_kin import _kernels as batch
-    from nao_kin import ik, reach
-
-    states = (*batch.warm_up(), *reach.warm_up(), *ik.warm_up())
+    states = warm_up()
     if json:
         print_json(
             {

@@ -66,11 +66,12 @@ def reach(
     check_sinks("--json" if json else None, output=output, html=html)
     model = robot.load()
     from nao_kin import reach as room
+    from nao_kin._kernels import KERNELS, warm_up
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
     previous = _previous(output)
-    room.warm_up()  # what a signal should not have to wait for
+    warm_up(name for name in KERNELS if name.startswith("reach"))  # what a signal should not have to wait for
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
         most = previous.ranges[-1][1] if previous.ranges else 0

@@ -10,11 +10,9 @@ from nao_kin.ik.limbs import limb_of_frame, limbs
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import TwistMap, VelocityResult, velocity
-from nao_kin.ik.warming import KERNELS, warm_up
 from nao_kin.ik.whole_body import WholeBodyResult, whole_body
 
 __all__ = [
-    "KERNELS",
     "Family",
     "FollowedLimb",
     "FollowedPath",
@@ -37,6 +35,5 @@ __all__ = [
     "look_at",
     "numeric",
     "velocity",
-    "warm_up",
     "whole_body",
 ]

@@ -3,7 +3,7 @@
 from nao_kin.reach._kernels import DIRECTION_COUNT, direction_cells
 from nao_kin.reach.files import MOST_SAMPLES, MOST_VOXELS, check_column
 from nao_kin.reach.reach_map import ReachMap, ReachSettings, Stance, load
-from nao_kin.reach.sampling import map_settings, warm_up, workspace
+from nao_kin.reach.sampling import map_settings, workspace
 
 __all__ = [
     "DIRECTION_COUNT",
@@ -16,6 +16,5 @@ __all__ = [
     "direction_cells",
     "load",
     "map_settings",
-    "warm_up",
     "workspace",
 ]

@@ -11,7 +11,7 @@ import numpy as np
 
 from nao_kin._core.arrays import MOST_THREADS, Floats, as_floats, whole_number
 from nao_kin._core.process import usable_cores
-from nao_kin._kernels.cache import KernelState, first_rows, has_numba
+from nao_kin._kernels.cache import first_rows
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.reach._kernels import ChainTables, Integers, MovedChain, moved_chain
 from nao_kin.reach.files import MOST_VOXELS, SampleRange, asked_range, union, without
@@ -133,23 +133,6 @@ def _prepared(
         step=chain.manipulability_step,
     )
     return chain, settings
-
-
-def warm_up() -> tuple[KernelState, ...]:
-    """Get the kernels of reach maps ready, so that no later call has to wait for them.
-
-    Returns:
-        The state of each; none where Numba is not installed, for nothing is compiled then.
-
-    Examples:
-        >>> all(isinstance(state.name, str) for state in nk.reach.warm_up())
-        True
-    """
-    if not has_numba():
-        return ()
-    from nao_kin.reach import _kernels
-
-    return tuple(kernel.warm_up() for kernel in _kernels.KERNELS)
 
 
 class _Counter:

@@ -6,8 +6,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, SupportsIndex
+from typing import Any, NamedTuple, SupportsIndex
 
 import numpy as np
 import pinocchio as pin
@@ -76,8 +75,8 @@ def tree_frame(model: pin.Model, frame_id: int) -> TreeFrame:
 # --- Many configurations at once: the questions of a robot as programs for the batch kernels.
 
 # So many configurations, and more, are answered by the kernels. Once these are in memory they are as quick as Pinocchio
-# at 16; but reading them takes as long as tens of thousands of configurations, and a handful should not have to wait.
-CROSSOVER = 64
+# at 3 to 8; but reading them takes as long as tens of thousands of configurations, and a handful should not wait.
+CROSSOVER = 32
 
 # Programs that are kept: more than anyone asks for in turn.
 _MOST_PROGRAMS = 256
@@ -146,8 +145,7 @@ _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 _NAMES = ("q", "v", "a")
 
 
-@dataclass(frozen=True)
-class Output:
+class Output(NamedTuple):
     """How a result is wanted.
 
     Attributes:
@@ -167,7 +165,8 @@ class Output:
             BadArgument: neither single nor double.
         """
         if self.dtype is None:
-            return self.out.dtype if isinstance(self.out, np.ndarray) and self.out.dtype == _SINGLE else _DOUBLE
+            single = self.out is not None and isinstance(self.out, np.ndarray) and self.out.dtype == _SINGLE
+            return _SINGLE if single else _DOUBLE
         for kind in (_DOUBLE, _SINGLE):
             try:
                 if kind == self.dtype:

@@ -264,13 +264,14 @@ class _Part:
         step = address(array_in(elements[1])) - address(first) if self._count > 1 else _DOUBLE * doubles
         shape = self._count - but, doubles
         self._view = np.lib.stride_tricks.as_strided(first, shape, (step, _DOUBLE), writeable=False)
-        self._seen = self._view.copy()
+        self._blocks = self._view.view(f"V{_DOUBLE * doubles}")  # copied by the block, not by the number
+        self._seen = self._blocks.tobytes()
 
     def changed(self) -> bool:
         """Whether the vector has grown, which moves it and ends the view of it, or a number in it is another one."""
-        return len(self._elements) != self._count or not (self._view == self._seen).all()
+        return len(self._elements) != self._count or self._blocks.tobytes() != self._seen
 
     def column(self, k: int) -> list[float]:
         """One of the doubles of all elements."""
-        column: list[float] = self._seen[:, k].tolist()
+        column: list[float] = self._view[:, k].tolist()
         return column

@@ -136,6 +136,7 @@ def test_the_page_quotes_what_is_said_where_kernels_cannot_be_kept(
     taken.touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(taken))
     monkeypatch.setattr(kernel_cache, "_said", set())
+    monkeypatch.setattr(kernel_cache, "KERNELS", {})
     kernel = kernel_cache.KeptKernel(_twice, "a test", "test", lambda: numba.float64(numba.float64))
     with pytest.warns(nk.errors.NotCachedWarning) as caught:
         kernel.ready()

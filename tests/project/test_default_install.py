@@ -243,7 +243,7 @@ def test_without_numba_one_configuration_and_a_thousand_are_not_warned_of(tmp_pa
 
 @pytest.mark.skipif(HAS_NUMBA, reason="Numba is installed")
 def test_nothing_is_compiled_ahead_without_numba(capsys: pytest.CaptureFixture) -> None:
-    assert (nk._kernels.warm_up(), nk.ik.warm_up(), nk.reach.warm_up()) == ((), (), ())
+    assert nk.warm_up() == ()
     assert run(["warmup"]) == 2
     captured = capsys.readouterr()
     assert (captured.out, captured.err) == (

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin._kernels import program_run
 from nao_kin.errors import BadArgument, DegreesWarning, NotFinite, OutsideLimits, UnknownName, WrongShape
 from nao_kin.robot import CROSSOVER
 
@@ -354,3 +358,49 @@ def test_many_threads_may_ask_at_once(nao: nk.NaoModel) -> None:
         found = pool.map(lambda frame: fresh.fk(q, frame, threads=1), expected)
         for poses, frame in zip(found, expected, strict=True):
             np.testing.assert_array_equal(poses, expected[frame])
+
+
+# --- threads ----------------------------------------------------------------------------------------------------------
+
+FORKED = """
+import os, signal, threading
+import numpy as np, nao_kin as nk
+nao = nk.load_nao()
+q = nao.random(0, 1000)
+expected = nao.fk(q, "LArm", threads=1)
+def same():
+    return np.array_equal(nao.fk(q, "LArm", threads=2), expected)
+def waiting():
+    return sum(thread.name.startswith("nao_kin_batch") for thread in threading.enumerate())
+assert same() and same() and waiting() >= 1
+before = waiting()
+assert same() and waiting() == before
+child = os.fork()
+if child == 0:
+    signal.alarm(20)
+    os._exit(0 if same() else 1)
+assert os.waitpid(child, 0)[1] == 0
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_threads_wait_for_the_next_call_survive_a_fork_and_let_the_program_end() -> None:
+    subprocess.run([sys.executable, "-W", "ignore", "-c", FORKED], check=True, timeout=60)
+
+
+def test_a_second_thread_is_woken_only_where_it_pays(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    woken: list[int] = []
+
+    def map_parts(function: Callable[[slice], int], parts: Sequence[slice]) -> list[int]:
+        woken.append(len(parts))
+        return [function(part) for part in parts]
+
+    monkeypatch.setattr(program_run._threads, "map", map_parts)
+    monkeypatch.setattr(program_run, "usable_cores", lambda: 2)
+    frames = ["LArm", "RArm", "LLeg", "RLeg", "Head"]
+    nao.fk(nao.random(0, 10_000), frames)
+    assert woken == []
+    q = nao.random(0, 50_000)
+    poses = nao.fk(q, frames)
+    assert woken == [2]
+    np.testing.assert_array_equal(poses, nao.fk(q, frames, threads=1))

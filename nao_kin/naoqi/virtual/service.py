@@ -9,7 +9,7 @@ from inspect import Parameter
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import compiles
+from nao_kin._kernels.cache import compiles, warm_up
 from nao_kin.errors import BadArgument, NaoKinError, nearest_names
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.virtual import arguments
@@ -313,9 +313,7 @@ def make_ready(kernels: Iterable[str]) -> None:
     """Load compiled kernels from the disk, or compile them; does nothing for those that are loaded."""
     missing = sorted(set(kernels) - _ready, key=KERNELS.index)
     if missing:
-        from nao_kin import ik
-
-        ik.warm_up(missing)
+        warm_up([f"ik kernel, {name}" for name in missing])
         _ready.update(missing)
 
 
