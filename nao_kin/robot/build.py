@@ -249,14 +249,16 @@ class _Part:
         first = array_in(elements[0])
         step = address(array_in(elements[1])) - address(first) if self._count > 1 else _DOUBLE * doubles
         shape = self._count - but, doubles
-        self._view = np.lib.stride_tricks.as_strided(first, shape, (step, _DOUBLE), writeable=False)
-        self._seen = self._view.copy()
+        view = np.lib.stride_tricks.as_strided(first, shape, (step, _DOUBLE), writeable=False)
+        # Bytes, which are copied and compared in a quarter of the time that numbers take.
+        self._bytes = view.view(f"V{_DOUBLE * doubles}")[:, 0]
+        self._seen, self._doubles = self._bytes.tobytes(), doubles
 
     def changed(self) -> bool:
         """Whether the vector has grown, which moves it and ends the view of it, or a number in it is another one."""
-        return len(self._elements) != self._count or not (self._view == self._seen).all()
+        return len(self._elements) != self._count or self._bytes.tobytes() != self._seen
 
     def column(self, k: int) -> list[float]:
         """One of the doubles of all elements."""
-        column: list[float] = self._seen[:, k].tolist()
+        column: list[float] = np.frombuffer(self._seen).reshape(-1, self._doubles)[:, k].tolist()
         return column
