@@ -473,6 +473,8 @@ def _plain(rows: Floats) -> Floats:
 
 def result_of(limb: Limb, batch: tuple[int, ...], found: Found, references: tuple[Floats, tuple[str, ...]]) -> IKResult:
     """The `IKResult` for targets of a batch shape."""
+    if batch:
+        return IKResult(**parts_of_result(limb, batch, found, references))
     return IKResult.made_later(partial(parts_of_result, limb, batch, found, references), references[1])
 
 

@@ -35,10 +35,8 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
         BadArgument: no numbers, or one beyond ±1e150, whose square would overflow.
         WrongShape, NotFinite: not of this shape, NaN or infinity.
     """
-    if type(T) is np.ndarray and T.shape == (4, 4) and T.dtype == np.float64:
-        flat = T.ravel()
-        if flat.dot(flat) <= LARGEST * LARGEST:  # all is finite and not too large, at half the cost of np.abs(T).max()
-            return T
+    if isinstance(T, np.ndarray) and T.shape == (4, 4) and T.dtype == np.float64 and np.abs(T).max() <= LARGEST:
+        return T
     with np.errstate(over="ignore"):
         poses = as_floats(T, (4, 4), what)
     return as_vectors(poses, what, 4, rows=True)
