@@ -164,7 +164,7 @@ def _dependencies(function: Callable[..., Any]) -> tuple[set[str], set[str]]:
             modules.add(value.__module__)
             waiting += vars(value).values()
         elif isinstance(value, FunctionType):
-            modules.add(value.__module__)
+            modules.update((value.__module__, value.__globals__["__name__"]))  # a factory may give it another one
             for place, used in _globals_used(value):
                 name = f"{value.__module__}.{place}"
                 if isinstance(used, np.ndarray):
@@ -301,6 +301,7 @@ class KeptKernel:
         self._function, self._name, self._signature = function, name, signature
         self._what, self._seconds = f"{what} (about {seconds:g} s)", seconds
         self._compiled: Callable[..., Any] | None = None
+        self._entry: Callable[..., Any] | None = None
         self.spent, self._started = 0.0, False
         KERNELS[name] = self
 
@@ -313,6 +314,14 @@ class KeptKernel:
     def in_memory(self) -> bool:
         """Whether it is compiled and can be called at once."""
         return self._compiled is not None
+
+    @property
+    def quick(self) -> Callable[..., Any] | None:
+        """The compiled function, which takes arguments of exactly its types unchecked; None where it is not in memory.
+
+        To look at the types of a hundred numbers takes Numba longer than a closed form takes to solve.
+        """
+        return self._entry
 
     def __call__(self, *arguments: Any) -> Any:
         """The result of the function."""
@@ -426,6 +435,7 @@ class KeptKernel:
             made._cache = _numbas_cache(self._function, folder)
         made.compile(signature)
         made.disable_compile()
+        self._entry = next(iter(made.overloads.values())).entry_point
         return made  # type: ignore[no-any-return]
 
     def _note_use(self, folder: Path) -> None:

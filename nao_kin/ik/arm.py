@@ -37,11 +37,21 @@ from nao_kin.ik.arm_equations import (
     solve_arm,
     solve_direction,
 )
-from nao_kin.ik.compiling import Row, kept, limb_arguments
-from nao_kin.ik.geometry import ClosedForm, Limb, X, Y, Z, chain_at_zero, check_side, kept_limb, limb_of, solved
+from nao_kin.ik.compiling import Row, limb_types
+from nao_kin.ik.geometry import (
+    ClosedForm,
+    Limb,
+    X,
+    Y,
+    Z,
+    chain_at_zero,
+    check_side,
+    kept_limb,
+    limb_of,
+    solved,
+)
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
-    BESIDE,
     BEST,
     NOT_ENOUGH_JOINTS,
     NOT_RIGID,
@@ -51,14 +61,14 @@ from nao_kin.ik.ranges import (
     Ranges,
     begun,
     blame,
+    branch_kernel,
     concluded,
     distance,
     entered,
     excess,
-    laid_down,
     wrapped,
 )
-from nao_kin.ik.results import Family, IKResult, Integers
+from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 
@@ -555,11 +565,13 @@ def arm(
     limb = arm_limb(robot, side, frame)
     enforce, workers = is_enforced(limits), check_threads(threads)
     wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
-    check_tolerance(angle_weight, "angle_weight")
-    weight = float(angle_weight)
-    if not 0.0 < weight <= LARGEST:
-        raise BadArgument(f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}")
-    if weight != _WEIGHT:
+    if angle_weight is not _WEIGHT:
+        check_tolerance(angle_weight, "angle_weight")
+        weight = float(angle_weight)
+        if not 0.0 < weight <= LARGEST:
+            raise BadArgument(
+                f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}"
+            )
         limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
     numbers = as_numbers(target, "target")
     if numbers.shape[-2:] == (4, 4):
@@ -613,72 +625,37 @@ def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
     return limb_of(chain, frame, Arm(*(float(value) for value in numbers)))
 
 
-_ARGUMENTS = Arm, len(Arm._fields), JOINTS
+@both_ways
+def _solve_pose(
+    arm: Arm, ranges: Ranges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
+) -> int:
+    """As `solve_arm`; what is nearest to a pose that is not met is reported."""
+    count = solve_arm(arm, ranges, target, reference, enforce, q, found, report)
+    if count == 0 and report[REASON] != NOT_RIGID:
+        nearest_pose(arm, ranges, target, reference, enforce, report)
+    return count
 
 
-@kept("arms by pose", lambda: limb_arguments(*_ARGUMENTS))
-def _poses(
-    limb: Arm,
-    ranges: Ranges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
-    for i in range(targets.shape[0]):
-        count[i] = solve_arm(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        if count[i] == 0 and report[i, REASON] != NOT_RIGID:
-            nearest_pose(limb, ranges, targets[i], references[i], enforce, report[i])
-        laid_down(found, count[i], values[i], beside[i])
+@both_ways
+def _solve_directed(
+    arm: Arm, ranges: Ranges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
+) -> int:
+    """As `solve_direction`; what is nearest to a place and direction that are not met is reported."""
+    count = solve_direction(arm, ranges, target, reference, enforce, q, found, report)
+    if count == 0:
+        nearest_direction(arm, ranges, target, reference, enforce, report)
+    return count
 
 
-@kept("arms by place and direction", lambda: limb_arguments(*_ARGUMENTS))
-def _directions(
-    limb: Arm,
-    ranges: Ranges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
-    for i in range(targets.shape[0]):
-        count[i] = solve_direction(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        if count[i] == 0:
-            nearest_direction(limb, ranges, targets[i], references[i], enforce, report[i])
-        laid_down(found, count[i], values[i], beside[i])
+def _types() -> tuple[Any, Any]:
+    return limb_types(Arm, JOINTS)
 
 
-@kept("arms by place", lambda: limb_arguments(*_ARGUMENTS))
-def _places(
-    limb: Arm,
-    ranges: Ranges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
-    for i in range(targets.shape[0]):
-        count[i] = solve_position(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        laid_down(found, count[i], values[i], beside[i])
-
-
-_POSE = ClosedForm(solve_arm, _poses, MOST_BRANCHES, searches=True)
-_DIRECTION = ClosedForm(solve_direction, _directions, MOST_BRANCHES, searches=True)
-_POSITION = ClosedForm(None, _places, 1)
-
-ARM_KERNELS = (_poses, _directions, _places)
+ARM_KERNELS = (
+    branch_kernel("arms by pose", _solve_pose, _types, MOST_BRANCHES),
+    branch_kernel("arms by place and direction", _solve_directed, _types, MOST_BRANCHES),
+    branch_kernel("arms by place", solve_position, _types, 1),
+)
+_POSE = ClosedForm(ARM_KERNELS[0], solve_arm, MOST_BRANCHES, searches=True)
+_DIRECTION = ClosedForm(ARM_KERNELS[1], solve_direction, MOST_BRANCHES, searches=True)
+_POSITION = ClosedForm(ARM_KERNELS[2], None, 1)

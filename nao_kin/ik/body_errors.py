@@ -33,7 +33,7 @@ from nao_kin.ik.body import (
 )
 from nao_kin.ik.leg import JOINTS, MOST_BRANCHES, Leg, solve_leg_exactly
 from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
-from nao_kin.ik.ranges import BESIDE, BEST, NEEDED, OUT_OF_REACH, REASON, Ranges
+from nao_kin.ik.ranges import BEST, EXTRAS, NEEDED, OUT_OF_REACH, REASON, Ranges
 
 PLACE, POSE, GAZE, COM = range(4)
 MOST_ROWS = 6
@@ -280,9 +280,9 @@ def legs_types() -> Any:
     """Numba's type of `Legs`."""
     from numba import types
 
-    from nao_kin.ik.compiling import limb_arguments
+    from nao_kin.ik.compiling import limb_types
 
-    leg, ranges = limb_arguments(Leg, len(Leg._fields), JOINTS)[:2]
+    leg, ranges = limb_types(Leg, JOINTS)
     return types.NamedTuple((leg, leg, ranges, ranges), Legs)
 
 
@@ -325,7 +325,7 @@ def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso
     rows, n = len(body.parent), body.moving
     R, p = np.zeros((rows, 3, 3)), np.zeros((rows, 3))
     T_torso_world, T_torso_foot = np.empty((4, 4)), np.empty((4, 4))
-    target, values, width = np.empty(16), np.empty(JOINTS), JOINTS + BESIDE
+    target, values, width = np.empty(16), np.empty(JOINTS), JOINTS + EXTRAS
     q, found, report = np.empty(JOINTS), np.empty(MOST_BRANCHES * width), np.empty(BEST + JOINTS)
     first, second = np.empty((6, n)), np.empty((6, n))
     hip = body.legs[1, 0]

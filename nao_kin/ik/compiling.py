@@ -58,45 +58,28 @@ def copied(numbers: _Numbers) -> _Numbers:
     return type(numbers)(*(part.copy() if isinstance(part, np.ndarray) else part for part in numbers))
 
 
-def limb_arguments(numbers: type[Any], count: int, joints: int) -> tuple[Any, ...]:
-    """Types of the arguments of a limb's kernel: those of `solving._many`.
+def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
+    """Types of a limb's geometry and of its limits.
 
     Args:
         numbers: the named tuple of a limb's geometry.
-        count: how many floats it has.
         joints: how many joints the limb has.
     """
-    return kernel_arguments(*limb_types(numbers, count, joints))
-
-
-def limb_types(numbers: type[Any], count: int, joints: int) -> tuple[Any, Any]:
-    """Types of a limb's geometry and of its limits; see `limb_arguments`."""
     from numba import types
 
     from nao_kin.ik.ranges import MOST_BENDS, Ranges
 
     limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
     parts = limits, limits, types.int64, table, table, table, types.int64, types.int64
-    return types.NamedUniTuple(types.float64, count, numbers), types.NamedTuple(parts, Ranges)
+    return types.NamedUniTuple(types.float64, len(numbers._fields), numbers), types.NamedTuple(parts, Ranges)
 
 
 def kernel_arguments(numbers: Any, ranges: Any) -> tuple[Any, ...]:
-    """Types of the arguments of a kernel, from those of what it solves and of its limits."""
+    """Types of the arguments of a `branch_kernel`, from those of what it solves and of its limits."""
     from numba import types
 
     rows = types.float64[:, ::1]
-    return (
-        numbers,
-        ranges,
-        rows,
-        rows,
-        types.boolean,
-        types.int64,
-        types.float64[:, :, ::1],
-        types.float64[:, :, ::1],
-        types.int64[::1],
-        rows,
-    )
+    return numbers, ranges, rows, rows, types.boolean, rows
 
 
 def run_rows(

@@ -11,7 +11,8 @@ import threading
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.compiling import run_rows
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
-    BESIDE,
     BEST,
+    EXTRAS,
     JOINT,
     LIMIT,
     MOST_BENDS,
@@ -33,6 +34,7 @@ from nao_kin.ik.ranges import (
     NOT_RIGID,
     POSITION_ERROR,
     REASON,
+    REPORT,
     Ranges,
 )
 from nao_kin.ik.results import IKResult, Integers, Obstacles
@@ -294,39 +296,59 @@ class ClosedForm:
     """A closed form of a limb.
 
     Attributes:
-        solve: the function that solves one target, see `ranges`; None where that is a search.
-        kernel: the same for rows of targets, compiled.
-        branches: the most there are.
+        kernel: solves rows of targets, see `branch_kernel`.
+        solve: solves one target as Python; None where that is a search.
+        max_branches: the most there are.
         searches: whether the kernel searches for the nearest where `solve` finds nothing.
         usual: how many there are inside the limits; where there are more, all targets are solved once more.
         more: how many numbers follow the joints in a report.
         scratch: how many numbers `solve` needs in q beside the joints.
     """
 
-    solve: Callable[..., int] | None
     kernel: KeptKernel
-    branches: int
+    solve: Callable[..., int] | None
+    max_branches: int
     searches: bool = False
     usual: int = 2
     more: int = 0
     scratch: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What a closed form writes for n targets: rows of `found` taken apart, and the reports.
+class Found(NamedTuple):
+    """What a closed form writes for n targets.
 
     Attributes:
-        values: shape (n, k, c).
-        beside: distance, errors in position and angle, and family of each, shape (n, k, 4).
-        count: shape (n,).
-        report: shape (n, BEST + c + more).
+        rows: for each target the number of its solutions, its report and its branches, shape (n, _).
+        joints: how many joints the limb has.
+        length: how long a report is.
     """
 
-    values: Floats
-    beside: Floats
-    count: Integers
-    report: Floats
+    rows: Floats
+    joints: int
+    length: int
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether there is a solution for every target."""
+        rows = self.rows
+        return bool(rows[0, 0] > 0.0 if len(rows) == 1 else (rows[:, 0] > 0.0).all())
+
+    @property
+    def counts(self) -> Integers:
+        """How many solutions there are, shape (n,)."""
+        return self.rows[:, 0].astype(np.int64)
+
+    @property
+    def report(self) -> Floats:
+        """Shape (n, BEST + c + more)."""
+        return self.rows[:, REPORT : REPORT + self.length]
+
+    @property
+    def branches(self) -> Floats:
+        """Joint values, distance, errors in position and angle, and family of each, shape (n, k, c + 4)."""
+        most = int(self.rows[0, 0] if len(self.rows) == 1 else self.rows[:, 0].max(initial=0.0))
+        width, first = self.joints + EXTRAS, REPORT + self.length
+        return self.rows[:, first : first + most * width].reshape(len(self.rows), most, width)
 
 
 def solved(
@@ -340,7 +362,7 @@ def solved(
 ) -> IKResult:
     """Solve targets, shape (..., m), see `found_for`."""
     found = found_for(form, limb, targets, references[0], enforce, threads, refuse)
-    return IKResult(**parts_of_result(limb, targets.shape[:-1], found, references))
+    return result_of(limb, targets.shape[:-1], found, references)
 
 
 def found_for(
@@ -363,111 +385,97 @@ def found_for(
         threads: how many; None for all cores where that is worthwhile.
         refuse: raises for the first target that cannot be one.
     """
-    batch = targets.shape[:-1]
+    batch, c = targets.shape[:-1], len(limb.joints)
     joints = reference[..., limb.index]
     if limb.follows:
         joints = joints * limb.multiplier + limb.offset
-    if not batch:
-        if form.solve is not None and not form.kernel.in_memory:
-            found = _one(form, limb, targets, joints, enforce)
-        else:
-            found = _one_by_kernel(form, limb, targets, joints, enforce)
-        rigid = found.report[0, REASON] != NOT_RIGID
-    else:
-        count = math.prod(batch)
-        rows = np.broadcast_to(joints, (*batch, len(limb.joints))).reshape(count, len(limb.joints))
-        flat = targets.reshape(count, targets.shape[-1])
-        found = _many(form, limb, flat, rows, enforce, threads)
-        joints = rows
+    count = math.prod(batch)
+    joints = joints.reshape(1, c) if not batch else np.broadcast_to(joints, (*batch, c)).reshape(count, c)
+    flat = targets.reshape(count, targets.shape[-1])
+    if batch:
+        found = _many(form, limb, flat, joints, enforce, threads)
         rigid = found.report[:, REASON].min(initial=0.0) != NOT_RIGID
+    else:
+        found = _one(form, limb, flat, joints, enforce)
+        rigid = found.rows[0, REPORT + REASON] != NOT_RIGID
     if not rigid:
         refuse()
-    if not enforce:
-        _turn_missed(found, joints.reshape(-1, joints.shape[-1]))
+    if not enforce and not found.is_complete:
+        _turn_missed(found, joints)
     return found
 
 
 def _turn_missed(found: Found, reference: Floats) -> None:
     """Turn the nearest poses of targets that are missed by whole turns to within half a turn of the reference."""
-    missed, c = found.count == 0, found.values.shape[-1]
-    if missed.any():
-        near, best = reference[missed], found.report[missed, BEST : BEST + c]
-        turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
-        found.report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
+    missed, c, report = found.rows[:, 0] == 0.0, found.joints, found.report
+    near, best = reference[missed], report[missed, BEST : BEST + c]
+    turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
+    report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
 
 
 def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
-    """One target, by the function as it stands in Python: before a batch has come, which the kernel is read for."""
+    """One target: by the kernel where it is in memory, else by the function as it stands in Python."""
+    quick = form.kernel.quick
+    if quick is not None:
+        found = _space(form, limb, 1, form.max_branches)
+        quick(limb.numbers, limb.ranges, _plain(target), _plain(reference), enforce, found.rows)
+        return found
+    if form.solve is None:
+        return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
     c = len(limb.joints)
-    width = c + BESIDE
-    values = [0.0] * (form.branches * width)
+    values = [0.0] * (form.max_branches * (c + EXTRAS))
     report = [0.0] * BEST + [math.nan] * (c + form.more)
     q = [0.0] * (c + form.scratch)
-    solve = cast(Callable[..., int], form.solve)
-    count = solve(limb.numbers, limb.ranges, target.tolist(), reference.tolist(), enforce, q, values, report)
+    count = form.solve(limb.numbers, limb.ranges, target[0].tolist(), reference[0].tolist(), enforce, q, values, report)
     if count == 0 and form.searches and report[REASON] != NOT_RIGID:
-        return _one_by_kernel(form, limb, target, reference, enforce)
-    rows = np.array(values[: count * width]).reshape(1, count, width)
-    return Found(rows[..., :c], rows[..., c:], np.array([count]), np.array([report]))
-
-
-def _one_by_kernel(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
-    """One target, by the kernel's function, with room for all branches at once."""
-    found = _by_kernel(form, limb, target[None], reference[None], enforce, form.branches, 1)
-    count = int(found.count[0])
-    return Found(found.values[:, :count], found.beside[:, :count], found.count, found.report)
+        return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
+    return Found(np.array([[count, *report, *values]]), c, len(report))
 
 
 def _many(
     form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, threads: int | None
 ) -> Found:
     """Many targets, by the kernel's function."""
-    room = min(form.usual, form.branches) if enforce else form.branches
+    room = min(form.usual, form.max_branches) if enforce else form.max_branches
     while True:
         found = _by_kernel(form, limb, targets, references, enforce, room, threads)
-        most = int(found.count.max(initial=0))
-        if most <= room:
-            return Found(found.values[:, :most], found.beside[:, :most], found.count, found.report)
-        room = form.branches
+        if found.rows[:, 0].max(initial=0.0) <= room:
+            return found
+        room = form.max_branches
 
 
 def _by_kernel(
     form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, room: int, threads: int | None
 ) -> Found:
     """Targets by the kernel's function, with room for so many branches of each."""
-    n, c = references.shape
     # As the kernel is compiled for: one type of array.
     targets, references = _plain(targets), _plain(references)
-    found = _space(form, n, c, room)
+    found = _space(form, limb, len(targets), room)
 
     def solve(function: Callable[..., object], part: slice) -> None:
-        function(
-            limb.numbers,
-            limb.ranges,
-            targets[part],
-            references[part],
-            enforce,
-            form.branches,
-            found.values[part],
-            found.beside[part],
-            found.count[part],
-            found.report[part],
-        )
+        function(limb.numbers, limb.ranges, targets[part], references[part], enforce, found.rows[part])
 
-    run_rows(form.kernel, solve, n, threads)
+    run_rows(form.kernel, solve, len(targets), threads)
     return found
 
 
-def _space(form: ClosedForm, n: int, c: int, room: int) -> Found:
-    """Arrays for what is found of n targets, with room for so many branches of each."""
-    report = np.empty((n, BEST + c + form.more))
-    return Found(np.empty((n, room, c)), np.empty((n, room, BESIDE)), np.empty(n, np.int64), report)
+def _space(form: ClosedForm, limb: Limb, n: int, room: int) -> Found:
+    """An array for what is found of n targets, with room for so many branches of each."""
+    c = len(limb.joints)
+    length = BEST + c + form.more
+    return Found(np.empty((n, REPORT + length + room * (c + EXTRAS))), c, length)
 
 
 def _plain(rows: Floats) -> Floats:
     """The same numbers in the order of C, aligned, and writeable."""
-    flags = rows.flags
-    return rows if flags.c_contiguous and flags.writeable and flags.aligned else np.array(rows, order="C")
+    return rows if rows.flags.carray else np.array(rows, order="C")
+
+
+def result_of(limb: Limb, batch: tuple[int, ...], found: Found, references: tuple[Floats, tuple[str, ...]]) -> IKResult:
+    """The `IKResult` for targets of a batch shape."""
+    if batch:
+        return IKResult(**parts_of_result(limb, batch, found, references))
+    return IKResult.made_later(partial(parts_of_result, limb, batch, found, references), references[1])
 
 
 def parts_of_result(
@@ -475,21 +483,23 @@ def parts_of_result(
 ) -> dict[str, Any]:
     """What an `IKResult` for targets of a batch shape is made of."""
     reference, notes = references
-    c, k = len(limb.joints), found.values.shape[1]
-    report, values = found.report.reshape(*batch, found.report.shape[1]), found.values.reshape(*batch, k, c)
-    best, joint = report[..., BEST : BEST + c], report[..., JOINT].astype(np.int64)
+    c, branches = len(limb.joints), found.branches
+    report = found.report.reshape(*batch, found.length)
+    branches = branches.reshape(*batch, *branches.shape[1:])
+    values, best = branches[..., :c], report[..., BEST : BEST + c]
     if limb.follows:
         values, best = (values - limb.offset) / limb.multiplier, (best - limb.offset) / limb.multiplier
+    joint, needed, limit = (np.asarray(report[..., place]) for place in (JOINT, NEEDED, LIMIT))
     return {
         "joints": limb.joints,
         "columns": limb.columns,
         "reference": reference,
         "best": best,
         "branches": values,
-        "families": found.beside[..., 3].astype(np.int8).reshape(*batch, k),
-        "count": found.count.reshape(batch),
+        "families": branches[..., c + 3].astype(np.int8),
+        "count": found.counts.reshape(batch),
         "reasons": np.asarray(report[..., REASON], dtype=np.int8),
         "residual": report[..., POSITION_ERROR : ANGLE_ERROR + 1],
-        "obstacles": Obstacles(np.asarray(joint), np.asarray(report[..., NEEDED]), np.asarray(report[..., LIMIT])),
+        "obstacles": Obstacles(joint.astype(np.int64), needed, limit),
         "notes": notes,
     }

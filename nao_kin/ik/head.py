@@ -8,14 +8,13 @@ from typing import Any, NamedTuple, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_vectors
+from nao_kin._core.arrays import as_floats, as_vectors
 from nao_kin._kernels.cache import both_ways
 from nao_kin.errors import UnknownName
-from nao_kin.ik.compiling import Row, kept, limb_arguments
+from nao_kin.ik.compiling import Row, limb_types
 from nao_kin.ik.geometry import ClosedForm, Limb, Y, Z, chain_at_zero, kept_limb, limb_of, solved
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
-    BESIDE,
     BEST,
     NEEDED,
     NOT_ENOUGH_JOINTS,
@@ -28,13 +27,13 @@ from nao_kin.ik.ranges import (
     admitted,
     angle_of_chord,
     begun,
+    branch_kernel,
     concluded,
     entered,
-    laid_down,
     rigid,
     table_range,
 )
-from nao_kin.ik.results import Family, IKResult, Integers
+from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced, refuse_not_rotation
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
 
@@ -496,48 +495,13 @@ def _camera_of(robot: RobotModel, camera: str) -> Limb:
     return _head_of(robot, camera)
 
 
-_ARGUMENTS = Head, len(Head._fields), JOINTS
+def _types() -> tuple[Any, Any]:
+    return limb_types(Head, JOINTS)
 
 
-@kept("heads", lambda: limb_arguments(*_ARGUMENTS))
-def _heads(
-    limb: Head,
-    ranges: Ranges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
-    for i in range(targets.shape[0]):
-        count[i] = solve_head(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        laid_down(found, count[i], values[i], beside[i])
-
-
-@kept("gazes", lambda: limb_arguments(*_ARGUMENTS))
-def _gazes(
-    limb: Head,
-    ranges: Ranges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
-    for i in range(targets.shape[0]):
-        count[i] = solve_gaze(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        laid_down(found, count[i], values[i], beside[i])
-
-
-_HEAD = ClosedForm(solve_head, _heads, MOST_BRANCHES)
-_GAZE = ClosedForm(solve_gaze, _gazes, MOST_BRANCHES)
-
-HEAD_KERNELS = (_heads, _gazes)
+HEAD_KERNELS = (
+    branch_kernel("heads", solve_head, _types, MOST_BRANCHES),
+    branch_kernel("gazes", solve_gaze, _types, MOST_BRANCHES),
+)
+_HEAD = ClosedForm(HEAD_KERNELS[0], solve_head, MOST_BRANCHES)
+_GAZE = ClosedForm(HEAD_KERNELS[1], solve_gaze, MOST_BRANCHES)

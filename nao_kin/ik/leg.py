@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any, NamedTuple, SupportsIndex
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row, kept, limb_arguments
-from nao_kin.ik.geometry import ClosedForm, Limb, X, Y, chain_at_zero, check_side, kappa_of, kept_limb, limb_of, solved
+from nao_kin.ik.compiling import Row, limb_types
+from nao_kin.ik.geometry import (
+    ClosedForm,
+    Limb,
+    X,
+    Y,
+    chain_at_zero,
+    check_side,
+    found_for,
+    kappa_of,
+    kept_limb,
+    limb_of,
+    result_of,
+    solved,
+)
 from nao_kin.ik.nearest_feet import brought_into_reach, missed, nearest_feet
 from nao_kin.ik.ranges import (
-    BESIDE,
     NEEDED,
     NOT_RIGID,
     OUT_OF_REACH,
@@ -26,6 +38,7 @@ from nao_kin.ik.ranges import (
     admitted,
     angle_of_chord,
     begun,
+    branch_kernel,
     concluded,
     distance,
     entered,
@@ -33,13 +46,12 @@ from nao_kin.ik.ranges import (
     falls_short,
     is_inside,
     is_outside,
-    laid_down,
     locked_pair,
     rigid,
     table_range,
     wrapped,
 )
-from nao_kin.ik.results import Family, IKResult, Integers
+from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 
@@ -292,36 +304,49 @@ def _branches(
     hz = -(foot.f02 * foot.x + foot.f12 * foot.y + foot.f22 * foot.z)
     height = math.sqrt(hy * hy + hz * hz)
     count = 0
-    for k in range(knee[1]):
-        q[3] = knee[0] if k == 0 else -knee[0]
-        if prune and is_outside(ranges, 3, q[3]):
-            continue
-        s4, c4 = math.sin(q[3]), math.cos(q[3])
-        bx, bz = -leg.thigh * s4, leg.tibia + leg.thigh * c4
-        if height <= _ROUNDING:
+    sine, cosine = math.sin(knee[0]), math.cos(knee[0])
+    if height <= _ROUNDING:
+        for k in range(knee[1]):
+            q[3] = knee[0] if k == 0 else -knee[0]
+            if prune and is_outside(ranges, 3, q[3]):
+                continue
+            bx, bz = -leg.thigh * (sine if k == 0 else -sine), leg.tibia + leg.thigh * cosine
             q[4] = math.atan2(-bz * hx, bx * hx)
             for other in range(2):
                 count = _about_ankle_axis(leg, ranges, foot, other, reference, enforce, q, found, report, count)
+        return count
+    near_axis = enforce and height < _NEAR_AXIS
+    for side in range(2):
+        wz = height if side == 0 else -height
+        roll = math.atan2(hy, hz) if side == 0 else math.atan2(-hy, -hz)
+        if prune and not near_axis and is_outside(ranges, 5, roll):
             continue
-        for side in range(2):
-            wz = height if side == 0 else -height
-            q[4] = math.atan2(bx * wz - bz * hx, bx * hx + bz * wz)
+        s6, c6 = math.sin(roll), math.cos(roll)
+        for k in range(knee[1]):
+            q[3], s4 = (knee[0], sine) if k == 0 else (-knee[0], -sine)
+            if prune and is_outside(ranges, 3, q[3]):
+                continue
+            bx, bz = -leg.thigh * s4, leg.tibia + leg.thigh * cosine
+            q[4], q[5] = math.atan2(bx * wz - bz * hx, bx * hx + bz * wz), roll
             if prune and is_outside(ranges, 4, q[4]):
                 continue
-            q[5] = math.atan2(hy, hz) if side == 0 else math.atan2(-hy, -hz)
-            if enforce and height < _NEAR_AXIS:
+            if near_axis:
                 _put_on_limit(ranges, height, q)
-            if prune and is_outside(ranges, 5, q[5]):
-                continue
-            ankle = _ankle(q)
+                if prune and is_outside(ranges, 5, q[5]):
+                    continue
+                s6, c6 = math.sin(q[5]), math.cos(q[5])
+            turn = q[3] + q[4]
+            ankle = math.sin(turn), math.cos(turn), s6, c6
             family = hip_angles(leg, ranges, foot, ankle, reference, enforce, q)
+            errors = -1.0, -1.0
             for other in range(2 if family == _ALONE else 1):
                 if other == 1:
                     other_triple(leg, q)
                 if prune and not is_inside(ranges, q):
                     continue
                 if prune or admitted(ranges, enforce, q, report):
-                    errors = leg_errors(leg, foot, (s4, c4), ankle, q)
+                    if errors[0] < 0.0:  # both triples make the same rotation
+                        errors = leg_errors(leg, foot, (s4, cosine), ankle, q)
                     if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
                         count = entered(reference, q, enforce, errors, family, found, count)
     return count
@@ -556,9 +581,10 @@ def leg(
     references = as_reference(robot, limb.rest, reference, batch, enforce)
     targets = T.reshape(*batch, 16)
     refuse = partial(refuse_not_rigid, T, "T_torso_foot")
-    result = solved(_LEG, limb, targets, references, enforce, workers, refuse)
-    away = missed(result)
-    if away.any():
+    found = found_for(_LEG, limb, targets, references[0], enforce, workers, refuse)
+    result = result_of(limb, batch, found, references)
+    if not found.is_complete:
+        away = missed(result)
         near = np.broadcast_to(references[0], (*batch, robot.nq))[away]
         result.best[away], result.residual[away] = nearest_foot(robot, limb, T[away], near, enforce, workers)
     return result
@@ -615,25 +641,7 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     return limb_of(chain, frame, Leg(*(float(value) for value in (*numbers, *rest))))
 
 
-@kept("legs", lambda: limb_arguments(Leg, len(Leg._fields), JOINTS))
-def _legs(
-    limb: Leg,
-    ranges: Ranges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1])
-    for i in range(targets.shape[0]):
-        count[i] = solve_leg(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        laid_down(found, count[i], values[i], beside[i])
+_KERNEL = branch_kernel("legs", solve_leg, lambda: limb_types(Leg, JOINTS), MOST_BRANCHES)
+_LEG = ClosedForm(_KERNEL, solve_leg, MOST_BRANCHES)
 
-
-_LEG = ClosedForm(solve_leg, _legs, MOST_BRANCHES)
-
-LEG_KERNELS = (_legs,)
+LEG_KERNELS = (_KERNEL,)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, common_batch, rigid_inverse
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.ik.compiling import kept, kernel_arguments, limb_types
+from nao_kin.ik.compiling import limb_types
 from nao_kin.ik.geometry import (
     ClosedForm,
     Found,
@@ -51,8 +51,8 @@ from nao_kin.ik.legs_torso import (
     solve_pair,
 )
 from nao_kin.ik.nearest_feet import missed, nearest_feet
-from nao_kin.ik.ranges import BESIDE, laid_down
-from nao_kin.ik.results import Codes, IKResult, Integers, Reason, angle_in_words, crossing_in_words, errors_in_words
+from nao_kin.ik.ranges import branch_kernel
+from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, quat_from_matrix, quat_to_xyzw, rot_y, rot_z
@@ -417,32 +417,14 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
 # --- the kernels ------------------------------------------------------------------------------------------------------
 
 
-def _arguments() -> tuple[Any, ...]:
+def _types() -> tuple[Any, Any]:
     from numba import types
 
-    leg, ranges = limb_types(Leg, len(Leg._fields), OF_ONE)
-    return kernel_arguments(types.NamedUniTuple(leg, 2, Legs), types.NamedUniTuple(ranges, 2, LegsRanges))
+    leg, ranges = limb_types(Leg, OF_ONE)
+    return types.NamedUniTuple(leg, 2, Legs), types.NamedUniTuple(ranges, 2, LegsRanges)
 
 
-@kept("both legs", _arguments, 60.0)
-def _pairs(
-    limb: Legs,
-    ranges: LegsRanges,
-    targets: Floats,
-    references: Floats,
-    enforce: bool,
-    most: int,
-    values: Any,
-    beside: Any,
-    count: Integers,
-    report: Floats,
-) -> None:
-    found, q = np.empty(most * (references.shape[1] + BESIDE)), np.empty(references.shape[1] + SCRATCH)
-    for i in range(targets.shape[0]):
-        count[i] = solve_pair(limb, ranges, targets[i], references[i], enforce, q, found, report[i])
-        laid_down(found, count[i], values[i], beside[i])
+_KERNEL = branch_kernel("both legs", solve_pair, _types, MOST_BRANCHES, MORE, SCRATCH, 60.0)
+_LEGS = ClosedForm(_KERNEL, solve_at_wish, MOST_BRANCHES, searches=True, usual=4, more=MORE, scratch=SCRATCH)
 
-
-_LEGS = ClosedForm(solve_at_wish, _pairs, MOST_BRANCHES, searches=True, usual=4, more=MORE, scratch=SCRATCH)
-
-LEGS_KERNELS = (_pairs,)
+LEGS_KERNELS = (_KERNEL,)

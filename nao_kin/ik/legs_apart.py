@@ -39,8 +39,8 @@ from nao_kin.ik.legs_equations import (
 )
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
-    BESIDE,
     BEST,
+    EXTRAS,
     JOINT,
     LIMIT,
     NEEDED,
@@ -544,7 +544,7 @@ def alone(
     legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
 ) -> float:
     """Report the leg that does not reach its own target; returns how far the hips are apart where both do."""
-    row = OF_ONE + BESIDE
+    row = OF_ONE + EXTRAS
     left, right, gap = 0, 0, math.inf
     one, other = 0.0, 0.0
     reason = NOT_CONVERGED, -1.0, 0.0, 0.0
@@ -627,7 +627,7 @@ def _over_pieces(task: Task, priority: float, reference: Row, q: Row, found: Row
 @both_ways
 def _entered_if_met(task: Task, reference: Row, q: Row, family: float, found: Row, count: int) -> int:
     """Enter joint values that meet both feet, unless they are there."""
-    width = JOINTS + BESIDE
+    width = JOINTS + EXTRAS
     for k in range(count):
         off = 0.0
         for j in range(JOINTS):

@@ -12,10 +12,14 @@ the joint values of the nearest pose.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row
+import numpy as np
+
+from nao_kin._core.arrays import Floats
+from nao_kin._kernels.cache import KeptKernel, both_ways
+from nao_kin.ik.compiling import Row, kept, kernel_arguments
 from nao_kin.ik.results import Reason
 from nao_kin.robot import LIMIT_TOLERANCE
 
@@ -27,10 +31,12 @@ REACHED, OUT_OF_REACH = float(Reason.REACHED), float(Reason.OUT_OF_REACH)
 NOT_ENOUGH_JOINTS, NOT_CONVERGED = float(Reason.NOT_ENOUGH_JOINTS), float(Reason.NOT_CONVERGED)
 JOINT_LIMIT, COUPLED_LIMIT = float(Reason.JOINT_LIMIT), float(Reason.COUPLED_LIMIT)
 
-# What is beside the joint values in a row of `found`.
-BESIDE = 4
+# How many numbers follow the joint values in a row of `found`.
+EXTRAS = 4
 # What rounding may add to an angle [rad]; a search passes a limit by no more.
 ROUNDING = 1e-9
+# Where in a row that a kernel writes the report begins; the number of branches stands before it.
+REPORT = 1
 # A branch whose pose is off by more, in m or rad, is no solution.
 VERIFIED = 1e-10
 # How far a rotation may be from one, as everywhere in the library.
@@ -244,20 +250,20 @@ def entered(
     Without limits, each joint is turned by whole turns to within half a turn of the reference.
     """
     joints = len(reference)
-    width = joints + BESIDE
-    away = distance(reference, q, joints, enforce)
-    place = count
-    while place > 0 and found[(place - 1) * width + joints] > away:
-        for j in range(width):
-            found[place * width + j] = found[(place - 1) * width + j]
-        place -= 1
-    first = place * width
+    width = joints + EXTRAS
+    last, away = count * width, 0.0
     for j in range(joints):
-        found[first + j] = q[j] if enforce else turned_towards(q[j], reference[j])
-    found[first + joints] = away
-    found[first + joints + 1] = errors[0]
-    found[first + joints + 2] = errors[1]
-    found[first + joints + 3] = family
+        value = q[j] if enforce else turned_towards(q[j], reference[j])
+        found[last + j] = value
+        away += (value - reference[j]) * (value - reference[j])
+    found[last + joints] = away
+    found[last + joints + 1] = errors[0]
+    found[last + joints + 2] = errors[1]
+    found[last + joints + 3] = family
+    while last > 0 and found[last - width + joints] > away:
+        for j in range(last, last + width):
+            found[j], found[j - width] = found[j - width], found[j]
+        last -= width
     return count + 1
 
 
@@ -266,7 +272,7 @@ def falls_short(found: Row, joints: int, count: int, short: float) -> None:
     """Add to the errors in position of the branches what their target was moved by to be in reach [m]."""
     if short > 0.0:
         for k in range(count):
-            found[k * (joints + BESIDE) + joints + 1] += short
+            found[k * (joints + EXTRAS) + joints + 1] += short
 
 
 @both_ways
@@ -289,15 +295,17 @@ def concluded(found: Row, joints: int, count: int, report: Row) -> None:
 
 
 @both_ways
-def laid_down(found: Row, count: int, values: Any, beside: Any) -> None:
-    """Branches of one target from their rows into arrays (k, c) and (k, 4), as far as these have room."""
-    joints = values.shape[1]
-    width = joints + BESIDE
-    for k in range(values.shape[0]):
+def write_branches(found: Row, count: int, joints: int, out: Row) -> None:
+    """Write the branches of one target into a row, as far as it has room; nan for those that are missing."""
+    width = joints + EXTRAS
+    there = min(len(out), count * width)
+    for j in range(there):
+        out[j] = found[j]
+    for first in range(there, len(out), width):
         for j in range(joints):
-            values[k, j] = found[k * width + j] if k < count else math.nan
-        for j in range(BESIDE):
-            beside[k, j] = found[k * width + joints + j] if k < count else 0.0
+            out[first + j] = math.nan
+        for j in range(joints, width):
+            out[first + j] = 0.0
 
 
 @both_ways
@@ -331,3 +339,40 @@ def rigid(
             i + 0.5 * (g * xz + h * yz + i * zz),
         )
     return fine, a, b, c, d, e, f, g, h, i
+
+
+def branch_kernel(
+    name: str,
+    solve: Callable[..., int],
+    types: Callable[[], tuple[Any, Any]],
+    max_branches: int,
+    more: int = 0,
+    scratch: int = 0,
+    seconds: float = 10.0,
+) -> KeptKernel:
+    """The kernel that solves rows of targets with `solve`.
+
+    It writes a row for each target: how many branches there are, the report, and the branches as far as there is room.
+
+    Args:
+        name: what it solves.
+        solve: solves one target.
+        types: makes the types of a limb's geometry and of its limits.
+        max_branches: the most that `solve` enters.
+        more: how many numbers follow the joints in a report.
+        scratch: how many numbers `solve` needs in q beside the joints.
+        seconds: about how long it takes to compile [s].
+    """
+
+    def run(limb: Any, ranges: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
+        joints = references.shape[1]
+        branches = REPORT + BEST + joints + more
+        found, q = np.empty(max_branches * (joints + EXTRAS)), np.empty(joints + scratch)
+        for i in range(targets.shape[0]):
+            report = out[i, REPORT:branches]
+            count = solve(limb, ranges, targets[i], references[i], enforce, q, found, report)
+            out[i, 0] = count
+            write_branches(found, count, joints, out[i, branches:])
+
+    run.__module__ = solve.__module__  # which a process that compiles it has to import
+    return kept(name, lambda: kernel_arguments(*types()), seconds)(run)

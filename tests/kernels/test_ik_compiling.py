@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -64,6 +65,23 @@ def test_one_target_does_not_wait_for_numba() -> None:
         "assert 'numba' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize("limits", ["enforce", "ignore"])
+def test_one_target_and_a_batch_get_the_same_bits_of_a_kernel_in_memory(nao: nk.NaoModel, limits: Any) -> None:
+    nk.ik.warm_up(["legs", "arms by pose"])
+    for solve, frame in ((nk.ik.leg, "RLeg"), (nk.ik.arm, "LArm")):
+        T = nao.fk(nao.random(4, 20), frame)
+        T[-1, 0, 3] += 0.5  # out of reach
+        T.setflags(write=False)
+        many = solve(nao, frame[0], T, limits=limits)
+        for i, pose in enumerate(T):
+            for same in (pose, np.asfortranarray(pose)):
+                one = solve(nao, frame[0], same, limits=limits)
+                np.testing.assert_array_equal(one.q, many.q[i])
+                np.testing.assert_array_equal(one.solutions, many.solutions[i, : int(many.count[i])])
+                np.testing.assert_array_equal(one.residual, many.residual[i])
+                assert one.describe() == many.describe((i,))
 
 
 FIRST_USE = """
