@@ -176,14 +176,12 @@ def _write_csv(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: a name that a header cannot hold.
     """
-    if rate is None:
-        warn_of_curves(motion, "CSV")
-        times = motion.key_times
-        table = np.full((len(times), len(motion.keys)), math.nan)
-        for column, (own, keys) in enumerate(zip(motion.times, motion.keys, strict=True)):
-            table[np.searchsorted(times, own), column] = keys
-    else:
-        times, table = sampled(motion, rate, "CSV")
+    motion = sampled(motion, rate)
+    warn_of_curves(motion, "CSV")
+    times = motion.key_times
+    table = np.full((len(times), len(motion.keys)), math.nan)
+    for column, (own, keys) in enumerate(zip(motion.times, motion.keys, strict=True)):
+        table[np.searchsorted(times, own), column] = keys
     for joint in motion.joint_names:
         if not re.fullmatch(r"[^\[\](),;\t\r\n\"]*", joint) or joint != joint.strip() or read_heading(joint).is_time:
             raise BadArgument(f"a CSV header cannot hold the joint {quoted(joint)}")
@@ -281,11 +279,7 @@ def _arrays(source: Source) -> dict[str, NDArray[Any]]:
 
 def _write_npz(motion: Motion, rate: float | None) -> bytes:
     """An npz file that gives back the same motion; with a rate, its samples."""
-    if rate is not None:
-        from nao_kin.motion.files.tracks import sampled
-
-        times, values = sampled(motion, rate, "npz")
-        motion = Motion(times, motion.joint_names, values)
+    motion = sampled(motion, rate)
     arrays: dict[str, Any] = {
         "joint_names": np.array(motion.joint_names),
         "counts": np.array([len(keys) for keys in motion.keys]),

@@ -14,7 +14,7 @@ from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, nearest_names
 from nao_kin.motion.files.key_frames import COSINE_ERROR, eased
 from nao_kin.motion.files.source import Format, MotionFileWarning, Place, Source, described
-from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, sampled
+from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
 
@@ -172,7 +172,7 @@ def _write_hulks(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: joints that are missing or that the format does not know, times before 0.
     """
-    times, values = sampled(motion, rate, "HULKs motion")
+    times, values = straight_rows(motion, rate, "HULKs motion")
     table = columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
     if times[0] < 0.0:
         raise BadArgument(f"HULKs motion files begin at 0 s, the motion at {times[0]:g} s")
@@ -292,7 +292,7 @@ def _write_motion2(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: joints that the format does not know, times before 0 or nearer than 1 ms.
     """
-    times, values = sampled(motion, rate, "motion2")
+    times, values = straight_rows(motion, rate, "motion2")
     named = [joint for joint in BODY_ORDER if joint in motion.joint_names]
     table = columns(motion, values, named or BODY_ORDER, "motion2", one_hip=False)
     stamps = milliseconds(times, "motion2")

@@ -24,7 +24,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
 from nao_kin.errors import nearest_names
 from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source, described
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
 
@@ -194,11 +194,7 @@ def _is_nested(times: list[Any]) -> bool:
 
 def write(motion: Motion, rate: float | None) -> bytes:
     """A JSON file that gives back the same motion; with a rate, its samples."""
-    if rate is not None:
-        from nao_kin.motion.files.tracks import sampled
-
-        times, values = sampled(motion, rate, "JSON")
-        motion = Motion(times, motion.joint_names, values)
+    motion = sampled(motion, rate)
     fields: dict[str, Any] = {
         "times": [times.tolist() for times in motion.times],
         "keys": [keys.tolist() for keys in motion.keys],

@@ -336,9 +336,7 @@ def _number(source: Source, node: ast.expr, place: Place) -> float:
 
 def _write_python(motion: Motion, rate: float | None) -> bytes:
     """An export: plain keys of a linear motion, Bezier control points of another one."""
-    if rate is not None:
-        stamps, values = sampled(motion, rate, "Python")
-        motion = Motion(stamps, motion.joint_names, values)
+    motion = sampled(motion, rate)
     kind = "simplified" if motion.interpolation == "linear" else "bezier"
     call = (
         "angleInterpolation(names, keys, times, True)"
@@ -497,9 +495,7 @@ def _is_points(rows: list[Any]) -> bool:
 
 def _write_naoqi(motion: Motion, rate: float | None) -> bytes:
     """The arguments of angleInterpolation for a linear motion, else those of angleInterpolationBezier."""
-    if rate is not None:
-        times, values = sampled(motion, rate, "NAOqi")
-        motion = Motion(times, motion.joint_names, values)
+    motion = sampled(motion, rate)
     names = json.dumps(list(motion.joint_names), ensure_ascii=False)
     stamps, keys = ([row.tolist() for row in motion.times], points(motion))
     rows = [_rows(stamps), _rows(keys)] if motion.interpolation != "linear" else [_rows(keys), _rows(stamps), "true"]

@@ -340,9 +340,6 @@ def _as_float(value: float) -> float:
 
 # --- What a motion file format is made of.
 
-# Motion, samples a second or None, the bytes of a file.
-Writer = Callable[[Motion, float | None], bytes]
-
 
 @dataclass(frozen=True)
 class Format:
@@ -360,8 +357,8 @@ class Format:
     # Whether the content looks like it; never raises.
     recognises: Callable[[Source], bool] = field(repr=False)
     read: Callable[[Source], Motion] = field(repr=False)
-    # None for a format that is only read.
-    write: Writer | None = field(repr=False, default=None)
+    # The bytes of a file of a motion, or of its samples at a rate; None for a format that is only read.
+    write: Callable[[Motion, float | None], bytes] | None = field(repr=False, default=None)
 
 
 # --- Which one of several motions in a file.
