@@ -20,7 +20,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.csv_numbers import Records, delimiter_of
-from nao_kin._core.files import read_text
+from nao_kin._core.files import described, is_finite_number, read_json, read_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import print_note
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
@@ -220,12 +220,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
 
 
 def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool, roots: Sequence[str]) -> Targets:
-    try:
-        document = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
-    except (ValueError, RecursionError) as error:
-        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+    document = read_json(name, text)
     many = True
     if isinstance(document, dict):  # as `nao-kin fk --json` writes it
         units = document.get("units")
@@ -259,15 +254,9 @@ def _flat(name: str, index: int, entry: Any) -> list[float]:
     if isinstance(entry, (list, dict)):
         parts = entry.values() if isinstance(entry, dict) else entry
         return [number for part in parts for number in _flat(name, index, part)]
-    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
-        raise BadInputFile(name, f"target {index}: {abbreviated(json.dumps(entry))} is no number")
-    try:
-        number = float(entry)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise BadInputFile(name, f"target {index}: a number that is not finite")
-    return [number]
+    if not is_finite_number(entry):
+        raise BadInputFile(name, f"target {index}: {described(entry)} is no finite number")
+    return [float(entry)]
 
 
 def targets_as_csv(names: Sequence[str], rows: Floats) -> str:

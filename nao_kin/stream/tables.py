@@ -10,7 +10,6 @@ objects.
 from __future__ import annotations
 
 import gzip
-import json
 import math
 import os
 import zlib
@@ -25,7 +24,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, as_numbers, choice, decimal, flag, texts, whole_number
 from nao_kin._core.csv_numbers import Records, csv_head, has_pyarrow, iso_times, plain_floats, quick_numbers
-from nao_kin._core.files import read_text
+from nao_kin._core.files import described, is_finite_number, read_json, read_text
 from nao_kin._core.headings import (
     JOINT_UNITS,
     TIME_UNITS,
@@ -36,7 +35,7 @@ from nao_kin._core.headings import (
     seconds,
     time_unit_of,
 )
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import (
     BadArgument,
     BadInputFile,
@@ -67,8 +66,6 @@ __all__ = [
 # What two joints of one motor are made to where their values differ.
 Hips = Literal["average", "left", "right"]
 
-# Characters of a name or a value in a message; the line holds more than it.
-_MOST_SHOWN = 40
 # Characters of a CSV file for which loading pyarrow pays.
 _LARGE = 1 << 20
 # As much of a file as tells what it holds.
@@ -120,8 +117,7 @@ def read_configurations(
         BadArgument, BadInputFile: as `read_log`.
 
     Examples:
-        >>> import json
-        >>> from pathlib import Path
+        >>>         >>> from pathlib import Path
         >>> nao = nk.load_nao()
         >>> _ = Path("pose.json").write_text(json.dumps(nao.angles(nao.posture("Stand"))))
         >>> q, many = nk.stream.read_configurations(nao, "pose.json")
@@ -416,7 +412,7 @@ def _unit(
     if unit is None:
         return usual
     if unit not in units:
-        reason = f"{where}unit {quoted(unit, _MOST_SHOWN)} of {what}, expected one of {', '.join(units)}"
+        reason = f"{where}unit {quoted(unit, MOST_SHOWN)} of {what}, expected one of {', '.join(units)}"
         raise BadInputFile(name, reason, *at)
     return "deg" if unit == "°" else unit
 
@@ -428,7 +424,7 @@ def _unknown(robot: RobotModel, text: str) -> str:
     near = ", ".join(nearest_names(text, [*robot.joint_names, *robot.mimics]))
     advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
     return (
-        f"unknown joint {quoted(text, _MOST_SHOWN)} ({advice}); columns= (--columns) says what it is, "
+        f"unknown joint {quoted(text, MOST_SHOWN)} ({advice}); columns= (--columns) says what it is, "
         "ignore_other=True (--ignore-other) leaves it out"
     )
 
@@ -635,7 +631,7 @@ def finite_numbers(
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            reason = f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number"
+            reason = f"{joint} is {quoted(field.strip(), MOST_SHOWN)}, expected a finite number"
             raise BadInputFile(name, reason, line, place + 1)
         values.append(value)
     return values
@@ -698,12 +694,7 @@ class _Lines(Sequence[int]):
 def _from_json(
     name: str, text: str, understood: Callable[[Sequence[str], int, str], TableColumns]
 ) -> tuple[TableColumns, list[list[float]], list[int], bool]:
-    try:
-        document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_Constant)
-    except json.JSONDecodeError as error:
-        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
-    except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
-        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+    document = read_json(name, text)
     objects = document if isinstance(document, list) else [document]
     if not objects:
         raise BadInputFile(name, "a list of no configurations")
@@ -713,7 +704,7 @@ def _from_json(
     for index, entry in enumerate(objects):
         where = f"configuration {index}: " if isinstance(document, list) else ""
         if not isinstance(entry, dict):
-            raise BadInputFile(name, f"{where}expected an object of joint values, got {_kind(entry)}")
+            raise BadInputFile(name, f"{where}expected an object of joint values, got {described(entry)}")
         if not names:
             names = list(entry)
             table = understood(names, 0, where)
@@ -732,41 +723,10 @@ def _from_json(
             except ValueError as error:
                 raise BadInputFile(name, f"{where}time {error}") from None
         for key, heading in kept:
-            if not _is_finite_number(entry[key]):
-                raise BadInputFile(name, f"{where}{heading} is {_kind(entry[key])}, expected a finite number")
+            if not is_finite_number(entry[key]):
+                raise BadInputFile(name, f"{where}{heading} is {described(entry[key])}, expected a finite number")
         rows.append([float(entry[key]) for key, _ in kept])
     return table, rows, [0] * len(rows), isinstance(document, list)
-
-
-def _is_finite_number(value: Any) -> bool:
-    try:
-        return not isinstance(value, bool) and isinstance(value, (int, float)) and math.isfinite(value)
-    except OverflowError:
-        return False
-
-
-def _object(name: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    seen = dict[str, Any]()
-    for key, value in pairs:
-        if key in seen:
-            raise BadInputFile(name, f"joint {quoted(key)} is given twice in one object")
-        seen[key] = value
-    return seen
-
-
-class _Constant(str):
-    """NaN, Infinity or -Infinity, which JSON does not know and Python's reader takes; kept to be refused by name."""
-
-
-def _kind(value: Any) -> str:
-    """What stands in a JSON file where a number was expected."""
-    if isinstance(value, (dict, list)):
-        return "an object" if isinstance(value, dict) else "a list"
-    if isinstance(value, _Constant):
-        return str(value)
-    if isinstance(value, float) and math.isinf(value):
-        return "a number too large for floating point"
-    return abbreviated(json.dumps(value, ensure_ascii=False), _MOST_SHOWN)
 
 
 def _determined(robot: RobotModel, names: Iterable[str]) -> set[str]:

@@ -447,8 +447,7 @@ def test_naoqi_whole_body_in_one_time(tmp_path: Path) -> None:
 
 def test_relative_angles_are_refused(tmp_path: Path) -> None:
     error = _refused(tmp_path, '["HeadYaw", 0.5, 1.0,\n false]', "a.json")
-    assert "relative angles" in str(error)
-    assert (error.line, error.column) == (2, 2)
+    assert "[3]: relative angles" in str(error)
 
 
 # Which format it is.

@@ -30,9 +30,10 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.files import described
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.motion.files.source import MOST_SHOWN, Format, MotionFileWarning, Place, PlaceOf, Source, chosen, described
+from nao_kin.motion.files.source import Format, MotionFileWarning, Place, PlaceOf, Source, chosen
 from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of, sampled
 from nao_kin.motion.motion import Motion
 

@@ -27,9 +27,9 @@ from nao_kin._core.headings import (
     seconds,
     time_unit_of,
 )
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source
+from nao_kin.motion.files.source import Format, Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, sampled, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS
 from nao_kin.motion.motion import Motion

@@ -19,8 +19,8 @@ import numpy as np
 
 from nao_kin._core.arrays import decimal
 from nao_kin._core.csv_numbers import plain_floats
-from nao_kin._core.text import quoted
-from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source
+from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin.motion.files.source import Format, Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 

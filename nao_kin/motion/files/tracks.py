@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import abbreviated
+from nao_kin._core.text import MOST_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.motion.editing import resample
-from nao_kin.motion.files.source import MOST_SHOWN, NOWHERE, MotionFileWarning, Place, PlaceOf, Source
+from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, Place, PlaceOf, Source
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER

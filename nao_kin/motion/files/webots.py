@@ -19,11 +19,11 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.csv_numbers import plain_floats
-from nao_kin._core.text import quoted
+from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import held
-from nao_kin.motion.files.source import MOST_SHOWN, Format, MotionFileWarning, Place, Source
+from nao_kin.motion.files.source import Format, MotionFileWarning, Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 
