@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.csv_numbers import Records, delimiter_of
+from nao_kin._core.csv_numbers import Records, TableColumns, delimiter_of
 from nao_kin._core.files import described, is_finite_number, read_json, read_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import print_note
@@ -185,8 +185,6 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
 
 
 def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
-    from nao_kin.stream import finite_numbers  # which loads Pinocchio; --help and doctor do without
-
     delimiter = delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])
     records = iter(Records(text.encode(), delimiter))
     line, header, wrong = next(records)
@@ -198,7 +196,8 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
     if wanted is None or len(places) < len(names):
         known = "x,y,z; r0,r1,r2,r3; x,y,z,roll,pitch,yaw; x,y,z,r0,r1,r2,r3; t11,…,t44"
         raise BadInputFile(name, f"the header names {abbreviated(', '.join(names))}; expected one of {known}", line)
-    frame_column, columns = places.get("frame"), [places[column] for column in wanted]
+    frame_column = places.get("frame")
+    table = TableColumns(wanted, (), tuple(places[column] for column in wanted))
     if len(frames) == 2 and frame_column is None:
         raise BadInputFile(name, f"no column frame; for both feet its rows name {' and '.join(frames)}", line)
     found: dict[str, list[list[float]]] = {frame: [] for frame in frames}
@@ -208,7 +207,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
             raise BadInputFile(name, wrong or f"{len(fields)} values, the header names {len(names)}", line)
         frame = frames[0] if frame_column is None else fields[frame_column].strip()
         if frame in found:
-            found[frame].append(finite_numbers(name, [fields[column] for column in columns], wanted, line))
+            found[frame].append(table.numbers(name, fields, line))
             if frame == frames[0]:
                 lines.append(line)
     for frame, rows in found.items():

@@ -393,6 +393,7 @@ def test_wrong_words_are_refused_in_one_line(
         ("a.csv", "x,y,z,z\n1,2,3,4\n", "line 1: the header names"),
         ("a.csv", "x,y,z\n1,2,3\n1,two,3\n", "line 3, column 2: y is 'two'"),
         ("a.csv", "x,y,z\n1,2\n", "line 2: 2 values, the header names 3"),
+        ("a.csv", "frame,x,y,z\nLArm,1,two,3\n", "line 2, column 3: y is 'two'"),
         ("a.csv", "frame,x,y,z\nRArm,1,2,3\n", "no targets for 'LArm'"),
         ("a.csv", "x,y,z,r0,r1,r2,r3\n0,0,0,1,0,0,0\n0,0,0,0,0,0,0\n", "line 3"),
         ("a.json", "[[1,2,3],[1,2]]", "target 1 has 2 numbers, the first 3"),

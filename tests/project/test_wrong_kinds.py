@@ -51,7 +51,6 @@ ROOMS = (
 )
 # Parts of programs that serve robots and files, which have been given what they take when they are called.
 INNER = {
-    "configuration_files.finite_numbers",
     "configuration_files.limits_advice",
     "crosscheck.run",
     "crosscheck.steps_of",

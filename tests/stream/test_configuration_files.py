@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
+from nao_kin._core import csv_numbers
 from nao_kin.errors import BadInputFile
-from nao_kin.stream import tables as configuration_files
 from nao_kin.stream.tables import read_configurations
 
 
@@ -249,9 +249,9 @@ def test_limits_can_be_clamped_or_ignored(nao: nk.NaoModel, tmp_path: Path) -> N
 @pytest.fixture(params=["pyarrow", "no pyarrow", "not ASCII"])
 def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """The three ways of reading, which must not differ."""
-    monkeypatch.setattr(configuration_files, "_LARGE", 0)
+    monkeypatch.setattr(csv_numbers, "_LARGE", 0)
     if request.param != "pyarrow":
-        monkeypatch.setattr(configuration_files, "has_pyarrow", lambda: False)
+        monkeypatch.setattr(csv_numbers, "has_pyarrow", lambda: False)
     return request.param
 
 
