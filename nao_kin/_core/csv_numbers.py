@@ -11,17 +11,22 @@ import io
 import itertools
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.headings import IsoTimes, is_decimal, is_iso_time
+from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin.errors import BadInputFile
 
 DELIMITERS = ",;\t"
+# Bytes of a table for which loading pyarrow pays.
+_LARGE = 1 << 20
 # By one thread.
 _PARSED_AT_ONCE = 1 << 20
 # What a line above the header begins with.
@@ -156,18 +161,6 @@ def quick_numbers(
     return numbers if np.isfinite(numbers).all() else None
 
 
-def plain_floats(fields: list[str]) -> list[float] | None:
-    """The numbers of a record; None where one is not finite, or none.
-
-    Python's `float` reads more than decimal digits: the text must be ASCII, and without underscores.
-    """
-    try:
-        numbers = list(map(float, fields))
-    except ValueError:
-        return None
-    return numbers if all(map(math.isfinite, numbers)) else None
-
-
 class Records:
     """The records of a block of whole lines that are not blank, as the csv module reads them in its strict way.
 
@@ -175,6 +168,7 @@ class Records:
     for nothing. A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
 
     Attributes:
+        block: whole lines.
         consumed: bytes of the block up to the end of the last record; less than all where the last one goes on behind.
     """
 
@@ -187,10 +181,10 @@ class Records:
             at_end: the file ends here; otherwise a quote that is still open is closed in the next block.
         """
         self.consumed = len(block)
-        self._block, self._delimiter, self._at_end = block, delimiter, at_end
+        self.block, self._delimiter, self._at_end = block, delimiter, at_end
 
     def __iter__(self) -> Iterator[tuple[int, list[str], str]]:
-        lines = list(io.StringIO(self._block.decode("utf-8", "replace"), newline=""))
+        lines = list(io.StringIO(self.block.decode("utf-8", "replace"), newline=""))
         done = 0
         while done < len(lines):
             reader = csv.reader(itertools.islice(lines, done, None), delimiter=self._delimiter, strict=True)
@@ -202,10 +196,174 @@ class Records:
                         yield done, fields, ""
             except csv.Error as error:
                 if not self._at_end and done > 0 and start + reader.line_num == len(lines):
-                    self.consumed = sum(map(len, self._block.splitlines(keepends=True)[:done]))
+                    self.consumed = sum(map(len, self.block.splitlines(keepends=True)[:done]))
                     return
                 done += 1
                 yield done, [], f"malformed CSV: {error}"
+
+
+def plain_floats(fields: list[str]) -> list[float] | None:
+    """The numbers of a record; None where one is not finite, or none.
+
+    Python's `float` reads more than decimal digits: the text must be ASCII, and without underscores.
+    """
+    try:
+        numbers = list(map(float, fields))
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
+
+
+@dataclass(frozen=True)
+class TableColumns:
+    """Which columns of a table of joint values are read, and as what.
+
+    Attributes:
+        names: the joint of each.
+        units: the unit of each: "rad", "deg", "m", "1" or "%".
+        places: where each stands among all columns of the file, from 0; times, if there are any, are the last.
+        timed: whether the last place is that of times.
+        time_unit: of the times; None where the file does not say it.
+        all: how many columns the file has.
+        iso_times: reads times that are written as in ISO 8601; None where they are numbers.
+        blanks: empty cells are NaN and no mistake.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    places: tuple[int, ...]
+    timed: bool = False
+    time_unit: str | None = None
+    all: int = 0
+    iso_times: IsoTimes | None = None
+    blanks: bool = False
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """What stands in each of the places, for messages."""
+        return (*self.names, "time") if self.timed else self.names
+
+    @property
+    def in_degrees(self) -> bool:
+        """Whether some joint is given in degrees."""
+        return "deg" in self.units
+
+    def place(self, line: int, column: int) -> tuple[int, int]:
+        """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0)."""
+        return line, self.places[column] + 1 if line and column >= 0 else 0
+
+    def with_times_of(self, rows: bytes, delimiter: str) -> TableColumns:
+        """The same for a CSV file whose first rows write times as numbers, or as in ISO 8601."""
+        found = iso_times(rows, delimiter, self.places[-1]) if self.timed else None
+        return self if found is None else replace(self, time_unit="s", iso_times=found)
+
+    def numbers(self, name: str, fields: Sequence[str], line: int, mark: str = ".") -> list[float]:
+        """The numbers that the fields of one record write in decimal digits.
+
+        Args:
+            name: the file, for the message.
+            fields: all of the record.
+            line: where the record stands.
+            mark: of decimal fractions: "." or ",".
+
+        Raises:
+            BadInputFile: with line and column of the first that is no finite number, or no time.
+        """
+        values: list[float] = []
+        for place, heading in zip(self.places, self.headings, strict=True):
+            field = fields[place]
+            try:
+                if self.blanks and not field.strip():
+                    values.append(math.nan)
+                elif self.iso_times is not None and place == self.places[-1]:
+                    values.append(self.iso_times.seconds(field))
+                else:
+                    values.append(_finite(field, mark))
+            except ValueError as error:
+                raise BadInputFile(name, f"{heading} {error}", line, place + 1) from None
+        return values
+
+    def rows(self, name: str, records: Records, mark: str) -> Iterator[tuple[int, list[float] | None, int, str]]:
+        """The line of each record, its numbers, and column and reason where it has none."""
+        # Then `float` reads only decimal digits.
+        plain = mark == "." and records.block.isascii() and b"_" not in records.block and self.iso_times is None
+        for line, fields, reason in records:
+            if not reason and len(fields) != self.all:
+                what = "joints" if self.all == len(self.names) else "columns"
+                reason = f"{len(fields)} values, the header names {self.all} {what}"
+            if reason:
+                yield line, None, 0, reason
+                continue
+            row = plain_floats([fields[place] for place in self.places]) if plain else None
+            try:
+                yield line, row or self.numbers(name, fields, line, mark), 0, ""
+            except BadInputFile as error:
+                yield line, None, error.column, error.reason
+
+
+def _finite(field: str, mark: str) -> float:
+    """The finite number of a field; what is wrong is said in words that follow the name of the column."""
+    try:
+        value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"is {quoted(field.strip(), MOST_SHOWN)}, expected a finite number")
+    return value
+
+
+def read_csv(
+    name: str, data: bytes, understood: Callable[[CsvHead], TableColumns], expected: str
+) -> tuple[TableColumns, Floats, Sequence[int]]:
+    """All rows of a table, by pyarrow where it is large and by the csv module where pyarrow cannot tell.
+
+    Args:
+        name: the file, for messages.
+        data: its content, without a byte order mark.
+        understood: what the columns are, by the head.
+        expected: what the message of an empty file expects.
+
+    Returns:
+        The columns, the numbers (n, places), and the line of each row.
+
+    Raises:
+        BadInputFile: with line and column.
+    """
+    head = csv_head(data)
+    if head.problem:
+        raise BadInputFile(name, head.problem, head.line)
+    if not head.fields:
+        raise BadInputFile(name, f"empty; expected {expected}")
+    body = data[head.size :]
+    table = understood(head).with_times_of(body, head.delimiter)
+    if len(data) > _LARGE and has_pyarrow():
+        numbers = quick_numbers(body, table.all, head.delimiter, table.places, head.mark, table.iso_times)
+        if numbers is not None and len(numbers):
+            return table, numbers, RowLines(body, head.delimiter, head.lines)
+    rows, lines = [], []
+    for line, row, column, reason in table.rows(name, Records(body, head.delimiter), head.mark):
+        if row is None:
+            raise BadInputFile(name, reason, head.lines + line, column)
+        rows.append(row)
+        lines.append(head.lines + line)
+    return table, np.array(rows, dtype=np.float64).reshape(len(rows), len(table.places)), lines
+
+
+class RowLines(Sequence[int]):
+    """The line of every row of a CSV text that begins behind some lines, found when one is asked for."""
+
+    def __init__(self, body: bytes, delimiter: str, before: int) -> None:
+        self._body, self._delimiter, self._before = body, delimiter, before
+
+    def __getitem__(self, row: Any) -> Any:
+        return self._found[row]
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    @cached_property
+    def _found(self) -> list[int]:
+        return [self._before + line for line, _, _ in Records(self._body, self._delimiter)]
 
 
 def whole_lines(block: bytes) -> int:

@@ -7,6 +7,8 @@ to as they are. An existing file keeps its mode and its owner.
 from __future__ import annotations
 
 import gzip
+import json
+import math
 import os
 import re
 import secrets
@@ -21,7 +23,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from nao_kin._core.process import before_ending, uninterrupted
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 
 _DESCRIPTORS = re.compile(r"/(?:dev|proc/(?:self|thread-self|(?P<process>\d+)))/fd/(?P<descriptor>\d+)")
@@ -535,3 +537,58 @@ def read_toml(path: Path | str) -> dict[str, Any]:
     except ValueError as error:  # a path that no system takes, a number of thousands of digits
         raise BadInputFile(str(path), f"cannot be read: {error}") from None
     return document
+
+
+# --- JSON files.
+
+
+class JsonConstant(str):
+    """NaN, Infinity or -Infinity, which JSON does not know and Python's reader takes; kept to be refused by name."""
+
+
+def read_json(name: str, text: str) -> Any:
+    """The value of a JSON text.
+
+    Raises:
+        BadInputFile: no JSON, with line and column; a name twice in one object, too deep.
+    """
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for index, key in enumerate(keys) if key in keys[:index])
+            raise BadInputFile(name, f"{quoted(twice)} is given twice in one object")
+        return found
+
+    try:
+        return json.loads(text, object_pairs_hook=unique, parse_constant=JsonConstant)
+    except json.JSONDecodeError as error:
+        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
+    except BadInputFile:
+        raise
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
+        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+
+
+def is_finite_number(value: Any) -> bool:
+    """Whether a JSON value is a number that floating point can hold."""
+    try:
+        return type(value) in (int, float) and math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def described(value: Any) -> str:
+    """What stands in a file where something else was expected."""
+    if isinstance(value, JsonConstant):
+        return str(value)
+    if value is None or isinstance(value, bool):
+        return "null" if value is None else str(value).lower()
+    if isinstance(value, dict):
+        return "an object"
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}"
+    if isinstance(value, (int, float)) and not is_finite_number(value):
+        return "a number too large for floating point"
+    return abbreviated(quoted(value, MOST_SHOWN), MOST_SHOWN)

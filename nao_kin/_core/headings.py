@@ -17,7 +17,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.text import quoted
+from nao_kin._core.text import MOST_SHOWN, quoted
 
 # Units that a heading may name, for joints whose values are in rad, m or ratios.
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
@@ -36,8 +36,6 @@ _ISO_TIME = re.compile(
     re.ASCII,
 )
 _EPOCH = datetime(1970, 1, 1)
-# Characters of a time in a message.
-_MOST_SHOWN = 40
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ class IsoTimes:
                 words that follow the name of the column.
         """
         found = _iso_time(text)
-        shown = quoted(text.strip(), _MOST_SHOWN)
+        shown = quoted(text.strip(), MOST_SHOWN)
         if found is None:
             raise ValueError(f"is {shown}, expected a time such as 2026-03-01T12:00:00.5")
         if found[1] != self.zoned:

@@ -6,6 +6,8 @@ import itertools
 from collections.abc import Container, Iterable, Iterator, Sequence
 from html import escape
 
+# Characters of a foreign value in a message that says more than it.
+MOST_SHOWN = 40
 # No message repeats more than this of what it was given.
 MOST_ECHOED = 200
 

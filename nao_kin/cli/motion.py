@@ -28,9 +28,10 @@ from nao_kin.cli.options import (
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
+    from nao_kin._core.csv_numbers import TableColumns
     from nao_kin.motion import Change, Motion, MotionReport, MotionViolation, Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
-    from nao_kin.stream import Clamped, TableColumns
+    from nao_kin.stream import Clamped
 
 
 # --- Motion files as commands take them beside plain configuration files.

@@ -19,8 +19,8 @@ from typing import Any, Literal
 import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal, join_poses
-from nao_kin._core.csv_numbers import Records, delimiter_of
-from nao_kin._core.files import read_text
+from nao_kin._core.csv_numbers import Records, TableColumns, delimiter_of
+from nao_kin._core.files import described, is_finite_number, read_json, read_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import print_note
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
@@ -181,8 +181,6 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
 
 
 def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
-    from nao_kin.stream import finite_numbers  # which loads Pinocchio; --help and doctor do without
-
     delimiter = delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])
     records = iter(Records(text.encode(), delimiter))
     line, header, wrong = next(records)
@@ -194,7 +192,8 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
     if wanted is None or len(places) < len(names):
         known = "x,y,z; r0,r1,r2,r3; x,y,z,roll,pitch,yaw; x,y,z,r0,r1,r2,r3; t11,…,t44"
         raise BadInputFile(name, f"the header names {abbreviated(', '.join(names))}; expected one of {known}", line)
-    frame_column, columns = places.get("frame"), [places[column] for column in wanted]
+    frame_column = places.get("frame")
+    table = TableColumns(wanted, (), tuple(places[column] for column in wanted))
     if len(frames) == 2 and frame_column is None:
         raise BadInputFile(name, f"no column frame; for both feet its rows name {' and '.join(frames)}", line)
     found: dict[str, list[list[float]]] = {frame: [] for frame in frames}
@@ -204,7 +203,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
             raise BadInputFile(name, wrong or f"{len(fields)} values, the header names {len(names)}", line)
         frame = frames[0] if frame_column is None else fields[frame_column].strip()
         if frame in found:
-            found[frame].append(finite_numbers(name, [fields[column] for column in columns], wanted, line))
+            found[frame].append(table.numbers(name, fields, line))
             if frame == frames[0]:
                 lines.append(line)
     for frame, rows in found.items():
@@ -216,12 +215,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
 
 
 def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool, roots: Sequence[str]) -> Targets:
-    try:
-        document = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
-    except (ValueError, RecursionError) as error:
-        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+    document = read_json(name, text)
     many = True
     if isinstance(document, dict):  # as `nao-kin fk --json` writes it
         units = document.get("units")
@@ -255,15 +249,9 @@ def _flat(name: str, index: int, entry: Any) -> list[float]:
     if isinstance(entry, (list, dict)):
         parts = entry.values() if isinstance(entry, dict) else entry
         return [number for part in parts for number in _flat(name, index, part)]
-    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
-        raise BadInputFile(name, f"target {index}: {abbreviated(json.dumps(entry))} is no number")
-    try:
-        number = float(entry)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise BadInputFile(name, f"target {index}: a number that is not finite")
-    return [number]
+    if not is_finite_number(entry):
+        raise BadInputFile(name, f"target {index}: {described(entry)} is no finite number")
+    return [float(entry)]
 
 
 def targets_as_csv(names: Sequence[str], rows: Floats) -> str:

@@ -10,10 +10,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, finite_or_none
-from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument
-from nao_kin.motion.configurations import HOLD, check_joints, filled
+from nao_kin._core.arrays import Floats, finite_or_none
+from nao_kin.motion.configurations import HOLD, check_joints, checked_rate, filled
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import Motion, check_motion
@@ -252,10 +250,8 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
     check_robot(robot)
     check_motion(motion)
     check_joints(robot, motion)
-    number = as_floats(rate, (), "rate")
-    if number.shape != () or not number > 0.0:
-        raise BadArgument(f"rate must be a number above zero, got {quoted(rate)}")
-    curves = JointCurves(motion, filled(robot, fill)[robot.nq - len(robot.joint_names) :], robot, float(number))
+    rate = checked_rate(rate)
+    curves = JointCurves(motion, filled(robot, fill)[robot.nq - len(robot.joint_names) :], robot, rate)
     findings = [
         *(_limits(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_coupled(robot, motion, table, curves) for table in robot.coupled_limits),
@@ -269,7 +265,7 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
         end=motion.end,
         violations=tuple(row for rows, _ in findings for row in rows),
         left_out=sum(left_out for _, left_out in findings),
-        sampled=float(number) if curves.sampled else None,
+        sampled=rate if curves.sampled else None,
     )
 
 

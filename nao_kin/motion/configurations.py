@@ -142,21 +142,27 @@ def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) 
         return at
     if rate is None:
         return motion.key_times
-    number = as_floats(rate, (), "rate")
-    if isinstance(rate, bool) or number.shape != () or not number > 0.0:
-        raise BadArgument(f"rate must be a number above zero, got {quoted(rate)}")
-    steps = motion.duration * float(number)
+    number = checked_rate(rate)
+    steps = motion.duration * number
     if not steps < MOST_SAMPLES:
         raise BadArgument(
-            f"{motion.duration:g} s at {float(number):g} per second are {steps:.3g} samples, "
+            f"{motion.duration:g} s at {number:g} per second are {steps:.3g} samples, "
             f"more than {MOST_SAMPLES}; give a smaller rate"
         )
-    at = motion.start + np.arange(int(steps + _ROUNDING) + 1) / float(number)
+    at = motion.start + np.arange(int(steps + _ROUNDING) + 1) / number
     # A duration that is a whole number of steps but for rounding has no short step at its end.
     if steps - (len(at) - 1) > _ROUNDING:
         return np.append(at, motion.end)
     at[-1] = motion.end
     return at
+
+
+def checked_rate(rate: float) -> float:
+    """A rate, refused if it is no number above zero."""
+    number = as_floats(rate, (), "rate")
+    if isinstance(rate, bool) or number.shape != () or not number > 0.0:
+        raise BadArgument(f"rate must be a number above zero, got {quoted(rate)}")
+    return float(number)
 
 
 def filled(robot: RobotModel, fill: str | ArrayLike) -> Floats:

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
+from nao_kin.motion.configurations import MOST_SAMPLES
 from nao_kin.motion.interpolation import Segments, segments
 from nao_kin.motion.motion import Motion
 from nao_kin.robot import RobotModel
-
-_MOST_SAMPLES = 4_000_000
 
 
 class JointCurves:
@@ -65,7 +64,7 @@ class JointCurves:
         if motion.handles is not None:
             self.sampled = True
             steps = motion.duration * self._rate
-            if steps > _MOST_SAMPLES:
+            if steps > MOST_SAMPLES:
                 raise BadArgument(
                     f"{motion.duration:g} s at {self._rate:g} samples per second are too many; lower rate"
                 )

@@ -4,7 +4,7 @@ from nao_kin.stream.results import BadRow, Clamped, StreamResult, clamp
 from nao_kin.stream.run import ErrorPolicy, fk
 from nao_kin.stream.sinks import FEW_ROWS, PoseColumns, PoseStyle, csv_header, pose_lines
 from nao_kin.stream.sources import Configurations
-from nao_kin.stream.tables import TableColumns, finite_numbers, log_columns, read_configurations, read_log
+from nao_kin.stream.tables import log_columns, read_configurations, read_log
 
 __all__ = [
     "FEW_ROWS",
@@ -15,10 +15,8 @@ __all__ = [
     "PoseColumns",
     "PoseStyle",
     "StreamResult",
-    "TableColumns",
     "clamp",
     "csv_header",
-    "finite_numbers",
     "fk",
     "log_columns",
     "pose_lines",

@@ -295,7 +295,7 @@ class _Work:
         return numbers
 
     def _bad_rows(self, block: Block, bad: NDArray[np.intp], before: int) -> tuple[BadRow, ...]:
-        lines = block.lines() if block.lines is not None and len(bad) else None
+        lines = block.lines if len(bad) else None
         found = []
         for row in bad.tolist():
             joints = self.joints[block.file]

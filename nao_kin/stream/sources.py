@@ -7,7 +7,7 @@ import gzip
 import math
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,12 +16,12 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats
-from nao_kin._core.csv_numbers import Records, csv_head, line_ends, plain_floats, quick_numbers, whole_lines
+from nao_kin._core.csv_numbers import Records, RowLines, TableColumns, csv_head, line_ends, quick_numbers, whole_lines
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
-from nao_kin.stream.tables import TableColumns, finite_numbers, table_columns
+from nao_kin.stream.tables import table_columns
 
 # --- Tables of joint values, read block by block from any place that a block begins at.
 
@@ -39,7 +39,7 @@ class Block:
         times: shape (n,), in the unit of the file; None where it has none.
         problems: column, from 1 and 0 for none, and reason of rows that could not be read, by their place in the block.
         last: no block follows.
-        lines: finds the line of every row of the block, which takes a while; None where there are no lines.
+        lines: of every row of the block, found when one is asked for; None where there are no lines.
         file: which of several files it is from.
     """
 
@@ -48,7 +48,7 @@ class Block:
     times: Floats | None = None
     problems: Mapping[int, tuple[int, str]] = field(default_factory=dict)
     last: bool = False
-    lines: Callable[[], Sequence[int]] | None = None
+    lines: Sequence[int] | None = None
     file: int = 0
 
 
@@ -168,7 +168,7 @@ class CsvSource(Source):
             offset, before, line = offset + used, line, line + line_ends(part)
             if len(rows.values):
                 some = True
-                lines = _Lines(part, self._delimiter, before)
+                lines = RowLines(part, self._delimiter, before)
                 joints = len(self.table.names)
                 times = rows.values[:, joints] if self.table.timed else None
                 values = rows.values[:, :joints]
@@ -243,38 +243,14 @@ class CsvSource(Source):
     def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, _Rows]:
         """The rows of a block, field by field."""
         records = Records(block, self._delimiter, at_end=at_end)
-        # Then `float` takes only decimal digits.
-        plain = self._mark == "." and block.isascii() and b"_" not in block and self.table.iso_times is None
         values: list[list[float]] = []
         problems: dict[int, tuple[int, str]] = {}
-        table = self.table
-        nothing = [math.nan] * len(table.places)
-        for _, fields, reason in records:
-            row: list[float] | None = None
-            column = 0
-            reason = reason or table.count(len(fields))
-            if not reason:
-                row = plain_floats([fields[place] for place in table.places]) if plain else None
-                try:
-                    row = row or finite_numbers(self.path, fields, table.headings, 1, table=table, mark=self._mark)
-                except BadInputFile as error:
-                    column, reason = error.column, error.reason
+        nothing = [math.nan] * len(self.table.places)
+        for _, row, column, reason in self.table.rows(self.path, records, self._mark):
             if row is None:
                 problems[len(values)] = column, reason
             values.append(row or nothing)
         return records.consumed, _Rows(np.array(values).reshape(len(values), len(nothing)), problems)
-
-
-@dataclass(frozen=True)
-class _Lines:
-    """The line of every record of a block that begins behind `before` lines."""
-
-    block: bytes
-    delimiter: str
-    before: int
-
-    def __call__(self) -> list[int]:
-        return [self.before + line for line, _, _ in Records(self.block, self.delimiter)]
 
 
 def _opened_bytes(path: str) -> BinaryIO:

@@ -10,22 +10,20 @@ objects.
 from __future__ import annotations
 
 import gzip
-import json
 import math
 import os
 import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, as_numbers, choice, decimal, flag, texts, whole_number
-from nao_kin._core.csv_numbers import Records, csv_head, has_pyarrow, iso_times, plain_floats, quick_numbers
-from nao_kin._core.files import read_text
+from nao_kin._core.arrays import Floats, as_numbers, choice, flag, texts, whole_number
+from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
+from nao_kin._core.files import described, is_finite_number, read_json, read_text
 from nao_kin._core.headings import (
     JOINT_UNITS,
     TIME_UNITS,
@@ -36,7 +34,7 @@ from nao_kin._core.headings import (
     seconds,
     time_unit_of,
 )
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import (
     BadArgument,
     BadInputFile,
@@ -52,25 +50,15 @@ from nao_kin.stream.results import Clamped, clamp
 __all__ = [
     "Hips",
     "Log",
-    "TableColumns",
-    "finite_numbers",
-    "limits_advice",
     "log_columns",
     "read_configurations",
     "read_log",
-    "shared_motors",
-    "table_columns",
-    "times_in_seconds",
 ]
 
 
 # What two joints of one motor are made to where their values differ.
 Hips = Literal["average", "left", "right"]
 
-# Characters of a name or a value in a message; the line holds more than it.
-_MOST_SHOWN = 40
-# Characters of a CSV file for which loading pyarrow pays.
-_LARGE = 1 << 20
 # As much of a file as tells what it holds.
 _BEGINNING = 1 << 16
 _TURN = 2.0 * math.pi
@@ -194,7 +182,11 @@ def read_log(
     if Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{"):
         table, numbers, lines, many = _from_json(name, text, understood)
     else:
-        table, numbers, lines = _from_csv(name, text, understood)
+        table, numbers, lines = read_csv(
+            name, text.encode(), lambda head: understood(head.fields, head.line), "joint names and values"
+        )
+        if not len(numbers):
+            raise BadInputFile(name, "a header and no configurations")
     rows = np.asarray(numbers, dtype=np.float64).reshape(len(numbers), len(table.places))
     raw = rows[:, : len(table.names)]
     names, values = shared_motors(robot, table.names, in_si_units(raw, table.units), hips)
@@ -246,81 +238,6 @@ def check_hips(hips: str | None) -> None:
         raise UnknownName("rule for the hips", hips, get_args(Hips))
 
 
-@dataclass(frozen=True)
-class TableColumns:
-    """Which columns of a table of joint values are read, and as what.
-
-    Attributes:
-        names: the joint of each.
-        units: the unit of each: "rad", "deg", "m", "1" or "%".
-        places: where each stands among all columns of the file, from 0; times, if there are any, are the last.
-        timed: whether the last place is that of times.
-        time_unit: of the times; None where the file does not say it.
-        all: how many columns the file has.
-        iso_times: reads times that are written as in ISO 8601; None where they are numbers.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> headings = ["", "time [ms]", *(f"{name} [{nao.unit(name)}]" for name in nao.joint_names)]
-        >>> table = nk.stream.tables.table_columns("log.csv", headings, nao, line=1)
-        >>> table.places[:2], table.places[-1], table.time_unit
-        ((2, 3), 1, 'ms')
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    places: tuple[int, ...]
-    timed: bool = False
-    time_unit: str | None = None
-    all: int = 0
-    iso_times: IsoTimes | None = None
-
-    @property
-    def headings(self) -> tuple[str, ...]:
-        """What stands in each of the places, for messages."""
-        return (*self.names, "time") if self.timed else self.names
-
-    @property
-    def in_degrees(self) -> bool:
-        """Whether some joint is given in degrees."""
-        return "deg" in self.units
-
-    def place(self, line: int, column: int) -> tuple[int, int]:
-        """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0).
-
-        Examples:
-            >>> nk.stream.TableColumns(("HeadYaw",), ("rad",), (3,)).place(line=7, column=0)
-            (7, 4)
-        """
-        return line, self.places[column] + 1 if line and column >= 0 else 0
-
-    def with_times_of(self, rows: bytes, delimiter: str) -> TableColumns:
-        """The same for a CSV file whose first rows write times as numbers, or as in ISO 8601.
-
-        Args:
-            rows: those of the table, or the first of them.
-            delimiter: between fields.
-
-        Examples:
-            >>> table = nk.stream.TableColumns(("HeadYaw",), ("rad",), (1, 0), timed=True)
-            >>> table.with_times_of(b"2026-03-01T12:00:00,0.1", ",").time_unit
-            's'
-        """
-        found = iso_times(rows, delimiter, self.places[-1]) if self.timed else None
-        return self if found is None else replace(self, time_unit="s", iso_times=found)
-
-    def count(self, fields: int) -> str:
-        """What is wrong with a row of so many fields; "" for nothing.
-
-        Examples:
-            >>> nk.stream.TableColumns(("HeadYaw",), ("rad",), (0,), all=2).count(3)
-            '3 values, the header names 2 columns'
-        """
-        if fields == self.all:
-            return ""
-        return f"{fields} values, the header names {self.all} {'joints' if self.all == len(self.names) else 'columns'}"
-
-
 def table_columns(
     name: str,
     headings: Sequence[str],
@@ -351,12 +268,6 @@ def table_columns(
     Raises:
         BadArgument: no robot, no list of texts, no line, or `columns` names a heading that is not there.
         BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
-
-    Examples:
-        >>> nk.stream.tables.table_columns("walk.csv", ["HeadYaw"], nk.load_nao(), line=1)
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.BadInputFile: walk.csv, line 1: missing joints: HeadPitch, ...
     """
     check_robot(robot)
     name, headings, line = str(name), texts(headings, "headings"), whole_number(line, "line", 0)
@@ -416,7 +327,7 @@ def _unit(
     if unit is None:
         return usual
     if unit not in units:
-        reason = f"{where}unit {quoted(unit, _MOST_SHOWN)} of {what}, expected one of {', '.join(units)}"
+        reason = f"{where}unit {quoted(unit, MOST_SHOWN)} of {what}, expected one of {', '.join(units)}"
         raise BadInputFile(name, reason, *at)
     return "deg" if unit == "°" else unit
 
@@ -428,7 +339,7 @@ def _unknown(robot: RobotModel, text: str) -> str:
     near = ", ".join(nearest_names(text, [*robot.joint_names, *robot.mimics]))
     advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
     return (
-        f"unknown joint {quoted(text, _MOST_SHOWN)} ({advice}); columns= (--columns) says what it is, "
+        f"unknown joint {quoted(text, MOST_SHOWN)} ({advice}); columns= (--columns) says what it is, "
         "ignore_other=True (--ignore-other) leaves it out"
     )
 
@@ -502,13 +413,6 @@ def shared_motors(
         BadArgument: no robot, no list of names, no numbers.
         WrongShape: not as many columns as names.
         UnknownName: no such rule.
-
-    Examples:
-        >>> names = ["HeadYaw", "LHipYawPitch", "RHipYawPitch"]
-        >>> values = np.array([[0.0, -0.25, -0.75]])
-        >>> names, values = nk.stream.tables.shared_motors(nk.load_nao(), names, values, "average")
-        >>> names, values.tolist()
-        (('HeadYaw', 'LHipYawPitch'), [[0.0, -0.5]])
     """
     check_robot(robot)
     check_hips(hips)
@@ -554,11 +458,6 @@ def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
     Raises:
         BadArgument: no numbers.
         UnknownName: no such unit.
-
-    Examples:
-        >>> times, note = nk.stream.tables.times_in_seconds(np.array([1.7e12, 1.7e12 + 20.0]), None)
-        >>> times.tolist(), note.partition(",")[0]
-        ([1700000000.0, 1700000000.02], 'times are taken as ms since 1970')
     """
     times = as_numbers(times, "times")
     if unit is not None:
@@ -575,12 +474,6 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
         robot: whose joints.
         table: what the columns are.
         row: the values as they stand in the file, shape (joints,).
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> table = nk.stream.tables.table_columns("q.csv", nao.joint_names, nao)
-        >>> nk.stream.tables.limits_advice(nao, table, np.degrees(nao.posture("Crouch"))).rpartition("; ")[2]
-        'are these degrees (degrees=True, --deg)?'
     """
     advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) takes it'
     turning = np.array(table.units) == "rad"
@@ -594,116 +487,16 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
 
 
-def finite_numbers(
-    name: str,
-    fields: Sequence[str],
-    names: Sequence[str],
-    line: int,
-    *,
-    table: TableColumns | None = None,
-    mark: str = ".",
-) -> list[float]:
-    """The numbers that the fields of one CSV record write in decimal digits.
-
-    Args:
-        name: the file, for the message.
-        fields: all fields, or those of `names` alone where there is no `table`.
-        names: what the message calls each number.
-        line: where the record stands.
-        table: which fields are read.
-        mark: of decimal fractions: "." or ",".
-
-    Raises:
-        BadInputFile: with line and column of the first that is no finite number, or no time.
-
-    Examples:
-        >>> nk.stream.finite_numbers("walk.csv", ["0.1", "-2e-3"], ["HeadYaw", "HeadPitch"], line=2)
-        [0.1, -0.002]
-    """
-    values: list[float] = []
-    times = None if table is None else table.iso_times
-    for place, joint in zip(range(len(fields)) if table is None else table.places, names, strict=True):
-        field = fields[place]
-        if times is not None and len(values) == len(names) - 1:
-            try:
-                values.append(times.seconds(field))
-            except ValueError as error:
-                raise BadInputFile(name, f"{joint} {error}", line, place + 1) from None
-            continue
-        try:
-            value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            reason = f"{joint} is {quoted(field.strip(), _MOST_SHOWN)}, expected a finite number"
-            raise BadInputFile(name, reason, line, place + 1)
-        values.append(value)
-    return values
-
-
 def _read(name: str) -> str:
     large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
     advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
     return read_text(name, advice)
 
 
-def _from_csv(
-    name: str, text: str, understood: Callable[[Sequence[str], int], TableColumns]
-) -> tuple[TableColumns, list[list[float]] | Floats, Sequence[int]]:
-    data = text.encode()
-    head = csv_head(data)
-    if head.problem:
-        raise BadInputFile(name, head.problem, head.line)
-    if not head.fields:
-        raise BadInputFile(name, "empty; expected joint names and values")
-    body = data[head.size :]
-    table = understood(head.fields, head.line).with_times_of(body, head.delimiter)
-    if len(text) > _LARGE and has_pyarrow():
-        numbers = quick_numbers(body, table.all, head.delimiter, table.places, head.mark, table.iso_times)
-        if numbers is not None and len(numbers):
-            return table, numbers, _Lines(body, head.delimiter, head.lines)
-    # Then `float` reads only decimal digits.
-    plain = head.mark == "." and text.isascii() and "_" not in text and table.iso_times is None
-    rows, lines = [], []
-    for number, fields, problem in Records(body, head.delimiter):
-        line = head.lines + number
-        problem = problem or table.count(len(fields))
-        if problem:
-            raise BadInputFile(name, problem, line)
-        row = plain_floats([fields[place] for place in table.places]) if plain else None
-        rows.append(row or finite_numbers(name, fields, table.headings, line, table=table, mark=head.mark))
-        lines.append(line)
-    if not rows:
-        raise BadInputFile(name, "a header and no configurations")
-    return table, rows, lines
-
-
-class _Lines(Sequence[int]):
-    """The line of every row of a CSV text that begins behind some lines, found when one is asked for."""
-
-    def __init__(self, body: bytes, delimiter: str, before: int) -> None:
-        self._body, self._delimiter, self._before = body, delimiter, before
-
-    def __getitem__(self, row: Any) -> Any:
-        return self._found[row]
-
-    def __len__(self) -> int:
-        return len(self._found)
-
-    @cached_property
-    def _found(self) -> list[int]:
-        return [self._before + line for line, _, _ in Records(self._body, self._delimiter)]
-
-
 def _from_json(
     name: str, text: str, understood: Callable[[Sequence[str], int, str], TableColumns]
 ) -> tuple[TableColumns, list[list[float]], list[int], bool]:
-    try:
-        document = json.loads(text, object_pairs_hook=lambda pairs: _object(name, pairs), parse_constant=_Constant)
-    except json.JSONDecodeError as error:
-        raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
-    except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
-        raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
+    document = read_json(name, text)
     objects = document if isinstance(document, list) else [document]
     if not objects:
         raise BadInputFile(name, "a list of no configurations")
@@ -713,7 +506,7 @@ def _from_json(
     for index, entry in enumerate(objects):
         where = f"configuration {index}: " if isinstance(document, list) else ""
         if not isinstance(entry, dict):
-            raise BadInputFile(name, f"{where}expected an object of joint values, got {_kind(entry)}")
+            raise BadInputFile(name, f"{where}expected an object of joint values, got {described(entry)}")
         if not names:
             names = list(entry)
             table = understood(names, 0, where)
@@ -732,41 +525,10 @@ def _from_json(
             except ValueError as error:
                 raise BadInputFile(name, f"{where}time {error}") from None
         for key, heading in kept:
-            if not _is_finite_number(entry[key]):
-                raise BadInputFile(name, f"{where}{heading} is {_kind(entry[key])}, expected a finite number")
+            if not is_finite_number(entry[key]):
+                raise BadInputFile(name, f"{where}{heading} is {described(entry[key])}, expected a finite number")
         rows.append([float(entry[key]) for key, _ in kept])
     return table, rows, [0] * len(rows), isinstance(document, list)
-
-
-def _is_finite_number(value: Any) -> bool:
-    try:
-        return not isinstance(value, bool) and isinstance(value, (int, float)) and math.isfinite(value)
-    except OverflowError:
-        return False
-
-
-def _object(name: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    seen = dict[str, Any]()
-    for key, value in pairs:
-        if key in seen:
-            raise BadInputFile(name, f"joint {quoted(key)} is given twice in one object")
-        seen[key] = value
-    return seen
-
-
-class _Constant(str):
-    """NaN, Infinity or -Infinity, which JSON does not know and Python's reader takes; kept to be refused by name."""
-
-
-def _kind(value: Any) -> str:
-    """What stands in a JSON file where a number was expected."""
-    if isinstance(value, (dict, list)):
-        return "an object" if isinstance(value, dict) else "a list"
-    if isinstance(value, _Constant):
-        return str(value)
-    if isinstance(value, float) and math.isinf(value):
-        return "a number too large for floating point"
-    return abbreviated(json.dumps(value, ensure_ascii=False), _MOST_SHOWN)
 
 
 def _determined(robot: RobotModel, names: Iterable[str]) -> set[str]:

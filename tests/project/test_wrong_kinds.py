@@ -50,7 +50,6 @@ ROOMS = (
 )
 # Parts of programs that serve robots and files, which have been given what they take when they are called.
 INNER = {
-    "stream.finite_numbers",
     "crosscheck.run",
     "crosscheck.steps_of",
     "crosscheck.steps_of_nao",

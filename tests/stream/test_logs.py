@@ -194,7 +194,7 @@ def test_dates_and_times_are_seconds_from_the_first_row(
     large: bool,
 ) -> None:
     if large:
-        monkeypatch.setattr("nao_kin.stream.tables._LARGE", 0)
+        monkeypatch.setattr("nao_kin._core.csv_numbers._LARGE", 0)
     source, expected = tmp_path / "log.csv", TIMES - TIMES[0]
     for heading in ("time", "Stamp", "t [s]"):
         source.write_text(_iso_text(nao, q, form, heading))
@@ -252,7 +252,7 @@ def test_a_bad_time_is_named_with_its_line_and_column(
     large: bool,
 ) -> None:
     if large:
-        monkeypatch.setattr("nao_kin.stream.tables._LARGE", 0)
+        monkeypatch.setattr("nao_kin._core.csv_numbers._LARGE", 0)
     source, values = tmp_path / "log.csv", list(nao.angles(nao.posture("Stand")).values())
     rows = [[values[0], time, *values[1:]] for time in (first, bad)]
     names = list(nao.angles(nao.posture("Stand")))

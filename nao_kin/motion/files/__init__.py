@@ -125,7 +125,7 @@ def _recognised(source: Source) -> Format:
     if len(by_suffix) == 1:
         return by_suffix[0]
     if by_suffix or source.data.lstrip()[:1] in (b"{", b"["):
-        assert source.json  # malformed JSON is the more helpful news
+        _ = source.json  # malformed JSON is the more helpful news
     raise source.error(f"no motion file of a known format; expected {abbreviated(described_formats(), 400)}")
 
 

@@ -33,12 +33,12 @@ import re
 from collections.abc import Iterable
 from typing import cast
 
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import nearest_names
 from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
 from nao_kin.motion.files.key_frames import Ease, KeyFrame, joint_values, motion_of_frames
-from nao_kin.motion.files.source import MOST_SHOWN, Format, MotionFileWarning, Source, chosen
+from nao_kin.motion.files.source import Format, MotionFileWarning, Source, chosen
 from nao_kin.motion.motion import Motion
 
 _BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)

@@ -30,10 +30,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.files import described
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.motion.files.source import MOST_SHOWN, Format, MotionFileWarning, Place, PlaceOf, Source, chosen, described
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
+from nao_kin.motion.files.source import Format, MotionFileWarning, Place, PlaceOf, Source, chosen
+from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of, sampled
 from nao_kin.motion.motion import Motion
 
 # --- The timelines of a Choregraphe behaviour, as its XML has them: frames, values and tangents.
@@ -398,9 +399,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: times before 0 or nearer than a millisecond.
     """
-    if rate is not None:
-        times, values = sampled(motion, rate, "xar")
-        motion = Motion(times, motion.joint_names, values)
+    motion = sampled(motion, rate)
     fps, frames = _frames(motion)
     curves = motion.as_bezier()
     assert curves.handles is not None
@@ -438,8 +437,6 @@ def write(motion: Motion, rate: float | None) -> bytes:
 
 def _frames(motion: Motion) -> tuple[int, list[Floats]]:
     """Frames a second, and the frame of each key of each joint; with a warning where keys had to move."""
-    from nao_kin.motion.files.tracks import milliseconds
-
     milliseconds(motion.key_times, "xar")
     times = motion.key_times
     for fps in _RATES:

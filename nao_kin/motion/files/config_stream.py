@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from nao_kin._core.arrays import decimal
-from nao_kin._core.text import quoted
-from nao_kin.motion.files.source import MOST_SHOWN, Place, Source
+from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin.motion.files.source import Place, Source
 
 _TOKEN = re.compile(
     r'\s+|//[^\n]*|/\*.*?\*/|(?P<mark>[{}\[\]=;,])|(?P<word>"(?:[^"\\]|\\.)*"|(?:(?!//|/\*)[^\s{}\[\]=;,"])+)',

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
@@ -10,39 +9,27 @@ import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.csv_numbers import CsvHead, csv_head, iso_times, plain_floats
+from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
 from nao_kin._core.headings import (
     JOINT_UNITS,
     TIME_UNITS,
-    IsoTimes,
     in_si_units,
     is_index,
     read_heading,
     seconds,
     time_unit_of,
 )
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source
+from nao_kin.motion.files.source import Format, Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, sampled, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS
 from nao_kin.motion.motion import Motion
-
-
-class _Column(NamedTuple):
-    """A column that is read: the joint or the times, their unit ("" where that of times is not said), and where."""
-
-    name: str
-    unit: str
-    place: int
-    is_time: bool
-    heading: str
 
 
 def _recognises_csv(source: Source) -> bool:
@@ -60,90 +47,35 @@ def _read_csv(source: Source) -> Motion:
     Raises:
         BadInputFile: with line and column.
     """
-    head = _head(source)
-    if head.problem:
-        raise source.error(f"malformed CSV: {head.problem}", Place(head.line))
-    if not head.fields:
-        raise source.error("empty; expected a header with a time column")
-    columns, other = _columns(source, head)
-    rows, lines = [], []
-    body = source.text.encode("utf-8", "replace")[head.size :]
-    rest = body.decode()
-    time = next(index for index, column in enumerate(columns) if column.is_time)
-    times = iso_times(body, head.delimiter, columns[time].place)
-    if times is not None:
-        columns[time] = columns[time]._replace(unit="s")
-    reader = csv.reader(io.StringIO(rest, newline=""), delimiter=head.delimiter, strict=True)
-    # Then `float` reads only decimal digits.
-    plain = rest.isascii() and "_" not in rest and times is None
-    try:
-        for fields in reader:
-            if not any(fields) or not any(field.strip() for field in fields):
-                continue
-            line = head.lines + reader.line_num
-            if len(fields) != len(head.fields):
-                raise source.error(f"{len(fields)} values, the header names {len(head.fields)} columns", Place(line))
-            fields = [fields[column.place] for column in columns]
-            if head.mark != ".":
-                fields = [field.replace(head.mark, ".") for field in fields]
-            row = plain_floats(fields) if plain else None
-            rows.append(row or _cells(source, fields, columns, line, times))
-            lines.append(line)
-    except csv.Error as error:
-        raise source.error(f"malformed CSV: {error}", Place(head.lines + reader.line_num)) from None
-    if not rows:
-        raise source.error("a header and no keys", Place(head.line))
-    tracks = [
-        Track(column.name, np.zeros(0), np.zeros(0), place=Place(head.line, column.place + 1)) for column in other
-    ]
-    tracks += _tracks(source, columns, np.array(rows), lines, head.line)
+    tracks: list[Track] = []
+    header_at = 0
+
+    def understood(head: CsvHead) -> TableColumns:
+        nonlocal tracks, header_at
+        header_at = head.line
+        table, tracks = _columns(source, head)
+        return table
+
+    data = source.text.encode("utf-8", "replace")
+    table, rows, lines = read_csv(source.name, data, understood, "a header with a time column")
+    if not len(rows):
+        raise source.error("a header and no keys", Place(header_at))
+    times, at = rows[:, -1], table.places[-1] + 1
+    if np.isnan(times).any():
+        raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], at))
+    times = seconds(times, table.time_unit or time_unit_of(times))
+    check_times(source, times, lambda row: Place(lines[row], at), negative=True)
+    for name, place, values in zip(table.names, table.places, in_si_units(rows[:, :-1], table.units).T, strict=False):
+        given = np.flatnonzero(~np.isnan(values))
+        # All joints that have a key in every row share one array.
+        own = times if len(given) == len(times) else times[given]
+        tracks.append(Track(name, own, values[given], place=Place(header_at, place + 1)))
     return motion_of(source, tracks, negative=True)
 
 
-def _tracks(source: Source, columns: list[_Column], table: Floats, lines: list[int], header_at: int) -> list[Track]:
-    time = next(index for index, column in enumerate(columns) if column.is_time)
-    times, at = table[:, time], columns[time].place + 1
-    if np.isnan(times).any():
-        raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], at))
-    times = seconds(times, columns[time].unit or time_unit_of(times))
-    check_times(source, times, lambda row: Place(lines[row], at), negative=True)
-    tracks = []
-    for column, values in zip(columns, in_si_units(table, [column.unit for column in columns]).T, strict=True):
-        if not column.is_time:
-            rows = np.flatnonzero(~np.isnan(values))
-            # All joints that have a key in every row share one array.
-            own = times if len(rows) == len(times) else times[rows]
-            tracks.append(Track(column.name, own, values[rows], place=Place(header_at, column.place + 1)))
-    return tracks
-
-
-def _cells(source: Source, fields: list[str], columns: list[_Column], line: int, times: IsoTimes | None) -> list[float]:
-    """The numbers of a row, NaN where a cell is empty."""
-    values = []
-    for column, field in zip(columns, fields, strict=True):
-        if times is not None and column.is_time and field.strip():
-            try:
-                values.append(times.seconds(field))
-            except ValueError as error:
-                at = Place(line, column.place + 1)
-                raise source.error(f"{column.heading[:MOST_SHOWN]} {error}", at) from None
-            continue
-        try:
-            value = decimal(field) if field.strip() else math.nan
-        except ValueError:
-            value = math.inf
-        if math.isinf(value):
-            shown = quoted(field.strip(), MOST_SHOWN)
-            raise source.error(
-                f"{column.heading[:MOST_SHOWN]} is {shown}, expected a finite number", Place(line, column.place + 1)
-            )
-        values.append(value)
-    return values
-
-
-def _columns(source: Source, head: CsvHead) -> tuple[list[_Column], list[_Column]]:
-    """The columns that are read, times and joints each once, and those that are left out."""
-    found, other = list[_Column](), list[_Column]()
+def _columns(source: Source, head: CsvHead) -> tuple[TableColumns, list[Track]]:
+    """The columns that are read, times and joints each once, and tracks without keys of those that are left out."""
+    joints, other, times = dict[str, tuple[str, int]](), list[Track](), list[tuple[str | None, int]]()
     for place, field in enumerate(head.fields):
         if place == 0 and is_index(field):
             continue
@@ -151,23 +83,26 @@ def _columns(source: Source, head: CsvHead) -> tuple[list[_Column], list[_Column
         name, unit = heading.name, heading.unit
         if heading.is_time:
             units: Iterable[str] = TIME_UNITS
+            times.append((unit, place))
         else:
             source.check_joint(name, at)
             if name not in source.joints:
-                other.append(_Column(name, "", place, False, ""))
+                other.append(Track(name, np.zeros(0), np.zeros(0), place=at))
                 continue
-            if name in (column.name for column in found):
+            if name in joints:
                 raise source.error(f"joint {name} is given twice", at)
             units = JOINT_UNITS["1"] if is_hand(name) else (*JOINT_UNITS["rad"], *JOINT_UNITS["m"])
             usual = "1" if is_hand(name) else "deg" if source.degrees else "rad"
-            unit = usual if unit is None else unit
+            joints[name] = usual if unit is None else unit, place
         if unit is not None and unit not in units:
             raise source.error(f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}", at)
-        found.append(_Column(name, unit or "", place, heading.is_time, field.strip()))
-    times = sum(column.is_time for column in found)
-    if times != 1:
-        raise source.error(f"{times} columns of times, expected one, headed time [s] or time [ms]", Place(head.line))
-    return found, other
+    if len(times) != 1:
+        reason = f"{len(times)} columns of times, expected one, headed time [s] or time [ms]"
+        raise source.error(reason, Place(head.line))
+    (time_unit, time), count = times[0], len(head.fields)
+    units_of, places = (tuple(column) for column in zip(*joints.values(), strict=True)) if joints else ((), ())
+    table = TableColumns(tuple(joints), units_of, (*places, time), True, time_unit, count, blanks=True)
+    return table, other
 
 
 def _write_csv(motion: Motion, rate: float | None) -> bytes:
@@ -176,14 +111,12 @@ def _write_csv(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: a name that a header cannot hold.
     """
-    if rate is None:
-        warn_of_curves(motion, "CSV")
-        times = motion.key_times
-        table = np.full((len(times), len(motion.keys)), math.nan)
-        for column, (own, keys) in enumerate(zip(motion.times, motion.keys, strict=True)):
-            table[np.searchsorted(times, own), column] = keys
-    else:
-        times, table = sampled(motion, rate, "CSV")
+    motion = sampled(motion, rate)
+    warn_of_curves(motion, "CSV")
+    times = motion.key_times
+    table = np.full((len(times), len(motion.keys)), math.nan)
+    for column, (own, keys) in enumerate(zip(motion.times, motion.keys, strict=True)):
+        table[np.searchsorted(times, own), column] = keys
     for joint in motion.joint_names:
         if not re.fullmatch(r"[^\[\](),;\t\r\n\"]*", joint) or joint != joint.strip() or read_heading(joint).is_time:
             raise BadArgument(f"a CSV header cannot hold the joint {quoted(joint)}")
@@ -281,11 +214,7 @@ def _arrays(source: Source) -> dict[str, NDArray[Any]]:
 
 def _write_npz(motion: Motion, rate: float | None) -> bytes:
     """An npz file that gives back the same motion; with a rate, its samples."""
-    if rate is not None:
-        from nao_kin.motion.files.tracks import sampled
-
-        times, values = sampled(motion, rate, "npz")
-        motion = Motion(times, motion.joint_names, values)
+    motion = sampled(motion, rate)
     arrays: dict[str, Any] = {
         "joint_names": np.array(motion.joint_names),
         "counts": np.array([len(keys) for keys in motion.keys]),

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, nearest_names
 from nao_kin.motion.files.key_frames import COSINE_ERROR, eased
-from nao_kin.motion.files.source import Format, MotionFileWarning, Place, Source, described
-from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, sampled
+from nao_kin.motion.files.source import Format, MotionFileWarning, Place, Source, in_json
+from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
 
@@ -32,7 +33,7 @@ Path = list[str | int]
 
 def _recognises_hulks(source: Source) -> bool:
     """Whether it is a JSON object with initial_positions."""
-    value = source.json.value
+    value = source.json
     return isinstance(value, dict) and "initial_positions" in value
 
 
@@ -40,39 +41,39 @@ def _read_hulks(source: Source) -> Motion:
     """The motion in a HULKs file, whose first key is at 0 s.
 
     Raises:
-        BadInputFile: with line and column, and the path to the value.
+        BadInputFile: with the path to the value.
     """
-    document = source.json.value
+    document = source.json
     if not isinstance(document, dict):
         raise source.error(f"expected an object with initial_positions, got {described(document)}")
     mode = document.get("interpolation_mode", "linear")
     if mode not in _MODES:
         reason = f"{described(mode)}, expected {' or '.join(_MODES)}"
-        raise source.error(reason, source.place(["interpolation_mode"]))
+        raise source.error(reason, in_json("interpolation_mode"))
     start, first = _positions(source, ["initial_positions"])
     rows: list[list[Any]] = [list(first.values())]
     frames, paths = list[Path](), [start]
     durations: list[Any] = []
     for path, frame in _frames(source):
         if "duration" not in frame:
-            raise source.error("a key frame without a duration", source.place(path))
+            raise source.error("a key frame without a duration", in_json(*path))
         durations.append(frame["duration"])
         frames.append(path)
         where, found = _positions(source, [*path, "positions"])
         if found.keys() != first.keys():
             odd = ", ".join(sorted(found.keys() ^ first.keys())[:3])
-            raise source.error(f"names other joints than initial_positions: {odd}", source.place(where))
+            raise source.error(f"names other joints than initial_positions: {odd}", in_json(*where))
         rows.append([found[joint] for joint in first])
         paths.append(where)
-    steps = source.floats(durations, "duration", lambda at: source.place([*frames[at], "duration"]))
+    steps = source.floats(durations, "duration", lambda at: in_json(*frames[at], "duration"))
     times = np.concatenate([[0.0], np.cumsum(steps)])
-    check_times(source, times, lambda key: source.place([*frames[key - 1], "duration"]))
+    check_times(source, times, lambda key: in_json(*frames[key - 1], "duration"))
     flat = [value for row in rows for value in row]
     names = list(first)
 
     def place(at: int) -> Place:
         part, joint = _PLACES[BODY_ORDER.index(names[at % len(names)])]
-        return source.place([*paths[at // len(names)], part, joint])
+        return in_json(*paths[at // len(names)], part, joint)
 
     table = source.floats(flat, "angle", place).reshape(len(rows), len(names))
     tracks = [Track(joint, times, table[:, column].copy()) for column, joint in enumerate(names)]
@@ -97,22 +98,20 @@ def _eased(source: Source, tracks: list[Track]) -> Motion:
 
 def _frames(source: Source) -> Iterator[tuple[Path, dict[str, Any]]]:
     """The key frames of all generations, each with its path."""
-    document = source.json.value
+    document = source.json
     if ("motion" in document) == ("frames" in document):
         raise source.error("expected either motion or frames")
     name = "motion" if "motion" in document else "frames"
     waits = set[str]()
-    for index, entry in enumerate(_list(source, [name])):
+    for index, entry in enumerate(source.list_at(name)):
         path: Path = [name, index]
         if not isinstance(entry, dict):
-            raise source.error(f"expected an object, got {described(entry)}", source.place(path))
+            raise source.error(f"expected an object, got {described(entry)}", in_json(*path))
         if name == "motion":
             waits |= {condition for condition in _CONDITIONS if entry.get(condition)}
-            for row, frame in enumerate(_list(source, [*path, "keyframes"])):
+            for row, frame in enumerate(source.list_at(*path, "keyframes")):
                 if not isinstance(frame, dict):
-                    raise source.error(
-                        f"expected an object, got {described(frame)}", source.place([*path, "keyframes", row])
-                    )
+                    raise source.error(f"expected an object, got {described(frame)}", in_json(*path, "keyframes", row))
                 yield [*path, "keyframes", row], frame
         elif "duration" in entry or "positions" in entry:
             yield path, entry
@@ -125,24 +124,9 @@ def _frames(source: Source) -> Iterator[tuple[Path, dict[str, Any]]]:
         )
 
 
-def _list(source: Source, path: Path) -> list[Any]:
-    value = source.json.value
-    for step in path:
-        if isinstance(value, dict) and step not in value:
-            raise source.error(f"no {step!r}", source.place(path[:-1]))
-        value = value[step]
-    if not isinstance(value, list):
-        raise source.error(f"expected a list, got {described(value)}", source.place(path))
-    return value
-
-
 def _positions(source: Source, path: Path) -> tuple[Path, dict[str, Any]]:
     """The path to a set of positions, and what they give for each joint, by NAOqi's names."""
-    value = source.json.value
-    for step in path:
-        if isinstance(value, dict) and step not in value:
-            raise source.error(f"no {step!r}", source.place(path[:-1]))
-        value = value[step]
+    value = source.at(*path)
     if isinstance(value, dict) and _POSITIONS in value:
         path, value = [*path, _POSITIONS], value[_POSITIONS]
     found = dict[str, Any]()
@@ -152,17 +136,17 @@ def _positions(source: Source, path: Path) -> tuple[Path, dict[str, Any]]:
             for joint, angle in _objects(source, joints, [*path, part], PARTS[part]).items():
                 found[_JOINTS[part, joint]] = angle
     if not found:
-        raise source.error("no joint", source.place(path))
+        raise source.error("no joint", in_json(*path))
     return path, found
 
 
 def _objects(source: Source, value: Any, path: Path, names: tuple[str, ...]) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise source.error(f"expected an object, got {described(value)}", source.place(path))
+        raise source.error(f"expected an object, got {described(value)}", in_json(*path))
     for name in value:
         if name not in names:
             near = ", ".join(nearest_names(name, names)) or ", ".join(names)
-            raise source.error(f"unknown joint (nearest: {near})", source.place([*path, name]))
+            raise source.error(f"unknown joint (nearest: {near})", in_json(*path, name))
     return value
 
 
@@ -172,7 +156,7 @@ def _write_hulks(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: joints that are missing or that the format does not know, times before 0.
     """
-    times, values = sampled(motion, rate, "HULKs motion")
+    times, values = straight_rows(motion, rate, "HULKs motion")
     table = columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
     if times[0] < 0.0:
         raise BadArgument(f"HULKs motion files begin at 0 s, the motion at {times[0]:g} s")
@@ -223,7 +207,7 @@ _VERSION = "2.0"
 
 def _recognises_motion2(source: Source) -> bool:
     """Whether it is a JSON object with header and position."""
-    value = source.json.value
+    value = source.json
     return isinstance(value, dict) and "header" in value and ("position" in value or "commands" in value)
 
 
@@ -231,39 +215,37 @@ def _read_motion2(source: Source) -> Motion:
     """The motion in a .motion2 file; stiffnesses are left out.
 
     Raises:
-        BadInputFile: with line and column, and the path to the value.
+        BadInputFile: with the path to the value.
     """
-    document = source.json.value
+    document = source.json
     if not isinstance(document, dict) or not isinstance(document.get("header"), dict):
         raise source.error("expected an object with header and position")
     header = document["header"]
     if header.get("version") != _VERSION:
-        raise source.error(
-            f"version {described(header.get('version'))}, expected {_VERSION!r}", source.place(["header"])
-        )
+        raise source.error(f"version {described(header.get('version'))}, expected {_VERSION!r}", in_json("header"))
     joints = header.get("joints")
     if not isinstance(joints, list) or not joints:
-        raise source.error("expected a list of numbers of joints under joints", source.place(["header"]))
+        raise source.error("expected a list of numbers of joints under joints", in_json("header"))
     for index, joint in enumerate(joints):
-        place = source.place(["header", "joints", index])
+        place = in_json("header", "joints", index)
         if type(joint) is not int or not 0 <= joint < len(BODY_ORDER):
             raise source.error(f"{described(joint)}, expected the number of a joint, 0 to {len(BODY_ORDER) - 1}", place)
         if joint in joints[:index]:
             raise source.error(f"joint {joint} ({BODY_ORDER[joint]}) is given twice", place)
-    total = source.floats([header.get("time")], "time", lambda _: source.place(["header"]))[0]
+    total = source.floats([header.get("time")], "time", lambda _: in_json("header"))[0]
     positions = document.get("position")
     if not isinstance(positions, list) or not positions:
         raise source.error("no list of positions under position")
     steps, rows = [], []
     for index, entry in enumerate(positions):
         if not isinstance(entry, dict) or not isinstance(entry.get("parameters"), list) or "time" not in entry:
-            raise source.error("expected an object with time and parameters", source.place(["position", index]))
+            raise source.error("expected an object with time and parameters", in_json("position", index))
         if len(entry["parameters"]) != len(joints):
             reason = f"{len(entry['parameters'])} values for {len(joints)} joints"
-            raise source.error(reason, source.place(["position", index, "parameters"]))
+            raise source.error(reason, in_json("position", index, "parameters"))
         steps.append(entry["time"])
         rows += entry["parameters"]
-    shares = source.floats(steps, "time", lambda at: source.place(["position", at, "time"]))
+    shares = source.floats(steps, "time", lambda at: in_json("position", at, "time"))
     return _motion(source, joints, float(total), shares, rows)
 
 
@@ -271,13 +253,13 @@ def _motion(source: Source, joints: list[int], total: float, shares: Any, rows: 
     if total < 0.0 or (shares < 0.0).any():
         entry: list[str | int] = ["position", int(np.argmax(shares < 0.0)), "time"]
         bad = ["header", "time"] if total < 0.0 else entry
-        raise source.error("a negative time", source.place(bad))
+        raise source.error("a negative time", in_json(*bad))
     sums = np.cumsum(shares)
     times = sums * (total / sums[-1]) / 1e3 if sums[-1] > 0.0 else np.zeros(len(shares))
-    check_times(source, times, lambda key: source.place(["position", key, "time"]))
+    check_times(source, times, lambda key: in_json("position", key, "time"))
 
     def place(at: int) -> Place:
-        return source.place(["position", at // len(joints), "parameters", at % len(joints)])
+        return in_json("position", at // len(joints), "parameters", at % len(joints))
 
     table = source.floats(rows, "angle", place).reshape(len(times), len(joints))
     tracks = [Track(BODY_ORDER[joint], times, table[:, column].copy()) for column, joint in enumerate(joints)]
@@ -290,7 +272,7 @@ def _write_motion2(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: joints that the format does not know, times before 0 or nearer than 1 ms.
     """
-    times, values = sampled(motion, rate, "motion2")
+    times, values = straight_rows(motion, rate, "motion2")
     named = [joint for joint in BODY_ORDER if joint in motion.joint_names]
     table = columns(motion, values, named or BODY_ORDER, "motion2", one_hip=False)
     stamps = milliseconds(times, "motion2")

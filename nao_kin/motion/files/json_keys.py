@@ -15,16 +15,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import quoted
+from nao_kin._core.files import described
+from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.errors import nearest_names
-from nao_kin.motion.files.source import MOST_SHOWN, Format, Place, Source, described
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of
+from nao_kin.motion.files.source import Format, Place, Source, in_json
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
 
@@ -35,7 +35,7 @@ _UNITS = {"time": {"s": 1.0, "ms": 1e-3}, "angle": {"rad": 1.0, "deg": math.pi /
 
 def recognises(source: Source) -> bool:
     """Whether it is a JSON object with joint_names and keys."""
-    value = source.json.value
+    value = source.json
     return isinstance(value, dict) and ("joint_names" in value or value.get("format") == TITLE)
 
 
@@ -43,25 +43,28 @@ def read(source: Source) -> Motion:
     """The motion in a JSON file.
 
     Raises:
-        BadInputFile: with line and column, and the path to the value, such as keys[3][2].
+        BadInputFile: with the path to the value, such as keys[3][2].
     """
-    document = source.json.value
+    document = source.json
     if not isinstance(document, dict):
         raise source.error(f"expected an object with joint_names, times and keys, got {described(document)}")
     for name in document:
         if name not in _FIELDS:
             near = ", ".join(nearest_names(name, _FIELDS)) or ", ".join(_FIELDS)
-            raise source.error(f"unknown field (nearest: {near})", source.place([name]))
+            raise source.error(f"unknown field (nearest: {near})", in_json(name))
     if document.get("format", TITLE) != TITLE:
-        raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", source.place(["format"]))
-    names = _list(source, ["joint_names"])
+        raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", in_json("format"))
+    for name in ("joint_names", "times", "keys"):
+        if name not in document:
+            raise source.error(f"no {name!r}; expected joint_names, times and keys")
+    names = source.list_at("joint_names")
     if not names:
-        raise source.error("no joints", source.place(["joint_names"]))
+        raise source.error("no joints", in_json("joint_names"))
     joints: list[str] = []
     for row, name in enumerate(names):
-        joint = source.check_joint(name, lambda row=row: source.place(["joint_names", row]))  # type: ignore[misc]
+        joint = source.check_joint(name, in_json("joint_names", row))
         if joint in joints:
-            raise source.error(f"joint {joint} is given twice", source.place(["joint_names", row]))
+            raise source.error(f"joint {joint} is given twice", in_json("joint_names", row))
         joints.append(joint)
     seconds, angle = _scale(source, "time"), _scale(source, "angle")
     interpolation = _interpolation(source)
@@ -69,9 +72,7 @@ def read(source: Source) -> Motion:
     handles = None
     if "handles" in document and document["handles"] is not None:
         if interpolation != "bezier":
-            raise source.error(
-                f"handles belong to bezier interpolation, not {interpolation}", source.place(["handles"])
-            )
+            raise source.error(f"handles belong to bezier interpolation, not {interpolation}", in_json("handles"))
         handles = _handles(source, columns)
     tracks = []
     for row, joint in enumerate(joints):
@@ -85,8 +86,8 @@ def read(source: Source) -> Motion:
                 columns[row] * scale,
                 own,
                 Place(where=joint),
-                lambda key, path=path: source.place([*path, key]),  # type: ignore[misc]
-                lambda key, row=row: source.place(["handles", row, key]),  # type: ignore[misc]
+                lambda key, path=path: in_json(*path, key),  # type: ignore[misc]
+                lambda key, row=row: in_json("handles", row, key),  # type: ignore[misc]
             )
         )
     return motion_of(source, tracks, interpolation, negative=True)
@@ -94,98 +95,84 @@ def read(source: Source) -> Motion:
 
 def _times_and_keys(source: Source, joints: list[str]) -> tuple[list[Floats], list[Floats]]:
     """Times, of all joints or of each, and the keys of each."""
-    times, keys = _list(source, ["times"]), _list(source, ["keys"])
+    times, keys = source.list_at("times"), source.list_at("keys")
     if _is_nested(times):
         for name, rows in (("times", times), ("keys", keys)):
             if len(rows) != len(joints):
-                raise source.error(f"{len(rows)} lists for {len(joints)} joints", source.place([name]))
-        own = [_numbers(source, ["times", row], "time") for row in range(len(joints))]
-        columns = [_numbers(source, ["keys", row], "key") for row in range(len(joints))]
+                raise source.error(f"{len(rows)} lists for {len(joints)} joints", in_json(name))
+        own = [_numbers(source, "time", "times", row) for row in range(len(joints))]
+        columns = [_numbers(source, "key", "keys", row) for row in range(len(joints))]
         for row, (one, two) in enumerate(zip(own, columns, strict=True)):
             if len(one) != len(two):
-                raise source.error(
-                    f"{joints[row]} has {len(one)} times and {len(two)} keys", source.place(["keys", row])
-                )
+                raise source.error(f"{joints[row]} has {len(one)} times and {len(two)} keys", in_json("keys", row))
             if not len(one):
-                raise source.error(f"{joints[row]} has no keys", source.place(["keys", row]))
+                raise source.error(f"{joints[row]} has no keys", in_json("keys", row))
         return own, columns
-    shared = _numbers(source, ["times"], "time")
+    shared = _numbers(source, "time", "times")
     if not len(shared):
-        raise source.error("no times", source.place(["times"]))
+        raise source.error("no times", in_json("times"))
     if len(keys) != len(shared):
-        raise source.error(f"{len(keys)} rows for {len(shared)} times", source.place(["keys"]))
+        raise source.error(f"{len(keys)} rows for {len(shared)} times", in_json("keys"))
     rows = []
     for row in range(len(keys)):
-        rows.append(_numbers(source, ["keys", row], "key"))
+        rows.append(_numbers(source, "key", "keys", row))
         if len(rows[-1]) != len(joints):
-            raise source.error(f"{len(rows[-1])} keys for {len(joints)} joints", source.place(["keys", row]))
+            raise source.error(f"{len(rows[-1])} keys for {len(joints)} joints", in_json("keys", row))
     return [shared], list(np.array(rows).T.reshape(len(joints), -1).copy())
 
 
 def _handles(source: Source, columns: list[Floats]) -> list[Floats]:
-    rows = _list(source, ["handles"])
+    rows = source.list_at("handles")
     if len(rows) != len(columns):
-        raise source.error(f"{len(rows)} lists for {len(columns)} joints", source.place(["handles"]))
+        raise source.error(f"{len(rows)} lists for {len(columns)} joints", in_json("handles"))
     result = []
     for row, keys in enumerate(columns):
-        own = _list(source, ["handles", row])
+        own = source.list_at("handles", row)
         if len(own) != len(keys):
-            raise source.error(f"{len(own)} handles for {len(keys)} keys", source.place(["handles", row]))
+            raise source.error(f"{len(own)} handles for {len(keys)} keys", in_json("handles", row))
         for key, pair in enumerate(own):
             fine = isinstance(pair, list) and len(pair) == 2 and all(type(x) is list and len(x) == 2 for x in pair)
             if not fine:
                 reason = f"expected [[seconds, value], [seconds, value]], got {described(pair)}"
-                raise source.error(reason, source.place(["handles", row, key]))
+                raise source.error(reason, in_json("handles", row, key))
         flat = [number for pair in own for side in pair for number in side]
         path: list[str | int] = ["handles", row]
         numbers = source.floats(
             flat,
             "offset",
-            lambda at, path=path: source.place([*path, at // 4, at // 2 % 2, at % 2]),  # type: ignore[misc]
+            lambda at, path=path: in_json(*path, at // 4, at // 2 % 2, at % 2),  # type: ignore[misc]
         )
         result.append(numbers.reshape(-1, 2, 2))
     return result
 
 
 def _interpolation(source: Source) -> Interpolation:
-    given = source.json.value.get("interpolation", "linear")
+    given = source.json.get("interpolation", "linear")
     for known in INTERPOLATIONS:
         if given == known:
             return known
     reason = f"{described(given)}, expected one of {', '.join(INTERPOLATIONS)}"
-    raise source.error(reason, source.place(["interpolation"]))
+    raise source.error(reason, in_json("interpolation"))
 
 
 def _scale(source: Source, quantity: str) -> float:
-    units = source.json.value.get("units", {})
+    units = source.json.get("units", {})
     if not isinstance(units, dict):
-        raise source.error(f"expected an object, got {described(units)}", source.place(["units"]))
+        raise source.error(f"expected an object, got {described(units)}", in_json("units"))
     for name in units:
         if name not in _UNITS:
-            raise source.error(f"unknown quantity; expected {' or '.join(_UNITS)}", source.place(["units", name]))
+            raise source.error(f"unknown quantity; expected {' or '.join(_UNITS)}", in_json("units", name))
     if quantity not in units:
         return _UNITS["angle"]["deg"] if source.degrees and quantity == "angle" else 1.0
     given = units[quantity]
     if not isinstance(given, str) or given not in _UNITS[quantity]:
         expected = " or ".join(_UNITS[quantity])
-        raise source.error(f"unit {quoted(given, MOST_SHOWN)}, expected {expected}", source.place(["units", quantity]))
+        raise source.error(f"unit {quoted(given, MOST_SHOWN)}, expected {expected}", in_json("units", quantity))
     return _UNITS[quantity][given]
 
 
-def _list(source: Source, path: Sequence[str | int]) -> list[Any]:
-    """The list that a path leads to."""
-    value = source.json.value
-    for step in path:
-        if isinstance(value, dict) and step not in value:
-            raise source.error(f"no {step!r}; expected joint_names, times and keys")
-        value = value[step]
-    if not isinstance(value, list):
-        raise source.error(f"expected a list, got {described(value)}", source.place(path))
-    return value
-
-
-def _numbers(source: Source, path: Sequence[str | int], what: str) -> Floats:
-    return source.floats(_list(source, path), what, lambda at: source.place([*path, at]))
+def _numbers(source: Source, what: str, *path: str | int) -> Floats:
+    return source.floats(source.list_at(*path), what, lambda index: in_json(*path, index))
 
 
 def _is_nested(times: list[Any]) -> bool:
@@ -194,11 +181,7 @@ def _is_nested(times: list[Any]) -> bool:
 
 def write(motion: Motion, rate: float | None) -> bytes:
     """A JSON file that gives back the same motion; with a rate, its samples."""
-    if rate is not None:
-        from nao_kin.motion.files.tracks import sampled
-
-        times, values = sampled(motion, rate, "JSON")
-        motion = Motion(times, motion.joint_names, values)
+    motion = sampled(motion, rate)
     fields: dict[str, Any] = {
         "times": [times.tolist() for times in motion.times],
         "keys": [keys.tolist() for keys in motion.keys],

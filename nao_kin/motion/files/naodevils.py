@@ -26,10 +26,10 @@ import re
 
 import numpy as np
 
-from nao_kin._core.text import quoted
+from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
 from nao_kin.motion.files.key_frames import Ease, KeyFrame, joint_values, motion_of_frames
-from nao_kin.motion.files.source import MOST_SHOWN, Format, Source
+from nao_kin.motion.files.source import Format, Source
 from nao_kin.motion.motion import Motion
 
 _BEGINS = re.compile(r"^\s*(?:keyFrames|phaseParameters)\s*=\s*\[", re.MULTILINE)

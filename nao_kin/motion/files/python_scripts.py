@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadInputFile, nearest_names
 from nao_kin.motion.files.choregraphe import control_points, plain_keys, points
-from nao_kin.motion.files.source import Format, Place, Source, chosen, described
+from nao_kin.motion.files.source import Format, Place, Source, chosen, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
@@ -336,9 +337,7 @@ def _number(source: Source, node: ast.expr, place: Place) -> float:
 
 def _write_python(motion: Motion, rate: float | None) -> bytes:
     """An export: plain keys of a linear motion, Bezier control points of another one."""
-    if rate is not None:
-        stamps, values = sampled(motion, rate, "Python")
-        motion = Motion(stamps, motion.joint_names, values)
+    motion = sampled(motion, rate)
     kind = "simplified" if motion.interpolation == "linear" else "bezier"
     call = (
         "angleInterpolation(names, keys, times, True)"
@@ -373,7 +372,7 @@ Path = list[str | int]
 
 def _recognises_naoqi(source: Source) -> bool:
     """Whether it is a JSON list that begins with names, or an object with names and times."""
-    value = source.json.value
+    value = source.json
     if isinstance(value, dict):
         return "names" in value and any(name in value for name in _TIMES)
     if not isinstance(value, list) or len(value) not in (3, 4):
@@ -385,7 +384,7 @@ def _read_naoqi(source: Source) -> Motion:
     """The motion that the call makes.
 
     Raises:
-        BadInputFile: with line and column, and the path to the value; relative angles, for what they are relative to is
+        BadInputFile: with the path to the value; relative angles, for what they are relative to is
             not in the file.
     """
     paths = _paths(source)
@@ -397,20 +396,20 @@ def _read_naoqi(source: Source) -> Motion:
         (own, key_path), (stamps, time_path) = keys[row], times[row]
 
         def time_of(key: int, path: Path | None = time_path) -> Place:
-            return Place() if path is None else source.place([*path, key] if path[-1:] != ["="] else path[:-1])
+            return Place() if path is None else in_json(*([*path, key] if path[-1:] != ["="] else path[:-1]))
 
         def key_of(key: int, path: Path | None = key_path) -> Place:
-            return Place() if path is None else source.place([*path, key] if path[-1:] != ["="] else path[:-1])
+            return Place() if path is None else in_json(*([*path, key] if path[-1:] != ["="] else path[:-1]))
 
         seconds = source.floats(stamps, "time", time_of)
         if len(own) != len(seconds):
-            raise source.error(f"{joint} has {len(seconds)} times and {len(own)} keys", source.place(paths["angles"]))
+            raise source.error(f"{joint} has {len(seconds)} times and {len(own)} keys", in_json(*paths["angles"]))
         values, handles = _curve(source, own, seconds, key_of, bezier=bezier)
         if source.degrees and not is_hand(joint):
             values = values * (math.pi / 180.0)
             if handles is not None:
                 handles[..., 1] *= math.pi / 180.0
-        tracks.append(Track(joint, seconds, values, handles, source.place(paths["names"]), time_of, key_of))
+        tracks.append(Track(joint, seconds, values, handles, in_json(*paths["names"]), time_of, key_of))
     return motion_of(source, tracks, "bezier" if bezier else "linear")
 
 
@@ -422,13 +421,13 @@ def _curve(source: Source, rows: list[Any], times: Floats, place: Any, *, bezier
 
 def _paths(source: Source) -> dict[str, Path]:
     """Where names, angles and times stand."""
-    value = source.json.value
+    value = source.json
     if isinstance(value, dict):
         known = ("names", *_ANGLES, *_TIMES, "isAbsolute")
         for name in value:
             if name not in known:
                 near = ", ".join(nearest_names(name, known)) or ", ".join(known)
-                raise source.error(f"unknown argument (nearest: {near})", source.place([name]))
+                raise source.error(f"unknown argument (nearest: {near})", in_json(name))
         found: dict[str, Path] = {}
         for what, choices in (("names", ("names",)), ("angles", _ANGLES), ("times", _TIMES)):
             given = [name for name in choices if name in value]
@@ -445,15 +444,15 @@ def _paths(source: Source) -> dict[str, Path]:
             f"expected [names, angles, times, isAbsolute] or [names, times, keys], got {described(value)}"
         )
     if absolute is False or absolute == 0:
-        raise source.error("relative angles: what they are relative to is not in the file", source.place(where))
+        raise source.error("relative angles: what they are relative to is not in the file", in_json(*where))
     if absolute is not True and absolute != 1:
-        raise source.error(f"isAbsolute is {described(absolute)}, expected true", source.place(where))
+        raise source.error(f"isAbsolute is {described(absolute)}, expected true", in_json(*where))
     return found
 
 
 def _names(source: Source, path: Path) -> tuple[list[str], bool]:
     """The joints, and whether they are one name."""
-    given = source.json.value[path[0]]
+    given = source.json[path[0]]
     single = isinstance(given, str)
     names: list[str] = []
     for index, name in enumerate(given if isinstance(given, list) else [given]):
@@ -461,19 +460,19 @@ def _names(source: Source, path: Path) -> tuple[list[str], bool]:
         if isinstance(name, str) and name in _CHAINS and name not in source.joints:
             named: Sequence[str] = _CHAINS[name]
         else:
-            named = [source.check_joint(name, lambda where=where: source.place(where))]  # type: ignore[misc]
+            named = [source.check_joint(name, in_json(*where))]
         for joint in named:
             if joint in names:
-                raise source.error(f"joint {joint} is given twice", source.place(where))
+                raise source.error(f"joint {joint} is given twice", in_json(*where))
             names.append(joint)
     if not names:
-        raise source.error("no names", source.place(path))
+        raise source.error("no names", in_json(*path))
     return names, single and len(names) == 1
 
 
 def _per_joint(source: Source, path: Path, names: list[str], *, single: bool) -> list[tuple[list[Any], Path | None]]:
     """What stands for each joint as a list, and its path; a path that ends in "=" is that of a single value."""
-    given = source.json.value[path[0]]
+    given = source.json[path[0]]
     if not isinstance(given, list):
         return [([given], [*path, "="])] * len(names)
     nested = any(isinstance(entry, list) for entry in given)
@@ -484,7 +483,7 @@ def _per_joint(source: Source, path: Path, names: list[str], *, single: bool) ->
     if len(given) == 1 and not nested:
         return [(given, path)] * len(names)
     if len(given) != len(names):
-        raise source.error(f"{len(given)} entries for {len(names)} joints", source.place(path))
+        raise source.error(f"{len(given)} entries for {len(names)} joints", in_json(*path))
     return [
         (entry, [*path, row]) if isinstance(entry, list) else ([entry], [*path, row, "="])
         for row, entry in enumerate(given)
@@ -498,9 +497,7 @@ def _is_points(rows: list[Any]) -> bool:
 
 def _write_naoqi(motion: Motion, rate: float | None) -> bytes:
     """The arguments of angleInterpolation for a linear motion, else those of angleInterpolationBezier."""
-    if rate is not None:
-        times, values = sampled(motion, rate, "NAOqi")
-        motion = Motion(times, motion.joint_names, values)
+    motion = sampled(motion, rate)
     names = json.dumps(list(motion.joint_names), ensure_ascii=False)
     stamps, keys = ([row.tolist() for row in motion.times], points(motion))
     rows = [_rows(stamps), _rows(keys)] if motion.interpolation != "linear" else [_rows(keys), _rows(stamps), "true"]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,137 +14,12 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.files import read_bounded
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.files import described, is_finite_number, read_bounded, read_json
+from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
 from nao_kin.motion.motion import Motion
 
-# --- JSON text that remembers where its values stand.
-
-_BLANK = re.compile(r"[ \t\n\r]*")
-_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}]')
-_COLON = re.compile(r"[ \t\n\r]*:")
 _PLAIN = re.compile(r"[A-Za-z_]\w{0,39}", re.ASCII)
-
-
-class Constant(str):
-    """NaN, Infinity or -Infinity, which JSON does not know and Python's reader takes; kept to be refused by name."""
-
-
-class JsonDocument:
-    """A JSON text and its value.
-
-    Positions are looked up in the text again, for messages only: reading stays as fast as Python's own.
-
-    Attributes:
-        value: what the text writes.
-    """
-
-    value: Any
-
-    def __init__(self, name: str, text: str) -> None:
-        """Read the text.
-
-        Raises:
-            BadInputFile: no JSON, a name twice in one object, too deep.
-        """
-        self._text = text
-        self._members = dict[str | int, int]()
-        try:
-            self.value = json.loads(text, object_pairs_hook=_object, parse_constant=Constant)
-        except _Twice:
-            key, at = _second_key(text)
-            raise BadInputFile(
-                name, f"{quoted(key)} is given twice in one object", *self._line_and_column(at)
-            ) from None
-        except json.JSONDecodeError as error:
-            raise BadInputFile(name, f"malformed JSON: {error.msg}", error.lineno, error.colno) from None
-        except (ValueError, RecursionError) as error:  # a number of thousands of digits, lists in lists in lists
-            raise BadInputFile(name, f"JSON of too long numbers or too deep lists: {error}") from None
-
-    def position(self, path: Sequence[str | int]) -> tuple[int, int]:
-        """1-based line and column of the value that a path of names and indices leads to."""
-        return self._line_and_column(self._offset(path))
-
-    @staticmethod
-    def words(path: Sequence[str | int]) -> str:
-        """A path as programmers write it: keys[3][2], motion[0].keyframes."""
-        words = ""
-        for step in path:
-            if isinstance(step, int):
-                words += f"[{step}]"
-            elif _PLAIN.fullmatch(step):
-                words += f".{step}" if words else step
-            else:
-                words += f"[{quoted(step, 40)}]"
-        return words
-
-    def _offset(self, path: Sequence[str | int]) -> int:
-        if not path:
-            return self._skip(0)
-        # What stands behind a million numbers is looked up once.
-        if path[0] not in self._members:
-            self._members[path[0]] = self._walked(self._skip(0), path[:1])
-        return self._walked(self._members[path[0]], path[1:])
-
-    def _walked(self, at: int, path: Sequence[str | int]) -> int:
-        """Where the value is that a path leads to from the value at an offset."""
-        for step in path:
-            is_list = self._text[at] == "["
-            at = self._skip(at + 1)
-            index = 0
-            while True:
-                if not is_list:
-                    key, end = _DECODER.raw_decode(self._text, at)
-                    at = self._skip(self._skip(end) + 1)
-                if step == (index if is_list else key):
-                    break
-                at = self._skip(self._skip(_DECODER.raw_decode(self._text, at)[1]) + 1)
-                index += 1
-        return at
-
-    def _skip(self, at: int) -> int:
-        match = _BLANK.match(self._text, at)
-        return match.end() if match else at
-
-    def _line_and_column(self, at: int) -> tuple[int, int]:
-        return self._text.count("\n", 0, at) + 1, at - self._text.rfind("\n", 0, at)
-
-
-_DECODER = json.JSONDecoder()
-
-
-class _Twice(Exception):
-    """A name stands twice in one object."""
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise _Twice
-    return found
-
-
-def _second_key(text: str) -> tuple[str, int]:
-    """The first name that its object already has, and where it stands, in a text that is valid up to there."""
-    open_objects: list[set[str]] = []
-    for token in _TOKEN.finditer(text):
-        if token[0] == "{":
-            open_objects.append(set())
-        elif token[0] == "}":
-            open_objects.pop()
-        elif _COLON.match(text, token.end()):
-            key = json.loads(token[0], strict=False)
-            if key in open_objects[-1]:
-                return key, token.start()
-            open_objects[-1].add(key)
-    return "a name", 0
-
-
-# --- A motion file that is being read: its bytes, its text, what the caller says of it, and what is wrong with it.
-
-# Characters of a foreign value in a message.
-MOST_SHOWN = 40
 # Joints of Aldebaran's Pepper that no NAO has.
 _PEPPER = ("HipRoll", "HipPitch", "KneePitch", "WheelFL", "WheelFR", "WheelB")
 
@@ -171,6 +46,19 @@ class Place:
     line: int = 0
     column: int = 0
     where: str = ""
+
+
+def in_json(*path: str | int) -> Place:
+    """The place in JSON of the value that names and indices lead to, as keys[3][2] or motion[0].keyframes."""
+    words = ""
+    for step in path:
+        if isinstance(step, int):
+            words += f"[{step}]"
+        elif _PLAIN.fullmatch(step):
+            words += f".{step}" if words else step
+        else:
+            words += f"[{quoted(step, MOST_SHOWN)}]"
+    return Place(where=words)
 
 
 # Where the entry with a number stands.
@@ -217,17 +105,33 @@ class Source:
         return self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
     @cached_property
-    def json(self) -> JsonDocument:
-        """The text as JSON.
+    def json(self) -> Any:
+        """The value of the text as JSON.
 
         Raises:
             BadInputFile: it is none.
         """
-        return JsonDocument(self.name, self.text)
+        return read_json(self.name, self.text)
 
-    def place(self, path: Sequence[str | int]) -> Place:
-        """Where in the JSON text the value that a path of names and indices leads to stands."""
-        return Place(*self.json.position(path), self.json.words(path))
+    def at(self, *path: str | int) -> Any:
+        """The value in the JSON text that a path of names and indices leads to.
+
+        Raises:
+            BadInputFile: an object on the way does not have the name.
+        """
+        value = self.json
+        for index, step in enumerate(path):
+            if isinstance(value, dict) and step not in value:
+                raise self.error(f"no {step!r}", in_json(*path[:index]))
+            value = value[step]
+        return value
+
+    def list_at(self, *path: str | int) -> list[Any]:
+        """The same, which must be a list."""
+        value = self.at(*path)
+        if not isinstance(value, list):
+            raise self.error(f"expected a list, got {described(value)}", in_json(*path))
+        return value
 
     def error(self, reason: str, place: Place = NOWHERE) -> BadInputFile:
         """What to raise for something that is wrong with the file."""
@@ -245,30 +149,25 @@ class Source:
             BadInputFile: one is no finite number.
         """
         if set(map(type, values)) <= {int, float}:
-            try:
+            with suppress(OverflowError):
                 numbers = np.array(values, dtype=np.float64)
-            except OverflowError:
-                numbers = np.array([_as_float(value) for value in values])
-            if np.isfinite(numbers).all():
-                return numbers
-            first = int(np.argmin(np.isfinite(numbers)))
-        else:
-            first = next(index for index, value in enumerate(values) if type(value) not in (int, float))
+                if np.isfinite(numbers).all():
+                    return numbers
+        first = next(index for index, value in enumerate(values) if not is_finite_number(value))
         raise self.error(f"{what} is {described(values[first])}, expected a finite number", place(first))
 
-    def check_joint(self, joint: Any, place: Place | Callable[[], Place] = NOWHERE) -> str:
+    def check_joint(self, joint: Any, place: Place = NOWHERE) -> str:
         """A joint name that may occur, or that is left out later.
 
         Args:
             joint: what stands in the file.
-            place: where, or a function that looks it up.
+            place: where.
 
         Raises:
             BadInputFile: none, with the nearest ones.
         """
         if isinstance(joint, str) and (joint in self.joints or (joint and self.ignore_other)):
             return joint
-        place = place() if callable(place) else place
         if not isinstance(joint, str):
             raise self.error(f"expected a joint name, got {described(joint)}", place)
         if not joint:
@@ -314,34 +213,7 @@ def read_bytes(name: str) -> bytes:
         raise BadInputFile(name, f"cannot be read: {reason or error}") from None
 
 
-def described(value: Any) -> str:
-    """What stands in a file where something else was expected."""
-    if isinstance(value, Constant):
-        return str(value)
-    if value is None or isinstance(value, bool):
-        return "null" if value is None else str(value).lower()
-    if isinstance(value, dict):
-        return "an object"
-    if isinstance(value, (list, tuple)):
-        return f"a list of {len(value)}"
-    if isinstance(value, float) and value in (float("inf"), float("-inf")):
-        return "a number too large for floating point"
-    if isinstance(value, int) and value.bit_length() > 1023:
-        return "a number too large for floating point"
-    return abbreviated(quoted(value, MOST_SHOWN), MOST_SHOWN)
-
-
-def _as_float(value: float) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return float("inf")
-
-
 # --- What a motion file format is made of.
-
-# Motion, samples a second or None, the bytes of a file.
-Writer = Callable[[Motion, float | None], bytes]
 
 
 @dataclass(frozen=True)
@@ -360,8 +232,8 @@ class Format:
     # Whether the content looks like it; never raises.
     recognises: Callable[[Source], bool] = field(repr=False)
     read: Callable[[Source], Motion] = field(repr=False)
-    # None for a format that is only read.
-    write: Writer | None = field(repr=False, default=None)
+    # The bytes of a file of a motion, or of its samples at a rate; None for a format that is only read.
+    write: Callable[[Motion, float | None], bytes] | None = field(repr=False, default=None)
 
 
 # --- Which one of several motions in a file.

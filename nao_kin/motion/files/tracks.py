@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import abbreviated
+from nao_kin._core.text import MOST_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.motion.configurations import sampling_times
-from nao_kin.motion.files.source import MOST_SHOWN, NOWHERE, MotionFileWarning, Place, PlaceOf, Source
+from nao_kin.motion.editing import resample
+from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, Place, PlaceOf, Source
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
@@ -156,26 +156,20 @@ def is_hand(joint: str) -> bool:
     return joint in ("LHand", "RHand")
 
 
-def sampled(motion: Motion, rate: float | None, what: str) -> tuple[Floats, Floats]:
-    """The rows of a format that knows straight lines only.
+def sampled(motion: Motion, rate: float | None) -> Motion:
+    """The motion that a file holds: this one, or its samples at a rate."""
+    return motion if rate is None else resample(motion, rate)
 
-    Args:
-        motion: what is written.
-        rate: samples a second, from the first key to the last; None for the times of all keys.
-        what: the format, for the warning.
+
+def straight_rows(motion: Motion, rate: float | None, what: str) -> tuple[Floats, Floats]:
+    """The rows of a format that knows straight lines only, at the times of all keys or at a rate.
 
     Returns:
         times (n,) [s] and values (n, joints).
-
-    Raises:
-        BadArgument: a rate that is no positive number, or makes more than 4 million rows.
     """
-    if rate is None:
-        warn_of_curves(motion, what)
-        times = motion.key_times
-        return times, motion.sample(times)
-    times = sampling_times(motion, rate, None)
-    return times, motion.sample(times)
+    motion = sampled(motion, rate)
+    warn_of_curves(motion, what)
+    return motion.key_times, motion.sample(motion.key_times)
 
 
 def warn_of_curves(motion: Motion, what: str) -> None:

@@ -19,12 +19,12 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.csv_numbers import plain_floats
-from nao_kin._core.text import quoted
+from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import held
-from nao_kin.motion.files.source import MOST_SHOWN, Format, MotionFileWarning, Place, Source
-from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, sampled
+from nao_kin.motion.files.source import Format, MotionFileWarning, Place, Source
+from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 
 _HEADER, _VERSION = "#WEBOTS_MOTION", "V1.0"
@@ -174,7 +174,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
     Raises:
         BadArgument: times before 0 or nearer than a millisecond, names that a header cannot hold, too long a line.
     """
-    times, values = sampled(motion, rate, "Webots motion")
+    times, values = straight_rows(motion, rate, "Webots motion")
     stamps = milliseconds(times, "Webots motion")
     for joint in motion.joint_names:
         if not re.fullmatch(r"[^,\r\n]+", joint) or joint != joint.strip():
