@@ -13,16 +13,28 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import check_replaceable, write_document
-from nao_kin._core.text import abbreviated, fresh_name, quoted, with_underscores
+from nao_kin._core.text import fresh_name, quoted, with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.meshes import left_out_note, load_scene
-from nao_kin.export.placement import Exported, transform
+from nao_kin.export.meshes import left_out_note, resolver
+from nao_kin.export.placement import Exported
 from nao_kin.export.urdf import variant
 from nao_kin.export.variants import joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
-from nao_kin.robot import RobotModel, check_robot
-from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Packages, Rgba, Sphere, UrdfJoint, UrdfTree
-from nao_kin.rotations import matrix_from_rpy, quat_from_matrix, quat_to_xyzw
+from nao_kin.robot import RobotModel, check_robot, mesh_path, read_mesh
+from nao_kin.robot.urdf import (
+    Box,
+    Cylinder,
+    Geometry,
+    MeshFile,
+    Origin,
+    Packages,
+    Rgba,
+    Sphere,
+    UnreadableShape,
+    UrdfJoint,
+    UrdfTree,
+)
+from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # --- A robot as the nodes of a scene: for each joint one that stands where the joint is, and in it one that moves.
 
@@ -78,7 +90,7 @@ def scene_nodes(tree: UrdfTree, values: Mapping[str, float], base: Floats) -> tu
         Node(tree.root, top, base[:3], base[3:], link=tree.root),
     ]
     for joint in tree.joints:
-        position, quaternion = _placed(joint.origin)
+        position, quaternion = np.array(joint.origin.xyz), quat_to_xyzw(quat_from_matrix(joint.origin.matrix[:3, :3]))
         if joint.kind == "fixed":
             nodes.append(Node(joint.child, joint.parent, position, quaternion, link=joint.child))
             continue
@@ -97,10 +109,6 @@ def motion_of(joint: UrdfJoint, values: Floats) -> tuple[Floats, Floats]:
     half = values[..., None] / 2.0
     # No canonical sign: along a motion the quaternion must not jump to its opposite.
     return np.zeros((*values.shape, 3)), np.concatenate([np.sin(half) * axis, np.cos(half)], axis=-1)
-
-
-def _placed(origin: Origin) -> tuple[Floats, Floats]:
-    return np.array(origin.xyz), quat_to_xyzw(quat_from_matrix(matrix_from_rpy(origin.rpy)))
 
 
 def _fresh(name: str, taken: set[str]) -> str:
@@ -162,16 +170,12 @@ def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], 
                 for part in parts:
                     _paint(part, visual.material, visual.rgba, paints)
                 known[key] = parts
-        except _Unreadable as reason:
+        except UnreadableShape as reason:
             notes.append(f"a look of {visual.link} is left out: {reason}")
             continue
         several = enumerate(known[key])
         shapes += [Shape(visual.link, visual.name, (*key, index), mesh, visual.origin) for index, mesh in several]
     return tuple(shapes), tuple(paints.values()), tuple(notes)
-
-
-class _Unreadable(Exception):
-    """Why a look cannot be shown."""
 
 
 def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
@@ -188,14 +192,11 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
 
 
 def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]:
-    path = packages.file(geometry.filename)
-    if path is None:
-        raise _Unreadable(f"its mesh {quoted(geometry.filename)} is not there")
-    left_out: list[str] = []
+    path, left_out = mesh_path(geometry, packages), list[str]()
     try:
-        loaded: list[Any] = list(load_scene(path, packages, left_out).dump())
-    except Exception as error:  # whatever its many readers raise on a bad file
-        raise _Unreadable(f"its mesh {quoted(geometry.filename)} cannot be read: {abbreviated(error)}") from None
+        loaded = read_mesh(path, lambda scene: list(scene.dump()), resolver=resolver(path, packages, left_out))
+    except UnreadableShape as reason:
+        raise UnreadableShape(f"its mesh {quoted(geometry.filename)} cannot be read: {reason}") from None
     notes += left_out_note(path, left_out)
     parts = [part for part in loaded if hasattr(part, "faces")]  # and no lines or points
     for part in parts:
@@ -206,7 +207,7 @@ def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]
         part.remove_unreferenced_vertices()
     parts = [part for part in parts if len(part.faces)]
     if not parts:
-        raise _Unreadable(f"its mesh {quoted(geometry.filename)} has no triangles")
+        raise UnreadableShape(f"its mesh {quoted(geometry.filename)} has no triangles")
     return parts
 
 
@@ -395,7 +396,7 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -
     for shape in shapes:
         name = fresh_name(shape.name or f"{shape.link}_visual", taken)
         taken.add(name)
-        place = transform(shape.origin)
+        place = shape.origin.matrix
         if shape.key in geometries:
             scene.graph.update(frame_to=name, frame_from=shape.link, matrix=place, geometry=geometries[shape.key])
         else:

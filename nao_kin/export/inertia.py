@@ -18,7 +18,6 @@ from nao_kin.export.placement import (
     pseudo_inertia,
     second_moments,
     tensor,
-    transform,
     with_moments,
 )
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
@@ -187,7 +186,7 @@ def _seen_from(P: Floats, place: Origin) -> Inertial:
     """The body of a pseudo-inertia in the frame that stands at `place`."""
     if place == HERE:
         return body_of(P)
-    inverse = np.linalg.inv(transform(place))
+    inverse = np.linalg.inv(place.matrix)
     return body_of(inverse @ P @ inverse.T)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import re
-import warnings
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -13,7 +12,8 @@ from xml.etree import ElementTree as ET
 
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.robot.urdf import MeshFile, Packages, Rgba, UrdfTree
+from nao_kin.robot import read_mesh
+from nao_kin.robot.urdf import MeshFile, Packages, Rgba, UnreadableShape, UrdfTree
 
 MESH_FOLDER = "meshes"
 
@@ -44,7 +44,7 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
             )
         found[name] = file = Path(os.path.realpath(path))
         if file.suffix.lower() not in _MESHES or not packages.contain(file):
-            read_mesh(file, packages)
+            scene_of(file, packages)
     return found
 
 
@@ -82,38 +82,27 @@ def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path], tuple[s
     )
 
 
-def read_mesh(path: Path, packages: Packages) -> Any:
+def scene_of(path: Path, packages: Packages) -> Any:
     """Read a mesh as a trimesh.Scene that holds triangles.
 
     Raises:
         BadArgument: it cannot be read.
     """
     try:
-        scene = load_scene(path, packages, [])
-        if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
-            raise ValueError("no triangles in it")
-    except Exception as error:  # whatever its many readers raise on a bad file
-        reason = abbreviated(error) or type(error).__name__
+        return read_mesh(path, lambda scene: scene, resolver=resolver(path, packages, []))
+    except UnreadableShape as reason:
         advice = "meshes='none' (--meshes none) leaves meshes out"
         raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}; {advice}") from None
-    return scene
 
 
-def load_scene(path: Path, packages: Packages, left_out: list[str]) -> Any:
-    """Load a mesh file by trimesh, with such materials and textures only as an export may have.
+def resolver(path: Path, packages: Packages, left_out: list[str]) -> Any:
+    """Find for trimesh such materials and textures of a mesh file as an export may have, and no other files.
 
     Args:
-        path: the file.
+        path: the mesh file.
         packages: the search of the robot that has it.
-        left_out: gets the names of the files that it names and that were not read.
-
-    Returns:
-        A trimesh.Scene.
-
-    Raises:
-        Exception: whatever the readers of trimesh raise.
+        left_out: gets the names of the files that it names and that are not read.
     """
-    import trimesh
     from trimesh.resolvers import FilePathResolver
 
     real = Path(os.path.realpath(path))
@@ -128,9 +117,7 @@ def load_scene(path: Path, packages: Packages, left_out: list[str]) -> Any:
                 raise PermissionError(name)
             return file.read_bytes()
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return trimesh.load_scene(path, process=False, resolver=Resolver(str(real)))
+    return Resolver(str(real))
 
 
 def left_out_note(mesh: Path, names: list[str]) -> list[str]:
@@ -315,7 +302,7 @@ def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
     suffix = path.suffix.lower()
     if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
         return content, suffix
-    mesh = read_mesh(path, packages).to_mesh()
+    mesh = scene_of(path, packages).to_mesh()
     mesh.process()
     kind = "stl" if len(mesh.faces) <= _MOST_IN_STL else "obj"
     file = io.BytesIO()

@@ -9,16 +9,9 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin.robot.urdf import Inertial, Origin
-from nao_kin.rotations import exp, matrix_from_rpy, rpy_from_matrix
+from nao_kin.rotations import exp, rpy_from_matrix
 
 HERE = Origin()
-
-
-def transform(origin: Origin) -> Floats:
-    """The pose as a matrix, shape (4, 4)."""
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = matrix_from_rpy(origin.rpy), origin.xyz
-    return T
 
 
 def composed(first: Origin, second: Origin) -> Origin:
@@ -27,7 +20,7 @@ def composed(first: Origin, second: Origin) -> Origin:
         return second
     if not any(second.xyz) and not any(second.rpy):
         return first
-    T = transform(first) @ transform(second)
+    T = first.matrix @ second.matrix
     if not any(second.rpy):
         return Origin(_vector(T[:3, 3]), first.rpy)
     if not any(first.rpy):
@@ -79,7 +72,7 @@ def central_tensor(body: Inertial) -> Floats:
     xx, xy, xz, yy, yz, zz = body.inertia
     found = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if any(body.origin.rpy):
-        R = matrix_from_rpy(body.origin.rpy)
+        R = body.origin.matrix[:3, :3]
         found = R @ found @ R.T
     return found
 
@@ -93,7 +86,7 @@ def pseudo_inertia(body: Inertial, place: Origin | None = None) -> Floats:
     P[3, 3] = body.mass
     if place is None:
         return P
-    T = transform(place)
+    T = place.matrix
     return np.asarray(T @ P @ T.T)
 
 

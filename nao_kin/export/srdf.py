@@ -20,12 +20,12 @@ from nao_kin._core.arrays import Floats, whole_number
 from nao_kin._core.files import check_replaceable, write_document
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import UnknownName
-from nao_kin.export.placement import Exported, transform
+from nao_kin.export.placement import Exported
 from nao_kin.export.urdf import variant
 from nao_kin.export.variants import joint_values, name_frames, named_semantics, new_names
-from nao_kin.robot import RobotModel, UnreadableShape, check_robot, shape_geometry
+from nao_kin.robot import RobotModel, check_robot, shape_geometry
 from nao_kin.robot.semantics import Posture, Semantics
-from nao_kin.robot.urdf import UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.robot.urdf import srdf as writing
 
 # --- Groups of joints and end effectors for MoveIt, from the chains and effectors of a robot's semantics.
@@ -254,7 +254,7 @@ class LinkContacts:
             self._shapes[collision.link].append(len(self._geometries))
             self._geometries.append(geometry)
             owners.append(collision.link)
-            placements.append(transform(collision.origin))
+            placements.append(collision.origin.matrix)
         self.links = tuple(link for link in tree.links if link in self._shapes)
         self._columns = [self.links.index(link) for link in owners]
         self._T_link_shape = np.array(placements).reshape(-1, 4, 4)

@@ -14,8 +14,7 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.robot import WORLD, RobotModel, check_robot
-from nao_kin.robot.urdf import Cylinder, UrdfJoint
-from nao_kin.rotations import matrix_from_rpy
+from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import presets_of
 from nao_kin.viewer.messages import Command, node_name, packed, set_object, set_transform, typed_array
@@ -174,9 +173,8 @@ class MeshcatRobot:
             node = f"{self._carrier(name)}/{node_name('frame', name)}"
             self._frames.append(node)
             for axis, (rpy, rgba) in _ARROWS.items():
-                path, R = f"{node}/{axis}", matrix_from_rpy(rpy)
-                T = np.eye(4)
-                T[:3, :3], T[:3, 3] = R, R @ [0.0, 0.0, length / 2.0]
+                path, T = f"{node}/{axis}", Origin(rpy=rpy).matrix
+                T[:3, 3] = T[:3, 2] * length / 2.0
                 self._send(set_object(path, Cylinder(length / _SLENDERNESS, length), rgba))
                 self._send(set_transform(path, T))
 

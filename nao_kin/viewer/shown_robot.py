@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, join_poses
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.robot import RobotModel
@@ -186,6 +186,4 @@ def checked_pose(T: ArrayLike) -> Floats:
     check_rotation(array[:3, :3])
     if np.abs(array[:3, 3]).max() > overlays.FARTHEST:
         raise BadArgument(f"T is {np.abs(array[:3, 3]).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
-    pose = np.eye(4)
-    pose[:3] = array[:3]
-    return pose
+    return join_poses(array[:3, :3], array[:3, 3])

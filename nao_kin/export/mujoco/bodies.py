@@ -18,7 +18,7 @@ from nao_kin.rotations import quat_from_matrix
 
 
 def pose(origin: Origin) -> pin.SE3:
-    """Where a URDF's origin stands."""
+    """Where a URDF's origin stands, to the last bit as the robot's model has it."""
     return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
 
 
