@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.files import check_replaceable, write_document
 from nao_kin._core.text import fresh_name, quoted, with_underscores
 from nao_kin.errors import BadArgument
 from nao_kin.export.meshes import left_out_note, resolver
-from nao_kin.export.placement import Exported
-from nao_kin.export.urdf import variant
-from nao_kin.export.variants import joint_values
+from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.variants import Variant, joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
-from nao_kin.robot import RobotModel, check_robot, mesh_path, read_mesh
+from nao_kin.robot import RobotModel, mesh_path, read_mesh
 from nao_kin.robot.urdf import (
     Box,
     Cylinder,
@@ -124,19 +122,6 @@ GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 
 @dataclass(frozen=True)
-class Paint:
-    """A colour that a URDF gives.
-
-    Attributes:
-        name: a name that no other colour has.
-        rgba: the colour, as screens take it.
-    """
-
-    name: str
-    rgba: Rgba
-
-
-@dataclass(frozen=True)
 class Shape:
     """A part of the looks of a link, of one colour.
 
@@ -155,12 +140,12 @@ class Shape:
     origin: Origin
 
 
-def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], tuple[str, ...]]:
-    """The looks of a robot, their colours, and one line for each look that cannot be read."""
+def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], dict[str, Rgba], tuple[str, ...]]:
+    """The looks of a robot, name → colour as screens take it, and one line for each look that cannot be read."""
     shapes: list[Shape] = []
     notes: list[str] = []
     known: dict[tuple[object, ...], list[Any]] = {}
-    paints: dict[tuple[str, Rgba], Paint] = {}
+    paints: dict[tuple[str, Rgba], str] = {}  # material and colour → a name that no other colour has
     packages = tree.packages
     for visual in tree.visuals:
         key = (visual.geometry, visual.material, visual.rgba)
@@ -175,7 +160,7 @@ def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], 
             continue
         several = enumerate(known[key])
         shapes += [Shape(visual.link, visual.name, (*key, index), mesh, visual.origin) for index, mesh in several]
-    return tuple(shapes), tuple(paints.values()), tuple(notes)
+    return tuple(shapes), {name: rgba for (_, rgba), name in paints.items()}, tuple(notes)
 
 
 def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
@@ -211,7 +196,7 @@ def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]
     return parts
 
 
-def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], Paint]) -> None:
+def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], str]) -> None:
     """Give a mesh a colour of its own, unless the URDF gives none and its file does."""
     import trimesh
 
@@ -219,11 +204,11 @@ def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, 
         return
     key = (material, rgba or GREY)
     if key not in paints:
-        paints[key] = Paint(fresh_name(material or "grey", {paint.name for paint in paints.values()}), key[1])
+        paints[key] = fresh_name(material or "grey", paints.values())
     visual: Any = trimesh.visual  # not typed
     opacity = key[1][3]
     paint = visual.material.PBRMaterial(
-        name=paints[key].name,
+        name=paints[key],
         baseColorFactor=[0.0, 0.0, 0.0, opacity],  # trimesh rounds colours to 8 bits: they are set afterwards
         metallicFactor=0.0,
         roughnessFactor=0.6,
@@ -343,18 +328,17 @@ def gltf(
         >>> nk.export.gltf(nk.load_nao("v6"), "nod.glb", motion=nod).changes
         ()
     """
-    check_robot(robot)
     if not str(path).lower().endswith((".glb", "/dev/stdout")):
         raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
-    check_replaceable(path, overwrite=overwrite)
-    tree, _ = variant(robot, frames=frames, names=names)
+    target = Target(robot, path, overwrite=overwrite)
+    tree, _ = Variant(frames, names).tree_of(robot)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
     nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q[0]))
     shapes, paints, notes = scene_shapes(tree)
     glb = Glb(_scene(tree, nodes, shapes))
     _place(glb, nodes)
-    colours = {paint.name: linear(paint.rgba) for paint in paints}
+    colours = {name: linear(rgba) for name, rgba in paints.items()}
     for row in glb.tree.get("materials", ()):
         factors = row["pbrMetallicRoughness"]
         if row.get("name") in colours and not any(factors["baseColorFactor"][:3]):
@@ -362,7 +346,7 @@ def gltf(
     if motion is not None:
         _animate(glb, nodes, moving, values)
     glb.tree["asset"]["generator"] = "nao_kin, trimesh"
-    return Exported(Path(path), write_document(path, glb.content(), overwrite=overwrite), notes)
+    return target.write({"": glb.content()}, notes)
 
 
 def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:

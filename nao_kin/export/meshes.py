@@ -6,6 +6,7 @@ import io
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -79,6 +80,45 @@ def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path], tuple[s
         {name: path.relative_to(top).as_posix() for name, path in meshes.items()},
         {file.relative_to(top).as_posix(): file for file in files},
         tuple(dict.fromkeys(notes)),
+    )
+
+
+@dataclass(frozen=True)
+class TakenMeshes:
+    """What an export makes of the meshes.
+
+    Attributes:
+        names: name of a mesh in the tree → its name in the document; None leaves out what is a mesh.
+        files: name beside the document → content.
+        notes: one line for each mesh that names files which the export must not have.
+    """
+
+    names: dict[str, str] | None
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
+    """The meshes of a tree by a choice: "none", "relative" copies them, "absolute" names them where they are.
+
+    Args:
+        tree: the robot.
+        meshes: the choice; any other one names them below `package` and copies nothing.
+        package: the address of the folder that holds them.
+
+    Raises:
+        BadArgument: a mesh is not there, is none, or cannot be read.
+    """
+    if meshes == "none":
+        return TakenMeshes(None)
+    names, files, notes = mesh_names(tree)
+    if meshes == "relative":
+        copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
+        named = {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}
+        return TakenMeshes(named, read_files(copied), notes)
+    absolute = meshes == "absolute"
+    return TakenMeshes(
+        {name: str(files[inside]) if absolute else f"{package}/{inside}" for name, inside in names.items()}
     )
 
 

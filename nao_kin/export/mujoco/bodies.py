@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._core.arrays import Floats
-from nao_kin.export.placement import central_tensor
+from nao_kin.export.inertia import central_tensor
 from nao_kin.joints import JointGroups
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix
