@@ -104,20 +104,50 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
     return paths
 
 
+@dataclass(frozen=True)
+class Driver:
+    """What moves a joint: its value is multiplier · q[column] + offset.
+
+    Attributes:
+        column: place of the coordinate in q.
+        multiplier: of the coordinate.
+        offset: added to it [rad or m].
+        follows: the joint that it follows, "" for none.
+    """
+
+    column: int
+    multiplier: float = 1.0
+    offset: float = 0.0
+    follows: str = ""
+
+    def values(self, q: Floats) -> Floats:
+        """The joint's values in configurations, shape (..., nq)."""
+        return np.asarray(self.multiplier * q[..., self.column] + self.offset)
+
+
+def drivers_of(robot: RobotModel) -> dict[str, Driver]:
+    """What moves each joint of a robot, by the joint's name."""
+    first = robot.nq - len(robot.joint_names)
+    own = {name: Driver(first + index) for index, name in enumerate(robot.joint_names)}
+    return own | {
+        name: Driver(own[mimic.joint].column, mimic.multiplier, mimic.offset, mimic.joint)
+        for name, mimic in robot.mimics.items()
+    }
+
+
 def scene_commands(
-    robot: RobotModel, tree: UrdfTree, drawables: tuple[Drawable, ...], *, under: str = "", opacity: float = 1.0
+    robot: RobotModel, drawables: tuple[Drawable, ...], *, under: str = "", opacity: float = 1.0
 ) -> Iterator[tuple[str, Command]]:
     """Key and command of everything that stands still: placements and shapes.
 
     Args:
         robot: the robot.
-        tree: its tree.
         drawables: its shapes.
         under: path of the node that carries its root's node, with a slash; "" for the scene.
         opacity: factor for that of every shape.
     """
-    paths = {link: f"{under}{path}" for link, path in link_paths(tree).items()}
-    for joint, T_parent_joint in _placements(robot, tree):
+    paths = {link: f"{under}{path}" for link, path in link_paths(robot.tree).items()}
+    for joint, T_parent_joint in _placements(robot):
         path = paths[joint.child] if joint.kind == "fixed" else _holder(paths, joint)
         yield f"place {path}", set_transform(path, T_parent_joint)
     for index, drawable in numbered(drawables):
@@ -161,10 +191,10 @@ def _holder(paths: dict[str, str], joint: UrdfJoint) -> str:
     return parent if joint.kind == "fixed" else f"{parent}/{node_name('joint', joint.name)}"
 
 
-def _placements(robot: RobotModel, tree: UrdfTree) -> Iterator[tuple[UrdfJoint, Floats]]:
+def _placements(robot: RobotModel) -> Iterator[tuple[UrdfJoint, Floats]]:
     """T_parent_joint of every joint, from the model's own forward kinematics: what was calibrated stays calibrated."""
     poses = dict(zip(robot.link_names, robot.fk(robot.neutral()), strict=True))
-    for joint in tree.joints:
+    for joint in robot.tree.joints:
         mimic = robot.mimics.get(joint.name)
         moved = motion(joint, mimic.offset if mimic is not None else 0.0)
         yield joint, np.linalg.solve(poses[joint.parent], poses[joint.child]) @ np.linalg.inv(moved)

@@ -470,7 +470,7 @@ def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
 
 def test_a_link_without_a_shape_colours_what_it_is_fixed_to(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
-    names = list(viewer._links)
+    names = list(viewer._look.paths)
     for values, coloured in (
         ({"LFoot": 1.0, "Head": 0.0}, {"l_ankle", "LFoot", "Head"}),
         ({"LFoot": 1.0, "l_ankle": 0.0}, {"l_ankle", "LFoot"}),
