@@ -455,8 +455,8 @@ _PROGRAM = (
         "test_scene.py",
         (
             "mirror-image-with-the-wrong-sign",
-            '"multiplier": sign * driver["multiplier"]',
-            '"multiplier": driver["multiplier"]',
+            '"multiplier": sign * driver.multiplier',
+            '"multiplier": driver.multiplier',
         ),
     ),
     *_faults(

@@ -3,11 +3,12 @@
 from nao_kin.export.formats import FORMATS, check_options, options, write
 from nao_kin.export.gltf import gltf
 from nao_kin.export.mujoco import mjcf
-from nao_kin.export.placement import Exported
+from nao_kin.export.pipeline import Exported
 from nao_kin.export.ros2 import ros2
 from nao_kin.export.sdf import sdf
 from nao_kin.export.srdf import srdf
-from nao_kin.export.urdf import urdf, variant
+from nao_kin.export.urdf import urdf
+from nao_kin.export.variants import variant
 
 __all__ = [
     "FORMATS",

@@ -11,7 +11,7 @@ from typing import Any
 from nao_kin.errors import BadArgument, UnknownName, nearest_names
 from nao_kin.export.gltf import gltf
 from nao_kin.export.mujoco import mjcf
-from nao_kin.export.placement import Exported
+from nao_kin.export.pipeline import Exported
 from nao_kin.export.ros2 import ros2
 from nao_kin.export.sdf import sdf
 from nao_kin.export.srdf import srdf

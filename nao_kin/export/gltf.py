@@ -12,17 +12,27 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.files import check_replaceable, write_document
-from nao_kin._core.text import abbreviated, fresh_name, quoted, with_underscores
+from nao_kin._core.text import fresh_name, quoted, with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.meshes import left_out_note, load_scene
-from nao_kin.export.placement import Exported, transform
-from nao_kin.export.urdf import variant
-from nao_kin.export.variants import joint_values
+from nao_kin.export.meshes import left_out_note, resolver
+from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.variants import Variant, joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
-from nao_kin.robot import RobotModel, check_robot
-from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Origin, Packages, Rgba, Sphere, UrdfJoint, UrdfTree
-from nao_kin.rotations import matrix_from_rpy, quat_from_matrix, quat_to_xyzw
+from nao_kin.robot import RobotModel, mesh_path, read_mesh
+from nao_kin.robot.urdf import (
+    Box,
+    Cylinder,
+    Geometry,
+    MeshFile,
+    Origin,
+    Packages,
+    Rgba,
+    Sphere,
+    UnreadableShape,
+    UrdfJoint,
+    UrdfTree,
+)
+from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # --- A robot as the nodes of a scene: for each joint one that stands where the joint is, and in it one that moves.
 
@@ -78,7 +88,7 @@ def scene_nodes(tree: UrdfTree, values: Mapping[str, float], base: Floats) -> tu
         Node(tree.root, top, base[:3], base[3:], link=tree.root),
     ]
     for joint in tree.joints:
-        position, quaternion = _placed(joint.origin)
+        position, quaternion = np.array(joint.origin.xyz), quat_to_xyzw(quat_from_matrix(joint.origin.matrix[:3, :3]))
         if joint.kind == "fixed":
             nodes.append(Node(joint.child, joint.parent, position, quaternion, link=joint.child))
             continue
@@ -99,10 +109,6 @@ def motion_of(joint: UrdfJoint, values: Floats) -> tuple[Floats, Floats]:
     return np.zeros((*values.shape, 3)), np.concatenate([np.sin(half) * axis, np.cos(half)], axis=-1)
 
 
-def _placed(origin: Origin) -> tuple[Floats, Floats]:
-    return np.array(origin.xyz), quat_to_xyzw(quat_from_matrix(matrix_from_rpy(origin.rpy)))
-
-
 def _fresh(name: str, taken: set[str]) -> str:
     while name in taken:
         name += "_joint"
@@ -113,19 +119,6 @@ def _fresh(name: str, taken: set[str]) -> str:
 # --- The looks of a robot as triangles with a colour, for scenes.
 
 GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
-
-
-@dataclass(frozen=True)
-class Paint:
-    """A colour that a URDF gives.
-
-    Attributes:
-        name: a name that no other colour has.
-        rgba: the colour, as screens take it.
-    """
-
-    name: str
-    rgba: Rgba
 
 
 @dataclass(frozen=True)
@@ -147,12 +140,12 @@ class Shape:
     origin: Origin
 
 
-def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], tuple[str, ...]]:
-    """The looks of a robot, their colours, and one line for each look that cannot be read."""
+def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], dict[str, Rgba], tuple[str, ...]]:
+    """The looks of a robot, name → colour as screens take it, and one line for each look that cannot be read."""
     shapes: list[Shape] = []
     notes: list[str] = []
     known: dict[tuple[object, ...], list[Any]] = {}
-    paints: dict[tuple[str, Rgba], Paint] = {}
+    paints: dict[tuple[str, Rgba], str] = {}  # material and colour → a name that no other colour has
     packages = tree.packages
     for visual in tree.visuals:
         key = (visual.geometry, visual.material, visual.rgba)
@@ -162,16 +155,12 @@ def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], tuple[Paint, ...], 
                 for part in parts:
                     _paint(part, visual.material, visual.rgba, paints)
                 known[key] = parts
-        except _Unreadable as reason:
+        except UnreadableShape as reason:
             notes.append(f"a look of {visual.link} is left out: {reason}")
             continue
         several = enumerate(known[key])
         shapes += [Shape(visual.link, visual.name, (*key, index), mesh, visual.origin) for index, mesh in several]
-    return tuple(shapes), tuple(paints.values()), tuple(notes)
-
-
-class _Unreadable(Exception):
-    """Why a look cannot be shown."""
+    return tuple(shapes), {name: rgba for (_, rgba), name in paints.items()}, tuple(notes)
 
 
 def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
@@ -188,14 +177,11 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
 
 
 def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]:
-    path = packages.file(geometry.filename)
-    if path is None:
-        raise _Unreadable(f"its mesh {quoted(geometry.filename)} is not there")
-    left_out: list[str] = []
+    path, left_out = mesh_path(geometry, packages), list[str]()
     try:
-        loaded: list[Any] = list(load_scene(path, packages, left_out).dump())
-    except Exception as error:  # whatever its many readers raise on a bad file
-        raise _Unreadable(f"its mesh {quoted(geometry.filename)} cannot be read: {abbreviated(error)}") from None
+        loaded = read_mesh(path, lambda scene: list(scene.dump()), resolver=resolver(path, packages, left_out))
+    except UnreadableShape as reason:
+        raise UnreadableShape(f"its mesh {quoted(geometry.filename)} cannot be read: {reason}") from None
     notes += left_out_note(path, left_out)
     parts = [part for part in loaded if hasattr(part, "faces")]  # and no lines or points
     for part in parts:
@@ -206,11 +192,11 @@ def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]
         part.remove_unreferenced_vertices()
     parts = [part for part in parts if len(part.faces)]
     if not parts:
-        raise _Unreadable(f"its mesh {quoted(geometry.filename)} has no triangles")
+        raise UnreadableShape(f"its mesh {quoted(geometry.filename)} has no triangles")
     return parts
 
 
-def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], Paint]) -> None:
+def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], str]) -> None:
     """Give a mesh a colour of its own, unless the URDF gives none and its file does."""
     import trimesh
 
@@ -218,11 +204,11 @@ def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, 
         return
     key = (material, rgba or GREY)
     if key not in paints:
-        paints[key] = Paint(fresh_name(material or "grey", {paint.name for paint in paints.values()}), key[1])
+        paints[key] = fresh_name(material or "grey", paints.values())
     visual: Any = trimesh.visual  # not typed
     opacity = key[1][3]
     paint = visual.material.PBRMaterial(
-        name=paints[key].name,
+        name=paints[key],
         baseColorFactor=[0.0, 0.0, 0.0, opacity],  # trimesh rounds colours to 8 bits: they are set afterwards
         metallicFactor=0.0,
         roughnessFactor=0.6,
@@ -342,18 +328,17 @@ def gltf(
         >>> nk.export.gltf(nk.load_nao("v6"), "nod.glb", motion=nod).changes
         ()
     """
-    check_robot(robot)
     if not str(path).lower().endswith((".glb", "/dev/stdout")):
         raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
-    check_replaceable(path, overwrite=overwrite)
-    tree, _ = variant(robot, frames=frames, names=names)
+    target = Target(robot, path, overwrite=overwrite)
+    tree, _ = Variant(frames, names).tree_of(robot)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
     nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q[0]))
     shapes, paints, notes = scene_shapes(tree)
     glb = Glb(_scene(tree, nodes, shapes))
     _place(glb, nodes)
-    colours = {paint.name: linear(paint.rgba) for paint in paints}
+    colours = {name: linear(rgba) for name, rgba in paints.items()}
     for row in glb.tree.get("materials", ()):
         factors = row["pbrMetallicRoughness"]
         if row.get("name") in colours and not any(factors["baseColorFactor"][:3]):
@@ -361,7 +346,7 @@ def gltf(
     if motion is not None:
         _animate(glb, nodes, moving, values)
     glb.tree["asset"]["generator"] = "nao_kin, trimesh"
-    return Exported(Path(path), write_document(path, glb.content(), overwrite=overwrite), notes)
+    return target.write({"": glb.content()}, notes)
 
 
 def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: float, posture: str | None) -> Trajectory:
@@ -395,7 +380,7 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -
     for shape in shapes:
         name = fresh_name(shape.name or f"{shape.link}_visual", taken)
         taken.add(name)
-        place = transform(shape.origin)
+        place = shape.origin.matrix
         if shape.key in geometries:
             scene.graph.update(frame_to=name, frame_from=shape.link, matrix=place, geometry=geometries[shape.key])
         else:

@@ -1,4 +1,4 @@
-"""Inertias that a simulator takes: the nearest that a body can have, and a little mass for what moves without any."""
+"""Poses and masses of a tree put together, and the nearest inertias to its own that a simulator takes."""
 
 from __future__ import annotations
 
@@ -9,19 +9,106 @@ from typing import Literal
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, choice
-from nao_kin.export.placement import (
-    HERE,
-    body_of,
-    central_tensor,
-    composed,
-    pseudo_inertia,
-    second_moments,
-    tensor,
-    transform,
-    with_moments,
-)
+from nao_kin._core.arrays import Floats, Vector, choice
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+from nao_kin.rotations import exp, rpy_from_matrix
+
+# --- Poses as a URDF writes them, put one after the other.
+
+HERE = Origin()
+
+
+def composed(first: Origin, second: Origin) -> Origin:
+    """The pose `second` in the frame at `first`; exactly the other one where one of them is the identity."""
+    if not any(first.xyz) and not any(first.rpy):
+        return second
+    if not any(second.xyz) and not any(second.rpy):
+        return first
+    T = first.matrix @ second.matrix
+    if not any(second.rpy):
+        return Origin(_vector(T[:3, 3]), first.rpy)
+    if not any(first.rpy):
+        return Origin(_vector(T[:3, 3]), second.rpy)
+    return Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3]))
+
+
+def moved(origin: Origin, kind: str, axis: Vector, value: float) -> Origin:
+    """The pose of a joint at a value: turned about its axis, or moved along it."""
+    if value == 0.0:
+        return origin
+    if kind == "prismatic":
+        return composed(origin, Origin(_vector(value * np.array(axis))))
+    return composed(origin, Origin(rpy=rpy_of(exp(value * np.array(axis)))))
+
+
+def rpy_of(R: Floats) -> Vector:
+    """Roll, pitch and yaw of a rotation, none of them −0."""
+    return _vector(rpy_from_matrix(R))
+
+
+def _vector(values: Floats) -> Vector:
+    x, y, z = (values + 0.0).tolist()  # no −0
+    return x, y, z
+
+
+# --- How the mass of a body is spread, as a matrix that adds up.
+#
+# The pseudo-inertia of a body about a frame is P = ∫ x xᵀ dm with x = (position, 1): second moments, first moments and
+# the mass in one symmetric 4×4 matrix. Those of two bodies held together add, and in another frame it is T P Tᵀ. A body
+# of nowhere negative density has P ⪰ 0, and every such P belongs to one.
+#
+# Source: Wensing, Kim and Slotine, Linear Matrix Inequalities for Physically Consistent Inertial Parameter
+# Identification, IEEE Robotics and Automation Letters 3(1), 2018.
+
+
+def second_moments(inertia: Floats) -> Floats:
+    """∫ x xᵀ dm of a tensor about the same point: Σ = ½ tr(I) 1 − I, shape (3, 3)."""
+    return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+
+
+def tensor(moments: Floats) -> Floats:
+    """The tensor of second moments about the same point: I = tr(Σ) 1 − Σ, shape (3, 3)."""
+    return np.asarray(np.trace(moments) * np.eye(3) - moments)
+
+
+def central_tensor(body: Inertial) -> Floats:
+    """The tensor about the centre of mass along the axes of the link's frame, shape (3, 3) [kg m²]."""
+    xx, xy, xz, yy, yz, zz = body.inertia
+    found = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if any(body.origin.rpy):
+        R = body.origin.matrix[:3, :3]
+        found = R @ found @ R.T
+    return found
+
+
+def pseudo_inertia(body: Inertial, place: Origin | None = None) -> Floats:
+    """P of a body, shape (4, 4): about its link's frame, or about the one in which that frame stands at `place`."""
+    centre = np.array(body.origin.xyz)
+    P = np.empty((4, 4))
+    P[:3, :3] = second_moments(central_tensor(body)) + body.mass * np.outer(centre, centre)
+    P[:3, 3] = P[3, :3] = body.mass * centre
+    P[3, 3] = body.mass
+    if place is None:
+        return P
+    T = place.matrix
+    return np.asarray(T @ P @ T.T)
+
+
+def body_of(P: Floats) -> Inertial:
+    """The body of a pseudo-inertia, its tensor about the centre of mass along the axes of the frame."""
+    mass = float(P[3, 3])
+    centre = P[:3, 3] / mass if mass else np.zeros(3)
+    return with_moments(mass, centre, P[:3, :3] - mass * np.outer(centre, centre))
+
+
+def with_moments(mass: float, centre: Floats, moments: Floats) -> Inertial:
+    """The body with these second moments about its centre of mass."""
+    x, y, z = (np.asarray(centre) + 0.0).tolist()
+    values = (tensor(moments) + 0.0)[np.triu_indices(3)].tolist()
+    return Inertial(mass, Origin((x, y, z)), tuple(values))
+
+
+# --- Inertias that a simulator takes.
 
 InertiaChoice = Literal["published", "physical"]
 INERTIAS: tuple[InertiaChoice, ...] = ("published", "physical")
@@ -63,7 +150,7 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
     Raises:
         UnknownName: no such choice.
 
-    Source: Wensing, Kim and Slotine 2018 (see `nao_kin.export.placement`); Higham, Computing a Nearest Symmetric
+    Source: Wensing, Kim and Slotine 2018 (see above); Higham, Computing a Nearest Symmetric
     Positive Semidefinite Matrix, Linear Algebra and its Applications 103, 1988.
 
     Examples:
@@ -187,7 +274,7 @@ def _seen_from(P: Floats, place: Origin) -> Inertial:
     """The body of a pseudo-inertia in the frame that stands at `place`."""
     if place == HERE:
         return body_of(P)
-    inverse = np.linalg.inv(transform(place))
+    inverse = np.linalg.inv(place.matrix)
     return body_of(inverse @ P @ inverse.T)
 
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 import io
 import os
 import re
-import warnings
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.robot.urdf import MeshFile, Packages, Rgba, UrdfTree
+from nao_kin.robot import read_mesh
+from nao_kin.robot.urdf import MeshFile, Packages, Rgba, UnreadableShape, UrdfTree
 
 MESH_FOLDER = "meshes"
 
@@ -44,7 +45,7 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
             )
         found[name] = file = Path(os.path.realpath(path))
         if file.suffix.lower() not in _MESHES or not packages.contain(file):
-            read_mesh(file, packages)
+            scene_of(file, packages)
     return found
 
 
@@ -82,38 +83,66 @@ def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path], tuple[s
     )
 
 
-def read_mesh(path: Path, packages: Packages) -> Any:
+@dataclass(frozen=True)
+class TakenMeshes:
+    """What an export makes of the meshes.
+
+    Attributes:
+        names: name of a mesh in the tree → its name in the document; None leaves out what is a mesh.
+        files: name beside the document → content.
+        notes: one line for each mesh that names files which the export must not have.
+    """
+
+    names: dict[str, str] | None
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
+    """The meshes of a tree by a choice: "none", "relative" copies them, "absolute" names them where they are.
+
+    Args:
+        tree: the robot.
+        meshes: the choice; any other one names them below `package` and copies nothing.
+        package: the address of the folder that holds them.
+
+    Raises:
+        BadArgument: a mesh is not there, is none, or cannot be read.
+    """
+    if meshes == "none":
+        return TakenMeshes(None)
+    names, files, notes = mesh_names(tree)
+    if meshes == "relative":
+        copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
+        named = {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}
+        return TakenMeshes(named, read_files(copied), notes)
+    absolute = meshes == "absolute"
+    return TakenMeshes(
+        {name: str(files[inside]) if absolute else f"{package}/{inside}" for name, inside in names.items()}
+    )
+
+
+def scene_of(path: Path, packages: Packages) -> Any:
     """Read a mesh as a trimesh.Scene that holds triangles.
 
     Raises:
         BadArgument: it cannot be read.
     """
     try:
-        scene = load_scene(path, packages, [])
-        if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
-            raise ValueError("no triangles in it")
-    except Exception as error:  # whatever its many readers raise on a bad file
-        reason = abbreviated(error) or type(error).__name__
+        return read_mesh(path, lambda scene: scene, resolver=resolver(path, packages, []))
+    except UnreadableShape as reason:
         advice = "meshes='none' (--meshes none) leaves meshes out"
         raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {reason}; {advice}") from None
-    return scene
 
 
-def load_scene(path: Path, packages: Packages, left_out: list[str]) -> Any:
-    """Load a mesh file by trimesh, with such materials and textures only as an export may have.
+def resolver(path: Path, packages: Packages, left_out: list[str]) -> Any:
+    """Find for trimesh such materials and textures of a mesh file as an export may have, and no other files.
 
     Args:
-        path: the file.
+        path: the mesh file.
         packages: the search of the robot that has it.
-        left_out: gets the names of the files that it names and that were not read.
-
-    Returns:
-        A trimesh.Scene.
-
-    Raises:
-        Exception: whatever the readers of trimesh raise.
+        left_out: gets the names of the files that it names and that are not read.
     """
-    import trimesh
     from trimesh.resolvers import FilePathResolver
 
     real = Path(os.path.realpath(path))
@@ -128,9 +157,7 @@ def load_scene(path: Path, packages: Packages, left_out: list[str]) -> Any:
                 raise PermissionError(name)
             return file.read_bytes()
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return trimesh.load_scene(path, process=False, resolver=Resolver(str(real)))
+    return Resolver(str(real))
 
 
 def left_out_note(mesh: Path, names: list[str]) -> list[str]:
@@ -314,7 +341,7 @@ def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
     suffix = path.suffix.lower()
     if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
         return content, suffix
-    mesh = read_mesh(path, packages).to_mesh()
+    mesh = scene_of(path, packages).to_mesh()
     mesh.process()
     kind = "stl" if len(mesh.faces) <= _MOST_IN_STL else "obj"
     file = io.BytesIO()

@@ -11,15 +11,15 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from nao_kin._core.files import check_folder, write_folder
+from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, BadModel, UnknownName
+from nao_kin.errors import BadArgument, BadModel
 from nao_kin.export.meshes import MESH_FOLDER, coloured, mesh_names, read_files
-from nao_kin.export.placement import Exported
+from nao_kin.export.pipeline import Exported, Target, xml_text
 from nao_kin.export.srdf import srdf_document
-from nao_kin.export.urdf import urdf_document, variant
-from nao_kin.export.variants import joint_values
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.export.urdf import urdf_document
+from nao_kin.export.variants import Variant, joint_values
+from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UrdfTree
 
 # --- The texts of a ROS 2 package that describes a robot: what is needed to build it, and to look at it in RViz.
@@ -52,8 +52,7 @@ def package_xml(name: str, version: str, description: str, maintainer: tuple[str
     for needed in ("ament_index_python", *nodes, "launch", "launch_ros"):
         ET.SubElement(root, "exec_depend").text = needed
     ET.SubElement(ET.SubElement(root, "export"), "build_type").text = "ament_cmake"
-    ET.indent(root)
-    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    return xml_text(root)
 
 
 def cmake_lists(name: str, folders: Iterable[str]) -> str:
@@ -299,17 +298,16 @@ def ros2(
         >>> sorted({file.parent.name for file in done.files})
         ['config', 'launch', 'meshes', 'nao_description', 'rviz', 'urdf']
     """
-    check_robot(robot)
-    check_folder(path, overwrite=overwrite)
+    target = Target(robot, path, overwrite=overwrite, folder=True)
     person = _checked_person(maintainer)
     if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
         raise BadArgument(f"package_version must be three numbers, as 1.0.0, got {quoted(package_version)}")
     if license is not None and not (isinstance(license, str) and license.strip() and license.isprintable()):
         raise BadArgument(f"license must be one line, as SPDX calls it, got {quoted(license)}")
-    if meshes not in MESHES:
-        raise UnknownName("choice of meshes", meshes, MESHES)
-    chosen = ("ros" if robot.semantics.ros_names else "naoqi") if names is None else names
-    tree, changes = variant(robot, frames=frames, names=chosen, coupling=coupling, inertia=inertia)
+    choice(meshes, MESHES, "choice of meshes")
+    default = "ros" if robot.semantics.ros_names else "naoqi"
+    chosen = Variant(frames, default if names is None else names, coupling, inertia)
+    tree, changes = chosen.tree_of(robot)
     name = _checked_name(package, tree)
     stem = _plain(tree.name)
 
@@ -322,13 +320,13 @@ def ros2(
         looks, painted = coloured(tree, inside, read_files(copied), f"{name}.mtl")
         links = {mesh: f"package://{name}/{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
     urdf, unsaid = urdf_document(tree, links)
-    semantic = srdf_document(robot, names=chosen, frames=frames, coupling=coupling, samples=samples, seed=seed)
+    semantic, unplanned = srdf_document(robot, chosen, samples=samples, seed=seed)
 
     texts = {
         f"urdf/{stem}.urdf": urdf,
-        f"config/{stem}.srdf": semantic.text,
+        f"config/{stem}.srdf": semantic,
         "config/joint_limits.yaml": joint_limits(tree),
-        "config/joint_state_publisher.yaml": slider_starts(_start(robot, tree, chosen)),
+        "config/joint_state_publisher.yaml": slider_starts(_start(robot, tree, chosen.names)),
         "launch/display.launch.py": display_launch(name, f"{stem}.urdf", f"{stem}.rviz"),
         f"rviz/{stem}.rviz": rviz_config(tree.root, *_view(robot)),
         "README.md": readme(name, tree.name),
@@ -344,8 +342,7 @@ def ros2(
     files = {file: text.encode() for file, text in sorted(texts.items())}
     files |= {f"{MESH_FOLDER}/{file}": content for file, content in looks.items()}
     open_ends = [f"package.xml: fill in the {what}" for what in _open(maintainer, said)]
-    written = write_folder(path, files, overwrite=overwrite)
-    return Exported(Path(path), written, (*changes, *unsaid, *left_out, *painted, *semantic.changes, *open_ends))
+    return target.write(files, (*changes, *unsaid, *left_out, *painted, *unplanned, *open_ends))
 
 
 def _checked_name(package: str | None, tree: UrdfTree) -> str:

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from nao_kin._core.files import check_folder, write_folder
+from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted, with_underscores
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.export.meshes import MESH_FOLDER, mesh_names, read_files
-from nao_kin.export.placement import HERE, Exported, composed
-from nao_kin.export.urdf import variant
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.errors import BadArgument
+from nao_kin.export.inertia import HERE, composed
+from nao_kin.export.meshes import taken_meshes
+from nao_kin.export.pipeline import Exported, Target, xml_text
+from nao_kin.export.variants import Variant
+from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import (
     Box,
     Collision,
@@ -111,8 +112,7 @@ def sdf_document(
     for frame in frames:
         element = ET.SubElement(model, "frame", name=new[frame.name], attached_to=new[frame.link])
         ET.SubElement(element, "pose").text = _pose(frame.origin)
-    ET.indent(root)
-    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n", tuple(changes)
+    return xml_text(root), tuple(changes)
 
 
 def _fresh_names(bodies: UrdfTree, frames: tuple[Frame, ...], changes: list[str]) -> dict[str, str]:
@@ -268,25 +268,15 @@ def sdf(
         >>> [file.name for file in done.files]
         ['model.config', 'model.sdf']
     """
-    check_robot(robot)
-    check_folder(path, overwrite=overwrite)
-    for what, given, valid in (("meshes", meshes, MESHES), ("base", base, BASES)):
-        if given not in valid:
-            raise UnknownName(f"choice of {what}" if what == "meshes" else what, given, valid)
-    whole, _ = variant(robot, frames=frames, names=names, coupling=coupling)
-    bodies, changes = variant(robot, frames="none", names=names, coupling=coupling, inertia=inertia)
-    inside, copied, left_out = ({}, {}, ()) if meshes == "none" else mesh_names(bodies)
-    addresses = {mesh: f"{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
-    text, unsaid = sdf_document(
-        bodies,
-        frames_of(whole, bodies),
-        addresses if meshes == "relative" else None,
-        held=base == "fixed",
-    )
-    files = {"model.config": _config(bodies.name).encode(), "model.sdf": text.encode()}
-    files |= {f"{MESH_FOLDER}/{name}": content for name, content in read_files(copied).items()}
-    written = write_folder(path, files, overwrite=overwrite)
-    return Exported(Path(path) / "model.sdf", written, (*changes, *unsaid, *left_out))
+    target = Target(robot, path, overwrite=overwrite, folder=True)
+    choice(meshes, MESHES, "choice of meshes")
+    choice(base, BASES, "base")
+    whole, _ = Variant(frames, names, coupling).tree_of(robot)
+    bodies, changes = Variant("none", names, coupling, inertia).tree_of(robot)
+    taken = taken_meshes(bodies, meshes)
+    text, unsaid = sdf_document(bodies, frames_of(whole, bodies), taken.names, held=base == "fixed")
+    files = {"model.config": _config(bodies.name).encode(), "model.sdf": text.encode(), **taken.files}
+    return target.write(files, (*changes, *unsaid, *taken.notes), "model.sdf")
 
 
 def _config(name: str) -> str:
@@ -296,5 +286,4 @@ def _config(name: str) -> str:
     ET.SubElement(model, "version").text = "1.0"
     ET.SubElement(model, "sdf", version=VERSION).text = "model.sdf"
     ET.SubElement(model, "description").text = f"The robot {name}, written by nao_kin."
-    ET.indent(model)
-    return '<?xml version="1.0"?>\n' + ET.tostring(model, encoding="unicode") + "\n"
+    return xml_text(model)

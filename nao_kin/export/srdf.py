@@ -17,15 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, whole_number
-from nao_kin._core.files import check_replaceable, write_document
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import UnknownName
-from nao_kin.export.placement import Exported, transform
-from nao_kin.export.urdf import variant
-from nao_kin.export.variants import joint_values, name_frames, named_semantics, new_names
-from nao_kin.robot import RobotModel, UnreadableShape, check_robot, shape_geometry
+from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.variants import Variant, joint_values, name_frames, named_semantics, new_names
+from nao_kin.robot import RobotModel, shape_geometry
 from nao_kin.robot.semantics import Posture, Semantics
-from nao_kin.robot.urdf import UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.robot.urdf import srdf as writing
 
 # --- Groups of joints and end effectors for MoveIt, from the chains and effectors of a robot's semantics.
@@ -254,7 +252,7 @@ class LinkContacts:
             self._shapes[collision.link].append(len(self._geometries))
             self._geometries.append(geometry)
             owners.append(collision.link)
-            placements.append(transform(collision.origin))
+            placements.append(collision.origin.matrix)
         self.links = tuple(link for link in tree.links if link in self._shapes)
         self._columns = [self.links.index(link) for link in owners]
         self._T_link_shape = np.array(placements).reshape(-1, 4, 4)
@@ -528,52 +526,33 @@ def srdf(
         >>> again.chains["LLeg"] == nao.chains["LLeg"], again.posture_names == nao.posture_names
         (True, True)
     """
-    check_replaceable(path, overwrite=overwrite)
-    document = srdf_document(
-        robot, names=names, frames=frames, coupling=coupling, base=base, samples=samples, seed=seed
-    )
-    return Exported(Path(path), write_document(path, document.text.encode(), overwrite=overwrite), document.changes)
-
-
-@dataclass(frozen=True)
-class SrdfDocument:
-    """An SRDF that is not written yet, and what it cannot say, one line each."""
-
-    text: str
-    changes: tuple[str, ...]
+    target = Target(robot, path, overwrite=overwrite)
+    chosen = Variant(frames, names, coupling)
+    text, changes = srdf_document(robot, chosen, base=base, samples=samples, seed=seed)
+    return target.write({"": text.encode()}, changes)
 
 
 def srdf_document(
-    robot: RobotModel,
-    *,
-    names: str = "naoqi",
-    frames: str = "all",
-    coupling: str = "mimic",
-    base: str | None = None,
-    samples: int = 10_000,
-    seed: int = 0,
-) -> SrdfDocument:
-    """The text of an SRDF; arguments and errors as `srdf`."""
-    check_robot(robot)
+    robot: RobotModel, chosen: Variant, *, base: str | None = None, samples: int = 10_000, seed: int = 0
+) -> tuple[str, tuple[str, ...]]:
+    """The text of an SRDF beside a variant of the robot, and what it cannot say; arguments and errors as `srdf`."""
     held = ("floating" if robot.base == "floating" else "fixed") if base is None else base
     if held not in BASES:
         raise UnknownName("base", base, BASES)
     count = whole_number(samples, "samples", 1, _MOST_SAMPLES)
-    own, _ = variant(robot, frames=frames, coupling=coupling)
-    tree, _ = name_frames(own, names, robot.semantics)
+    own, _ = Variant(chosen.frames, coupling=chosen.coupling).tree_of(robot)
+    tree, _ = name_frames(own, chosen.names, robot.semantics)
     body = _as_written(robot, own)
-    plan = planning(tree, named_semantics(robot.semantics, names))
+    plan = planning(tree, named_semantics(robot.semantics, chosen.names))
     contacts = LinkContacts(body)
     reasons = disabled_collisions(body, contacts, samples=count, seed=whole_number(seed, "seed", 0))
-    new = new_names(robot.semantics, names)
+    new = new_names(robot.semantics, chosen.names)
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
-    states = {name: joint_values(robot, robot.posture(name), names) for name in robot.posture_names}
+    states = {name: joint_values(robot, robot.posture(name), chosen.names) for name in robot.posture_names}
     root = _robot(tree, states, plan, unchecked, held)
     found = _found(contacts, reasons, count)
-    return SrdfDocument(
-        writing.document_text(root),
-        (*plan.notes, *contacts.notes, found, *_unsaid(body, plan, contacts, set(reasons), new)),
-    )
+    unsaid = _unsaid(body, plan, contacts, set(reasons), new)
+    return writing.document_text(root), (*plan.notes, *contacts.notes, found, *unsaid)
 
 
 def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:

@@ -8,13 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from nao_kin._core.files import check_replaceable, write_document
-from nao_kin._core.text import fresh_name, quoted
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.export.inertia import make_physical
-from nao_kin.export.meshes import MESH_FOLDER, mesh_names, read_files
-from nao_kin.export.placement import Exported
-from nao_kin.export.variants import align_axes, couple, keep_frames, merge_balls, name_frames
+from nao_kin._core.text import fresh_name
+from nao_kin.errors import UnknownName
+from nao_kin.export.meshes import MESH_FOLDER, taken_meshes
+from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, Rgba, UrdfJoint, UrdfTree, Visual
 from nao_kin.robot.urdf import srdf as writing
@@ -194,58 +192,14 @@ def urdf(
         >>> nk.RobotModel.from_urdf("nao.urdf").link_names[0]
         'torso'
     """
-    check_replaceable(path, overwrite=overwrite)
-    tree, changes = variant(
-        robot, frames=frames, names=names, coupling=coupling, inertia=inertia, typed=typed, axes=axes
-    )
+    target = Target(robot, path, overwrite=overwrite)
+    tree, changes = Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)
     if inertia == "physical":
         tree, massless = _said_massless(tree)
         changes = (*changes, *massless)
-    named, copied, left_out = _named_meshes(tree, meshes)
-    text, unsaid = urdf_document(tree, named)
-    files = write_document(path, text.encode(), read_files(copied), overwrite=overwrite)
-    return Exported(Path(path), files, (*changes, *unsaid, *left_out))
-
-
-def variant(
-    robot: RobotModel,
-    *,
-    frames: str = "all",
-    names: str = "naoqi",
-    coupling: str = "mimic",
-    inertia: str = "published",
-    typed: bool = False,
-    axes: str = "published",
-) -> tuple[UrdfTree, tuple[str, ...]]:
-    """The tree of a robot in a variant, and one line for each change.
-
-    Args:
-        robot: any robot.
-        frames: as in `urdf`.
-        names: as in `urdf`.
-        coupling: as in `urdf`.
-        inertia: as in `urdf`.
-        typed: as in `urdf`.
-        axes: as in `urdf`.
-
-    Raises:
-        UnknownName: no such choice of an option.
-        BadArgument: the robot has no ROS names.
-
-    Examples:
-        >>> tree, changes = nk.export.variant(nk.load_nao("v6"), frames="none", coupling="locked")
-        >>> len(tree.links), len(tree.moving_joints)
-        (23, 22)
-    """
-    if not isinstance(robot, RobotModel):
-        raise BadArgument(f"expected a robot model, got {quoted(robot)}")
-    tree, locked = couple(robot.tree, coupling)
-    tree, balls = merge_balls(tree, typed)
-    tree, gone = keep_frames(tree, frames, robot.semantics)
-    tree, mended = make_physical(tree, inertia)
-    tree, renamed = name_frames(tree, names, robot.semantics)
-    tree, turned = align_axes(tree, axes)
-    return tree, (*locked, *balls, *gone, *mended, *renamed, *turned)
+    taken = taken_meshes(tree, meshes, _package(meshes))
+    text, unsaid = urdf_document(tree, taken.names)
+    return target.write({"": text.encode(), **taken.files}, (*changes, *unsaid, *taken.notes))
 
 
 def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
@@ -258,27 +212,13 @@ def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     return replace(tree, inertials=inertials), (f"{len(silent)} links without mass are given a mass of 0 in words",)
 
 
-def _named_meshes(tree: UrdfTree, meshes: str) -> tuple[dict[str, str] | None, dict[str, Path], tuple[str, ...]]:
-    """Name of each mesh in the tree → its name in the URDF, None to leave it out; files to copy; and what is not."""
-    if meshes == "none":
-        return None, {}, ()
-    package = _package(meshes)
-    names, files, left_out = mesh_names(tree)
-    if meshes == "relative":
-        copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
-        return {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}, copied, left_out
-    if meshes == "absolute":
-        return {name: str(files[inside]) for name, inside in names.items()}, {}, ()
-    return {name: f"{package}/{inside}" for name, inside in names.items()}, {}, ()
-
-
 def _package(meshes: object) -> str:
     """The folder of meshes that a `package://` names; "" for the choices without one.
 
     Raises:
         UnknownName: neither.
     """
-    if meshes in ("relative", "absolute"):
+    if meshes in ("relative", "absolute", "none"):
         return ""
     start = "package://"
     inside = meshes.removeprefix(start).strip("/") if isinstance(meshes, str) else ""

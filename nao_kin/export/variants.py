@@ -1,12 +1,9 @@
-"""Variants of a robot's tree: pure functions from a tree to another one and to one line for each change made.
-
-They are applied in this order: `couple`, `merge_balls`, `keep_frames`, `make_physical`, `name_frames`, `align_axes`.
-"""
+"""Variants of a robot's tree: pure functions from a tree to another one and to one line for each change made."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -14,9 +11,9 @@ import numpy as np
 from nao_kin._core.arrays import Floats, Vector, choice, flag
 from nao_kin._core.text import with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.placement import HERE, body_of, composed, moved, pseudo_inertia, rpy_of
+from nao_kin.export.inertia import HERE, body_of, composed, make_physical, moved, pseudo_inertia, rpy_of
 from nao_kin.joints import MultiDofJoint, group_joints
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.semantics import Semantics, meaning
 from nao_kin.robot.urdf import Collision, Inertial, Origin, UrdfJoint, UrdfTree, Visual
 from nao_kin.rotations import rotation_between
@@ -396,8 +393,7 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
         >>> [joint.name for joint in tree.joints if joint.kind == "spherical"]
         ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
     """
-    check_typed(typed)
-    if not typed:
+    if not flag(typed, "typed"):
         return tree, ()
     changes: list[str] = []
     coupled = tree.mimics.keys() | {mimic.joint for mimic in tree.mimics.values()}
@@ -414,15 +410,6 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
             continue
         tree = _merged(tree, group, changes)
     return tree, tuple(changes) or ("no three joints have one centre: there is nothing to merge",)
-
-
-def check_typed(typed: object) -> None:
-    """Refuse what is neither True nor False: every other text is true to Python.
-
-    Raises:
-        BadArgument: neither.
-    """
-    flag(typed, "typed")
 
 
 def _merged(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTree:
@@ -464,3 +451,79 @@ def joint_values(robot: RobotModel, q: Floats, names: str = "naoqi") -> dict[str
     values = own | {name: mimic.value(own[mimic.joint]) for name, mimic in robot.mimics.items()}
     new = new_names(robot.semantics, names)
     return {new.get(name, name): value for name, value in values.items()}
+
+
+# --- A variant: all choices together.
+
+# A tree and one line for each thing in it that is not as before.
+Changed = tuple[UrdfTree, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The choices that make a variant of a robot, as `nk.export.urdf` describes them."""
+
+    frames: str = "all"
+    names: str = "naoqi"
+    coupling: str = "mimic"
+    inertia: str = "published"
+    typed: bool = False
+    axes: str = "published"
+
+    def tree_of(self, robot: RobotModel) -> Changed:
+        """Return the tree of a robot in this variant, and one line for each change.
+
+        Raises:
+            UnknownName: no such choice.
+            BadArgument: the robot has no ROS names, or `typed` is neither True nor False.
+        """
+        tree, changes = robot.tree, list[str]()
+        for step in _ORDER:
+            tree, made = step(tree, self, robot.semantics)
+            changes += made
+        return tree, tuple(changes)
+
+
+# What a variant changes, in this order.
+_ORDER: tuple[Callable[[UrdfTree, Variant, Semantics], Changed], ...] = (
+    lambda tree, chosen, _: couple(tree, chosen.coupling),
+    lambda tree, chosen, _: merge_balls(tree, chosen.typed),
+    lambda tree, chosen, semantics: keep_frames(tree, chosen.frames, semantics),
+    lambda tree, chosen, _: make_physical(tree, chosen.inertia),
+    lambda tree, chosen, semantics: name_frames(tree, chosen.names, semantics),
+    lambda tree, chosen, _: align_axes(tree, chosen.axes),
+)
+
+
+def variant(
+    robot: RobotModel,
+    *,
+    frames: str = "all",
+    names: str = "naoqi",
+    coupling: str = "mimic",
+    inertia: str = "published",
+    typed: bool = False,
+    axes: str = "published",
+) -> tuple[UrdfTree, tuple[str, ...]]:
+    """The tree of a robot in a variant, and one line for each change.
+
+    Args:
+        robot: any robot.
+        frames: as in `urdf`.
+        names: as in `urdf`.
+        coupling: as in `urdf`.
+        inertia: as in `urdf`.
+        typed: as in `urdf`.
+        axes: as in `urdf`.
+
+    Raises:
+        UnknownName: no such choice of an option.
+        BadArgument: the robot has no ROS names.
+
+    Examples:
+        >>> tree, changes = nk.export.variant(nk.load_nao("v6"), frames="none", coupling="locked")
+        >>> len(tree.links), len(tree.moving_joints)
+        (23, 22)
+    """
+    check_robot(robot)
+    return Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)

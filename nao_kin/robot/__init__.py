@@ -4,7 +4,7 @@ from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS, Base, ModelNumbers
 from nao_kin.robot.chains import SerialChain, Topology, joints_below, serial_chain, topology
 from nao_kin.robot.checks import COUPLING_TOLERANCE, UNIT_TOLERANCE
-from nao_kin.robot.geometry import GeometryKind, UnreadableShape, shape_geometry
+from nao_kin.robot.geometry import GeometryKind, mesh_path, read_mesh, shape_geometry
 from nao_kin.robot.kinematics import WORLD, Expression, FrameIds, Kinematics, PoseForm, expression_named
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LIMIT_TOLERANCE, LimitPolicy, LimitViolation
@@ -34,13 +34,14 @@ __all__ = [
     "SerialChain",
     "SupportPolygon",
     "Topology",
-    "UnreadableShape",
     "check_robot",
     "expression_named",
     "joints_below",
     "load_nao",
     "load_robot",
+    "mesh_path",
     "polygon_below",
+    "read_mesh",
     "read_offsets",
     "robot_names",
     "serial_chain",

@@ -1,9 +1,11 @@
-"""The shapes of a robot's links as Pinocchio and its collision library coal have them."""
+"""The shapes of a robot's links: their mesh files, and as Pinocchio and its collision library coal have them."""
 
 from __future__ import annotations
 
-from pathlib import PurePath
-from typing import Any, Literal
+import warnings
+from collections.abc import Callable
+from pathlib import Path, PurePath
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -13,8 +15,9 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import MissingShapeWarning
 from nao_kin.robot.kinematics import FrameTable
-from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Packages, Sphere, UrdfTree, Visual
+from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Packages, Sphere, UnreadableShape, UrdfTree, Visual
 
+Made = TypeVar("Made")
 GeometryKind = Literal["visual", "collision"]
 KINDS: tuple[GeometryKind, ...] = ("visual", "collision")
 
@@ -23,16 +26,6 @@ KINDS: tuple[GeometryKind, ...] = ("visual", "collision")
 _READ_BY_VISUALIZERS = (".dae", ".obj", ".stl")
 # The colour that Pinocchio gives to a shape without one.
 _GREY = (0.9, 0.9, 0.9, 1.0)
-
-
-class UnreadableShape(Exception):
-    """Why coal cannot have a shape.
-
-    Examples:
-        >>> raise nk.robot.UnreadableShape("its mesh 'hand.stl' is not there")
-        Traceback (most recent call last):
-        nao_kin.robot.geometry.UnreadableShape: its mesh 'hand.stl' is not there
-    """
 
 
 def shape_geometry(shape: Geometry, packages: Packages) -> Any:
@@ -57,13 +50,58 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
         return coal.Cylinder(shape.radius, shape.length)
     if isinstance(shape, Sphere):
         return coal.Sphere(shape.radius)
-    path = packages.file(shape.filename)
-    if path is None:
-        raise UnreadableShape(f"its mesh {quoted(shape.filename)} is not there")
+    path = mesh_path(shape, packages)
     try:
         return coal.MeshLoader().load(str(path), np.array(shape.scale))
     except (RuntimeError, ValueError) as error:
         raise UnreadableShape(f"its mesh {quoted(shape.filename)} cannot be read: {abbreviated(error)}") from None
+
+
+def mesh_path(mesh: MeshFile, packages: Packages) -> Path:
+    """Return the file of a mesh.
+
+    Raises:
+        UnreadableShape: it is not there.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> nk.robot.mesh_path(nao.tree.visuals[0].geometry, nao.tree.packages).suffix
+        '.obj'
+    """
+    path = packages.file(mesh.filename)
+    if path is None:
+        raise UnreadableShape(f"its mesh {quoted(mesh.filename)} is not there")
+    return path
+
+
+def read_mesh(path: Path, made_of: Callable[[Any], Made], **options: Any) -> Made:
+    """Return what `made_of` makes of the triangles of a mesh file.
+
+    Args:
+        path: any mesh file that trimesh reads.
+        made_of: called with a `trimesh.Scene` that holds triangles, as the file has them.
+        **options: of `trimesh.load_scene`; "resolver" finds the files that the mesh names.
+
+    Raises:
+        UnreadableShape: the file cannot be read or has no triangles, or `made_of` has failed.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> path = nk.robot.mesh_path(nao.tree.visuals[0].geometry, nao.tree.packages)
+        >>> nk.robot.read_mesh(path, lambda scene: len(scene.geometry))
+        1
+    """
+    import trimesh
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scene = trimesh.load_scene(path, process=False, **options)
+            if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
+                raise UnreadableShape("no triangles in it")
+            return made_of(scene)
+    except Exception as error:  # whatever its many readers raise on a bad file
+        raise UnreadableShape(abbreviated(error) or type(error).__name__) from None
 
 
 def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: GeometryKind) -> pin.GeometryModel:
@@ -96,7 +134,7 @@ def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: G
             continue
         frame_id = frames.id(row.link)
         link = model.frames[frame_id]
-        T_link_shape = pin.SE3(pin.rpy.rpyToMatrix(*row.origin.rpy), np.array(row.origin.xyz))
+        T_link_shape = pin.SE3(row.origin.matrix)
         name = f"{row.link}_{number}"
         placed = pin.GeometryObject(name, link.parentJoint, frame_id, link.placement * T_link_shape, shape)
         if isinstance(row.geometry, MeshFile):

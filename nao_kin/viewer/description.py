@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +15,18 @@ from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
 from nao_kin.robot import RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
-from nao_kin.robot.urdf import UrdfTree
-from nao_kin.viewer.scene import Drawable, link_paths, numbered
+from nao_kin.viewer import overlays
+from nao_kin.viewer.messages import Command
+from nao_kin.viewer.scene import (
+    Driver,
+    carriers,
+    drivers_of,
+    link_paths,
+    numbered,
+    robot_drawables,
+    scene_commands,
+    width,
+)
 
 # Whole-body cameras: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
@@ -85,94 +95,129 @@ def presets_of(robot: RobotModel) -> Presets:
     )
 
 
-def describe(
-    robot: RobotModel, tree: UrdfTree, presets: Presets, notes: tuple[str, ...], drawables: Iterable[Drawable]
-) -> dict[str, Any]:
-    """All that the panel has to know: joints, limits, chains, postures, mirror image, frames, masses, cameras, lights.
+class SceneRobot:
+    """A robot as a scene has it: its shapes and links, and what the panel offers for it.
 
-    Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
-    values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry none
-    with a coordinate are no part of any pair.
+    Args:
+        robot: any robot.
+        number: of it among the robots of a scene; the first, which leads, has 0.
+
+    Attributes:
+        robot: the robot.
+        drawables: its shapes.
+        notes: what of its looks cannot be shown, one line each.
+        presets: what the panel offers for it.
+        paths: link → path of its node, parents first.
     """
-    paths = link_paths(tree)
-    place = {name: index for index, name in enumerate(paths)}
-    offset = robot.nq - len(robot.joint_names)
-    column = {name: offset + index for index, name in enumerate(robot.joint_names)}
-    moving = [joint for joint in tree.joints if joint.kind != "fixed"]
-    child = {joint.name: place[joint.child] for joint in moving}
-    drivers = {joint.name: _driver(robot, column, joint.name) for joint in moving}
-    pairs = {
-        part: (joint.pair.name, number) for number, joint in enumerate(group_joints(robot)) for part in joint.joints
-    }
-    return {
-        "name": robot.name,
-        "floating": robot.base == "floating",
-        "root": "the world" if robot.base == "floating" else presets.root,
-        "soles": [place[link] for link in presets.soles],
-        "notes": list(notes),
-        "links": [{"name": name, "path": path.split("/")} for name, path in paths.items()],
-        "joints": [
-            {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
-            | dict(zip(("pair", "group"), pairs.get(joint.name, ("", -1)), strict=True))
-            | drivers[joint.name]
-            for joint in moving
-        ],
-        "coordinates": [
-            {
-                "joint": name,
-                "column": column[name],
-                "lower": finite_or_none(lower),
-                "upper": finite_or_none(upper),
-                "velocity": finite_or_none(velocity),
-                "unit": unit,
-            }
-            for name, lower, upper, velocity, unit in zip(
-                robot.joint_names,
-                robot.lower.tolist(),
-                robot.upper.tolist(),
-                robot.velocity_limits.tolist(),
-                robot.joint_units,
-                strict=True,
-            )
-        ],
-        "tables": [
-            {"joint": column[table.joint], "of": column[table.of]}
-            | {"at": table.at, "lower": table.lower, "upper": table.upper}
-            for table in robot.coupled_limits
-        ],
-        "chains": [
-            {"title": title, "joints": [{"name": name, **drivers[name]} for name in names]}
-            for title, names in presets.chains.items()
-        ],
-        "postures": _postures(robot, presets),
-        "mirror": _mirror(robot, column),
-        "naoqi": _naoqi_order(robot),
-        "neutral": robot.neutral().tolist(),
-        "frames": [{"name": name, "link": place.get(name, child.get(name, 0))} for name in robot.frame_names],
-        "effectors": [name for name in presets.effectors if name in robot.frame_names],
-        "bodies": _bodies(robot, child),
-        "cameras": [
-            {"name": name, "direction": camera.direction, "links": [place[link] for link in camera.links]}
-            for name, camera in presets.cameras.items()
-        ],
-        "limbs": limbs(robot),
-        "head": next((index for name, index in place.items() if "head" in name.lower()), None),
-        "accents": [
-            {"link": place[drawable.link], "visual": index}
-            for index, drawable in numbered(drawables)
-            if drawable.accent
-        ],
-        "lights": [
-            {"name": drawable.light, "link": place[drawable.link], "visual": index}
-            for index, drawable in numbered(drawables)
-            if drawable.light
-        ],
-        "eyes": [
-            {"name": name, "link": place.get(name, child.get(name, 0))}
-            | dict(zip(("horizontal", "vertical"), robot.semantics.fields_of_view.get(name, (None, None)), strict=True))
-            for name in robot.semantics.cameras
-        ],
-    }
+
+    def __init__(self, robot: RobotModel, number: int = 0) -> None:
+        self.robot, self._number = robot, number
+        self.drawables, self.notes = robot_drawables(robot.tree)
+        self.presets, self.paths = presets_of(robot), link_paths(robot.tree)
+        self._places = {link: index for index, link in enumerate(self.paths)}
+        self._moved = {joint.name: joint.child for joint in robot.tree.moving_joints}
+        self._carriers = carriers(robot.tree, self.drawables)
+
+    @property
+    def reaches_aside(self) -> float:
+        """How far to the left or right of its root's frame it reaches as it begins [m]."""
+        return width(self.robot, self.drawables, self.presets.start)
+
+    def link_of(self, frame: str) -> str:
+        """The link in whose node a frame stands: the link itself, the one that a joint moves, else the root."""
+        return frame if frame in self.paths else self._moved.get(frame, self.robot.tree.root)
+
+    def commands(self, *, under: str = "", opacity: float = 1.0) -> Iterator[tuple[str, Command]]:
+        """Key and command of everything that stands still, as `scene_commands`."""
+        return scene_commands(self.robot, self.drawables, under=under, opacity=opacity)
+
+    def colours(self, values: Mapping[str, float], low: float | None, high: float | None, label: str) -> bytes:
+        """The message that colours its links by a number each."""
+        return overlays.colours(self._places, self._carriers, values, low, high, label, self._number)
+
+    def about(self) -> dict[str, Any]:
+        """All that the panel has to know: joints, limits, postures, mirror image, frames, masses, cameras, lights.
+
+        Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
+        values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry
+        none with a coordinate are no part of any pair.
+        """
+        robot, presets, place = self.robot, self.presets, self._places
+        moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), robot.semantics.fields_of_view
+        child = {joint: place[link] for joint, link in self._moved.items()}
+        column = {name: drivers[name].column for name in robot.joint_names}
+        pairs = {
+            part: (joint.pair.name, number) for number, joint in enumerate(group_joints(robot)) for part in joint.joints
+        }
+        return {
+            "name": robot.name,
+            "floating": robot.base == "floating",
+            "root": "the world" if robot.base == "floating" else presets.root,
+            "soles": [place[link] for link in presets.soles],
+            "notes": list(self.notes),
+            "links": [{"name": name, "path": path.split("/")} for name, path in self.paths.items()],
+            "joints": [
+                {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
+                | dict(zip(("pair", "group"), pairs.get(joint.name, ("", -1)), strict=True))
+                | vars(drivers[joint.name])
+                for joint in moving
+            ],
+            "coordinates": [
+                {
+                    "joint": name,
+                    "column": column[name],
+                    "lower": finite_or_none(lower),
+                    "upper": finite_or_none(upper),
+                    "velocity": finite_or_none(velocity),
+                    "unit": unit,
+                }
+                for name, lower, upper, velocity, unit in zip(
+                    robot.joint_names,
+                    robot.lower.tolist(),
+                    robot.upper.tolist(),
+                    robot.velocity_limits.tolist(),
+                    robot.joint_units,
+                    strict=True,
+                )
+            ],
+            "tables": [
+                {"joint": column[table.joint], "of": column[table.of]}
+                | {"at": table.at, "lower": table.lower, "upper": table.upper}
+                for table in robot.coupled_limits
+            ],
+            "chains": [
+                {"title": title, "joints": [{"name": name, **vars(drivers[name])} for name in names]}
+                for title, names in presets.chains.items()
+            ],
+            "postures": _postures(robot, presets),
+            "mirror": _mirror(robot, drivers),
+            "naoqi": _naoqi_order(robot),
+            "neutral": robot.neutral().tolist(),
+            "frames": [{"name": name, "link": place[self.link_of(name)]} for name in robot.frame_names],
+            "effectors": [name for name in presets.effectors if name in robot.frame_names],
+            "bodies": _bodies(robot, child),
+            "cameras": [
+                {"name": name, "direction": camera.direction, "links": [place[link] for link in camera.links]}
+                for name, camera in presets.cameras.items()
+            ],
+            "limbs": limbs(robot),
+            "head": next((index for name, index in place.items() if "head" in name.lower()), None),
+            "accents": [
+                {"link": place[drawable.link], "visual": index}
+                for index, drawable in numbered(self.drawables)
+                if drawable.accent
+            ],
+            "lights": [
+                {"name": drawable.light, "link": place[drawable.link], "visual": index}
+                for index, drawable in numbered(self.drawables)
+                if drawable.light
+            ],
+            "eyes": [
+                {"name": name, "link": place[self.link_of(name)]}
+                | dict(zip(("horizontal", "vertical"), views.get(name, (None, None)), strict=True))
+                for name in robot.semantics.cameras
+            ],
+        }
 
 
 def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -182,26 +227,13 @@ def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
     return {joints[0] if len(joints) == 1 else f"{joints[0]} … {joints[-1]}": joints for joints in branches if joints}
 
 
-def _driver(robot: RobotModel, column: Mapping[str, int], name: str) -> dict[str, Any]:
-    """Value of the joint = multiplier · q[column] + offset."""
-    mimic = robot.mimics.get(name)
-    if mimic is None:
-        return {"column": column[name], "multiplier": 1.0, "offset": 0.0, "follows": ""}
-    return {
-        "column": column[mimic.joint],
-        "multiplier": mimic.multiplier,
-        "offset": mimic.offset,
-        "follows": mimic.joint,
-    }
-
-
 def _postures(robot: RobotModel, presets: Presets) -> list[dict[str, Any]]:
     """Those of the robot; one without any has all joints at zero, or where their limits come nearest to it."""
     postures = presets.postures or {"Zero": robot.clamp(robot.neutral())}
     return [{"name": name, "q": q.tolist(), "up": presets.rest.get(name)} for name, q in postures.items()]
 
 
-def _mirror(robot: RobotModel, column: Mapping[str, int]) -> list[dict[str, Any]]:
+def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, Any]]:
     """The mirror image of q: q[column] becomes multiplier · q[of] + offset. Empty for robots without two sides."""
     try:
         pairs = mirrored_joints(robot)
@@ -211,10 +243,10 @@ def _mirror(robot: RobotModel, column: Mapping[str, int]) -> list[dict[str, Any]
         return []
     rows = []
     for name, (other, sign) in pairs.items():
-        driver = _driver(robot, column, other)
+        driver = drivers[other]
         rows.append(
-            {"column": column[name], "of": driver["column"]}
-            | {"multiplier": sign * driver["multiplier"], "offset": sign * driver["offset"]}
+            {"column": drivers[name].column, "of": driver.column}
+            | {"multiplier": sign * driver.multiplier, "offset": sign * driver.offset}
         )
     return rows
 

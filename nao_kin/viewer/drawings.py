@@ -14,9 +14,9 @@ from nao_kin._core.arrays import choice, flag
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.reach import ReachMap
-from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
-from nao_kin.viewer import overlays as extras
+from nao_kin.viewer.description import SceneRobot
+from nao_kin.viewer.meshes import GROUPS
 from nao_kin.viewer.messages import RetainedMessages, panel_message
 
 # What the page's buttons show and hide, as it begins.
@@ -33,16 +33,14 @@ class Drawings:
         light_names: names that `show_lights` takes; none for a robot without lights.
     """
 
-    robot: RobotModel
-    light_names: tuple[str, ...]
-
-    def __init__(self) -> None:
+    def __init__(self, look: SceneRobot) -> None:
+        self.robot, self._look = look.robot, look
+        names = tuple(drawable.light for drawable in look.drawables if drawable.light)
+        self._lights = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
+        self.light_names: tuple[str, ...] = (*self._lights, *names)
         self._messages = RetainedMessages()
         # Held while what is shown and the message that says so change: a page's answers come in another thread.
         self._lock = threading.RLock()
-        self._links: dict[str, int] = {}
-        self._carriers: dict[str, str] = {}
-        self._lights: dict[str, tuple[str, ...]] = {}
         self._shown = dict(_SHOWN)
         self._extras: dict[str, None] = {}
 
@@ -185,7 +183,7 @@ class Drawings:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.color_links({"Head": 0.2, "torso": 0.8}, low=0.0, high=1.0, label="load")
         """
-        self._messages.put("colours", overlays.colours(self._links, self._carriers, values, low, high, label))
+        self._messages.put("colours", self._look.colours(values, low, high, label))
 
     def show_reach(self, reach: ReachMap | None, *, by: str = "best", cut: tuple[str, float] | None = None) -> None:
         """Draw a reach map as coloured voxels, with a slider that cuts them along an axis; None removes it.
@@ -290,7 +288,7 @@ class Drawings:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.add_points("path", [[0.2, 0.1, 0.1], [0.2, 0.1, 0.2]], colors=[1.0, 0.0, 0.0])
         """
-        self._add(name, extras.points(self.robot, name, points, colors, size, frame))
+        self._add(name, overlays.points(self.robot, name, points, colors, size, frame))
 
     def add_mesh(
         self,
@@ -321,7 +319,7 @@ class Drawings:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.add_mesh("triangle", [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [[0, 1, 2]], frame="LArm")
         """
-        self._add(name, extras.mesh(self.robot, name, vertices, faces, color, opacity, frame))
+        self._add(name, overlays.mesh(self.robot, name, vertices, faces, color, opacity, frame))
 
     def add_line(
         self,
@@ -349,7 +347,7 @@ class Drawings:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.add_line("path", [[0.2, 0.1, 0.1], [0.2, 0.1, 0.2]], width=0.002)
         """
-        self._add(name, extras.line(self.robot, name, points, color, width, frame))
+        self._add(name, overlays.line(self.robot, name, points, color, width, frame))
 
     def remove(self, name: str) -> None:
         """Take away the points, the mesh or the line of a name.
@@ -371,8 +369,8 @@ class Drawings:
 
     def _add(self, name: str, message: bytes) -> None:
         with self._lock:
-            if name not in self._extras and len(self._extras) >= extras.MOST:
-                raise BadArgument(f"at most {extras.MOST} shapes are drawn; remove some before {abbreviated(name)}")
+            if name not in self._extras and len(self._extras) >= overlays.MOST:
+                raise BadArgument(f"at most {overlays.MOST} shapes are drawn; remove some before {abbreviated(name)}")
             self._extras[name] = None
             self._messages.put(_key(name), message)
             self._list_extras()

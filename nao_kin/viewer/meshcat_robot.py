@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,11 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.robot import WORLD, RobotModel, check_robot
-from nao_kin.robot.urdf import Cylinder, UrdfJoint
-from nao_kin.rotations import matrix_from_rpy
+from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
-from nao_kin.viewer.description import presets_of
+from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.messages import Command, node_name, packed, set_object, set_transform, typed_array
-from nao_kin.viewer.scene import ROBOT, link_paths, motion, robot_drawables, scene_commands
+from nao_kin.viewer.scene import ROBOT, Driver, drivers_of, motion
 
 # The arrows of a frame: rpy of the cylinder's axis z, and colour.
 _ARROWS = {
@@ -68,20 +68,20 @@ class MeshcatRobot:
         check_robot(robot)
         self.robot, self._window = robot, _window_of(visualizer)
         self.path = _path_of(visualizer, path)
-        tree = robot.tree
-        drawables, self.notes = robot_drawables(tree)
-        under = f"{self.path}/"
-        self._paths = {link: f"{under}{path}" for link, path in link_paths(tree).items()}
-        columns = {name: robot.nq - len(robot.joint_names) + index for index, name in enumerate(robot.joint_names)}
-        self._joints = [_MovingJoint(robot, joint, columns, self._paths[joint.child]) for joint in tree.moving_joints]
+        self._look = look = SceneRobot(robot)
+        drivers, under, self.notes = drivers_of(robot), f"{self.path}/", look.notes
+        self._paths = {link: f"{under}{path}" for link, path in look.paths.items()}
+        self._joints = [
+            _MovingJoint(joint, drivers[joint.name], self._paths[joint.child]) for joint in robot.tree.moving_joints
+        ]
         # Path of a node → what it was sent last: a joint's value, or the base's coordinates.
         self._sent: dict[str, tuple[float, ...]] = {}
         self._frames: list[str] = []
         self._plays = self._deleted = False
         self._send({"type": "delete", "path": f"{under}{ROBOT}"})
-        for _, command in scene_commands(robot, tree, drawables, under=under):
+        for _, command in look.commands(under=under):
             self._send(command)
-        self.display(presets_of(robot).start)
+        self.display(look.presets.start)
 
     def display(self, q: ArrayLike) -> None:
         """Show a configuration; ends a clip that `animate` has started.
@@ -103,7 +103,7 @@ class MeshcatRobot:
             if self._is_new(root, tuple(array[:7].tolist())):
                 self._send(set_transform(root, self.robot.fk(array, self.robot.tree.root, reference=WORLD)))
         for joint in self._joints:
-            value = float(joint.values(array))
+            value = float(joint.driver.values(array))
             if self._is_new(joint.path, (value,)):
                 self._send(set_transform(joint.path, motion(joint.row, value)))
 
@@ -143,7 +143,9 @@ class MeshcatRobot:
         play, loop = flag(play, "play"), flag(loop, "loop")
         self.display(array[0])
         clips = {
-            joint.path: [_joint_track(joint, array)] for joint in self._joints if np.ptp(joint.values(array)) > 0.0
+            joint.path: [_joint_track(joint, array)]
+            for joint in self._joints
+            if np.ptp(joint.driver.values(array)) > 0.0
         }
         if self.robot.base == "floating":
             clips[self._paths[self.robot.tree.root]] = _base_tracks(array)
@@ -171,12 +173,11 @@ class MeshcatRobot:
         chosen, length = overlays.frame_names(self.robot, names), overlays.checked_length(size, "size")
         self.hide_frames()
         for name in dict.fromkeys(chosen):
-            node = f"{self._carrier(name)}/{node_name('frame', name)}"
+            node = f"{self._paths[self._look.link_of(name)]}/{node_name('frame', name)}"
             self._frames.append(node)
             for axis, (rpy, rgba) in _ARROWS.items():
-                path, R = f"{node}/{axis}", matrix_from_rpy(rpy)
-                T = np.eye(4)
-                T[:3, :3], T[:3, 3] = R, R @ [0.0, 0.0, length / 2.0]
+                path, T = f"{node}/{axis}", Origin(rpy=rpy).matrix
+                T[:3, 3] = T[:3, 2] * length / 2.0
                 self._send(set_object(path, Cylinder(length / _SLENDERNESS, length), rgba))
                 self._send(set_transform(path, T))
 
@@ -206,14 +207,6 @@ class MeshcatRobot:
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _carrier(self, frame: str) -> str:
-        """The node whose frame this is: that of a link, or of the link that a joint moves."""
-        place = self.robot.frame_table[frame]
-        for link in self.robot.link_names:
-            if self.robot.frame_table[link] == place:
-                return self._paths[link]
-        return next(joint.path for joint in self._joints if joint.row.name == frame)
-
     def _is_new(self, path: str, values: tuple[float, ...]) -> bool:
         """Note what a node is sent; whether that differs from what it has."""
         before, self._sent[path] = self._sent.get(path), values
@@ -237,18 +230,13 @@ class MeshcatRobot:
         return f"<MeshcatRobot of {self.robot.name} at {self.path}>"
 
 
+@dataclass(frozen=True)
 class _MovingJoint:
-    """A joint, the node that it moves, and its value in configurations: multiplier · coordinate + offset."""
+    """A joint, what moves it, and the node that it moves."""
 
-    def __init__(self, robot: RobotModel, row: UrdfJoint, columns: dict[str, int], path: str) -> None:
-        self.row, self.path = row, path
-        mimic = robot.mimics.get(row.name)
-        self._column = columns[row.name if mimic is None else mimic.joint]
-        self._multiplier, self._offset = (1.0, 0.0) if mimic is None else (mimic.multiplier, mimic.offset)
-
-    def values(self, q: Floats) -> Floats:
-        """The joint's values in q, shape (..., nq)."""
-        return np.asarray(self._multiplier * q[..., self._column] + self._offset)
+    row: UrdfJoint
+    driver: Driver
+    path: str
 
 
 class _Lowered:
@@ -294,7 +282,7 @@ def _path_of(visualizer: Any, path: str) -> str:
 
 def _joint_track(joint: _MovingJoint, qs: Floats) -> dict[str, Any]:
     """The way of a joint's node through configurations, (n, nq), at the times 0, 1, … n − 1."""
-    values = joint.values(qs)
+    values = joint.driver.values(qs)
     times = np.arange(len(values), dtype=np.float64)
     if joint.row.kind == "prismatic":
         return _track("position", "vector3", times, values[:, None] * joint.row.axis)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -13,15 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import abbreviated
-from nao_kin.robot.urdf import Box, Cylinder, Rgba, Sphere
+from nao_kin.robot import read_mesh
+from nao_kin.robot.urdf import Box, Cylinder, Rgba, Sphere, UnreadableShape
 
 # Neighbouring faces that meet at less than this angle are one smooth surface [rad].
 _CREASE = np.radians(40.0)
-
-
-class UnreadableMesh(Exception):
-    """Why a mesh cannot be shown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,21 +60,17 @@ def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
         scale: factors along the axes, shape (3,); a mirror image keeps its outside outside.
 
     Raises:
-        UnreadableMesh: the file makes no triangles.
+        UnreadableShape: the file makes no triangles.
     """
-    import trimesh
 
-    # Normals written in the file are the author's word on what is smooth; elsewhere the angle between faces decides.
-    has_normals = path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(path, process=False)
-            parts = list(_parts(scene, has_normals))
-    except Exception as error:  # whatever its many readers raise on a bad file
-        raise UnreadableMesh(abbreviated(error) or type(error).__name__) from None
+    def parts_of(scene: Any) -> list[Mesh]:
+        # Normals written in the file are the author's word on what is smooth; elsewhere the angle between faces
+        # decides.
+        return list(_parts(scene, path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()))
+
+    parts = read_mesh(path, parts_of)
     if not parts:
-        raise UnreadableMesh("no triangles in it")
+        raise UnreadableShape("no triangles in it")
     return tuple(_scaled(mesh, scale) for mesh in _by_colour(parts))
 
 
@@ -87,13 +78,13 @@ def mesh_of(vertices: Floats, faces: NDArray[np.uint32]) -> Mesh:
     """Triangles from arrays, smooth where their angles are small.
 
     Raises:
-        UnreadableMesh: no triangle has an area.
+        UnreadableShape: no triangle has an area.
     """
     from trimesh import Trimesh
 
     part = _split_at_creases(Trimesh(vertices, faces, process=False))
     if not len(part.faces):
-        raise UnreadableMesh("no triangle has an area")
+        raise UnreadableShape("no triangle has an area")
     rows = np.asarray(part.vertices, dtype=np.float64)
     return Mesh(rows, _turned(_area_normals(part), np.eye(3)), np.asarray(part.faces, dtype=np.uint32))
 

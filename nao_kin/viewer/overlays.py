@@ -19,8 +19,9 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.motion import Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
+from nao_kin.robot.urdf import UnreadableShape
 from nao_kin.rotations import check_rotation
-from nao_kin.viewer.meshes import Mesh, UnreadableMesh, load_meshes, mesh_of
+from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import mesh_document, panel_message, typed_array
 
 # What the numbers of a voxel are called in the legend.
@@ -456,14 +457,14 @@ def _built(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
     triangles: NDArray[np.uint32] = corners.astype(np.uint32)
     try:
         return mesh_of(rows, triangles)
-    except UnreadableMesh as reason:
+    except UnreadableShape as reason:
         raise BadArgument(f"the mesh cannot be drawn: {reason}") from None
 
 
 def _read(path: Path) -> tuple[Mesh, ...]:
     try:
         parts = load_meshes(path, np.ones(3))
-    except (UnreadableMesh, OSError, ValueError) as reason:
+    except UnreadableShape as reason:
         raise BadArgument(f"{abbreviated(path)} is no mesh that can be drawn: {abbreviated(reason)}") from None
     if sum(len(part.vertices) for part in parts) > _MOST_CORNERS:
         raise BadArgument(f"{abbreviated(path)} has more than {_MOST_CORNERS} vertices")

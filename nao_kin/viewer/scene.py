@@ -13,12 +13,12 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import abbreviated
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import MeshFile, Rgba, UrdfJoint, UrdfTree, Visual
-from nao_kin.rotations import exp, matrix_from_rpy
-from nao_kin.viewer.meshes import Mesh, Shape, UnreadableMesh, lights_of, load_meshes, shape_box
+from nao_kin.robot.urdf import MeshFile, Rgba, UnreadableShape, UrdfJoint, UrdfTree
+from nao_kin.rotations import exp
+from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes, shape_box
 from nao_kin.viewer.messages import Command, node_name, set_object, set_transform
 
 ROBOT = "robot"
@@ -59,7 +59,7 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
     loaded: dict[tuple[Path, tuple[float, ...]], tuple[Mesh, ...]] = {}
     packages = tree.packages
     for visual in tree.visuals:
-        T_link_shape, geometry = _pose(visual), visual.geometry
+        T_link_shape, geometry = visual.origin.matrix, visual.geometry
         if not isinstance(geometry, MeshFile):
             found.append(Drawable(visual.link, T_link_shape, geometry, visual.rgba or _GREY))
             continue
@@ -70,7 +70,7 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
         try:
             if (path, geometry.scale) not in loaded:
                 loaded[path, geometry.scale] = load_meshes(path, np.array(geometry.scale))
-        except UnreadableMesh as reason:
+        except UnreadableShape as reason:
             notes.append(f"a visual of {abbreviated(visual.link)} is not shown: {path.name}: {reason}")
             continue
         for mesh in loaded[path, geometry.scale]:
@@ -104,20 +104,50 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
     return paths
 
 
+@dataclass(frozen=True)
+class Driver:
+    """What moves a joint: its value is multiplier · q[column] + offset.
+
+    Attributes:
+        column: place of the coordinate in q.
+        multiplier: of the coordinate.
+        offset: added to it [rad or m].
+        follows: the joint that it follows, "" for none.
+    """
+
+    column: int
+    multiplier: float = 1.0
+    offset: float = 0.0
+    follows: str = ""
+
+    def values(self, q: Floats) -> Floats:
+        """The joint's values in configurations, shape (..., nq)."""
+        return np.asarray(self.multiplier * q[..., self.column] + self.offset)
+
+
+def drivers_of(robot: RobotModel) -> dict[str, Driver]:
+    """What moves each joint of a robot, by the joint's name."""
+    first = robot.nq - len(robot.joint_names)
+    own = {name: Driver(first + index) for index, name in enumerate(robot.joint_names)}
+    return own | {
+        name: Driver(own[mimic.joint].column, mimic.multiplier, mimic.offset, mimic.joint)
+        for name, mimic in robot.mimics.items()
+    }
+
+
 def scene_commands(
-    robot: RobotModel, tree: UrdfTree, drawables: tuple[Drawable, ...], *, under: str = "", opacity: float = 1.0
+    robot: RobotModel, drawables: tuple[Drawable, ...], *, under: str = "", opacity: float = 1.0
 ) -> Iterator[tuple[str, Command]]:
     """Key and command of everything that stands still: placements and shapes.
 
     Args:
         robot: the robot.
-        tree: its tree.
         drawables: its shapes.
         under: path of the node that carries its root's node, with a slash; "" for the scene.
         opacity: factor for that of every shape.
     """
-    paths = {link: f"{under}{path}" for link, path in link_paths(tree).items()}
-    for joint, T_parent_joint in _placements(robot, tree):
+    paths = {link: f"{under}{path}" for link, path in link_paths(robot.tree).items()}
+    for joint, T_parent_joint in _placements(robot):
         path = paths[joint.child] if joint.kind == "fixed" else _holder(paths, joint)
         yield f"place {path}", set_transform(path, T_parent_joint)
     for index, drawable in numbered(drawables):
@@ -149,12 +179,10 @@ def width(robot: RobotModel, drawables: Iterable[Drawable], q: Floats) -> float:
 
 def motion(joint: UrdfJoint, value: float) -> Floats:
     """What a joint value does: the pose of the moved link in the joint's node."""
-    T = np.eye(4)
+    along = value * np.array(joint.axis)
     if joint.kind == "prismatic":
-        T[:3, 3] = value * np.array(joint.axis)
-    elif joint.kind == "revolute":
-        T[:3, :3] = exp(value * np.array(joint.axis))
-    return T
+        return join_poses(np.eye(3), along)
+    return join_poses(exp(along) if joint.kind == "revolute" else np.eye(3), np.zeros(3))
 
 
 def _holder(paths: dict[str, str], joint: UrdfJoint) -> str:
@@ -163,17 +191,10 @@ def _holder(paths: dict[str, str], joint: UrdfJoint) -> str:
     return parent if joint.kind == "fixed" else f"{parent}/{node_name('joint', joint.name)}"
 
 
-def _placements(robot: RobotModel, tree: UrdfTree) -> Iterator[tuple[UrdfJoint, Floats]]:
+def _placements(robot: RobotModel) -> Iterator[tuple[UrdfJoint, Floats]]:
     """T_parent_joint of every joint, from the model's own forward kinematics: what was calibrated stays calibrated."""
     poses = dict(zip(robot.link_names, robot.fk(robot.neutral()), strict=True))
-    for joint in tree.joints:
+    for joint in robot.tree.joints:
         mimic = robot.mimics.get(joint.name)
         moved = motion(joint, mimic.offset if mimic is not None else 0.0)
         yield joint, np.linalg.solve(poses[joint.parent], poses[joint.child]) @ np.linalg.inv(moved)
-
-
-def _pose(visual: Visual) -> Floats:
-    T_link_shape = np.eye(4)
-    T_link_shape[:3, :3] = matrix_from_rpy(visual.origin.rpy)
-    T_link_shape[:3, 3] = visual.origin.xyz
-    return T_link_shape

@@ -7,15 +7,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, join_poses
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer import overlays
-from nao_kin.viewer.description import describe, presets_of
+from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_transform, typed_array
-from nao_kin.viewer.scene import carriers, link_paths, robot_drawables, scene_commands, width
 
 
 class ShownRobot:
@@ -52,23 +51,15 @@ class ShownRobot:
         self._model = robot.robot if isinstance(robot, MultiDofModel) else robot
         self._messages, self._number, self._forget = messages, number, forget
         self._key, self._shown = f"robot {number} ", True
-        tree = self._model.tree
-        self._drawables, self.notes = robot_drawables(tree)
-        self._links = {link: index for index, link in enumerate(link_paths(tree))}
-        self._carriers = carriers(tree, self._drawables)
-        presets = presets_of(self._model)
-        about = describe(self._model, tree, presets, self.notes, self._drawables)
-        self._start = presets.start
+        self._look = SceneRobot(self._model, number)
+        self.notes, self.reaches_aside = self._look.notes, self._look.reaches_aside
         self.T_world_ground = np.eye(4)
-        self.reaches_aside = width(self._model, self._drawables, presets.start)
         # A page that has another robot of this number, from a program before this one, is to forget it.
         self._put("anew", "robot_removed", {})
-        for key, command in scene_commands(
-            self._model, tree, self._drawables, under=f"{self._ground}/", opacity=opacity
-        ):
+        for key, command in self._look.commands(under=f"{self._ground}/", opacity=opacity):
             self._messages.put(f"{self._key}{key}", packed(command))
-        self._put("about", "robot_added", {"name": name, "about": about})
-        self._show(presets.start, None)
+        self._put("about", "robot_added", {"name": name, "about": self._look.about()})
+        self._show(self._look.presets.start, None)
 
     @property
     def q(self) -> Floats:
@@ -138,8 +129,7 @@ class ShownRobot:
             >>> other.color_links({"Head": 0.2, "torso": 0.8}, label="load")
         """
         self._check_shown()
-        message = overlays.colours(self._links, self._carriers, values, low, high, label, self._number)
-        self._messages.put(f"{self._key}colours", message)
+        self._messages.put(f"{self._key}colours", self._look.colours(values, low, high, label))
 
     def remove(self) -> None:
         """Take it out of the scene; does nothing the second time.
@@ -186,6 +176,4 @@ def checked_pose(T: ArrayLike) -> Floats:
     check_rotation(array[:3, :3])
     if np.abs(array[:3, 3]).max() > overlays.FARTHEST:
         raise BadArgument(f"T is {np.abs(array[:3, 3]).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
-    pose = np.eye(4)
-    pose[:3] = array[:3]
-    return pose
+    return join_poses(array[:3, :3], array[:3, 3])

@@ -23,14 +23,12 @@ from nao_kin.joints import MultiDofModel
 from nao_kin.motion import HOLD, Hips, Motion
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
-from nao_kin.viewer import overlays as extras
 from nao_kin.viewer.access import static_page
-from nao_kin.viewer.description import describe, presets_of
+from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.drawings import Drawings
-from nao_kin.viewer.meshes import GROUPS
 from nao_kin.viewer.messages import packed, panel_message, set_animation, typed_array
 from nao_kin.viewer.recording import Recording
-from nao_kin.viewer.scene import ROBOT, carriers, link_paths, robot_drawables, scene_commands, width
+from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.shown_robot import ShownRobot, checked_pose
 
 # --- Which page says where a motion is that is played.
@@ -221,31 +219,22 @@ class ShownScene(Drawings):
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        super().__init__()
         if not isinstance(robot, RobotModel):
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
-        tree = robot.tree
-        drawables, self.notes = robot_drawables(tree)
-        self._presets = presets = presets_of(robot)
-        self.robot = robot
-        self.camera_names = tuple(presets.cameras)
-        self._links = {name: index for index, name in enumerate(link_paths(tree))}
-        self._carriers = carriers(tree, drawables)
-        names = tuple(drawable.light for drawable in drawables if drawable.light)
-        self._lights = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
-        self.light_names = (*self._lights, *names)
+        super().__init__(SceneRobot(robot))
+        self.notes, self._presets = self._look.notes, self._look.presets
+        self.camera_names = tuple(self._presets.cameras)
         self._outside = OutsideWarnings(robot)
-        for key, command in scene_commands(robot, tree, drawables):
+        for key, command in self._look.commands():
             self._messages.put(key, packed(command))
-        about = describe(robot, tree, presets, self.notes, drawables)
-        self._messages.put("robot", panel_message("robot", {"about": about}))
+        self._messages.put("robot", panel_message("robot", {"about": self._look.about()}))
         self._messages.scene_is_complete()
         self._messages.blanks = overlays.blanks(robot)
         self._others: dict[int, ShownRobot] = {}
         self._robot_numbers = itertools.count(1)
-        self._own_edge = self._edge = width(robot, drawables, presets.start)
+        self._edge = self._look.reaches_aside
         self._changes, self._recordings, self._lead = Changes(), list[Recording](), Lead()
-        self._show_joints(presets.start, None)
+        self._show_joints(self._presets.start, None)
 
     # --- the configuration ----------------------------------------------------------------------------------------
 
@@ -469,7 +458,7 @@ class ShownScene(Drawings):
         if not isinstance(robot, (RobotModel, MultiDofModel)):
             raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
         called = (robot.robot if isinstance(robot, MultiDofModel) else robot).name if name is None else name
-        extras.checked_name(called)
+        overlays.checked_name(called)
         share = overlays.checked_opacity(opacity)
         if len(self._others) >= _MOST_ROBOTS:
             raise BadArgument(f"at most {_MOST_ROBOTS} robots are added; remove some before {abbreviated(called)}")
@@ -488,7 +477,7 @@ class ShownScene(Drawings):
     def _forget_robot(self, number: int) -> None:
         del self._others[number]
         if not self._others:
-            self._edge = self._own_edge
+            self._edge = self._look.reaches_aside
         self._list_robots()
 
     def _list_robots(self) -> None:

@@ -7,6 +7,7 @@ import json
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import coal
@@ -19,7 +20,8 @@ from moveit_rules import violations
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.export.srdf import LinkContacts, adjacent_links, disabled_collisions, planning, srdf_document
+from nao_kin.export.srdf import LinkContacts, adjacent_links, disabled_collisions, planning
+from nao_kin.export.variants import Variant
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere
 
@@ -28,6 +30,17 @@ DATA = Path(__file__).resolve().parents[1] / "data"
 FEW = 60
 link_contacts = importlib.import_module("nao_kin.export.srdf")  # a face gives the function of this name
 COLLIDE = link_contacts._collide
+
+
+class Document(NamedTuple):
+    text: str
+    changes: tuple[str, ...]
+
+
+def srdf_document(
+    robot: nk.RobotModel, *, samples: int, seed: int = 0, base: str | None = None, **chosen: Any
+) -> Document:
+    return Document(*link_contacts.srdf_document(robot, Variant(**chosen), base=base, samples=samples, seed=seed))
 
 
 @pytest.fixture(scope="module")

@@ -473,7 +473,7 @@ def test_romeo_comes_back_as_it_was(variant: dict[str, str], tmp_path: Path) -> 
 
 def test_what_is_no_robot_and_no_choice_is_refused(tmp_path: Path) -> None:
     nao = nk.load_nao("v6")
-    with pytest.raises(BadArgument, match="expected a robot model, got 'v6'"):
+    with pytest.raises(BadArgument, match="robot must be a RobotModel, got str"):
         nk.export.urdf("v6", tmp_path / "x")  # type: ignore[arg-type]
     for option in CHOICES:
         with pytest.raises(UnknownName, match="unknown c"):

@@ -13,7 +13,6 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.inertia import make_physical
-from nao_kin.export.placement import transform
 from nao_kin.export.variants import align_axes, keep_frames, name_frames
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import UrdfJoint
@@ -51,7 +50,7 @@ def test_a_ball_stands_where_the_three_joints_were_at_zero(frames: str) -> None:
     assert sum("are one spherical joint" in line for line in changes) == 2
     for ball in balls:
         expected = nao.fk(nao.configuration({}, limits="ignore"), ball.child, reference="torso")
-        np.testing.assert_allclose(transform(ball.origin), expected, atol=1e-15)
+        np.testing.assert_allclose(ball.origin.matrix, expected, atol=1e-15)
     still = nk.RobotModel(replace(tree, joints=tuple(_held(joint) for joint in tree.joints)))
     assert still.mass == pytest.approx(nao.mass, abs=1e-14)
     q = nao.configuration({"HeadYaw": 0.5, "LKneePitch": 1.0}, limits="ignore")
@@ -148,7 +147,7 @@ def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
     tree, changes = nk.export.variant(robot, typed=True)
     (ball,) = (joint for joint in tree.joints if joint.kind == "spherical")
     assert (ball.parent, ball.child, len(changes)) == ("base", "c_l", 1)
-    np.testing.assert_allclose(transform(ball.origin), robot.fk(robot.configuration({}), "c_l"), atol=1e-15)
+    np.testing.assert_allclose(ball.origin.matrix, robot.fk(robot.configuration({}), "c_l"), atol=1e-15)
 
 
 @pytest.mark.parametrize("version", VERSIONS)

@@ -54,7 +54,9 @@ INNER = {
     "crosscheck.steps_of",
     "crosscheck.steps_of_nao",
     "crosscheck.steps_of_tree",
+    "robot.mesh_path",
     "robot.polygon_below",
+    "robot.read_mesh",
     "robot.shape_geometry",
     "robot.sole_corners",
 }

@@ -229,6 +229,13 @@ def test_frames_are_drawn_where_they_are_move_along_and_go(connect: Callable[[],
     assert not shown._frames
 
 
+def test_the_frame_of_a_free_joint_stands_in_the_root_that_it_moves(connect: Callable[[], Scene]) -> None:
+    scene, robot = connect(), nk.load_nao("v6", base="floating")
+    MeshcatRobot(robot, scene.visualizer).show_frames(["root_joint"])
+    root = f"/meshcat/nao/{link_paths(robot.tree)[robot.tree.root]}"
+    assert {c["path"] for c in scene.sent if "frame:" in c["path"]} == {f"{root}/frame:root_joint/{a}" for a in "xyz"}
+
+
 def test_a_motion_plays_scrubs_and_ends_with_the_next_configuration(
     connect: Callable[[], Scene], nao: nk.NaoModel
 ) -> None:

@@ -24,7 +24,7 @@ from nao_kin.robot.semantics import CoupledLimit, Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Origin, Sphere, mesh_in
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
-from nao_kin.viewer.meshes import UnreadableMesh, load_meshes
+from nao_kin.viewer.meshes import load_meshes
 from nao_kin.viewer.scene import robot_drawables
 
 
@@ -282,7 +282,7 @@ def test_a_name_that_no_file_can_have_is_not_found(tmp_path: Path) -> None:
 def test_a_file_without_triangles_is_no_mesh(tmp_path: Path) -> None:
     path = tmp_path / "points.ply"
     trimesh.PointCloud(np.eye(3)).export(path)
-    with pytest.raises(UnreadableMesh):
+    with pytest.raises(nk.urdf.UnreadableShape, match="no triangles"):
         load_meshes(path, np.ones(3))
 
 
@@ -470,7 +470,7 @@ def test_other_shapes_are_refused(viewer: Viewer, nao: nk.NaoModel) -> None:
 
 def test_a_link_without_a_shape_colours_what_it_is_fixed_to(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
-    names = list(viewer._links)
+    names = list(viewer._look.paths)
     for values, coloured in (
         ({"LFoot": 1.0, "Head": 0.0}, {"l_ankle", "LFoot", "Head"}),
         ({"LFoot": 1.0, "l_ankle": 0.0}, {"l_ankle", "LFoot"}),

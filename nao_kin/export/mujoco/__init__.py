@@ -11,20 +11,19 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from nao_kin._core.files import check_folder, write_folder
+from nao_kin._core.arrays import choice, flag
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadModel, UnknownName
-from nao_kin.export.inertia import InertiaChoice, make_physical
+from nao_kin.errors import BadModel
+from nao_kin.export.inertia import InertiaChoice
 from nao_kin.export.meshes import FOLDER, MeshFiles
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
 from nao_kin.export.mujoco.devices import add_actuators, add_sites
-from nao_kin.export.mujoco.keyframes import add_keyframes
-from nao_kin.export.mujoco.model import Shapes, add_bodies, add_excludes, on_their_soles
-from nao_kin.export.placement import Exported
-from nao_kin.export.variants import FRAMES, Coupling, Frames, check_typed, couple
+from nao_kin.export.mujoco.model import Shapes, add_bodies, add_excludes, add_keyframes, on_their_soles
+from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.variants import FRAMES, Coupling, Frames, Variant
 from nao_kin.joints import group_joints
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UrdfTree
 
 __all__ = [
@@ -215,30 +214,25 @@ def mjcf(
         >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 2)
         (25, 'StandInit', 5.36)
     """
-    check_robot(robot)
-    check_folder(folder, overwrite=overwrite)
-    for what, value, valid in (
-        ("base", base, _BASES),
-        ("choice of meshes", meshes, _MESHES),
-        ("choice of frames", frames, FRAMES),
-    ):
-        if value not in valid:
-            raise UnknownName(what, value, valid)
-    check_typed(typed)
+    target = Target(robot, folder, overwrite=overwrite, folder=True)
+    floating = choice(base, _BASES, "base") == "floating"
+    choice(meshes, _MESHES, "choice of meshes")
+    choice(frames, FRAMES, "choice of frames")
+    flag(typed, "typed")
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
-    tree, coupled = couple(robot.tree, coupling)
-    tree, mended = make_physical(tree, inertia)
+    # Links on fixed joints become sites, and merged joints are joints of one body.
+    tree, changes = Variant(coupling=coupling, inertia=inertia).tree_of(robot)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
-    if base == "floating" and inertia == "physical":
-        mended += give_the_root_mass(bodies)
+    if floating and inertia == "physical":
+        changes += give_the_root_mass(bodies)
     tree, lowered = on_their_soles(tree, bodies, robot.semantics)
     files = MeshFiles(tree) if meshes == "relative" else None
     spec = mujoco.MjSpec()
-    notes = _fill(spec, robot, tree, bodies, files, frames=frames, floating=base == "floating")
+    notes = _fill(spec, robot, tree, bodies, files, frames=frames, floating=floating)
     try:
-        add_keyframes(spec, robot, bodies, floating=base == "floating")
+        add_keyframes(spec, robot, bodies, floating=floating)
         apart = add_excludes(spec)
         model = spec.compile()
     except ValueError as error:
@@ -247,10 +241,7 @@ def mjcf(
     name = _file_name(tree.name)
     contents = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode()}
     contents |= {f"{FOLDER}/{mesh}": content for mesh, content in (files.contents if files else {}).items()}
-    written = write_folder(folder, contents, overwrite=overwrite)
-    return Exported(
-        Path(folder) / NAME, written, (*coupled, *mended, *_merged(bodies, typed), *lowered, *notes, *apart)
-    )
+    return target.write(contents, (*changes, *_merged(bodies, typed), *lowered, *notes, *apart), NAME)
 
 
 def _fill(

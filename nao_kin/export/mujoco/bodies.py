@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._core.arrays import Floats
-from nao_kin.export.placement import central_tensor
+from nao_kin.export.inertia import central_tensor
 from nao_kin.joints import JointGroups
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix
@@ -18,7 +18,7 @@ from nao_kin.rotations import quat_from_matrix
 
 
 def pose(origin: Origin) -> pin.SE3:
-    """Where a URDF's origin stands."""
+    """Where a URDF's origin stands, to the last bit as the robot's model has it."""
     return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
 
 

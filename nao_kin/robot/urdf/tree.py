@@ -12,15 +12,25 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, decimal
+from nao_kin._core.arrays import Floats, Vector, decimal, join_poses
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.document import Packages
-from nao_kin.rotations import exp
+from nao_kin.rotations import exp, matrix_from_rpy
 
 # --- The `<visual>` and `<collision>` elements of a URDF as data: where each stands, what it is, what colour it has.
 
 Rgba = tuple[float, float, float, float]
+
+
+class UnreadableShape(Exception):
+    """Why a shape of a link is left out: its element or its mesh file cannot be read.
+
+    Examples:
+        >>> raise nk.urdf.UnreadableShape("its mesh 'hand.stl' is not there")
+        Traceback (most recent call last):
+        nao_kin.robot.urdf.tree.UnreadableShape: its mesh 'hand.stl' is not there
+    """
 
 
 @dataclass(frozen=True)
@@ -38,6 +48,16 @@ class Origin:
 
     xyz: Vector = (0.0, 0.0, 0.0)
     rpy: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def matrix(self) -> Floats:
+        """The pose as a matrix, shape (4, 4) [m].
+
+        Examples:
+            >>> nk.urdf.Origin(xyz=(0.0, 0.0, 0.1)).matrix[:3, 3]
+            array([0. , 0. , 0.1])
+        """
+        return join_poses(matrix_from_rpy(self.rpy), np.array(self.xyz))
 
 
 @dataclass(frozen=True)
@@ -158,7 +178,7 @@ def read_visuals(
         for visual in element.findall("visual"):
             try:
                 visuals.append(_visual(link, visual, colours))
-            except _Unreadable as reason:
+            except UnreadableShape as reason:
                 notes.append(f"a visual of {abbreviated(link)} is not shown: {reason}")
     return tuple(visuals), tuple(notes)
 
@@ -175,15 +195,11 @@ def read_collisions(links: Iterable[tuple[str, ET.Element]]) -> tuple[tuple[Coll
         for collision in element.findall("collision"):
             try:
                 origin, geometry = _placed(collision)
-            except _Unreadable as reason:
+            except UnreadableShape as reason:
                 notes.append(f"a collision shape of {abbreviated(link)} is left out: {reason}")
             else:
                 shapes.append(Collision(link, origin, geometry, collision.get("name", "")))
     return tuple(shapes), tuple(notes)
-
-
-class _Unreadable(Exception):
-    """Why a shape is left out."""
 
 
 def _visual(link: str, element: ET.Element, colours: dict[str, Rgba]) -> Visual:
@@ -199,7 +215,7 @@ def _placed(element: ET.Element) -> tuple[Origin, Geometry]:
     geometry = element.find("geometry")
     shape = next(iter(geometry), None) if geometry is not None else None
     if shape is None:
-        raise _Unreadable("no geometry")
+        raise UnreadableShape("no geometry")
     origin = element.find("origin")
     place = Origin() if origin is None else Origin(_vector(origin, "xyz", "0 0 0"), _vector(origin, "rpy", "0 0 0"))
     return place, _geometry(shape)
@@ -214,7 +230,7 @@ def _geometry(shape: ET.Element) -> Geometry:
         return Sphere(_numbers(shape, "radius", 1)[0])
     if shape.tag == "mesh":
         return MeshFile(shape.get("filename", ""), _vector(shape, "scale", "1 1 1"))
-    raise _Unreadable(f"geometry {quoted(shape.tag)} is unknown")
+    raise UnreadableShape(f"geometry {quoted(shape.tag)} is unknown")
 
 
 def _rgba(material: ET.Element) -> Rgba | None:
@@ -223,7 +239,7 @@ def _rgba(material: ET.Element) -> Rgba | None:
         return None
     try:
         r, g, b, a = (min(max(value, 0.0), 1.0) for value in _numbers(colour, "rgba", 4))
-    except _Unreadable:
+    except UnreadableShape:
         return None
     return r, g, b, a
 
@@ -240,7 +256,7 @@ def _numbers(element: ET.Element, attribute: str, count: int, default: str = "")
     except ValueError:
         values = []
     if len(values) != count or not all(map(math.isfinite, values)):
-        raise _Unreadable(f"{element.tag} has {attribute} {quoted(text)}, expected {count} finite numbers")
+        raise UnreadableShape(f"{element.tag} has {attribute} {quoted(text)}, expected {count} finite numbers")
     return values
 
 

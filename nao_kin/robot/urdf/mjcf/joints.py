@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector
+from nao_kin._core.arrays import Floats, Vector, join_poses
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic, Posture, Semantics
 from nao_kin.robot.urdf.tree import Origin, travel
@@ -129,18 +129,13 @@ def _strongest(model: Any, actuator: int) -> float:
 
 def pose(position: Any, quaternion: Any) -> Floats:
     """A pose, shape (4, 4), from MuJoCo's position and quaternion (scalar first)."""
-    T = np.eye(4)
     unit = np.array(quaternion, dtype=np.float64)
-    T[:3, :3] = matrix_from_quat(unit / np.linalg.norm(unit))
-    T[:3, 3] = position
-    return T
+    return join_poses(matrix_from_quat(unit / np.linalg.norm(unit)), np.asarray(position))
 
 
 def translation(by: Floats) -> Floats:
     """A pose, shape (4, 4), that moves and does not turn."""
-    T = np.eye(4)
-    T[:3, 3] = by
-    return T
+    return join_poses(np.eye(3), by)
 
 
 def origin(T: Floats) -> Origin:
