@@ -70,12 +70,7 @@ def tile_width(dtype: np.dtype[Any]) -> int:
     return VECTORS * LINE // dtype.itemsize
 
 
-# --- Programs: straight lists of operations on three-vectors, made once for a question and run on any number of
-# tiles.
-#
-# A builder hands out registers. Columns that do not change are shared and not copied: a turn about z leaves the third
-# column of a matrix where it is, and a joint without an offset leaves the origin. When the program is finished, what
-# no number of the result depends on is left out.
+# --- Programs: straight lists of operations on three-vectors, made once for a question and run on any number of tiles.
 
 # Up to here a weight is what rounding leaves of a zero, as in cos(π/2) = 6e-17.
 _NOTHING = 1e-16

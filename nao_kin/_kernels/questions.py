@@ -189,10 +189,6 @@ class MovingTree:
 
 
 # --- The programs that answer what a robot is asked: poses, Jacobians, centres of mass, velocities and accelerations.
-#
-# Programs know no names and no units; frames are given by the joints that hold them. Jacobians and twists have the
-# three linear numbers first, and are expressed "mixed" (at the frame's origin in the root's axes), in the "frame" (at
-# its origin in its own axes) or in the "root" (at the root's origin in the root's axes).
 
 
 def poses_program(

@@ -71,7 +71,7 @@ def reach(
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
     previous = _previous(output)
-    warm_up(name for name in KERNELS if name.startswith("reach"))  # what a signal should not have to wait for
+    warm_up([name for name in KERNELS if name.startswith("reach")])  # what a signal should not have to wait for
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
         most = previous.ranges[-1][1] if previous.ranges else 0

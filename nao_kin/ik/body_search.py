@@ -245,12 +245,6 @@ def sum_after(task: Task, point: Point, step: Floats) -> float:
 
 
 # --- The search for a whole-body pose: Levenberg–Marquardt steps inside the limits, the standing feet met after each.
-#
-# After each step of `body_step`, `stance` puts the feet where they belong. A step is taken when it lessens the sum of
-# the squares; what the legs are outside their limits after it counts with a weight against which no target prevails.
-#
-# Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05; Nocedal and Wright, Numerical
-# Optimization, 18.3, for the merit function and the second-order correction.
 
 # How a search ended.
 SETTLED, REACHED, STOPPED, NOT_STANDING = range(4)
@@ -522,6 +516,3 @@ def whole_bodies(
         task = Task(plan, stance, feet[i], targets[i], planes[i, : edges[i]], posture[i], plan.posture)
         solve_body(body, legs, feet_plan, task, starts[i], as_is, tolerance, most, best, report[i])
         x[i], T_world_torso[i], residuals[i], com[i] = best.x, best.T, best.residuals, best.com
-
-
-BODY_KERNELS = (whole_bodies,)

@@ -219,17 +219,6 @@ def open_directions(
 
 
 # --- Damped least squares for a pose of one frame or of several, scalar code for one start after the other.
-#
-# With the target (R_t, p_t) and the pose (R, p) of each frame, ½‖e‖² is made small for e = w · (R_tᵀ (p_t − p);
-# log(Rᵀ R_t)), whose derivative is exact: ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
-#
-# A step solves (JᵀJ + λ 1) δ = −Jᵀe for the directions that the limits leave open, with λ in proportion to ‖e‖²
-# (quadratic convergence also where J is singular), is shortened to 1 rad, and projected onto the limits. λ follows
-# the ratio of the decrease found to the one the linear model promised.
-#
-# Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg–Marquardt method, IEEE T-RO 2011;
-# Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05; Barfoot, State Estimation for Robotics, 7.1.5
-# (J_l⁻¹).
 
 # Damping is this share of the squared error at first; it grows where a step fails, and shrinks where one succeeds.
 FIRST_DAMPING = 0.1

@@ -643,5 +643,3 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
 
 _KERNEL = branch_kernel("legs", solve_leg, lambda: limb_types(Leg, JOINTS), MOST_BRANCHES)
 _LEG = ClosedForm(_KERNEL, solve_leg, MOST_BRANCHES)
-
-LEG_KERNELS = (_KERNEL,)

@@ -426,5 +426,3 @@ def _types() -> tuple[Any, Any]:
 
 _KERNEL = branch_kernel("both legs", solve_pair, _types, MOST_BRANCHES, MORE, SCRATCH, 60.0)
 _LEGS = ClosedForm(_KERNEL, solve_at_wish, MOST_BRANCHES, searches=True, usual=4, more=MORE, scratch=SCRATCH)
-
-LEGS_KERNELS = (_KERNEL,)

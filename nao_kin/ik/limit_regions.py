@@ -258,6 +258,3 @@ def _arguments() -> tuple[Any, ...]:
 def _projections(region: Region, values: Floats, still: Floats, inside: Floats) -> None:
     for i in range(values.shape[0]):
         project(region, values[i], still[i], inside[i])
-
-
-LIMIT_KERNELS = (_projections,)

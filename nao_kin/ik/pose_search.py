@@ -328,9 +328,6 @@ def _descents(
         descend(chain, region, goal, targets[i], still[i], values[i], bench, reports[i])
 
 
-DESCENT_KERNELS = (_descents,)
-
-
 # --- The search for a pose: from a reference, then from random configurations that are near; and why it fails.
 
 _Kept = dict[tuple[str, int, int], tuple[Floats, Floats]]

@@ -465,9 +465,6 @@ def _programs(H: Any, g: Floats, A: Any, b: Floats, found: Floats, solved: NDArr
         solved[k] = quadratic_program(H[k], g[k], A[k], b[k], b.shape[1], 0, found[k])
 
 
-VELOCITY_KERNELS = (_programs,)
-
-
 def _dampings(sigma: Floats, damping: float | None) -> Floats:
     """λ of each singular value, descending in (n, k): the one given, or one for each that is small."""
     if damping is not None:

@@ -240,9 +240,6 @@ def direction_cells() -> Floats:
 
 
 # --- Compiled loops over samples: drawn numbers → joint values → hand → voxel, and their count.
-#
-# Plain scalar code for one sample after another, so that what is computed of a sample does not depend on its
-# neighbours. Without Numba, and until it is worth waiting for it, the functions run as they stand.
 
 _DISCARDED = np.uint64(11)
 _UNIT = 2.0**-53

@@ -69,7 +69,7 @@ def test_one_target_does_not_wait_for_numba() -> None:
 
 @pytest.mark.parametrize("limits", ["enforce", "ignore"])
 def test_one_target_and_a_batch_get_the_same_bits_of_a_kernel_in_memory(nao: nk.NaoModel, limits: Any) -> None:
-    nk.ik.warm_up(["legs", "arms by pose"])
+    nk.warm_up(["ik kernel, legs", "ik kernel, arms by pose"])
     for solve, frame in ((nk.ik.leg, "RLeg"), (nk.ik.arm, "LArm")):
         T = nao.fk(nao.random(4, 20), frame)
         T[-1, 0, 3] += 0.5  # out of reach

@@ -276,24 +276,6 @@ def points(motion: Motion) -> list[list[Any]]:
 
 
 # --- Choregraphe's behaviours (.xar): the timelines in their boxes.
-#
-#     <ChoregrapheProject xar_version="3"><Box name="root"><Timeline fps="25" start_frame="1" end_frame="-1">
-#       <ActuatorList model="nao">
-#         <ActuatorCurve actuator="HeadYaw" mute="0" unit="0">
-#           <Key frame="13" value="20.0">
-#             <Tangent side="left" interpType="bezier" abscissaParam="-4.0" ordinateParam="0.0" />
-#           </Key>
-#         </ActuatorCurve>
-#       </ActuatorList>
-#     </Timeline></Box></ChoregrapheProject>
-#
-# Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp: a key is played at (frame −
-# start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and where there is no
-# unit ratios for the hands and degrees for all else; tangents are offsets in frames and in the unit of the value,
-# automatic where there is none; muted curves are not played.
-#
-# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing
-# outside of the file is opened.
 
 _THIRD = 1.0 / 3.0
 _DEGREE, _PERCENT = "0", "1"

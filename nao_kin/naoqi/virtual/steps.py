@@ -306,8 +306,6 @@ def _largest(fits: Callable[[float], bool]) -> float:
 
 
 # --- Steps as joint values: the standing foot fixed, the other one lifted along a smooth arc, the torso between.
-#
-# It is kinematics, without balance: no centre of mass is moved over the standing foot, as a real walk does.
 
 # "The double support time uses one third of the step time" (Aldebaran documentation, locomotion control).
 _DOUBLE_SUPPORT = 1.0 / 3.0

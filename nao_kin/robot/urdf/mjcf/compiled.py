@@ -158,9 +158,6 @@ def _content(file: Path) -> bytes:
 
 
 # --- An MJCF file as MuJoCo compiles it: includes, classes, angles, orientations and inertias resolved by itself.
-#
-# Looks never keep a robot from loading. Textures, height fields and skins are taken out before; a mesh is loaded only
-# where a body's mass depends on it, which also makes a robot of many meshes load in milliseconds.
 
 # To MuJoCo a body that moves must have a mass. Where its meshes are not there, it gets this one, which is then dropped.
 _NO_MASS = 1e-14
