@@ -33,7 +33,8 @@ nitpicky = True
 # meets but as a value.
 nitpick_ignore_regex = [
     ("py:class", r"(?!nao_kin\.).*"),
-    ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|IsoTimes|KeptKernel|Made|Question|Segments|Subscription|TableColumns|Tables|Task|_\w+)"),
+    ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|IsoTimes|KeptKernel|Made|Question|Segments|Subscription)"),
+    ("py:class", r"nao_kin\.(?:\w+\.)+(?:TableColumns|Tables|Task|_\w+)"),
 ]
 default_role = "code"
 
