@@ -37,7 +37,7 @@ from nao_kin.ik.ranges import (
     REPORT,
     Ranges,
 )
-from nao_kin.ik.results import IKResult, Integers, Obstacles
+from nao_kin.ik.results import IKResult, Integers, Obstacles, result_made_later
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 
 # Axes and places that are off by no more than this [rad, m] are as they should be: a URDF has so many digits.
@@ -475,7 +475,7 @@ def result_of(limb: Limb, batch: tuple[int, ...], found: Found, references: tupl
     """The `IKResult` for targets of a batch shape."""
     if batch:
         return IKResult(**parts_of_result(limb, batch, found, references))
-    return IKResult.made_later(partial(parts_of_result, limb, batch, found, references), references[1])
+    return result_made_later(partial(parts_of_result, limb, batch, found, references), references[1])
 
 
 def parts_of_result(

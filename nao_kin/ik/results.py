@@ -160,13 +160,6 @@ class IKResult:
     notes: tuple[str, ...] = field(default=())
     units: tuple[str, ...] = field(default=())
 
-    @staticmethod
-    def made_later(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...]) -> IKResult:
-        """A result whose other attributes are made when one of them is asked for: that takes as long as to solve."""
-        result = object.__new__(IKResult)
-        result.__dict__["_parts"], result.__dict__["notes"] = parts, notes
-        return result
-
     def __getattr__(self, name: str) -> Any:
         own = self.__dict__
         if (parts := own.get("_parts")) is not None:
@@ -269,6 +262,13 @@ class IKResult:
             return f"<IKResult of {', '.join(self.joints)}: {self.describe()}>"
         reached = int(np.count_nonzero(self.success))
         return f"<IKResult of {', '.join(self.joints)}: {reached} of {self.reasons.size} targets reached>"
+
+
+def result_made_later(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...]) -> IKResult:
+    """A result whose other attributes are made when one of them is asked for: that takes as long as to solve."""
+    result = object.__new__(IKResult)
+    result.__dict__["_parts"], result.__dict__["notes"] = parts, notes
+    return result
 
 
 def errors_in_words(away: float, turned: float, degrees: bool) -> str:
