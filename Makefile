@@ -93,7 +93,7 @@ test-light: $(LIGHT)/.installed
 	$(BIN)/python -m build --wheel --no-isolation --outdir $(LIGHT)/dist . >/dev/null
 	$(LIGHT)/bin/$(PIP_INSTALL) --force-reinstall --no-deps $(LIGHT)/dist/*.whl
 	cd $(LIGHT) && bin/python -I -m pytest -q --noconftest -p no:cacheprovider -c /dev/null --rootdir . \
-	  $(CURDIR)/tests/test_default_install.py
+	  $(CURDIR)/tests/project/test_default_install.py
 
 coverage: $(STAMP)
 	$(BIN)/pytest -n auto --dist loadfile --cov --cov-report=term --cov-report=html:build/coverage
