@@ -1,4 +1,8 @@
-"""The rows about rotations: three angles, invariants, quaternions, exponential and logarithm."""
+"""The rows about rotations: three angles, invariants, quaternions, exponential and logarithm.
+
+Matrices are compared everywhere, angles as far as they are determined: towards lock any floating-point matrix loses the
+digits of the outer two, which count in proportion to h = |cos β|, or |sin β| where the outer axes are the same.
+"""
 
 from __future__ import annotations
 

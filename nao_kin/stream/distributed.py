@@ -1,4 +1,7 @@
-"""The robot's methods over dask arrays, on one machine or on many."""
+"""The robot's methods over dask arrays, on one machine or on many.
+
+Needs the extra `dask`: pip install nao-kin[dask].
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,21 @@
-"""The page as a document: what is in it, who may see and command it, and the headers of its answers."""
+"""The page as a document: what is in it, who may see and command it, and the headers of its answers.
+
+Three things decide who may see and command it.
+
+*Name.* A browser sends the name that it was asked for as `Host`. A name that a stranger owns may lead to this machine
+(DNS rebinding), and a page under it would pass for ours. So only names that nobody else can own are answered: those of
+this machine itself, the address listened on, and names that are given. Where the address is not loopback, every address
+in numbers is answered too: there is no name in it to rebind.
+
+*Origin.* A browser says on every socket which page opens it. It has to be the page that was served here, under the same
+name and port, or under a name that was given, where a proxy in between has changed `Host`.
+
+*Token.* Text that only the page's address carries. It is asked for on the page and on the socket wherever somebody
+else could reach them: where the address listened on, or a name that is given, is not loopback. It stays in the
+address: a cookie would go to every other port of the same machine as well. With the right token a socket needs no
+origin, for programs that are no browser. Without a token there must be one: nobody who lacks it can be told apart from
+a browser whose origin was taken away on the way.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""What a robot senses and is driven with in MuJoCo: actuators, sites, cameras and sensors."""
+"""What a robot senses and is driven with in MuJoCo: actuators, sites, cameras and sensors.
+
+A URDF says of a motor its largest effort e and its largest speed v. Of the rest, three estimates make a servo of it:
+
+- the full effort acts at an error of 0.05 rad (5 mm for a sliding joint): kp = e / 0.05;
+- no effort is left at the largest speed, the line of an ideal DC motor: damping = e / v;
+- the rotor's inertia, as seen behind the gear, is armature = 0.015 s · e / v: 0.007 kg m² for NAO's knee, where a rotor
+  of 4 g cm² behind the published ratio of 130.85 has as much.
+
+The derivative gain makes the servo critically damped on its own rotor.
+"""
 
 from __future__ import annotations
 

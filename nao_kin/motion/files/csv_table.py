@@ -1,4 +1,14 @@
-"""Motions as tables: CSV with a header of units, and NumPy's npz."""
+"""Motions as tables: CSV with a header of units, and NumPy's npz.
+
+A table has a header with units, a column of times and a column for each joint; an empty cell is no key.
+
+The delimiter is a comma, a semicolon or a tab; straight lines lie between the keys. Headings, comment lines above them,
+decimal commas, and dates and times of ISO 8601 are read as those of logs are.
+
+    time [s], HeadYaw [deg], LHand [%]
+    0.0, 0, 40
+    0.5, 30,
+"""
 
 from __future__ import annotations
 

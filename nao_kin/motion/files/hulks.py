@@ -1,4 +1,15 @@
-"""HULKs' motions: JSON with key frames, and the older .motion2."""
+"""HULKs' motions: JSON with key frames, and the older .motion2.
+
+Positions to begin with, then key frames that take a duration each:
+
+    {"initial_positions": {"head": {"yaw": 0.0, "pitch": 0.0}, "left_arm": {…}, …},
+     "interpolation_mode": "linear",
+     "motion": [{"keyframes": [{"duration": 0.5, "positions": {…}}], "exit_condition": {…}}]}
+
+Source: HULKs/hulk, crates/motionfile: seconds and radians, hands as ratios; "interpolation_mode" is "linear" where it
+is missing. An older generation has "frames" in the place of "motion", a list of key frames and conditions. Motions of
+whole motor commands have {"positions": {…}, "stiffnesses": {…}} in the place of positions. Stiffnesses are left out.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The tables of V6: distances and joints, ranges, bodies, frames and postures, each row with its source."""
+"""The tables of V6: distances and joints, ranges, bodies, frames and postures, each row with its source.
+
+Distances are those of V6; `older` says where another version differs.
+"""
 
 from __future__ import annotations
 
