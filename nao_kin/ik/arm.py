@@ -39,7 +39,6 @@ from nao_kin.ik.arm_equations import (
 )
 from nao_kin.ik.compiling import Row, limb_types
 from nao_kin.ik.geometry import (
-    ClosedForm,
     Limb,
     X,
     Y,
@@ -61,7 +60,7 @@ from nao_kin.ik.ranges import (
     Ranges,
     begun,
     blame,
-    branch_kernel,
+    closed_form,
     concluded,
     distance,
     entered,
@@ -651,11 +650,6 @@ def _types() -> tuple[Any, Any]:
     return limb_types(Arm, JOINTS)
 
 
-ARM_KERNELS = (
-    branch_kernel("arms by pose", _solve_pose, _types, MOST_BRANCHES),
-    branch_kernel("arms by place and direction", _solve_directed, _types, MOST_BRANCHES),
-    branch_kernel("arms by place", solve_position, _types, 1),
-)
-_POSE = ClosedForm(ARM_KERNELS[0], solve_arm, MOST_BRANCHES, searches=True)
-_DIRECTION = ClosedForm(ARM_KERNELS[1], solve_direction, MOST_BRANCHES, searches=True)
-_POSITION = ClosedForm(ARM_KERNELS[2], None, 1)
+_POSE = closed_form("arms by pose", _solve_pose, _types, MOST_BRANCHES, alone=solve_arm)
+_DIRECTION = closed_form("arms by place and direction", _solve_directed, _types, MOST_BRANCHES, alone=solve_direction)
+_POSITION = closed_form("arms by place", solve_position, _types, 1, alone=None)

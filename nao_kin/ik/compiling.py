@@ -75,7 +75,7 @@ def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
 
 
 def kernel_arguments(numbers: Any, ranges: Any) -> tuple[Any, ...]:
-    """Types of the arguments of a `branch_kernel`, from those of what it solves and of its limits."""
+    """Types of the arguments of the kernel of a `closed_form`, from those of what it solves and of its limits."""
     from numba import types
 
     rows = types.float64[:, ::1]

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import KeptKernel
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.compiling import run_rows
 from nao_kin.ik.ranges import (
@@ -35,6 +34,7 @@ from nao_kin.ik.ranges import (
     POSITION_ERROR,
     REASON,
     REPORT,
+    ClosedForm,
     Ranges,
 )
 from nao_kin.ik.results import IKResult, Integers, Obstacles, result_made_later
@@ -291,29 +291,6 @@ def torso_in_trunk(robot: RobotModel) -> Floats:
 # --- A closed form run on targets: as Python on one, compiled on many, and its numbers made into an `IKResult`.
 
 
-@dataclass(frozen=True, eq=False)
-class ClosedForm:
-    """A closed form of a limb.
-
-    Attributes:
-        kernel: solves rows of targets, see `branch_kernel`.
-        solve: solves one target as Python; None where that is a search.
-        max_branches: the most there are.
-        searches: whether the kernel searches for the nearest where `solve` finds nothing.
-        usual: how many there are inside the limits; where there are more, all targets are solved once more.
-        more: how many numbers follow the joints in a report.
-        scratch: how many numbers `solve` needs in q beside the joints.
-    """
-
-    kernel: KeptKernel
-    solve: Callable[..., int] | None
-    max_branches: int
-    searches: bool = False
-    usual: int = 2
-    more: int = 0
-    scratch: int = 0
-
-
 class Found(NamedTuple):
     """What a closed form writes for n targets.
 
@@ -379,7 +356,7 @@ def found_for(
     Args:
         form: how.
         limb: of which limb.
-        targets: what `form.solve` takes, one row for each.
+        targets: what `form.alone` takes, one row for each.
         reference: configurations of shape (..., nq) that broadcast with the targets.
         enforce: leave out branches outside the limits.
         threads: how many; None for all cores where that is worthwhile.
@@ -420,13 +397,13 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
         found = _space(form, limb, 1, form.max_branches)
         quick(limb.numbers, limb.ranges, _plain(target), _plain(reference), enforce, found.rows)
         return found
-    if form.solve is None:
+    if form.alone is None:
         return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
     c = len(limb.joints)
     values = [0.0] * (form.max_branches * (c + EXTRAS))
     report = [0.0] * BEST + [math.nan] * (c + form.more)
     q = [0.0] * (c + form.scratch)
-    count = form.solve(limb.numbers, limb.ranges, target[0].tolist(), reference[0].tolist(), enforce, q, values, report)
+    count = form.alone(limb.numbers, limb.ranges, target[0].tolist(), reference[0].tolist(), enforce, q, values, report)
     if count == 0 and form.searches and report[REASON] != NOT_RIGID:
         return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
     return Found(np.array([[count, *report, *values]]), c, len(report))

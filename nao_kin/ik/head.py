@@ -12,7 +12,7 @@ from nao_kin._core.arrays import as_floats, as_vectors
 from nao_kin._kernels.cache import both_ways
 from nao_kin.errors import UnknownName
 from nao_kin.ik.compiling import Row, limb_types
-from nao_kin.ik.geometry import ClosedForm, Limb, Y, Z, chain_at_zero, kept_limb, limb_of, solved
+from nao_kin.ik.geometry import Limb, Y, Z, chain_at_zero, kept_limb, limb_of, solved
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -27,7 +27,7 @@ from nao_kin.ik.ranges import (
     admitted,
     angle_of_chord,
     begun,
-    branch_kernel,
+    closed_form,
     concluded,
     entered,
     rigid,
@@ -499,9 +499,5 @@ def _types() -> tuple[Any, Any]:
     return limb_types(Head, JOINTS)
 
 
-HEAD_KERNELS = (
-    branch_kernel("heads", solve_head, _types, MOST_BRANCHES),
-    branch_kernel("gazes", solve_gaze, _types, MOST_BRANCHES),
-)
-_HEAD = ClosedForm(HEAD_KERNELS[0], solve_head, MOST_BRANCHES)
-_GAZE = ClosedForm(HEAD_KERNELS[1], solve_gaze, MOST_BRANCHES)
+_HEAD = closed_form("heads", solve_head, _types, MOST_BRANCHES, alone=solve_head)
+_GAZE = closed_form("gazes", solve_gaze, _types, MOST_BRANCHES, alone=solve_gaze)

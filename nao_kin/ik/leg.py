@@ -13,7 +13,6 @@ from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
 from nao_kin.ik.compiling import Row, limb_types
 from nao_kin.ik.geometry import (
-    ClosedForm,
     Limb,
     X,
     Y,
@@ -38,7 +37,7 @@ from nao_kin.ik.ranges import (
     admitted,
     angle_of_chord,
     begun,
-    branch_kernel,
+    closed_form,
     concluded,
     distance,
     entered,
@@ -641,5 +640,4 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     return limb_of(chain, frame, Leg(*(float(value) for value in (*numbers, *rest))))
 
 
-_KERNEL = branch_kernel("legs", solve_leg, lambda: limb_types(Leg, JOINTS), MOST_BRANCHES)
-_LEG = ClosedForm(_KERNEL, solve_leg, MOST_BRANCHES)
+_LEG = closed_form("legs", solve_leg, lambda: limb_types(Leg, JOINTS), MOST_BRANCHES, alone=solve_leg)

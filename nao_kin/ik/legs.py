@@ -13,7 +13,6 @@ from nao_kin._core.arrays import Floats, choice, common_batch, rigid_inverse
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.compiling import limb_types
 from nao_kin.ik.geometry import (
-    ClosedForm,
     Found,
     Limb,
     found_for,
@@ -51,7 +50,7 @@ from nao_kin.ik.legs_torso import (
     solve_pair,
 )
 from nao_kin.ik.nearest_feet import missed, nearest_feet
-from nao_kin.ik.ranges import branch_kernel
+from nao_kin.ik.ranges import closed_form
 from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
@@ -424,5 +423,14 @@ def _types() -> tuple[Any, Any]:
     return types.NamedUniTuple(leg, 2, Legs), types.NamedUniTuple(ranges, 2, LegsRanges)
 
 
-_KERNEL = branch_kernel("both legs", solve_pair, _types, MOST_BRANCHES, MORE, SCRATCH, 60.0)
-_LEGS = ClosedForm(_KERNEL, solve_at_wish, MOST_BRANCHES, searches=True, usual=4, more=MORE, scratch=SCRATCH)
+_LEGS = closed_form(
+    "both legs",
+    solve_pair,
+    _types,
+    MOST_BRANCHES,
+    alone=solve_at_wish,
+    usual=4,
+    more=MORE,
+    scratch=SCRATCH,
+    seconds=60.0,
+)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -341,27 +342,54 @@ def rigid(
     return fine, a, b, c, d, e, f, g, h, i
 
 
-def branch_kernel(
+@dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """A closed form of a limb.
+
+    Attributes:
+        kernel: solves rows of targets. It writes a row for each: how many branches there are, the report, and the
+            branches as far as there is room.
+        alone: solves one target as Python; None where that is a search.
+        max_branches: the most there are.
+        searches: whether the kernel searches for the nearest where `alone` finds nothing.
+        usual: how many there are inside the limits; where there are more, all targets are solved once more.
+        more: how many numbers follow the joints in a report.
+        scratch: how many numbers are needed in q beside the joints.
+    """
+
+    kernel: KeptKernel
+    alone: Callable[..., int] | None
+    max_branches: int
+    searches: bool
+    usual: int
+    more: int
+    scratch: int
+
+
+def closed_form(
     name: str,
     solve: Callable[..., int],
     types: Callable[[], tuple[Any, Any]],
     max_branches: int,
+    *,
+    alone: Callable[..., int] | None,
+    usual: int = 2,
     more: int = 0,
     scratch: int = 0,
     seconds: float = 10.0,
-) -> KeptKernel:
-    """The kernel that solves rows of targets with `solve`.
-
-    It writes a row for each target: how many branches there are, the report, and the branches as far as there is room.
+) -> ClosedForm:
+    """Return a closed form whose kernel solves each target with `solve`.
 
     Args:
-        name: what it solves.
+        name: of the kernel.
         solve: solves one target.
         types: makes the types of a limb's geometry and of its limits.
-        max_branches: the most that `solve` enters.
+        max_branches: the most that `solve` finds.
+        alone: `solve`, or the part of it without search; None where all of it is a search.
+        usual: how many there are inside the limits.
         more: how many numbers follow the joints in a report.
-        scratch: how many numbers `solve` needs in q beside the joints.
-        seconds: about how long it takes to compile [s].
+        scratch: how many numbers are needed in q beside the joints.
+        seconds: about how long the kernel takes to compile [s].
     """
 
     def run(limb: Any, ranges: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
@@ -375,4 +403,5 @@ def branch_kernel(
             write_branches(found, count, joints, out[i, branches:])
 
     run.__module__ = solve.__module__  # which a process that compiles it has to import
-    return kept(name, lambda: kernel_arguments(*types()), seconds)(run)
+    kernel = kept(name, lambda: kernel_arguments(*types()), seconds)(run)
+    return ClosedForm(kernel, alone, max_branches, alone is not solve, usual, more, scratch)
