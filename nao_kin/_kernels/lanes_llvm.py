@@ -15,30 +15,10 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
-from nao_kin._kernels.lanes_numpy import BITS, Array, Lanes
+from nao_kin._kernels import lanes_numpy
+from nao_kin._kernels.lanes_numpy import BITS, Array, Lanes  # noqa: F401
 
-__all__ = [
-    "Array",
-    "Lanes",
-    "following",
-    "lane_count",
-    "larger",
-    "largest",
-    "load",
-    "magnitude_bits",
-    "nearest",
-    "negated_by_bit",
-    "read_columns",
-    "spread",
-    "square_root",
-    "store",
-    "where_even",
-    "where_less",
-    "whole",
-    "with_sign",
-    "write_fours",
-]
-
+__all__ = lanes_numpy.__all__
 
 # Allowed to join a product and a sum into one rounding; nothing else is rearranged, so NaN stays NaN.
 _CONTRACT = ("contract",)

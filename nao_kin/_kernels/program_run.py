@@ -19,11 +19,6 @@ from nao_kin._kernels.program import Program, aligned_empty, tile_width
 _DOUBLE = np.dtype(np.float64)
 
 
-def given_precision(inputs: Sequence[NDArray[Any]], computed: np.dtype[Any]) -> np.dtype[Any]:
-    """The precision in which a kernel reads these: double, but single where that is all there is."""
-    return computed if all(values.dtype == computed for values in inputs) else _DOUBLE
-
-
 def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
     """`nao_kin._kernels.operations.run` for numbers given in one precision, computed in it or in single precision.
 
@@ -50,7 +45,7 @@ _BLOCK = 2048
 # Rows × length of the program from which on a second thread is worth waking, for it may have to wait for a core.
 _WORTH_A_THREAD = 4_000_000
 _BITS = {8: (struct.Struct("q"), struct.Struct("d")), 4: (struct.Struct("i"), struct.Struct("f"))}
-_NONE = {kind: np.empty(0, kind) for kind in (np.dtype(np.float64), np.dtype(np.float32))}
+_NONE = {kind: (np.empty(0, kind),) * 3 for kind in (np.dtype(np.float64), np.dtype(np.float32))}
 
 
 class _Threads:
@@ -102,55 +97,52 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
         [0.1, 0.0, 0.0]
     """
     count, dtype = len(out), out.dtype
-    given = given_precision(inputs, dtype)
+    given = dtype
+    for x in inputs:
+        if x.dtype != dtype:
+            given = _DOUBLE
     run = _ready.get((given, dtype))
     if run is None:  # here, and not in a thread, where nobody listens
-        run = _ready[given, dtype] = kernel(given, dtype).ready()
-    far = program.far[dtype.itemsize]
+        made = kernel(given, dtype)
+        compiled = made.ready()
+        run = _ready[given, dtype] = made.quick or compiled
     if threads is None:
         threads = count * program.length // _WORTH_A_THREAD
         threads = min(usable_cores(), threads) if threads > 1 else 1
 
-    def work(part: slice) -> int:
-        return _execute(run, program, inputs, given, out[part], part, far)
-
     if threads < 2:
-        peak = _execute(run, program, inputs, given, out, slice(0, count), far) if count else 0
+        peak = _execute(run, program, inputs, given, out, slice(0, count)) if count else 0
     else:
         # Every thread begins with a full tile.
         tile = tile_width(dtype)
         share = max(tile, -(-count // (threads * tile)) * tile)
         parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
-        peak = max(_threads.map(work, parts), default=0)
+        peak = max(_threads.map(lambda part: _execute(run, program, inputs, given, out[part], part), parts), default=0)
     bits, number = _BITS[dtype.itemsize]
     largest: float = number.unpack(bits.pack(peak))[0]
     return largest
 
 
 def _execute(
-    run: Callable[..., int],
-    program: Program,
-    inputs: Sequence[Array],
-    given: np.dtype[Any],
-    out: Array,
-    part: slice,
-    far: int,
+    run: Callable[..., int], program: Program, inputs: Sequence[Array], given: np.dtype[Any], out: Array, part: slice
 ) -> int:
-    spare, none = program.spare[out.itemsize], _NONE[given]
+    size = out.itemsize
     try:
-        memory = spare.pop()
+        memory = program.spare[size].pop()
     except IndexError:
         memory = _scratch(program, out.dtype)
-    ready = all((kept := x.flags).c_contiguous and kept.aligned and x.dtype == given for x in inputs)
-    peak, step = 0, len(out) if ready else _BLOCK
-    for start in range(part.start, part.stop, step):
-        block = slice(start, min(start + step, part.stop))
-        rows = [_rows(values, block) for values in inputs]
-        flat = [(x if ready else np.require(x, given, ("C", "A"))).reshape(-1) for x in rows]
-        q, v, a = flat + [none] * (3 - len(flat))
-        results = out[start - part.start : block.stop - part.start].reshape(-1)
-        peak = max(peak, run(q, v, a, program.tables, memory, results, far))
-    spare.append(memory)
+    in_order, peak = True, 0
+    for x in inputs:
+        flags = x.flags
+        in_order &= flags.c_contiguous and flags.aligned and x.dtype == given
+    step = len(out) if in_order else _BLOCK
+    for start in range(0, len(out), step):
+        block = slice(part.start + start, min(part.start + start + step, part.stop))
+        flat = [_rows(x, block) if in_order else np.require(_rows(x, block), given, ("C", "A")) for x in inputs]
+        q, v, a = (*[x.ravel() for x in flat], *_NONE[given][len(flat) :])
+        results = out[start : start + step].ravel()
+        peak = max(peak, run(q, v, a, program.tables, memory, results, program.far[size]))
+    program.spare[size].append(memory)
     return peak
 
 
