@@ -18,6 +18,7 @@ from docstring_markup import ARRAYS, as_written, types_in_public_words  # noqa: 
 from lecture_pages import write_lecture  # noqa: E402
 from live_robot import write_robot  # noqa: E402
 from parameter_tables import write_tables  # noqa: E402
+from search_ranks import setup_ranks  # noqa: E402
 
 project = "nao_kin"
 author = "The nao_kin developers"
@@ -57,6 +58,7 @@ html_title = f"nao_kin {release}"
 html_static_path = ["_static", "_generated/static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
+html_search_scorer = str(HERE / "search_scorer.js")
 
 # Formulas need no network: the extension brings KaTeX's program, _static/katex its style and fonts (woff2 alone). Both
 # must be of one version, which `npm pack katex@<version>` gives and a test compares.
@@ -77,6 +79,7 @@ def setup(app: Sphinx) -> None:
     """Write the tables of parameters, the page with the robot and the lecture before the pages are read."""
     app.connect("autodoc-process-docstring", as_written, priority=400)
     app.connect("autodoc-process-docstring", types_in_public_words)
+    setup_ranks(app)
     write_tables(HERE / "_generated" / "parameters.md")
     write_robot(HERE / "_generated" / "static" / "robot.html")
     write_lecture(HERE.parent / "examples" / "notebooks", HERE / "lecture")

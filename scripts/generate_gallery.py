@@ -1,10 +1,10 @@
-"""Write the gallery of docs from the examples, or check it.
+"""Write the gallery of docs from the examples, or check it: an overview of cards, and a page for each example.
 
 Title and sentence of an example are its docstring, its result is what it prints, its picture what it draws: a PNG, or
 a page of the viewer, of which headless Chromium takes the picture.
 
 Example:
-    python scripts/generate_gallery.py                 # runs all examples, writes docs/gallery.md and its pictures
+    python scripts/generate_gallery.py                 # runs all examples, writes the pages and pictures
     python scripts/generate_gallery.py first_pose wave # these alone anew
     python scripts/generate_gallery.py --check         # exit 1 when a docstring, an example or a picture is not in it
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
-PAGE = ROOT / "docs" / "gallery.md"
-PICTURES = ROOT / "docs" / "images" / "examples"
+DOCS = ROOT / "docs"
+PICTURES = DOCS / "images" / "examples"
 
 # Every example stands in one section, in the order in which they are best read.
 SECTIONS = {
@@ -54,17 +54,18 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Thirty-two short scripts of one idea each, with what they print. They stand in the folder `examples` of the repository.
-Each runs alone; those that draw take a folder to draw into:
+Thirty-two short scripts of one idea each, with what they print; they are in the folder `examples` of the repository.
+Each runs alone, and writes what it draws into the current folder, or into the one you name:
 
 ```text
 python examples/first_pose.py
 python examples/hand_path.py pictures
 ```
 
-A page such as `first_pose.html` opens in any browser, without a network, and can be turned around there. Scripts for
+A page such as `first_pose.html` opens in any browser without a network, and you can turn the robot in it. Scripts for
 NAOqi, as people wrote them for the robot, are in `examples/naoqi` ({doc}`old_scripts`).
 """
+PRINTED_LINES = 9  # of an example without a picture, on its card
 
 MOST_BYTES = 60_000
 SIZE = (1000, 900)  # of the viewer's picture [pixels]
@@ -173,46 +174,79 @@ def draw(names: Iterable[str]) -> dict[str, str]:
     return printed
 
 
-def printed_in(page: str) -> dict[str, str]:
-    """What each example prints, by the gallery."""
-    return dict(re.findall(r"^\(example_(\w+)\)=\n.*?^```text\n(.*?)^```$", page, re.MULTILINE | re.DOTALL))
+def pages_of(docs: Path = DOCS) -> dict[str, str]:
+    """The text of the page of each example, by its name."""
+    return {page.stem: page.read_text(encoding="utf-8") for page in (docs / "gallery").glob("*.md")}
 
 
-def entry(example: Example, printed: str) -> str:
-    """An example in the gallery."""
-    lines = [f"(example_{example.name})=", f"### {example.title}", "", example.text]
+def printed_in(pages: Mapping[str, str]) -> dict[str, str]:
+    """What each example prints, by its page."""
+    found = {name: re.search(r"^```text\n(.*?)^```$", page, re.MULTILINE | re.DOTALL) for name, page in pages.items()}
+    return {name: match.group(1) for name, match in found.items() if match}
+
+
+def page_text(example: Example, printed: str) -> str:
+    """The page of an example."""
+    lines = [f"(example_{example.name})=", f"# {example.title}", "", example.text]
     if example.extra:
         word = "Needs" if example.required else "Quicker with"
         lines += ["", f"*{word} the extra `{example.extra}`: `pip install 'nao-kin[{example.extra}]'`.*"]
-    if f"see {example.name}." in printed:
-        lines += ["", f"![{example.title}](images/examples/{example.name}.png)"]
-    lines += ["", "```text", printed.rstrip("\n"), "```", "", "<details>", f"<summary>{example.name}.py</summary>", ""]
-    lines += [f"```{{literalinclude}} ../examples/{example.name}.py", ":language: python", "```", "", "</details>", ""]
+    if is_drawn(example, printed):
+        lines += ["", f"![{example.title}](../images/examples/{example.name}.png)"]
+    lines += ["", f"`{example.name}.py` prints", "", "```text", printed.rstrip("\n"), "```", ""]
+    lines += [f"```{{literalinclude}} ../../examples/{example.name}.py", ":language: python", "```", ""]
     return "\n".join(lines)
 
 
-def page_text(printed: Mapping[str, str]) -> str:
-    """The whole page."""
-    parts = [INTRODUCTION]
+def is_drawn(example: Example, printed: str) -> bool:
+    """Whether an example draws a picture or a page."""
+    return f"see {example.name}." in printed
+
+
+def card(example: Example, printed: str) -> list[str]:
+    """An example in the overview: its picture, or the beginning of what it prints, with its title and sentence."""
+    lines = [f":::{{grid-item-card}} {example.title}", f":link: gallery/{example.name}", ":link-type: doc"]
+    if is_drawn(example, printed):
+        lines += [f":img-top: images/examples/{example.name}.png", ":img-alt: ''", ""]
+    else:
+        lines += ["", "```{card-header}", "~~~text", *printed.splitlines()[:PRINTED_LINES], "~~~", "```"]
+    idea = example.text.removeprefix("Learn ")
+    return [*lines, idea[0].upper() + idea[1:], ":::", ""]
+
+
+def overview_text(examples: Mapping[str, Example], printed: Mapping[str, str]) -> str:
+    """The page with all cards."""
+    lines = [INTRODUCTION]
     for section, names in SECTIONS.items():
-        parts.append(f"## {section}\n")
-        parts += [entry(read_example(EXAMPLES / f"{name}.py"), printed[name]) for name in names]
-    return "\n".join(parts)
+        lines += [f"## {section}", "", "::::{grid} 1 2 2 3", ":gutter: 3", ":class-container: gallery", ""]
+        lines += [line for name in names for line in card(examples[name], printed[name])]
+        lines += ["::::", ""]
+    every = [f"gallery/{name}" for names in SECTIONS.values() for name in names]
+    return "\n".join([*lines, "```{toctree}", ":hidden:", "", *every, "```", ""])
 
 
-def faults() -> list[str]:
+def texts(printed: Mapping[str, str]) -> dict[str, str]:
+    """All pages by their place below docs."""
+    examples = {name: read_example(EXAMPLES / f"{name}.py") for names in SECTIONS.values() for name in names}
+    pages = {f"gallery/{name}.md": page_text(example, printed[name]) for name, example in examples.items()}
+    return {"gallery.md": overview_text(examples, printed)} | pages
+
+
+def faults(docs: Path = DOCS) -> list[str]:
     """What is not in step, one line each; no example is run."""
-    page = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
-    printed = printed_in(page)
+    pages = pages_of(docs)
+    printed = printed_in(pages)
     names = {name for section in SECTIONS.values() for name in section}
     there = {path.stem for path in EXAMPLES.glob("*.py")}
     found = [f"{name} is in no section of scripts/generate_gallery.py" for name in sorted(there - names)]
     found += [f"examples/{name}.py does not exist" for name in sorted(names - there)]
-    found += [f"{name} is not in docs/gallery.md" for name in sorted(names - printed.keys())]
+    found += [f"{name} has no page in docs/gallery" for name in sorted(names - printed.keys())]
     if found:
         return found
-    if page != page_text(printed):
-        found.append("docs/gallery.md is not in step with the docstrings of the examples")
+    found += [f"docs/gallery/{name}.md belongs to no example" for name in sorted(pages.keys() - names)]
+    for place, text in texts(printed).items():
+        if not (docs / place).is_file() or (docs / place).read_text(encoding="utf-8") != text:
+            found.append(f"docs/{place} is not in step with the docstrings of the examples")
     drawn = {name for name in names if f"see {name}." in printed[name]}
     pictures = {path.stem: path for path in PICTURES.glob("*.png")}
     found += [f"{name} has no picture" for name in sorted(drawn - pictures.keys())]
@@ -235,10 +269,11 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{fault} (run scripts/generate_gallery.py)", file=sys.stderr)
         return 1 if found else 0
     every = [name for section in SECTIONS.values() for name in section]
-    before = printed_in(PAGE.read_text(encoding="utf-8")) if PAGE.is_file() else {}
-    printed = before | draw(options.names or every)
-    PAGE.write_text(page_text(printed), encoding="utf-8")
-    print(PAGE)
+    printed = printed_in(pages_of()) | draw(options.names or every)
+    for place, text in texts(printed).items():
+        (DOCS / place).parent.mkdir(exist_ok=True)
+        (DOCS / place).write_text(text, encoding="utf-8")
+    print(DOCS / "gallery.md")
     return 0
 
 

@@ -174,3 +174,27 @@ def test_no_label_of_a_drawing_is_cut(reader: Reader, drawing: Path) -> None:
             }"""
         )
         assert outside == []
+
+
+@pytest.mark.parametrize(
+    ("query", "first"),
+    [
+        ("quaternion", "Conventions"),
+        ("inverse kinematics", "Inverse kinematics"),
+        ("fk", "nao_kin.RobotModel.fk"),
+        ("calibrated camera", "Use a calibrated camera"),
+        ("mujoco", "MuJoCo"),
+        ("joint limits", "Configurations and poses"),
+    ],
+)
+def test_the_search_begins_with_the_page_that_is_most_about_the_words(
+    reader: Reader, site: Path, query: str, first: str
+) -> None:
+    with reader.at(site / "search.html") as tab:
+        tab.fill("form[role=search] input[name=q] >> visible=true", query)
+        tab.keyboard.press("Enter")
+        result = tab.locator("ul.search li > a").first
+        result.wait_for()
+        tab.wait_for_function("/found|finished/.test(document.querySelector('.search-summary').textContent)")
+        assert result.inner_text() == first
+        reader.errors.clear()  # of the summaries, which a browser does not fetch for pages opened from files

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 import generate_gallery  # noqa: E402 - found beside the other scripts
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-SHOWN = generate_gallery.printed_in(generate_gallery.PAGE.read_text(encoding="utf-8"))
+SHOWN = generate_gallery.printed_in(generate_gallery.pages_of())
 # In a process of their own: one that draws with matplotlib, one that saves a page.
 ALONE = {"gimbal_lock", "first_pose"}
 
@@ -115,11 +116,15 @@ def test_an_example_fits_on_one_screen_and_says_what_one_learns(path: Path) -> N
 
 
 def test_an_example_that_differs_is_a_fault(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    page = tmp_path / "gallery.md"
-    page.write_text(generate_gallery.PAGE.read_text(encoding="utf-8").replace("A first pose", "A pose"), "utf-8")
-    monkeypatch.setattr(generate_gallery, "PAGE", page)
-    assert generate_gallery.faults() == ["docs/gallery.md is not in step with the docstrings of the examples"]
+    docs = tmp_path
+    shutil.copytree(generate_gallery.DOCS / "gallery", docs / "gallery")
+    shutil.copy(generate_gallery.DOCS / "gallery.md", docs)
+    page = docs / "gallery" / "first_pose.md"
+    page.write_text(page.read_text(encoding="utf-8").replace("A first pose", "A pose"), "utf-8")
+    assert generate_gallery.faults(docs) == [
+        "docs/gallery/first_pose.md is not in step with the docstrings of the examples"
+    ]
     monkeypatch.setitem(generate_gallery.SECTIONS, "Poses", ["first_pose", "second_pose"])
-    found = generate_gallery.faults()
+    found = generate_gallery.faults(docs)
     assert "hand_path is in no section of scripts/generate_gallery.py" in found
     assert "examples/second_pose.py does not exist" in found
