@@ -17,6 +17,8 @@ BIN := $(VENV)/bin
 # One more than there are cores, for tests wait for browsers and servers.
 WORKERS := $(shell expr $$(nproc 2>/dev/null || echo 2) + 1)
 STAMP := $(VENV)/.installed
+PLAIN := $(VENV)/.plain
+OPEN := $(if $(filter Darwin,$(shell uname)),open,xdg-open)
 LOWEST ?= .venv-lowest
 LIGHT ?= .venv-light
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
@@ -30,11 +32,17 @@ $(STAMP): pyproject.toml
 	$(BIN)/$(PIP_INSTALL) --editable ".[dev]"
 	touch $@
 
-demo: $(STAMP)
+# The library alone, unless everything is installed already.
+$(PLAIN): pyproject.toml
+	@test -f $(STAMP) || { $(PYTHON) -m venv $(VENV) && $(BIN)/$(PIP_INSTALL) --upgrade pip && $(BIN)/$(PIP_INSTALL) --editable .; }
+	@touch $@
+
+demo: $(PLAIN)
 	$(BIN)/nao-kin info
 	$(BIN)/nao-kin fk --posture StandInit --deg
 	$(BIN)/python scripts/forward_kinematics.py --frame LArm --frame LLeg --frame CameraTop
 	$(BIN)/nao-kin view --posture StandInit --html nao.html
+	@echo "Written: $(CURDIR)/nao.html, the robot as a page: open it in a browser, for example with $(OPEN) nao.html"
 
 test: $(STAMP)
 	$(MAKE) -j3 lint types check-generated docs kernels web

@@ -11,8 +11,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-_SOURCE = "https://github.com/nao-kin/nao_kin/blob/main/examples/notebooks/"
-
 
 def write_lecture(notebooks: Path, folder: Path) -> None:
     """Write a page for each notebook, and its pictures beside it."""
@@ -21,7 +19,9 @@ def write_lecture(notebooks: Path, folder: Path) -> None:
     for path in sorted(notebooks.glob("*.ipynb")):
         cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
         title, _, first = _source(cells[0]).partition("\n")
-        note = f"*To be run and changed: the notebook [{path.name}]({_SOURCE}{path.name}).*"
+        note = (
+            f"To run and change it, take the notebook {{download}}`{path.name} <../../examples/notebooks/{path.name}>`."
+        )
         parts = [title, note, first.strip()]
         for number, cell in enumerate(cells[1:], start=1):
             pictures: list[tuple[str, bytes]] = []

@@ -269,4 +269,39 @@ T_torso_hand = frames.get_transform("LArm", "torso")
         {"coupling": "independent"},
         more=("lxml", "trimesh"),
     ),
+    Tool(
+        "kinpy",
+        "kinpy",
+        "kinpy",
+        "urdf",
+        """\
+from pathlib import Path
+
+import kinpy
+
+chain = kinpy.build_chain_from_urdf(Path("nao.urdf").read_bytes())
+poses = chain.forward_kinematics({"HeadYaw": 0.5})
+""",
+        "Give it bytes: its parser refuses a text that names its encoding. Knows no couplings, and the file makes "
+        "none: set both values.",
+        {"coupling": "independent"},
+    ),
+    Tool(
+        "pytorch_kinematics",
+        "pytorch-kinematics",
+        "pytorch_kinematics",
+        "urdf",
+        """\
+from pathlib import Path
+
+import pytorch_kinematics
+import torch
+
+chain = pytorch_kinematics.build_chain_from_urdf(Path("nao.urdf").read_bytes())
+poses = chain.forward_kinematics(torch.zeros(100, chain.n_joints))
+""",
+        "Origins are read in single precision, even where the chain is turned to double. Knows no couplings, and the "
+        "file makes none: set both values.",
+        {"coupling": "independent"},
+    ),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import venv
@@ -49,12 +50,19 @@ def test_the_wheel_holds_the_urdfs_and_the_type_marker(wheel: Path) -> None:
     assert not [name for name in names if name.startswith(("tests", "scripts", "urdf"))]
 
 
-def test_the_package_index_is_told_that_the_readme_is_markdown(wheel: Path) -> None:
+def test_the_package_index_is_told_the_readme_with_whole_addresses(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
         metadata = archive.read(name).decode("utf-8")
     assert "\nDescription-Content-Type: text/markdown\n" in metadata
-    assert (ROOT / "README.md").read_text(encoding="utf-8").strip() in metadata
+    targets = re.findall(r"(!?)\[[^\]]*\]\(([^)]+)\)", metadata)
+    ours = {
+        "!": "https://raw.githubusercontent.com/nao-kin/nao_kin/main/",
+        "": "https://github.com/nao-kin/nao_kin/blob/main/",
+    }
+    found = {target.removeprefix(ours[sign]) for sign, target in targets if target.startswith(ours[sign])}
+    assert found == {"docs/images/view.jpg", "docs/gallery.md", "docs/index.md", "CONTRIBUTING.md"}
+    assert all(target.startswith("https://") for _, target in targets)
 
 
 def test_it_works_from_another_folder(python: Path, tmp_path: Path) -> None:
