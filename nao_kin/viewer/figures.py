@@ -1,21 +1,28 @@
-"""Small pictures of frames, turns and lines, drawn in parallel projection with matplotlib.
+"""Small figures of frames, turns, lines and robots for texts, drawn in parallel projection with matplotlib.
 
-Axes are red, green and blue for x, y and z, as everywhere in robotics; their letters stand at the tips and their
-brightness differs, so that a print in black and white can be read too.
+Axes are red, green and blue for x, y and z; their letters are at the tips, and their brightness differs, so that a
+print in black and white can be read. Importing this module needs the extra `plot`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib.patheffects as effects
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.patches import FancyArrowPatch, Polygon
+from numpy.typing import ArrayLike
 
-from nao_kin import RobotModel
+from nao_kin._core.arrays import Floats
+from nao_kin._core.warn import need_extra
+from nao_kin.robot import RobotModel
 from nao_kin.screws.lines import PluckerLine
+
+need_extra("drawing figures", "plot", "matplotlib.pyplot")
+
+import matplotlib.patheffects as effects  # noqa: E402 - after the line that says how to get it
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.patches import FancyArrowPatch, Polygon  # noqa: E402
 
 X, Y, Z = np.eye(3)
 ORIGIN, AT_REST = np.zeros(3), np.eye(3)
@@ -47,24 +54,25 @@ def use_style() -> None:
 
 
 def scenes(
-    titles: list[str], *, size: float = 1.2, width: float = 1.25, scale: float = 1.1, **view: Any
+    titles: Sequence[str], *, size: float = 1.2, width: float = 1.25, scale: float = 1.1, **view: Any
 ) -> list[Scene]:
     """A row of empty scenes, one for each title.
 
     Args:
         titles: stand above the scenes.
-        size, width: half of what is seen, upwards and sideways.
+        size: half the height of what is seen.
+        width: half its width.
         scale: inches per unit.
         view: the other attributes of `Scene`.
     """
     figsize = (2 * scale * width * len(titles), 2 * scale * size + 0.3)
     row = plt.subplots(1, len(titles), figsize=figsize, squeeze=False)[1][0]
-    return [Scene(axes, title, size=size, width=width, **view) for axes, title in zip(row, titles)]
+    return [Scene(axes, title, size=size, width=width, **view) for axes, title in zip(row, titles, strict=True)]
 
 
 @dataclass
 class Scene:
-    """What is drawn here stands in the coordinates of the room: x to the front left, y to the right, z up.
+    """A picture in the coordinates of the room: x to the front left, y to the right, z up.
 
     Attributes:
         axes: where matplotlib draws.
@@ -92,25 +100,25 @@ class Scene:
         self.axes.set(xlim=(-width, width), ylim=(-self.size, self.size), aspect="equal", title=self.title)
         self.axes.axis("off")
 
-    def seen(self, points: np.ndarray) -> tuple[np.ndarray, float]:
+    def seen(self, points: ArrayLike) -> tuple[Floats, float]:
         """Where points are in the picture, and how near they are to the viewer on average."""
         picture = (np.asarray(points, dtype=float) - self.centre) @ self._to_picture.T
         return picture[..., :2], float(np.mean(picture[..., 2])) / self.size
 
-    def label(self, at: np.ndarray, text: str, colour: str = DARK, away: np.ndarray | None = None) -> None:
+    def label(self, at: ArrayLike, text: str, colour: str = DARK, away: ArrayLike | None = None) -> None:
         """Write beside a point; `away` is the direction, in the room, in which to step aside from it."""
         place, _ = self.seen(at)
         step = np.zeros(2)
         if away is not None:
             step = self.seen(np.asarray(at) + away)[0] - place
-            step *= 11 / max(np.linalg.norm(step), 1e-9)
+            step *= 11 / max(float(np.linalg.norm(step)), 1e-9)
         how = {"color": colour, "ha": "center", "va": "center", "zorder": 40, "annotation_clip": False}
         halo = [effects.withStroke(linewidth=2.5, foreground="white")]
         self.axes.annotate(text, place, step, textcoords="offset points", path_effects=halo, **how)
 
     def path(
         self,
-        points: np.ndarray,
+        points: ArrayLike,
         colour: str = DARK,
         *,
         width: float = 1.8,
@@ -122,7 +130,7 @@ class Scene:
         order = 20 + depth if order is None else order
         self.axes.plot(*places.T, style, color=colour, linewidth=width, zorder=order, solid_capstyle="round")
 
-    def dot(self, at: np.ndarray, text: str = "", colour: str = DARK, away: np.ndarray = X) -> None:
+    def dot(self, at: ArrayLike, text: str = "", colour: str = DARK, away: ArrayLike = X) -> None:
         """A point, with a name beside it."""
         self.axes.plot(*self.seen(at)[0], "o", color=colour, markersize=5, zorder=30)
         if text:
@@ -130,11 +138,11 @@ class Scene:
 
     def arrow(
         self,
-        vector: np.ndarray,
+        vector: ArrayLike,
         colour: str,
         text: str = "",
         *,
-        at: np.ndarray = ORIGIN,
+        at: ArrayLike = ORIGIN,
         width: float = 2.0,
         style: str = "-",
     ) -> None:
@@ -147,34 +155,34 @@ class Scene:
 
     def frame(
         self,
-        R: np.ndarray = AT_REST,
+        R: ArrayLike = AT_REST,
         *,
-        at: np.ndarray = ORIGIN,
+        at: ArrayLike = ORIGIN,
         names: str | tuple[str, ...] = "xyz",
         length: float = 1.0,
         of_the_room: bool = False,
     ) -> None:
         """The three axes of a frame: the columns of R. Those of the room are thin and dashed."""
-        for axis, colour, name in zip(np.transpose(R), COLOURS, names or ("", "", "")):
+        for axis, colour, name in zip(np.transpose(R), COLOURS, names or ("", "", ""), strict=True):
             if of_the_room:
                 self.path(np.array([at, at + length * axis]), colour, width=1.0, style="--", order=5)
                 self.label(at + length * axis, name, colour, axis)
             else:
                 self.arrow(length * axis, colour, name, at=at, width=2.2)
 
-    def dart(self, R: np.ndarray = AT_REST, *, at: np.ndarray = ORIGIN, scale: float = 1.0) -> None:
+    def dart(self, R: ArrayLike = AT_REST, *, at: ArrayLike = ORIGIN, scale: float = 1.0) -> None:
         """A body to turn: a paper dart with its nose along x, its left wing along y and its fin along z."""
-        for face, shade in zip(scale * DART @ np.transpose(R) + at, ("#dddddd", "#c4c4c4", "#a8a8a8")):
+        for face, shade in zip(scale * DART @ np.transpose(R) + at, ("#dddddd", "#c4c4c4", "#a8a8a8"), strict=True):
             places, depth = self.seen(face)
             self.axes.add_patch(Polygon(places, facecolor=shade, edgecolor=DARK, linewidth=0.9, zorder=10 + depth))
 
     def turn(
         self,
-        axis: np.ndarray,
+        axis: ArrayLike,
         angle: float,
         *,
-        start: np.ndarray,
-        at: np.ndarray = ORIGIN,
+        start: ArrayLike,
+        at: ArrayLike = ORIGIN,
         colour: str = ACCENT,
         text: str = "",
     ) -> None:
@@ -190,7 +198,7 @@ class Scene:
             middle = points[len(points) // 2]
             self.label(middle, text, colour, middle - at)
 
-    def robot(self, robot: RobotModel, q: np.ndarray, *, colour: str = GREY, width: float = 4.0) -> None:
+    def robot(self, robot: RobotModel, q: ArrayLike, *, colour: str = GREY, width: float = 4.0) -> None:
         """The links of a robot as strokes from joint to joint, and its torso as a sheet between them."""
         roots = []
         for effector, joints in robot.chains.items():
@@ -206,7 +214,7 @@ class Scene:
     def line(
         self,
         line: PluckerLine,
-        near: np.ndarray,
+        near: ArrayLike,
         *,
         half: float,
         colour: str = ACCENT,
@@ -221,7 +229,7 @@ class Scene:
         if text:
             self.label(ends[1], text, colour, ends[1] - ends[0])
 
-    def _arrow(self, places: np.ndarray, colour: str, width: float, style: str, order: float) -> None:
+    def _arrow(self, places: Floats, colour: str, width: float, style: str, order: float) -> None:
         arrow = FancyArrowPatch(
             *places,
             arrowstyle="-|>",
