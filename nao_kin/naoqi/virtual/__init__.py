@@ -10,7 +10,8 @@ Nothing here but `qi_server` knows qi: a test drives services directly, and time
 ## How a method is written
 
 A service is a class with a `name`; its topics may be classes of their own in files of their own (`services/motion.py`
-puts ALMotion together). A method is marked `@method`, has NAOqi's name, and takes what NAOqi's takes:
+puts ALMotion together, with `cartesian`, `whole_body` and `walk`). A method is marked `@method`, has NAOqi's name, and
+takes what NAOqi's takes:
 
     class Tools(Service):
         @method
@@ -22,8 +23,9 @@ It runs with the lock held, on whichever thread, and so neither waits nor sleeps
 (`number`, `fraction`, `flag`, `one_each`, `list_each` …) and names by `self.joints`; every `NaoKinError` reaches the
 script as `Service::method`, a line break, a tab and the error's line. Names of NAOqi's methods that are missing stand
 in `absent`. What takes time returns a `Call`: that of a task, of `nao.after(seconds)`, or one of its own.
-A value that scripts set and read, and that changes nothing, is a row of `@keeps(Kept(...))`; a former name of a method
-is one of `@formerly(walkTo="moveTo")`.
+A value that scripts set and read, and that changes nothing, is a row of `@keeps(Kept(...))`, one that never changes a
+row of `@answers`; a former name of a method is one of `@formerly(walkTo="moveTo")`, and methods that differ in what
+they take, or in how many, are `@variants` of one.
 
 ## How a task is written
 

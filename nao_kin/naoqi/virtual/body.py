@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
+from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import as_names, chain_names, joint_names
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual.engine import Notes
@@ -309,6 +310,15 @@ class Base:
             change = T_world_before @ rigid_inverse(T_world_after)
             change[2, 3] = 0.0  # along the floor
             self._T_world_sole = change @ self._T_world_sole
+
+    def check_stands(self) -> None:
+        """Refuse a robot that does not stand on its feet.
+
+        Raises:
+            BadArgument: it rests on the floor.
+        """
+        if self.support is None:
+            raise BadArgument("the robot does not stand on its feet; goToPosture takes it there")
 
     def stand_on(self, foot: str, q: Floats, T_world_torso: Floats | None = None) -> None:
         """Put a foot flat on the floor where it is, to stay there.

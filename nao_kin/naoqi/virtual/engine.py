@@ -378,7 +378,7 @@ class Tasks:
         """Start a task, or have it wait for its resources; its call ends when it does."""
         task.id = next(self._numbers)
         task.notes = Notes(self._nao.log, f"{task.name} (task {task.id})")
-        task.call = Call(lambda: self.cancel(task))
+        task.call = Call(lambda: self.kill(task.id))
         if task.reactive:
             self._take_over(task, [*self._running, *self._waiting])
         self._waiting.append(task)
@@ -424,33 +424,28 @@ class Tasks:
 
     def kill(self, number: int) -> bool:
         """End a task where it is; whether there was one with this id."""
-        task = self.find(number)
-        if task is not None:
-            self._finish(task, killed=True)
-            self.start_waiting()
+        with self._nao.monitor:
+            task = self.find(number)
+            self.kill_each([] if task is None else [task])
         return task is not None
+
+    def kill_each(self, tasks: Iterable[Task]) -> None:
+        """End tasks where they are."""
+        for task in tuple(tasks):
+            self._finish(task, killed=True)
+        self.start_waiting()
 
     def kill_all(self) -> None:
         """End all tasks where they are."""
-        for task in (*self._waiting, *self._running):
-            self._finish(task, killed=True)
+        self.kill_each((*self._waiting, *self._running))
 
     def kill_using(self, resources: Collection[str]) -> None:
         """End the blocking tasks that need any of these, running or waiting.
 
         Reactive tasks book no resources, so that as in NAOqi this does not end them.
         """
-        for task in (*self._waiting, *self._running):
-            if not task.reactive and not task.resources.isdisjoint(resources):
-                self._finish(task, killed=True)
-        self.start_waiting()
-
-    def cancel(self, task: Task) -> None:
-        """End a task from outside of the lock."""
-        with self._nao.monitor:
-            if task in self._running or task in self._waiting:
-                self._finish(task, killed=True)
-                self.start_waiting()
+        blocking = (task for task in (*self._waiting, *self._running) if not task.reactive)
+        self.kill_each(task for task in blocking if not task.resources.isdisjoint(resources))
 
     def _booked(self) -> frozenset[str]:
         return frozenset[str]().union(*(task.resources for task in self._running if not task.reactive))

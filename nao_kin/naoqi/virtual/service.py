@@ -261,13 +261,43 @@ def keeps(*rows: Kept) -> Callable[[type[_S]], type[_S]]:
     return completed
 
 
-def formerly(**names: str) -> Callable[[type[_S]], type[_S]]:
-    """Offer methods of a service under former names too: former name → name."""
+def formerly(note: str = "As {}.", **names: str) -> Callable[[type[_S]], type[_S]]:
+    """Offer methods of a service under former names too: former name → name, which `note` says."""
 
     def completed(kind: type[_S]) -> type[_S]:
         for former, name in names.items():
             _, *takes = inspect.signature(getattr(kind, name)).parameters.values()
-            _offer(kind, former, takes, f"As {name}.", _call, name)
+            _offer(kind, former, takes, note.format(name), _call, name)
+        return kind
+
+    return completed
+
+
+def answers(**fixed: tuple[Any, str]) -> Callable[[type[_S]], type[_S]]:
+    """Give a service methods that always answer the same: name → what, and the method's help."""
+
+    def completed(kind: type[_S]) -> type[_S]:
+        for name, (answer, note) in fixed.items():
+            _offer(kind, name, (), note, lambda _, same: same, answer)
+        return kind
+
+    return completed
+
+
+def variants(of: str, does: str, **rows: tuple[str, str]) -> Callable[[type[_S]], type[_S]]:
+    """Offer variants of a method: name → what their first parameters are called instead, and the help.
+
+    Args:
+        of: the method that they are variants of.
+        does: what is called with the variant's name and its arguments.
+        rows: of each variant its parameters' names and its help.
+    """
+
+    def completed(kind: type[_S]) -> type[_S]:
+        _, *takes = inspect.signature(getattr(kind, of)).parameters.values()
+        for name, (called, note) in rows.items():
+            own = [each.replace(name=new) for new, each in zip(called.split(), takes, strict=False)]
+            _offer(kind, name, (*own, *takes[len(own) :]), note, _call, does, name)
         return kind
 
     return completed
@@ -281,12 +311,12 @@ _PLACED = Parameter.POSITIONAL_OR_KEYWORD
 
 
 def _offer(
-    kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], about: Any
+    kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], *about: Any
 ) -> None:
     """Offer a method that calls a function with the service, what it is about, and the arguments."""
 
     def offered(self: Service, *given: Any) -> Any:
-        return does(self, about, *given)
+        return does(self, *about, *given)
 
     order = [each if isinstance(each, Parameter) else Parameter(each, _PLACED) for each in ("self", *takes)]
     offered.__name__, offered.__doc__ = name, note

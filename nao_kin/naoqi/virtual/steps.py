@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,17 +24,11 @@ from nao_kin.robot import RobotModel
 
 # --- How the virtual NAO walks: NAOqi's move configuration, with its defaults and bounds.
 
-SIDES: tuple[str, ...] = ("L", "R")
-_PREFIXES = {"L": "Left", "R": "Right"}
+SIDES = {"L": "Left", "R": "Right"}
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """One number of the move configuration.
-
-    Attributes:
-        default, least, most: as documented.
-    """
+class Parameter(NamedTuple):
+    """One number of the move configuration: its default and its bounds, as documented."""
 
     default: float
     least: float
@@ -104,16 +98,16 @@ class Gait:
 def gait_of(config: Any) -> Gait:
     """A gait from NAOqi's list of [name, value] pairs; numbers outside of the documented range are brought into it.
 
-    A name holds for both feet, or with "Left" or "Right" before it for one. Later pairs count.
+    A name holds for both feet, or with "Left" or "Right" before it for one. Later pairs count. None is no pair.
 
     Raises:
         BadArgument: no such list.
         UnknownName: no such parameter.
     """
     values: dict[str, dict[str, float]] = {side: {} for side in SIDES}
-    for name, value in _pairs(config):
-        sides = [side for side in SIDES if name.startswith(_PREFIXES[side])]
-        plain = name.removeprefix(_PREFIXES[sides[0]]) if sides else name
+    for name, value in [] if config is None else _pairs(config):
+        sides = [side for side, prefix in SIDES.items() if name.startswith(prefix)]
+        plain = name.removeprefix(SIDES[sides[0]]) if sides else name
         plain = _OTHER_NAMES.get(plain, plain)
         if plain not in PARAMETERS:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
@@ -129,10 +123,10 @@ def move_config(which: str) -> list[list[object]]:
     Raises:
         UnknownName: none of these.
     """
-    columns = {"Max": "most", "Min": "least", "Default": "default"}
+    columns = ("Default", "Min", "Max")
     if which not in columns:
-        raise UnknownName("move configuration", which, tuple(columns))
-    return [[name, getattr(parameter, columns[which])] for name, parameter in PARAMETERS.items()]
+        raise UnknownName("move configuration", which, columns)
+    return [[name, parameter[columns.index(which)]] for name, parameter in PARAMETERS.items()]
 
 
 def _pairs(config: Any) -> list[tuple[str, float]]:
@@ -144,8 +138,7 @@ def _pairs(config: Any) -> list[tuple[str, float]]:
         if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or not isinstance(pair[0], str):
             raise BadArgument(f"a move configuration must hold [name, value] pairs, got {quoted(pair, 60)}")
         name, value = pair
-        number = isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)
-        if not number:
+        if not (isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)):
             raise BadArgument(f"{name} must be a finite number, got {quoted(value, 60)}")
         found.append((name, float(value)))
     return found
@@ -276,15 +269,18 @@ def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, ga
     own = gait.of(side)
     support = feet[other(side)]
 
-    def fits(share: float) -> bool:
+    def wanted_and_made(share: float) -> tuple[Floats, Floats]:
         wanted = seen_from(support, foot_beside(along(body, goal, share), side))
-        return float(np.abs(bounded(wanted, side, own) - wanted).max()) < _DONE
+        return wanted, bounded(wanted, side, own)
+
+    def fits(share: float) -> bool:
+        wanted, made = wanted_and_made(share)
+        return float(np.abs(made - wanted).max()) < _DONE
 
     share = _largest(fits)
-    reached = along(body, goal, share)
-    wanted = seen_from(support, foot_beside(reached, side))
-    end = composed(support, bounded(wanted, side, own))
-    return Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period), reached
+    end = composed(support, wanted_and_made(share)[1])
+    step = Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period)
+    return step, along(body, goal, share)
 
 
 def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
@@ -397,8 +393,20 @@ def step_motion(robot: RobotModel, step: Step, q: Floats, tick: float) -> StepMo
         q: where the robot stands now, shape (nq,).
         tick: time between two configurations [s].
     """
+
+    def at(ticks: int) -> StepMotion:
+        time = np.arange(1, ticks + 1) / ticks
+        swing = np.clip((time - 0.5 * _DOUBLE_SUPPORT) / (1.0 - _DOUBLE_SUPPORT), 0.0, 1.0)
+        moving = _moved(step.start, step.end, smooth(swing))
+        height = step.height * 16.0 * np.square(swing * (1.0 - swing))
+        standing = np.broadcast_to(step.support, moving.shape)
+        first, last = (between(step.support, foot) for foot in (step.start, step.end))
+        torso = _torso(robot, _moved(first, last, smooth(time)))
+        feet = {step.side: _flat(moving, height), other(step.side): _flat(standing)}
+        return _as_motion(_legs(robot, feet["L"], feet["R"], torso, q))
+
     ticks = max(2, math.ceil(step.period / tick - 1e-9))
-    return _slow_enough(robot, lambda count: _at(robot, step, q, count), q, ticks, tick, _SPEED_SHARE)
+    return _slow_enough(robot, at, q, ticks, tick, _SPEED_SHARE)
 
 
 def _slow_enough(
@@ -421,18 +429,6 @@ def _slow_enough(
         if ticks > most:
             jumps = robot.joint_names[int(np.argmax(used))]
             return StepMotion(motion.q, False, f"{jumps} would have to jump")
-
-
-def _at(robot: RobotModel, step: Step, q: Floats, ticks: int) -> StepMotion:
-    time = np.arange(1, ticks + 1) / ticks
-    swing = np.clip((time - 0.5 * _DOUBLE_SUPPORT) / (1.0 - _DOUBLE_SUPPORT), 0.0, 1.0)
-    moving = _moved(step.start, step.end, smooth(swing))
-    height = step.height * 16.0 * np.square(swing * (1.0 - swing))
-    standing = np.broadcast_to(step.support, moving.shape)
-    first, last = (between(step.support, foot) for foot in (step.start, step.end))
-    torso = _torso(robot, _moved(first, last, smooth(time)))
-    feet = {step.side: _flat(moving, height), "R" if step.side == "L" else "L": _flat(standing)}
-    return _as_motion(_legs(robot, feet["L"], feet["R"], torso, q))
 
 
 def _side_by_side(robot: RobotModel, q: Floats) -> Floats:

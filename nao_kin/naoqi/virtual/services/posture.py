@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, as_floats, rigid_inverse
+from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.interpolation import Interpolation, at_speed
+from nao_kin.naoqi.virtual.engine import TICK, Call
+from nao_kin.naoqi.virtual.interpolation import AtSpeed
 from nao_kin.naoqi.virtual.service import Service, method
 from nao_kin.robot import NaoModel
 
@@ -36,7 +36,7 @@ _FAMILIES = {
 _BENT_KNEES = 1.5
 
 
-class GoToPosture(Interpolation):
+class GoToPosture(AtSpeed):
     """Joints go to a posture, and the robot stands up, sits or lies down with them.
 
     Args:
@@ -47,12 +47,10 @@ class GoToPosture(Interpolation):
     """
 
     def __init__(self, name: str, posture: str, nao: VirtualNao, fraction: float) -> None:
-        joints = nao.joints.names
         self._posture = posture
         self._q = nao.robot.clamp(nao.robot.posture(posture))
-        target = nao.robot.to_body(self._q)
-        speeds = fraction * nao.joints.max_speed
-        super().__init__(name, joints, lambda start: at_speed(joints, target, start, speeds))
+        self._target = nao.robot.to_body(self._q)
+        super().__init__(name, nao, nao.joints.names, self._target, fraction)
         self.value = False
 
     def start(self, nao: VirtualNao, time: float) -> None:
@@ -76,9 +74,8 @@ class GoToPosture(Interpolation):
         if killed or self.started is None:
             return
         # The last command is taken at the end of this tick; what matters is whether the joints could follow.
-        step = nao.joints.max_speed * 0.01 * (nao.joints.stiffness > 0.0)
-        target = nao.robot.to_body(self._q)
-        near = np.abs(nao.joints.sensor - target) <= step + 1e-6
+        step = nao.joints.max_speed * TICK * (nao.joints.stiffness > 0.0)
+        near = np.abs(nao.joints.sensor - self._target) <= step + 1e-6
         # Hands do not count, as for getPosture: openHand and closeHand leave them without stiffness.
         near[nao.joints.columns(_HANDS)] = True
         self.value = bool(near.all())
@@ -153,8 +150,7 @@ class ALRobotPosture(Service):
     @method
     def stopMove(self) -> None:
         """End the way to a posture where it is, and those that wait for it."""
-        for number in [task.id for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture)]:
-            self.nao.tasks.kill(number)
+        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture))
 
     @method
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
@@ -170,11 +166,7 @@ class ALRobotPosture(Service):
         if wanted not in self.nao.robot.posture_names:
             self.nao.log.write(f"{name}: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
             return False
-        return self.go_to(name, wanted, share)
-
-    def go_to(self, name: str, posture: str, fraction: float) -> Call:
-        """Start going to a posture, under any name."""
-        return self.nao.start_task(GoToPosture(name, posture, self.nao, fraction))
+        return self.nao.start_task(GoToPosture(name, wanted, self.nao, share))
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
@@ -226,8 +218,8 @@ class ALTracker(Service):
         result = ik.look_at(self.nao.robot, point, _CAMERA)
         if not result.success:
             self.nao.log.write(f"lookAt: the head cannot look at the point: {result.reason}; it turns as far as it can")
-        angles = self.nao.robot.angles(result.q)
-        return self._go("lookAt", _HEAD, np.array([angles[joint] for joint in _HEAD]), share)
+        angles = self.nao.robot.to_body(result.q)[self.nao.joints.columns(_HEAD)]
+        return self.nao.start_task(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
     @method
     def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
@@ -244,25 +236,19 @@ class ALTracker(Service):
         share = arguments.fraction(pMaxSpeed, "pMaxSpeed", positive=True)
         side = effector[0] if effector != "Arms" else "L" if point[1] >= 0.0 else "R"
         joints = tuple(f"{side}{joint}" for joint in _ARM)
-        return self._go("pointAt", joints, pointing(self.nao.robot, side, point), share)
+        targets = pointing(self.nao.robot, side, point)
+        return self.nao.start_task(AtSpeed("pointAt", self.nao, joints, targets, share))
 
     @method
     def stopTracker(self) -> None:
         """End lookAt and pointAt where they are."""
-        for number in [task.id for task in reversed(self.nao.tasks.all) if task.name in _TASKS]:
-            self.nao.tasks.kill(number)
+        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if task.name in _TASKS)
 
     def _in_torso(self, position: Any, frame: Any) -> Floats:
-        point = as_floats(position, (3,), "pPosition")
-        if point.shape != (3,):
-            raise BadArgument(f"pPosition must be three numbers, got {point.size}")
+        point = arguments.three(position, "pPosition")
         q = self.nao.joints.q()
         T_torso_frame = rigid_inverse(torso_in(self.nao.robot, q, frame, torso_in_world=self.nao.base.torso(q)))
         return np.asarray(T_torso_frame[:3, :3] @ point + T_torso_frame[:3, 3])
-
-    def _go(self, name: str, joints: tuple[str, ...], targets: Floats, fraction: float) -> Call:
-        motion = self.nao.services["ALMotion"]
-        return motion.go_at_speed(name, joints, targets, fraction)  # type: ignore[attr-defined, no-any-return]
 
 
 def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
