@@ -173,14 +173,19 @@ def space_number(space: SupportsIndex | str) -> int:
         if space not in SPACES:
             raise UnknownName("space", space, SPACES)
         return SPACES.index(space)
-    try:
-        number = int(space) if isinstance(space, float) and space.is_integer() else operator.index(space)
-    except TypeError:
-        number = -1
+    number = _whole(space)
     if number not in range(len(SPACES)):
         numbers = ", ".join(f"{name} {index}" for index, name in enumerate(SPACES))
         raise BadArgument(f"space must be one of {numbers}, got {quoted(space)}")
     return number
+
+
+def _whole(value: SupportsIndex | float) -> int:
+    """A whole number, 2.0 one of them; -1 for anything else."""
+    try:
+        return int(value) if isinstance(value, float) and value.is_integer() else operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return -1
 
 
 def frame_of(robot: RobotModel, name: str) -> str:
@@ -332,10 +337,7 @@ def axis_mask(mask: SupportsIndex | str) -> int:
         if name not in AXIS_MASKS:
             raise UnknownName("axis mask", mask, tuple(AXIS_MASKS))
         return AXIS_MASKS[name]
-    try:
-        number = int(mask) if isinstance(mask, float) and mask.is_integer() else operator.index(mask)
-    except TypeError:
-        number = -1
+    number = _whole(mask)
     if not 0 <= number <= AXIS_MASK_ALL:
         raise BadArgument(
             f"axis mask must be a number from 0 to 63 (7 position, 56 rotation, 63 both), got {quoted(mask)}"

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.naoqi.compat.motion import *  # noqa: F403
 from nao_kin.naoqi.compat.motion import PI, TO_DEG, TO_RAD
-from nao_kin.naoqi.spaces import pose, position6d, transform_list
+from nao_kin.naoqi.spaces import pose, position6d
 from nao_kin.rotations import rot_x, rot_y, rot_z
 
 __all__ = [
@@ -146,15 +146,9 @@ class Transform(_Numbers):
     def __init__(self, *values: Any) -> None:
         given = values[0] if len(values) == 1 else values
         given = list(given)[:12] if len(given) == 16 else given
-        if len(values) == 3:
-            x, y, z = values
-            given = [1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z]
-        super().__init__(*(given if len(given) else np.eye(4)[:3].ravel()))
-
-    @classmethod
-    def of(cls, T: Floats) -> Transform:
-        """The transform of a matrix, shape (4, 4)."""
-        return cls(transform_list(T).tolist())
+        if len(values) in (0, 3):
+            given = join_poses(np.eye(3), np.array(values or np.zeros(3)))[:3].ravel()
+        super().__init__(*given)
 
     def matrix(self) -> Floats:
         """As a matrix, shape (4, 4)."""
@@ -166,12 +160,10 @@ class Transform(_Numbers):
 
     def inverse(self) -> Transform:
         """The transform that undoes this one."""
-        T = self.matrix()
-        R = T[:3, :3].T
-        return Transform([*np.hstack([R, -R @ T[:3, 3:]]).ravel()])
+        return Transform(rigid_inverse(self.matrix()).ravel())
 
     def __mul__(self, other: Transform) -> Transform:
-        return Transform([*(self.matrix() @ other.matrix()).ravel()])
+        return Transform((self.matrix() @ other.matrix()).ravel())
 
     @staticmethod
     def fromPosition(x: float, y: float, z: float, wx: float = 0.0, wy: float = 0.0, wz: float = 0.0) -> Transform:
@@ -196,7 +188,7 @@ class Transform(_Numbers):
 
 def transformFromPosition6D(position: Position6D) -> Transform:
     """The transform of six numbers."""
-    return Transform([*pose(position.toVector()).ravel()])
+    return Transform(pose(position.toVector()).ravel())
 
 
 def position6DFromTransform(transform: Transform) -> Position6D:
@@ -289,4 +281,4 @@ def _turned(angle: float) -> float:
 
 
 def _turn(R: Floats) -> Transform:
-    return Transform([*join_poses(R, np.zeros(3)).ravel()])
+    return Transform(join_poses(R, np.zeros(3)).ravel())

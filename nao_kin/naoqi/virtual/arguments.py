@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats, as_numbers, refuse_non_finite
+from nao_kin._core.arrays import choice as one_of
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, NotFinite, UnknownName
+from nao_kin.errors import BadArgument, NotFinite
 
 MOST_SECONDS = 86400.0
 """The longest time that a call or a step may take: a day [s]."""
@@ -110,10 +111,7 @@ def choice(value: object, what: str, valid: Sequence[str]) -> str:
         BadArgument: no text.
         UnknownName: another one.
     """
-    name = text(value, what)
-    if name not in valid:
-        raise UnknownName(what, name, tuple(valid))
-    return name
+    return one_of(text(value, what), valid, what)
 
 
 def is_list(value: object) -> bool:
@@ -194,6 +192,14 @@ def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "tim
             at = int(np.argmin(steps > 0.0))
             raise BadArgument(f"{what} of {joint} must ascend, got {row[at]:g} s and then {row[at + 1]:g} s")
         check_duration(float(row[-1]), f"{what} of {joint}")
+
+
+def timed(values: Any, times: Any, joints: Sequence[str], what: str) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+    """Values of each joint, and their times, positive and ascending, one for each; errors as in `list_each`."""
+    rows, when = list_each(values, joints, what), list_each(times, joints, "times")
+    check_lengths(rows, when, joints, what)
+    check_times(when, joints)
+    return rows, when
 
 
 def check_lengths(lists: Sequence[Floats], times: Sequence[Floats], joints: Sequence[str], what: str) -> None:

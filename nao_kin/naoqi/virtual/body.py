@@ -81,18 +81,6 @@ class Joints:
         """Stiffnesses from 0 to 1, shape (26,); a copy."""
         return np.array(self._stiffness)
 
-    def sensor_at(self, column: int) -> float:
-        """Where one joint is."""
-        return float(self._sensor[column])
-
-    def command_at(self, column: int) -> float:
-        """What one joint is commanded."""
-        return float(self._command[column])
-
-    def stiffness_at(self, column: int) -> float:
-        """How stiff one joint is."""
-        return float(self._stiffness[column])
-
     def columns(self, names: Sequence[str]) -> list[int]:
         """Places of joints in the arrays."""
         return [self.column[name] for name in names]
@@ -112,10 +100,6 @@ class Joints:
             notes: of the command, for what must be remarked.
         """
         self._set.append((list(columns), values, notes))
-
-    def set_q(self, q: Floats, notes: Notes) -> None:
-        """Command all joints in this tick, as a configuration of shape (25,)."""
-        self.set(range(len(self.names)), q[self._from_q], notes)
 
     def set_stiffness(self, columns: Sequence[int], values: Floats | float) -> None:
         """Set stiffnesses at once; the two HipYawPitch share a motor, and so the value set last."""

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Hashable, Iterable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass, field
-from types import TracebackType
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import BadArgument, NaoKinError
@@ -103,9 +103,7 @@ class Monitor:
         self._depth += 1
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._depth -= 1
         actions: list[Callable[[], object]] = []
         if self._depth == 0:
@@ -260,12 +258,13 @@ class Log:
     """The last lines, newest last, and everything that happens passed on to whoever watches.
 
     Args:
-        now: gives robot time.
-        publish: takes every `Change`.
+        clock: gives robot time.
+        monitor: the lock; whoever watches is told when it is free.
+        watcher: takes every `Change`; None for nobody.
     """
 
-    def __init__(self, now: Callable[[], float], publish: Callable[[Change], object]) -> None:
-        self._now, self._publish = now, publish
+    def __init__(self, clock: Clock, monitor: Monitor, watcher: Callable[[Change], object] | None) -> None:
+        self._clock, self._monitor, self._watcher = clock, monitor, watcher
         self._lines: deque[tuple[float, str]] = deque(maxlen=_KEPT)
 
     @property
@@ -276,12 +275,14 @@ class Log:
     def write(self, message: str) -> None:
         """One more line."""
         line = " ".join(message.split())
-        self._lines.append((self._now(), line))
+        self._lines.append((self._clock.now, line))
         self.change("log", line)
 
     def change(self, kind: str, value: Any) -> None:
         """Tell whoever watches that something happened."""
-        self._publish(Change(self._now(), kind, value))
+        if self._watcher is not None:
+            with self._monitor:
+                self._monitor.later(partial(self._watcher, Change(self._clock.now, kind, value)))
 
 
 class Notes:

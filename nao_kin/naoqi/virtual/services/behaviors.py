@@ -13,7 +13,7 @@ from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Interpolation
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Service, formerly, method
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -25,6 +25,14 @@ _FILE = "behavior"
 _POSTURES = {"Standing": "Stand", "Sitting": "Sit"}
 
 
+@formerly(
+    "The same under its name before NAOqi 1.22.",
+    getBehaviorNames="getInstalledBehaviors",
+    isBehaviorPresent="isBehaviorInstalled",
+)
+@formerly("The same as {}: nothing is loaded ahead here.", isBehaviorLoaded="isBehaviorRunning")
+@formerly("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
+@formerly("Taken and left; whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
 class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
@@ -50,19 +58,9 @@ class ALBehaviorManager(Service):
         return sorted(self._files())
 
     @method
-    def getBehaviorNames(self) -> list[str]:
-        """The same under its name before NAOqi 1.22."""
-        return self.getInstalledBehaviors()
-
-    @method
     def isBehaviorInstalled(self, name: Any) -> bool:
         """Whether there is such a behaviour."""
         return arguments.text(name, "name") in self._files()
-
-    @method
-    def isBehaviorPresent(self, name: Any) -> bool:
-        """The same under its name before NAOqi 1.22."""
-        return self.isBehaviorInstalled(name)
 
     @method
     def runBehavior(self, name: Any) -> Call:
@@ -96,21 +94,6 @@ class ALBehaviorManager(Service):
     def getRunningBehaviors(self) -> list[str]:
         """Names of the behaviours that are played."""
         return sorted(name for name, call in self._started.items() if not call.done())
-
-    @method
-    def isBehaviorLoaded(self, name: Any) -> bool:
-        """The same as isBehaviorRunning: nothing is loaded ahead here."""
-        return self.isBehaviorRunning(name)
-
-    @method
-    def getLoadedBehaviors(self) -> list[str]:
-        """The same as getRunningBehaviors."""
-        return self.getRunningBehaviors()
-
-    @method
-    def preloadBehavior(self, name: Any) -> bool:
-        """Taken and left; whether there is such a behaviour."""
-        return self.isBehaviorInstalled(name)
 
     def play(self, task: str, name: Any) -> Call:
         """Start a behaviour, under any name of a task.

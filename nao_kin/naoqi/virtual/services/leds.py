@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import BadArgument, UnknownName
@@ -84,17 +86,12 @@ Colour = tuple[float, float, float]
 
 _SUFFIX = "/Actuator/Value"
 _PREFIX = "Device/SubDeviceList/"
-_NAMED = {
-    "white": 0xFFFFFF,
-    "red": 0xFF0000,
-    "green": 0x00FF00,
-    "blue": 0x0000FF,
-    "yellow": 0xFFFF00,
-    "magenta": 0xFF00FF,
-    "cyan": 0x00FFFF,
-    "black": 0x000000,
-}
+_OFF_ON = (0.0, 1.0)
+_NAMES = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
+# Red, green and blue of each: the binary numbers from 000 to 111.
+_NAMED: dict[str, Colour] = dict(zip(_NAMES, itertools.product(_OFF_ON, _OFF_ON, _OFF_ON), strict=True))
 _STEPS_PER_SECOND = 20
+_MOST_FRAMES = 10_000
 
 
 class ALLeds(Service):
@@ -120,11 +117,10 @@ class ALLeds(Service):
         super().__init__(nao)
         self._groups = groups()
         self._actuators = actuators()
-        self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0))
+        self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
         self._own_groups: set[str] = set()
         # What each LED was last given to; an effect that began before leaves it alone.
         self._owners: dict[str, object] = {}
-        self._write(dict(self.colours), tell=False)
 
     # --- groups ---------------------------------------------------------------------------------------------------
 
@@ -159,17 +155,18 @@ class ALLeds(Service):
     @method
     def on(self, name: Any) -> None:
         """Light a LED or group fully, in the colour that it has or in white."""
-        self._intensity(name, 1.0)
+        self._fade(self._parts(name), (1.0, 1.0, 1.0))
 
     @method
     def off(self, name: Any) -> None:
         """Darken a LED or group."""
-        self._intensity(name, 0.0)
+        self._fade(self._parts(name), (0.0, 0.0, 0.0))
 
     @method
     def setIntensity(self, name: Any, intensity: Any) -> None:
         """Set the brightness of a LED or group, from 0 to 1: white, or the channel that its name ends in."""
-        self._intensity(name, arguments.fraction(intensity, "intensity"))
+        value = arguments.fraction(intensity, "intensity")
+        self._fade(self._parts(name), (value, value, value))
 
     @method
     def getIntensity(self, name: Any) -> list[float]:
@@ -181,7 +178,7 @@ class ALLeds(Service):
         """Bring a LED or group to a brightness over some seconds; returns at the end."""
         parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
         seconds = arguments.duration(duration, "duration", zero=True)
-        return self._play([(self._with(parts, (value, value, value)), seconds)])
+        return self._fade(parts, (value, value, value), seconds)
 
     @method
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
@@ -204,7 +201,7 @@ class ALLeds(Service):
                 f"takes name, rgb, seconds or name, red, green, blue, seconds, got {len(colour) + 1} arguments"
             )
         seconds = arguments.duration(colour[-1], "duration", zero=True)
-        return self._play([(self._with(parts, (r, g, b)), seconds)])
+        return self._fade(parts, (r, g, b), seconds)
 
     @method
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
@@ -214,7 +211,6 @@ class ALLeds(Service):
             raise BadArgument("rgbList must be a list of colours")
         colours = [_colour(value) for value in rgbList]
         times = arguments.list_each(timeList, ("LEDs",), "times")
-        arguments.check_lengths([*times], times, ("LEDs",), "colours")
         if len(times[0]) != len(colours):
             raise BadArgument(f"timeList must have {len(colours)} times, one for each colour, got {len(times[0])}")
         arguments.check_times(times, ("LEDs",))
@@ -224,13 +220,12 @@ class ALLeds(Service):
     @method
     def rasta(self, duration: Any) -> Call:
         """Green, yellow and red in the eyes for some seconds; returns at the end."""
-        return self._cycle(("green", "yellow", "red"), arguments.duration(duration, "duration"))
+        return self._cycle(("green", "yellow", "red"), duration)
 
     @method
     def randomEyes(self, duration: Any) -> Call:
         """Changing colours in the eyes for some seconds, always the same ones; returns at the end."""
-        order = ("cyan", "magenta", "yellow", "blue", "green", "red")
-        return self._cycle(order, arguments.duration(duration, "duration"))
+        return self._cycle(("cyan", "magenta", "yellow", "blue", "green", "red"), duration)
 
     @method
     def rotateEyes(self, rgb: Any, timeForRotation: Any, totalDuration: Any) -> Call:
@@ -238,12 +233,8 @@ class ALLeds(Service):
         colour = _colour(rgb)
         turn = arguments.duration(timeForRotation, "timeForRotation")
         total = arguments.duration(totalDuration, "totalDuration", zero=True)
-        before = {led: self.colours[led] for led, _ in self._groups["FaceLeds"]}
-        frames: list[tuple[dict[str, Colour], float]] = []
-        for step in range(min(math.ceil(total / turn * 8), 10_000)):
-            lit = {led: colour if int(led[-1]) == step % 8 else (0.0, 0.0, 0.0) for led in before}
-            frames.append((lit, step * turn / 8))
-        return self._play([*frames, (before, total)], smooth=False)
+        count = min(math.ceil(total / turn * 8), _MOST_FRAMES)
+        return self._eyes(lambda i, led: colour if led == i % 8 else (0.0, 0.0, 0.0), count, turn / 8, total)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -269,25 +260,26 @@ class ALLeds(Service):
             found[led] = (mixed[0], mixed[1], mixed[2])
         return found
 
-    def _intensity(self, name: Any, value: float) -> None:
-        colours = self._with(self._parts(name), (value, value, value))
-        self._owners |= dict.fromkeys(colours)
-        self._write(colours)
-
-    def _write(self, colours: dict[str, Colour], *, tell: bool = True) -> None:
+    def _write(self, colours: dict[str, Colour]) -> None:
         for led, colour in colours.items():
             most = max(colour)
-            shown = (0.0, 0.0, most) if led in BLUE else (most, most, most) if led in WHITE else colour
-            self.colours[led] = shown
-        if tell:
-            self.nao.log.change("leds", {led: self.colours[led] for led in colours})
+            self.colours[led] = (0.0, 0.0, most) if led in BLUE else (most, most, most) if led in WHITE else colour
+        self.nao.log.change("leds", {led: self.colours[led] for led in colours})
 
-    def _cycle(self, names: tuple[str, ...], seconds: float) -> Call:
-        """The eyes in one colour after the other, and then as they were."""
-        leds = [led for led, _ in self._groups["FaceLeds"]]
-        before = {led: self.colours[led] for led in leds}
-        count = min(math.ceil(seconds * 4), 10_000)
-        frames = [(dict.fromkeys(leds, _colour(names[i % len(names)])), i * seconds / count) for i in range(count)]
+    def _fade(self, parts: tuple[Part, ...], colour: Colour, seconds: float = 0.0) -> Call:
+        """Bring LEDs to a colour; at once in no seconds."""
+        return self._play([(self._with(parts, colour), seconds)])
+
+    def _cycle(self, names: tuple[str, ...], duration: Any) -> Call:
+        """The eyes in one colour after the other, four a second, and then as they were."""
+        seconds = arguments.duration(duration, "duration")
+        count = min(math.ceil(seconds * 4), _MOST_FRAMES)
+        return self._eyes(lambda i, _: _NAMED[names[i % len(names)]], count, seconds / count, seconds)
+
+    def _eyes(self, colour: Callable[[int, int], Colour], count: int, step: float, seconds: float) -> Call:
+        """Frames of the eyes every `step` seconds, by their number and that of each LED, and then as they were."""
+        before = {led: self.colours[led] for led, _ in self._groups["FaceLeds"]}
+        frames = [({led: colour(i, int(led[-1])) for led in before}, i * step) for i in range(count)]
         return self._play([*frames, (before, seconds)], smooth=False)
 
     def _play(self, frames: list[tuple[dict[str, Colour], float]], *, smooth: bool = True) -> Call:
@@ -329,11 +321,10 @@ class ALLeds(Service):
 def _colour(value: Any) -> Colour:
     """A colour from 0x00RRGGBB or a name."""
     if isinstance(value, str):
-        number = _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
-    else:
-        number = arguments.whole(value, "rgb")
-        if not 0 <= number <= 0xFFFFFFFF:
-            raise BadArgument(f"rgb must be 0x00RRGGBB, got {number}")
+        return _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
+    number = arguments.whole(value, "rgb")
+    if not 0 <= number <= 0xFFFFFFFF:
+        raise BadArgument(f"rgb must be 0x00RRGGBB, got {number}")
     return ((number >> 16 & 0xFF) / 255.0, (number >> 8 & 0xFF) / 255.0, (number & 0xFF) / 255.0)
 
 

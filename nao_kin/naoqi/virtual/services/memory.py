@@ -83,6 +83,8 @@ def constants(joints: Iterable[str]) -> dict[str, Any]:
 
 # --- ALMemory: values by key, the robot's own among them, and events.
 
+# What a joint's keys say → of which of its devices.
+_QUANTITIES = {"sensor": "Position/Sensor", "command": "Position/Actuator", "stiffness": "Hardness/Actuator"}
 _GRAVITY = 9.81  # m/s²
 _ON_FLOOR = 1e-3  # a sole that is not higher touches the floor [m]
 
@@ -98,32 +100,26 @@ class Subscriber:
     def __init__(self, memory: ALMemory, key: str) -> None:
         self.key = key
         self._memory = memory
-        self._numbers = itertools.count(1)
-        self._callbacks: dict[int, Callable[[Any], object]] = {}
 
     def connect(self, callback: Callable[[Any], object]) -> int:
         """Have `callback` called with every value from now on; returns a number to disconnect it by."""
         with self._memory.nao.monitor:
-            number = next(self._numbers)
-            self._callbacks[number] = callback
-            self._memory.listen(self)
+            number = next(self._memory.numbers)
+            self._memory.listening.setdefault(self.key, {})[number] = callback
         return number
 
     def disconnect(self, number: int) -> bool:
         """Call a callback no more; whether there was one of this number."""
         with self._memory.nao.monitor:
-            found = self._callbacks.pop(number, None) is not None
-            if not self._callbacks:
-                self._memory.forget(self)
+            listening = self._memory.listening.get(self.key, {})
+            found = listening.pop(number, None) is not None
+            if not listening:
+                self._memory.listening.pop(self.key, None)
         return found
-
-    def tell(self, value: Any) -> None:
-        """Call all callbacks, when the lock is free."""
-        for callback in tuple(self._callbacks.values()):
-            self._memory.nao.monitor.later(partial(callback, value))
 
 
 @formerly(unsubscribeToMicroEvent="unsubscribeToEvent")
+@formerly("The same as {} here.", raiseMicroEvent="raiseEvent")
 class ALMemory(Service):
     """Values by key, and events.
 
@@ -148,7 +144,8 @@ class ALMemory(Service):
         self._values: dict[str, Any] = {}
         self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
         self._descriptions: dict[str, str] = {}
-        self._listening: dict[str, list[Subscriber]] = {}
+        self.listening: dict[str, dict[int, Callable[[Any], object]]] = {}
+        self.numbers = itertools.count(1)
         self._modules: dict[str, dict[str, tuple[str, str]]] = {}
         self.module_called: Callable[[str, str, str, Any, str], object] | None = None
         self._own = self._own_keys()
@@ -176,9 +173,7 @@ class ALMemory(Service):
     @method
     def insertListData(self, pairs: Any) -> None:
         """Keep several values: a list of [key, value]."""
-        if not isinstance(pairs, (list, tuple)) or any(
-            not isinstance(pair, (list, tuple)) or len(pair) < 2 for pair in pairs
-        ):
+        if not isinstance(pairs, (list, tuple)) or not all(isinstance(p, (list, tuple)) and len(p) > 1 for p in pairs):
             raise BadArgument("pairs must be a list of [key, value]")
         for pair in pairs:
             self._keep(_key(pair[0]), pair[1])
@@ -243,11 +238,6 @@ class ALMemory(Service):
         self._raise(key, value)
 
     @method
-    def raiseMicroEvent(self, name: Any, value: Any) -> None:
-        """The same as raiseEvent here."""
-        self.raiseEvent(name, value)
-
-    @method
     def subscriber(self, eventName: Any) -> Subscriber:
         """An object with a `signal` to connect to."""
         return Subscriber(self, _key(eventName))
@@ -260,11 +250,8 @@ class ALMemory(Service):
         """
         if len(more) > 1:
             raise BadArgument("takes an event, a service, a message or none, and a method")
-        message = callbackMethod if more else callbackModule
-        function, note = (
-            arguments.text([callbackMethod, *more][-1], "callbackMethod"),
-            arguments.text(message, "message"),
-        )
+        function = arguments.text(more[0] if more else callbackMethod, "callbackMethod")
+        note = arguments.text(callbackMethod if more else callbackModule, "message")
         key = _key(name)
         self._events.add(key)
         self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
@@ -292,20 +279,6 @@ class ALMemory(Service):
             self._values[key] = value
         self._raise(key, value)
 
-    def listen(self, subscriber: Subscriber) -> None:
-        """Tell a subscriber of its events from now on."""
-        listening = self._listening.setdefault(subscriber.key, [])
-        if subscriber not in listening:
-            listening.append(subscriber)
-
-    def forget(self, subscriber: Subscriber) -> None:
-        """Tell it no more."""
-        listening = self._listening.get(subscriber.key, [])
-        if subscriber in listening:
-            listening.remove(subscriber)
-            if not listening:
-                del self._listening[subscriber.key]
-
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _keep(self, key: str, value: Any) -> None:
@@ -320,18 +293,18 @@ class ALMemory(Service):
 
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
-        for subscriber in self._listening.get(key, ()):
-            subscriber.tell(value)
-        called = self.module_called
-        if called is not None:
+        for callback in self.listening.get(key, {}).values():
+            self.nao.monitor.later(partial(callback, value))
+        if self.module_called is not None:
             for module, (function, message) in self._modules.get(key, {}).items():
-                self.nao.monitor.later(partial(called, module, function, key, value, message))
+                self.nao.monitor.later(partial(self.module_called, module, function, key, value, message))
 
     def _value(self, key: str) -> Any:
         if key in self._values:
             return self._values[key]
         if key in self._own:
-            return self._own[key]()
+            value = self._own[key]
+            return value() if callable(value) else value
         raise self._unknown(key)
 
     def _unknown(self, key: str) -> UnknownName:
@@ -339,16 +312,13 @@ class ALMemory(Service):
         near = nearest_names(key, keys)
         return UnknownName("key", key, near or keys)
 
-    def _own_keys(self) -> dict[str, Callable[[], Any]]:
-        """Every key of the robot's own, with what reads it."""
-        joints = self.nao.joints
-        own: dict[str, Callable[[], Any]] = {
-            key: partial(_same, value) for key, value in constants(joints.column).items()
-        }
-        for name, column in joints.column.items():
-            own[f"{DEVICE}{name}/Position/Sensor/Value"] = partial(joints.sensor_at, column)
-            own[f"{DEVICE}{name}/Position/Actuator/Value"] = partial(joints.command_at, column)
-            own[f"{DEVICE}{name}/Hardness/Actuator/Value"] = partial(joints.stiffness_at, column)
+    def _own_keys(self) -> dict[str, Any]:
+        """Every key of the robot's own, with its value, or with what reads it."""
+        joints = self.nao.joints.column
+        own = constants(joints)
+        for joint in joints:
+            for quantity, place in _QUANTITIES.items():
+                own[f"{DEVICE}{joint}/{place}/Value"] = partial(self._joint, quantity, joint)
         for name, (led, channel) in led_actuators().items():
             own[f"{DEVICE}{name}/Actuator/Value"] = partial(self._led, led, channel)
         for event in SWITCH_EVENTS:
@@ -367,6 +337,10 @@ class ALMemory(Service):
         own["BatteryChargeChanged"] = lambda: self.nao.services["ALBattery"].invoke("getBatteryCharge")
         own["DCM/Time"] = lambda: int(1000.0 * self.nao.clock.now)
         return own
+
+    def _joint(self, quantity: str, joint: str) -> float:
+        joints = self.nao.joints
+        return float(getattr(joints, quantity)[joints.column[joint]])
 
     def _led(self, led: str, channel: int | None) -> float:
         """How bright a channel of a LED is, from 0 to 1; of a LED with one colour, its brightest."""
@@ -391,10 +365,6 @@ class ALMemory(Service):
     def _acceleration(self, axis: int) -> float:
         """What an accelerometer in the torso shows at rest: gravity, upwards [m/s²]."""
         return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
-
-
-def _same(value: Any) -> Any:
-    return value
 
 
 def _key(key: object) -> str:

@@ -83,11 +83,8 @@ class JointControl(Service):
             isAbsolute: False for angles relative to what the joints are commanded at the beginning.
         """
         joints = self.joints(names)
-        angles = arguments.list_each(angleLists, joints, "angles")
-        times = arguments.list_each(timeLists, joints, "times")
+        angles, times = arguments.timed(angleLists, timeLists, joints, "angles")
         absolute = arguments.flag(isAbsolute, "isAbsolute")
-        arguments.check_lengths(angles, times, joints, "angles")
-        arguments.check_times(times, joints)
 
         def plan(start: Floats) -> Motion:
             keys = angles if absolute else [row + first for row, first in zip(angles, start, strict=True)]
@@ -262,10 +259,7 @@ class StiffnessControl(Service):
             timeLists: the same of times from now, ascending, above 0 [s].
         """
         joints = self.joints(names)
-        keys = arguments.list_each(stiffnessLists, joints, "stiffnesses")
-        times = arguments.list_each(timeLists, joints, "times")
-        arguments.check_lengths(keys, times, joints, "stiffnesses")
-        arguments.check_times(times, joints)
+        keys, times = arguments.timed(stiffnessLists, timeLists, joints, "stiffnesses")
         _check_stiffnesses(joints, keys)
         return self.nao.start_task(StiffnessRamp(joints, times, keys))
 

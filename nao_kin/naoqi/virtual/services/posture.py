@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nao_kin import ik
 from nao_kin._core.arrays import Floats, rigid_inverse
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
@@ -207,8 +208,6 @@ class ALTracker(Service):
             pMaxSpeed: fraction of the maximum speed, above 0, at most 1.
             pUseWholeBody: True is taken and left: the head turns alone.
         """
-        from nao_kin import ik
-
         if pUseWholeBody is None:
             pFrame, pMaxSpeed, pUseWholeBody = FRAME_TORSO, pFrame, pMaxSpeed
         point = self._in_torso(pPosition, pFrame)

@@ -60,14 +60,11 @@ class ALTextToSpeech(Service):
         self.saying = ""
         self._queue: deque[tuple[str, Call]] = deque()
         self._timer: Timer | None = None
-        self._parameters = {"pitchShift": 1.0, "doubleVoice": 0.0, "doubleVoiceLevel": 0.0, "doubleVoiceTimeShift": 0.0}
-        self._parameters |= {
-            "enableCompression": 0.0,
-            "speed": 100.0,
-            "defaultVoiceSpeed": 100.0,
-            "volume": 100.0,
-            "pitch": 100.0,
-        }
+        self._parameters = {"pitchShift": 1.0}
+        self._parameters |= dict.fromkeys(
+            ("doubleVoice", "doubleVoiceLevel", "doubleVoiceTimeShift", "enableCompression"), 0.0
+        )
+        self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)
 
     @method
     def say(self, stringToSay: Any, language: Any = None) -> Call:
