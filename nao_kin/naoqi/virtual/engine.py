@@ -184,7 +184,7 @@ class Clock:
 
     def after(self, seconds: float, action: Callable[[], None]) -> Timer:
         """Have `action` done at the first tick at or after so many seconds of robot time from now."""
-        timer = Timer(self.ticks + max(1, ticks_in(seconds)), next(self._numbers), action)
+        timer = Timer(self.ticks + max(1, math.ceil(seconds * TICKS_PER_SECOND - _SHARE)), next(self._numbers), action)
         heapq.heappush(self._timers, timer)
         return timer
 
@@ -219,11 +219,6 @@ class Clock:
         count = math.floor(self._rest + _SHARE)
         self._rest = max(0.0, self._rest - count)
         return count
-
-
-def ticks_in(seconds: float) -> int:
-    """The first tick at or after a time, counted from tick zero."""
-    return math.ceil(seconds * TICKS_PER_SECOND - _SHARE)
 
 
 # --- What the virtual NAO has to say: limits that clipped, joints that are late, words spoken.

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from inspect import Parameter
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import compiles, warm_up
@@ -42,10 +42,10 @@ class Service:
 
     Attributes:
         name: "ALMotion" …
-        absent: methods that NAOqi's service has and this one does not; what is offered after all is taken out of it.
+        absent: methods that NAOqi's service has and this one does not.
     """
 
-    name: ClassVar[str]
+    name: str
     absent: tuple[str, ...] = ()
 
     def __init__(self, nao: VirtualNao) -> None:
@@ -55,7 +55,6 @@ class Service:
         offered = [name for name in dir(kind) if getattr(getattr(kind, name), "is_offered", False)]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
         self._signatures = {name: inspect.signature(function) for name, function in self._methods.items()}
-        self.absent = tuple(name for name in type(self).absent if name not in self._methods)
 
     @property
     def method_names(self) -> tuple[str, ...]:
@@ -205,7 +204,7 @@ class Service:
         waiting = Call()
         task.call.add_done_callback(lambda _: waiting.finish(False))
         if seconds > 0.0:
-            self.nao.clock.after(seconds, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
+            self.nao.after(seconds).add_done_callback(lambda _: waiting.finish(True))
         return waiting
 
 

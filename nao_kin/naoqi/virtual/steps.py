@@ -329,11 +329,6 @@ class StepMotion:
     message: str = ""
 
 
-def walking_height(robot: RobotModel) -> float:
-    """Height of the level torso above the soles while walking: that of the posture StandInit [m]."""
-    return -float(robot.fk(robot.posture("StandInit"), "LLeg")[2, 3])
-
-
 def smooth(u: Floats) -> Floats:
     """From 0 to 1 at rest at both ends, with continuous acceleration: 10u³ − 15u⁴ + 6u⁵."""
     return np.asarray(u * u * u * (10.0 + u * (6.0 * u - 15.0)))
@@ -361,7 +356,10 @@ def ready_motion(
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
     ready = _legs(robot, left, right, _torso(robot, between(feet["L"], feet["R"])[None]), q)
     stands = bool(np.all(ready.success))
-    goal = ready.q[0] if stands else _side_by_side(robot, q)
+    if not stands:
+        left, right = (_flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R"))
+        ready = _legs(robot, left, right, _torso(robot, np.zeros((1, 3))), q)
+    goal = ready.q[0]
     if np.abs(goal - q).max() < _READY:
         return StepMotion(np.empty((0, robot.nq)), True)
     ticks = round(_GETTING_READY / tick)
@@ -431,12 +429,6 @@ def _slow_enough(
             return StepMotion(motion.q, False, f"{jumps} would have to jump")
 
 
-def _side_by_side(robot: RobotModel, q: Floats) -> Floats:
-    """The configuration at walking height with the feet side by side, shape (nq,)."""
-    feet = {side: _flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R")}
-    return np.asarray(_legs(robot, feet["L"], feet["R"], _torso(robot, np.zeros((1, 3))), q).q[0])
-
-
 def _as_motion(found: ik.LegsResult) -> StepMotion:
     missed = np.flatnonzero(~np.asarray(found.success))
     return StepMotion(found.q, not missed.size, found.describe((int(missed[0]),)) if missed.size else "")
@@ -461,5 +453,5 @@ def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:
 
 
 def _torso(robot: RobotModel, places: Floats) -> Floats:
-    """Level poses of the torso above places on the floor, shape (n, 4, 4)."""
-    return _flat(places, walking_height(robot))
+    """Level poses of the torso above places on the floor, as high as in StandInit, shape (n, 4, 4)."""
+    return _flat(places, -float(robot.fk(robot.posture("StandInit"), "LLeg")[2, 3]))

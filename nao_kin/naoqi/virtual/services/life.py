@@ -152,12 +152,12 @@ class ALPreferenceManager(Service):
     @method
     def getValue(self, domain: Any, setting: Any) -> Any:
         """The value of a setting; None where there is none."""
-        return self._settings(domain).get(_name(setting))
+        return self._settings(domain).get(arguments.text(setting, "setting"))
 
     @method
     def setValue(self, domain: Any, setting: Any, value: Any) -> None:
         """Keep a value."""
-        self._domains[domain] = self._settings(domain) | {_name(setting): value}
+        self._domains[domain] = self._settings(domain) | {arguments.text(setting, "setting"): value}
 
     @method
     def getValueList(self, domain: Any) -> list[list[Any]]:
@@ -172,7 +172,7 @@ class ALPreferenceManager(Service):
     @method
     def removeValue(self, domain: Any, setting: Any) -> None:
         """Forget a value."""
-        values, name = self._settings(domain), _name(setting)
+        values, name = self._settings(domain), arguments.text(setting, "setting")
         if name not in values:
             raise UnknownName("setting", name, tuple(values))
         del values[name]
@@ -184,10 +184,6 @@ class ALPreferenceManager(Service):
 
     def _settings(self, domain: Any) -> dict[str, Any]:
         return self._domains.get(arguments.text(domain, "domain"), {})
-
-
-def _name(setting: Any) -> str:
-    return arguments.text(setting, "setting")
 
 
 # --- The autonomous abilities, which scripts switch off before they begin: kept, and nothing moves by itself here.
