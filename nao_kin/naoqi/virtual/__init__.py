@@ -10,11 +10,10 @@ Nothing here but `qi_server` knows qi: a test drives services directly, and time
 ## How a method is written
 
 A service is a class with a `name`; its topics may be classes of their own in files of their own (`services/motion.py`
-puts ALMotion together, with `cartesian`, `whole_body` and `walk`). A method is marked `@method`, has NAOqi's name, and
-takes what NAOqi's takes:
+puts ALMotion together, with `cartesian`, `whole_body` and `walk`). Its public methods are offered to scripts: each has
+NAOqi's name, and takes what NAOqi's takes. What else a service needs begins with an underscore:
 
     class Tools(Service):
-        @method
         def getAngles(self, names, useSensors):
             columns = self.nao.joints.columns(self.joints(names))
             ...
@@ -58,7 +57,7 @@ from nao_kin.naoqi.virtual.body import Base
 from nao_kin.naoqi.virtual.engine import Call, Change, NaoqiError, Task
 from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [
@@ -74,5 +73,4 @@ __all__ = [
     "State",
     "Task",
     "VirtualNao",
-    "method",
 ]

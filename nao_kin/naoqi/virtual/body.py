@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.names import as_names, chain_names, joint_names
+from nao_kin.naoqi.names import chain_names, joint_names
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual.engine import Notes
 from nao_kin.robot import NaoModel
@@ -397,12 +397,10 @@ def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Float
     """
     if name in WHOLE:
         return robot.mass, np.array(robot.com(q))
-    trunk = name == TORSO
-    joints = () if trunk else joint_names(robot, as_names(name))
     total, moment = 0.0, np.zeros(3)
-    for joint in (TORSO,) if trunk else joints:
-        inertia = robot.model.inertias[0 if trunk else robot.model.getJointId(joint)]
-        T_torso_segment = np.eye(4) if trunk else robot.fk(q, joint)
+    for part in (TORSO,) if name == TORSO else joint_names(robot, name):
+        inertia = robot.model.inertias[0 if part == TORSO else robot.model.getJointId(part)]
+        T_torso_segment = robot.fk(q, part)
         total += inertia.mass
         moment += inertia.mass * (T_torso_segment[:3, :3] @ inertia.lever + T_torso_segment[:3, 3])
     return float(total), moment / total if total > 0.0 else np.zeros(3)

@@ -32,7 +32,7 @@ from nao_kin.naoqi.virtual import limb_solvers as limbs
 from nao_kin.naoqi.virtual.engine import Call, Task
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
 from nao_kin.naoqi.virtual.limb_solvers import Solution, Target
-from nao_kin.naoqi.virtual.service import Service, method, variants
+from nao_kin.naoqi.virtual.service import Service, variants
 from nao_kin.rotations import exp, log
 
 if TYPE_CHECKING:
@@ -418,14 +418,14 @@ _CHANGED = "Change an effector's {0} from where it is commanded to be; else as s
 
 @variants(
     "positionInterpolations",
-    "follow",
+    "_follow",
     positionInterpolation=("chainName space path axisMask durations", _ONE),
     transformInterpolations=("", "Move effectors through transforms at times; else as positionInterpolations."),
     transformInterpolation=("chainName space path axisMask duration", _ONE),
 )
 @variants(
     "setPositions",
-    "send",
+    "_send",
     setPosition=("chainName", _ONE),
     changePosition=("effectorName space positionChange", _CHANGED.format("position", "Position")),
     setTransforms=("effectorNames space transform", "Send effectors to transforms; else as setPositions."),
@@ -457,7 +457,6 @@ class CartesianControl(Service):
         needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
         return super().kernels_for(name, given) | needed
 
-    @method
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """Position6D of an effector, joint, sensor or camera [m, rad].
 
@@ -468,12 +467,10 @@ class CartesianControl(Service):
         """
         return [float(value) for value in position6d(self._pose(name, space, useSensorValues))]
 
-    @method
     def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """The same as a 4 x 4 matrix row by row, 16 numbers."""
         return [float(value) for value in transform_list(self._pose(name, space, useSensorValues))]
 
-    @method
     def positionInterpolations(
         self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
     ) -> Call:
@@ -488,9 +485,8 @@ class CartesianControl(Service):
             times: of one effector a time or a list of times, of several a list for each or one for all [s].
             isAbsolute: False for changes of where the effectors are at the beginning.
         """
-        return self.follow("positionInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
+        return self._follow("positionInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
 
-    @method
     def setPositions(self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
         """Send effectors to positions at a fraction of the joints' maximum speeds; returns at once.
 
@@ -501,7 +497,7 @@ class CartesianControl(Service):
             fractionMaxSpeed: above 0, at most 1.
             axisMask: one for all, or a list of one for each.
         """
-        self.send("setPositions", effectorNames, space, position, fractionMaxSpeed, axisMask)
+        self._send("setPositions", effectorNames, space, position, fractionMaxSpeed, axisMask)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -519,16 +515,16 @@ class CartesianControl(Service):
         read = next(read for form, read in _FORMS.items() if form in name.lower())
         return wishes(names, spaces, paths, masks, times, read, relative=relative)
 
-    def follow(self, name: str, *asked: Any) -> Call:
+    def _follow(self, name: str, *asked: Any) -> Call:
         """Have effectors follow paths, what the interpolations do: effectors, spaces, paths, masks, times, absolute."""
         absolute = arguments.flag(asked[5], "isAbsolute") if len(asked) > 5 else True
-        return self.nao.start_task(self.path_task(name, self._wishes(name, *asked[:5], relative=not absolute)))
+        return self.nao.start_task(self._path_task(name, self._wishes(name, *asked[:5], relative=not absolute)))
 
-    def path_task(self, name: str, found: Sequence[Wish]) -> Task:
+    def _path_task(self, name: str, found: Sequence[Wish]) -> Task:
         """The task in which effectors follow their paths."""
         return PathTask(name, self.nao, found)
 
-    def send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: Any, masks: Any) -> None:
+    def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: Any, masks: Any) -> None:
         """Solve for all effectors, the torso and legs first, and send the joints there: what setPositions does."""
         found = self._wishes(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
         for wish in found:

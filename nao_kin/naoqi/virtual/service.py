@@ -19,20 +19,18 @@ if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-_F = TypeVar("_F", bound=Callable[..., Any])
 _S = TypeVar("_S", bound="Service")
 
 
-def method(function: _F) -> _F:
-    """Offer this method of a service to scripts, under its own name."""
-    function.is_offered = True  # type: ignore[attr-defined]
-    return function
+# Methods of every service that are for this library, and not for scripts.
+_OWN = frozenset(("help", "invoke", "joints", "keep", "kept", "kernels_for"))
 
 
 class Service:
     """A service that scripts call by name.
 
-    A subclass sets `name` and marks its methods with `@method`. They take what NAOqi's take, positional arguments only;
+    A subclass sets `name`. As qi does with a Python object, its public methods are offered to scripts, under their own
+    names; what is not for them begins with an underscore. They take what NAOqi's take, positional arguments only;
     defaults make overloads. They run with the lock held (`nao.monitor`), so they neither wait nor sleep: what takes
     time is a task, and its `Call` is returned. Arguments go through `arguments`; every `NaoKinError` becomes a
     `NaoqiError` that names service and method.
@@ -52,7 +50,8 @@ class Service:
         self.nao = nao
         self._kept: dict[tuple[str, str], Any] = {}
         kind = type(self)
-        offered = [name for name in dir(kind) if getattr(getattr(kind, name), "is_offered", False)]
+        public = [name for name in dir(kind) if not name.startswith("_") and name not in _OWN]
+        offered = [name for name in public if callable(getattr(kind, name))]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
         self._signatures = {name: inspect.signature(function) for name, function in self._methods.items()}
 
@@ -150,50 +149,41 @@ class Service:
 
     # --- what every module of NAOqi has ---------------------------------------------------------------------------
 
-    @method
     def ping(self) -> bool:
         """Whether the service is there: True."""
         return True
 
-    @method
     def version(self) -> str:
         """The version of nao_kin."""
         from nao_kin._core import __version__
 
         return __version__
 
-    @method
     def getMethodList(self) -> list[str]:
         """Names of all methods."""
         return list(self.method_names)
 
-    @method
     def getMethodHelp(self, methodName: Any) -> list[Any]:
         """Name and description of a method."""
         wanted = arguments.choice(methodName, "method", self.method_names)
         return [wanted, self.help(wanted)]
 
-    @method
     def getModuleHelp(self) -> str:
         """What the service is."""
         return inspect.getdoc(type(self)) or ""
 
-    @method
     def getBrokerName(self) -> str:
         """Who runs the service."""
         return "nao-kin"
 
-    @method
     def isRunning(self, id: Any) -> bool:
         """Whether a motion task, by its number in the task list, is not over."""
         return self.nao.tasks.find(arguments.whole(id, "id")) is not None
 
-    @method
     def stop(self, id: Any) -> None:
         """End a motion task, by its number in the task list."""
         self.nao.tasks.kill(arguments.whole(id, "id"))
 
-    @method
     def wait(self, id: Any, timeoutPeriod: Any = 0) -> Call | bool:
         """Wait until a motion task is over, at most some milliseconds, 0 for ever; True if the time ran out first."""
         task = self.nao.tasks.find(arguments.whole(id, "id"))
@@ -320,7 +310,7 @@ def _offer(
     order = [each if isinstance(each, Parameter) else Parameter(each, _PLACED) for each in ("self", *takes)]
     offered.__name__, offered.__doc__ = name, note
     offered.__signature__ = inspect.Signature(order)  # type: ignore[attr-defined]
-    setattr(kind, name, method(offered))
+    setattr(kind, name, offered)
 
 
 # --- Compiled kernels that calls need.

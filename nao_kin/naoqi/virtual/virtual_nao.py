@@ -292,7 +292,7 @@ class VirtualNao:
     def announce(self, event: str, value: Any) -> None:
         """Raise an event of the robot's own in ALMemory; only with the lock held."""
         memory = self.services["ALMemory"]
-        memory.announce(event, value)  # type: ignore[attr-defined]
+        memory._announce(event, value)  # type: ignore[attr-defined]
 
     def check_open(self) -> None:
         """Refuse when closed.

@@ -18,7 +18,7 @@ from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call, Task
-from nao_kin.naoqi.virtual.service import Service, formerly, method
+from nao_kin.naoqi.virtual.service import Service, formerly
 from nao_kin.naoqi.virtual.steps import (
     Gait,
     Step,
@@ -352,12 +352,10 @@ class Locomotion(Service):
 
     # --- walking --------------------------------------------------------------------------------------------------
 
-    @method
     def moveInit(self) -> Call:
         """Bring the torso over the feet, level and at walking height; returns when it is there."""
         return self._start("moveInit", ToTargets([], Gait()))
 
-    @method
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
         """Walk to a pose relative to where the robot is; returns when it stands.
 
@@ -381,7 +379,6 @@ class Locomotion(Service):
                 raise BadArgument(f"a target must be at most {_FARTHEST:g} m away along each axis, got {place}")
         return self._start("moveTo", ToTargets(targets, gait_of(config)))
 
-    @method
     def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a velocity until it is changed or stopped; returns at once.
 
@@ -393,7 +390,6 @@ class Locomotion(Service):
         """
         self._start("move", AtVelocity(_motion(x, y, theta), gait_of(moveConfig)))
 
-    @method
     def moveToward(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a share of the largest velocity; returns at once.
 
@@ -409,7 +405,6 @@ class Locomotion(Service):
         reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
         self._start("move", AtVelocity(shares * reach / foot.period, gait))
 
-    @method
     def stopMove(self) -> Call | bool:
         """Put the feet side by side; returns True when the robot stands."""
         walk = self._under_way()
@@ -418,27 +413,23 @@ class Locomotion(Service):
         walk.plan.stop()
         return walk.follow(lambda: True)
 
-    @method
     def killMove(self) -> None:
         """End the walk at once, in the middle of a step."""
         walk = self._under_way()
         if walk is not None:
             self.nao.tasks.kill(walk.id)
 
-    @method
     def waitUntilMoveIsFinished(self) -> Call | None:
         """Wait until the robot stands."""
         walk = self._under_way()
         return None if walk is None else walk.follow()
 
-    @method
     def moveIsActive(self) -> bool:
         """Whether the robot walks."""
         return self._under_way() is not None
 
     # --- footsteps ------------------------------------------------------------------------------------------------
 
-    @method
     def setFootSteps(self, legName: Any, footSteps: Any, timeList: Any, clearExisting: Any) -> None:
         """Make given steps, and stay as the feet then are; returns at once.
 
@@ -458,7 +449,6 @@ class Locomotion(Service):
             raise BadArgument("timeList must ascend, from above 0 s")
         self._make_steps("setFootSteps", legs, poses, durations, clearExisting)
 
-    @method
     def setFootStepsWithSpeed(self, legName: Any, footSteps: Any, fractionMaxSpeed: Any, clearExisting: Any) -> Call:
         """Make given steps, each at a fraction of the highest frequency; returns when they are made.
 
@@ -477,7 +467,6 @@ class Locomotion(Service):
         durations = Gait().left.period / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
-    @method
     def getFootSteps(self) -> list[list[Any]]:
         """Where the feet are in the world, the step that is made, and those that come after it.
 
@@ -495,7 +484,6 @@ class Locomotion(Service):
 
     # --- where the robot is ---------------------------------------------------------------------------------------
 
-    @method
     def getRobotPosition(self, useSensors: Any) -> list[float]:
         """FRAME_ROBOT in FRAME_WORLD: [x, y, theta] [m, rad].
 
@@ -504,7 +492,6 @@ class Locomotion(Service):
         """
         return _pose(body_of(self.nao, self.nao.joints.q(sensor=arguments.flag(useSensors, "useSensors"))))
 
-    @method
     def getNextRobotPosition(self) -> list[float]:
         """Where FRAME_ROBOT will be after the step that is made."""
         walk = self._under_way()
@@ -512,7 +499,6 @@ class Locomotion(Service):
             return _pose(body_of(self.nao, self.nao.joints.q(sensor=False)))
         return _pose(between(walk.step.support, walk.step.end))
 
-    @method
     def getRobotVelocity(self) -> list[float]:
         """Velocity of FRAME_ROBOT in its own axes, the mean of the step that is made: [vx, vy, vtheta] [m/s, rad/s]."""
         walk = self._under_way()
@@ -521,20 +507,17 @@ class Locomotion(Service):
         before, after = (between(walk.step.support, foot) for foot in (walk.step.start, walk.step.end))
         return [float(value) for value in seen_from(before, after) / walk.step_time]
 
-    @method
     def getMoveConfig(self, config: Any) -> list[list[Any]]:
         """The move configuration: "Default", "Min" or "Max"."""
         return move_config(arguments.text(config, "config"))
 
     # --- arms -----------------------------------------------------------------------------------------------------
 
-    @method
     def setMoveArmsEnabled(self, leftArmEnabled: Any, rightArmEnabled: Any) -> None:
         """Kept; the arms do not swing here."""
         left = arguments.flag(leftArmEnabled, "leftArmEnabled")
         self._arms = left, arguments.flag(rightArmEnabled, "rightArmEnabled")
 
-    @method
     def getMoveArmsEnabled(self, chainName: Any) -> bool:
         """As it was set, of "LArm", "RArm", or both for "Arms"; at first True."""
         arm = arguments.choice(chainName, "chain", (*_ARMS, "Arms"))
@@ -542,13 +525,11 @@ class Locomotion(Service):
 
     # --- names before NAOqi 1.14 ----------------------------------------------------------------------------------
 
-    @method
     def setWalkTargetVelocity(self, x: Any, y: Any, theta: Any, frequency: Any, moveConfig: Any = None) -> None:
         """As moveToward, with the frequency from 0 to 1."""
         share = arguments.fraction(frequency, "frequency")
         self.moveToward(x, y, theta, [*(moveConfig or []), ["MaxStepFrequency", share]])
 
-    @method
     def getWalkArmsEnabled(self) -> list[bool]:
         """Of the left and of the right arm."""
         return list(self._arms)

@@ -18,7 +18,6 @@ from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, Effect
 from nao_kin.naoqi.virtual.engine import TICK, Call, Task
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
 from nao_kin.naoqi.virtual.limb_solvers import LEGS, RADIAN, TORSO, Solution
-from nao_kin.naoqi.virtual.service import method
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
@@ -372,16 +371,17 @@ class WholeBodyControl(CartesianControl):
     - wbEnableEffectorOptimization changes nothing.
     """
 
-    def __init__(self, nao: Any) -> None:
+    _control: EffectorControl | None = None
+
+    def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self.balance = Balance()
-        self._control: EffectorControl | None = None
 
-    def path_task(self, name: str, found: Sequence[Wish]) -> Task:
+    def _path_task(self, name: str, found: Sequence[Wish]) -> Task:
         """The whole robot follows the paths while whole-body control is on and knows their masks."""
         if self.balance.enabled and all(wish.mask in MASKS for wish in found):
             return WholePathTask(name, self.nao, found, self.balance)
-        return super().path_task(name, found)
+        return super()._path_task(name, found)
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
         """The whole body holds its balance, and while it is on, effectors too."""
@@ -389,7 +389,6 @@ class WholeBodyControl(CartesianControl):
         needed = paths or name.startswith("wb")
         return super().kernels_for(name, given) | (frozenset({"bodies"}) if needed else frozenset())
 
-    @method
     def wbEnable(self, isEnabled: Any) -> None:
         """Switch whole-body control on or off; off forgets all constraints."""
         on = arguments.flag(isEnabled, "isEnabled")
@@ -398,7 +397,6 @@ class WholeBodyControl(CartesianControl):
             self.balance = Balance()
         self.balance.enabled = on
 
-    @method
     def wbFootState(self, stateName: Any, supportLeg: Any) -> None:
         """Say what a foot may do.
 
@@ -412,7 +410,6 @@ class WholeBodyControl(CartesianControl):
             if leg in (foot, "Legs"):
                 self.balance.feet[foot] = state
 
-    @method
     def wbEnableBalanceConstraint(self, isEnable: Any, supportLeg: Any) -> None:
         """Keep the centre of mass above what supports it.
 
@@ -423,7 +420,6 @@ class WholeBodyControl(CartesianControl):
         leg = arguments.choice(supportLeg, "support leg", SUPPORTS)
         self.balance.support = leg if arguments.flag(isEnable, "isEnable") else None
 
-    @method
     def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
         """Bring the centre of mass above the middle of what supports it; returns whether it is there.
 
@@ -436,7 +432,6 @@ class WholeBodyControl(CartesianControl):
         self.nao.base.check_stands()
         return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", leg, seconds))
 
-    @method
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
         """The same, no joint faster than a fraction of its maximum speed."""
         leg = arguments.choice(supportLeg, "support leg", SUPPORTS)
@@ -444,7 +439,6 @@ class WholeBodyControl(CartesianControl):
         self.nao.base.check_stands()
         return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalanceWithSpeed", leg, _LEAST_DURATION, share))
 
-    @method
     def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
         """Hold an effector by the whole robot, at first where it is; it switches whole-body control on.
 
@@ -467,7 +461,6 @@ class WholeBodyControl(CartesianControl):
             self.nao.start_task(self._control)
         self._control.hold(self.nao, effector)
 
-    @method
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:
         """Tell where an effector that is held is to be; returns at once.
 
@@ -482,7 +475,6 @@ class WholeBodyControl(CartesianControl):
             raise BadArgument(f"{effector} is not held: wbEnableEffectorControl({effector!r}, True) first")
         self._control.send(self.nao, effector, target)
 
-    @method
     def wbEnableEffectorOptimization(self, effectorName: Any, isActive: Any) -> None:
         """Taken and left; an effector whose target is far goes as near as it can in any case."""
         arguments.choice(effectorName, "effector", _OPTIMIZED)

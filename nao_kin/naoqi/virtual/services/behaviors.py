@@ -13,7 +13,7 @@ from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Interpolation
-from nao_kin.naoqi.virtual.service import Service, formerly, method
+from nao_kin.naoqi.virtual.service import Service, formerly
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -52,50 +52,42 @@ class ALBehaviorManager(Service):
         super().__init__(nao)
         self._started: dict[str, Call] = {}
 
-    @method
     def getInstalledBehaviors(self) -> list[str]:
         """Names of all behaviours."""
         return sorted(self._files())
 
-    @method
     def isBehaviorInstalled(self, name: Any) -> bool:
         """Whether there is such a behaviour."""
         return arguments.text(name, "name") in self._files()
 
-    @method
     def runBehavior(self, name: Any) -> Call:
         """Play a behaviour; returns at its end."""
-        return self.play("runBehavior", name)
+        return self._play("runBehavior", name)
 
-    @method
     def startBehavior(self, name: Any) -> None:
         """Play a behaviour; returns at once."""
-        self.play("startBehavior", name)
+        self._play("startBehavior", name)
 
-    @method
     def stopBehavior(self, name: Any) -> None:
         """End a behaviour where it is; does nothing when it is not played."""
         call = self._started.get(arguments.text(name, "name"))
         if call is not None:
             call.cancel()
 
-    @method
     def stopAllBehaviors(self) -> None:
         """End all behaviours where they are."""
         for call in self._started.values():
             call.cancel()
 
-    @method
     def isBehaviorRunning(self, name: Any) -> bool:
         """Whether a behaviour is played, or waits for its joints."""
         return arguments.text(name, "name") in self.getRunningBehaviors()
 
-    @method
     def getRunningBehaviors(self) -> list[str]:
         """Names of the behaviours that are played."""
         return sorted(name for name, call in self._started.items() if not call.done())
 
-    def play(self, task: str, name: Any) -> Call:
+    def _play(self, task: str, name: Any) -> Call:
         """Start a behaviour, under any name of a task.
 
         Raises:
@@ -143,7 +135,6 @@ class ALAnimationPlayer(Service):
     name = "ALAnimationPlayer"
     absent = ("runTag", "reset", "declarePathForTags", "addTagForAnimations", "declareTagForAnimations")
 
-    @method
     def run(self, path: Any) -> Call:
         """Play a behaviour; returns at its end.
 
@@ -157,7 +148,7 @@ class ALAnimationPlayer(Service):
                 raise BadArgument(f"[posture] stands for Stand or Sit, and the robot's family of postures is {family}")
             name = name.replace("[posture]", _POSTURES[family])
         manager = self.nao.services["ALBehaviorManager"]
-        return manager.play("ALAnimationPlayer.run", name)  # type: ignore[attr-defined, no-any-return]
+        return manager._play("ALAnimationPlayer.run", name)  # type: ignore[attr-defined, no-any-return]
 
 
 def led_in(motion: Motion, start: Floats) -> Motion:

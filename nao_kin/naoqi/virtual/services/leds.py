@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Service
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -124,22 +124,18 @@ class ALLeds(Service):
 
     # --- groups ---------------------------------------------------------------------------------------------------
 
-    @method
     def listGroups(self) -> list[str]:
         """Names of all groups."""
         return sorted([*self._groups, CHEST, *FEET])
 
-    @method
     def listGroup(self, groupName: Any) -> list[str]:
         """Names of the LEDs of a group."""
         return list(dict.fromkeys(led for led, _ in self._parts(groupName)))
 
-    @method
     def listLEDs(self) -> list[str]:
         """Names of all LEDs."""
         return list(self.colours)
 
-    @method
     def createGroup(self, groupName: Any, ledNames: Any) -> None:
         """Make a group of LEDs or groups."""
         name = arguments.text(groupName, "groupName")
@@ -152,35 +148,29 @@ class ALLeds(Service):
 
     # --- light ----------------------------------------------------------------------------------------------------
 
-    @method
     def on(self, name: Any) -> None:
         """Light a LED or group fully, in the colour that it has or in white."""
         self._fade(self._parts(name), (1.0, 1.0, 1.0))
 
-    @method
     def off(self, name: Any) -> None:
         """Darken a LED or group."""
         self._fade(self._parts(name), (0.0, 0.0, 0.0))
 
-    @method
     def setIntensity(self, name: Any, intensity: Any) -> None:
         """Set the brightness of a LED or group, from 0 to 1: white, or the channel that its name ends in."""
         value = arguments.fraction(intensity, "intensity")
         self._fade(self._parts(name), (value, value, value))
 
-    @method
     def getIntensity(self, name: Any) -> list[float]:
         """[r, g, b] of the first LED of a LED or group, from 0 to 1."""
         return list(self.colours[self._parts(name)[0][0]])
 
-    @method
     def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
         """Bring a LED or group to a brightness over some seconds; returns at the end."""
         parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
         seconds = arguments.duration(duration, "duration", zero=True)
         return self._fade(parts, (value, value, value), seconds)
 
-    @method
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
         """Bring a LED or group to a colour over some seconds; returns at the end.
 
@@ -203,7 +193,6 @@ class ALLeds(Service):
         seconds = arguments.duration(colour[-1], "duration", zero=True)
         return self._fade(parts, (r, g, b), seconds)
 
-    @method
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
         """Bring a LED or group through colours at times from now; returns at the end."""
         parts = self._parts(name)
@@ -217,17 +206,14 @@ class ALLeds(Service):
         frames = [(self._with(parts, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
         return self._play(frames)
 
-    @method
     def rasta(self, duration: Any) -> Call:
         """Green, yellow and red in the eyes for some seconds; returns at the end."""
         return self._cycle(("green", "yellow", "red"), duration)
 
-    @method
     def randomEyes(self, duration: Any) -> Call:
         """Changing colours in the eyes for some seconds, always the same ones; returns at the end."""
         return self._cycle(("cyan", "magenta", "yellow", "blue", "green", "red"), duration)
 
-    @method
     def rotateEyes(self, rgb: Any, timeForRotation: Any, totalDuration: Any) -> Call:
         """One lit LED running round each eye for some seconds; returns at the end."""
         colour = _colour(rgb)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Kept, Service, answers, keeps, method
+from nao_kin.naoqi.virtual.service import Kept, Service, answers, keeps
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -44,16 +44,12 @@ class ALAutonomousLife(Service):
         "getStateHistory startMonitoringLaunchpadConditions stopFocus".split()
     )
 
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._state = "disabled"
+    _state = "disabled"
 
-    @method
     def getState(self) -> str:
         """One of "solitary", "interactive", "safeguard" and, at first, "disabled"."""
         return self._state
 
-    @method
     def setState(self, state: Any) -> Call | None:
         """Change the state; "disabled" rests and returns when the robot does."""
         wanted = arguments.choice(state, "state", _STATES)
@@ -68,7 +64,6 @@ class ALAutonomousLife(Service):
             motion.invoke("wakeUp")
         return None
 
-    @method
     def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
         """[name, enabled, running] of each ability; none runs."""
         return [[ability, self.kept(_ABILITY, ability), False] for ability in _ABILITIES]
@@ -88,22 +83,17 @@ class ALSystem(Service):
         "previousSystemVersion getDefaultRobotName".split()
     )
 
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._name = "nao"
+    _name = "nao"
 
-    @method
     def robotName(self) -> str:
         """The robot's name; at first "nao"."""
         return self._name
 
-    @method
     def setRobotName(self, name: Any) -> bool:
         """Name the robot."""
         self._name = arguments.text(name, "name")
         return True
 
-    @method
     def systemInfo(self) -> list[list[str]]:
         """What this is."""
         return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
@@ -115,7 +105,6 @@ class ALBattery(Service):
     name = "ALBattery"
     absent = ("enablePowerMonitoring",)
 
-    @method
     def getBatteryCharge(self) -> int:
         """Per cent of the charge."""
         value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
@@ -133,7 +122,6 @@ class ALRobotModel(Service):
 
     name = "ALRobotModel"
 
-    @method
     def getConfig(self) -> str:
         """The robot as an XML document: its URDF; a robot has one of NAOqi's own."""
         return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
@@ -149,27 +137,22 @@ class ALPreferenceManager(Service):
         super().__init__(nao)
         self._domains: dict[str, dict[str, Any]] = {}
 
-    @method
     def getValue(self, domain: Any, setting: Any) -> Any:
         """The value of a setting; None where there is none."""
         return self._settings(domain).get(arguments.text(setting, "setting"))
 
-    @method
     def setValue(self, domain: Any, setting: Any, value: Any) -> None:
         """Keep a value."""
         self._domains[domain] = self._settings(domain) | {arguments.text(setting, "setting"): value}
 
-    @method
     def getValueList(self, domain: Any) -> list[list[Any]]:
         """[setting, value] of a domain."""
         return [[name, value] for name, value in self._settings(domain).items()]
 
-    @method
     def getDomainList(self) -> list[str]:
         """All domains, in alphabetical order."""
         return sorted(self._domains)
 
-    @method
     def removeValue(self, domain: Any, setting: Any) -> None:
         """Forget a value."""
         values, name = self._settings(domain), arguments.text(setting, "setting")
@@ -177,7 +160,6 @@ class ALPreferenceManager(Service):
             raise UnknownName("setting", name, tuple(values))
         del values[name]
 
-    @method
     def removeDomainValues(self, domain: Any) -> None:
         """Forget all values of a domain."""
         self._domains.pop(arguments.text(domain, "domain"), None)
@@ -194,17 +176,14 @@ class _Ability(Service):
 
     ability: ClassVar[str]
 
-    @method
     def setEnabled(self, enabled: Any) -> None:
         """Kept; the ability does nothing here."""
         self.nao.services["ALAutonomousLife"].invoke("setAutonomousAbilityEnabled", self.ability, enabled)
 
-    @method
     def isEnabled(self) -> bool:
         """As it was set; at first True."""
         return bool(self.nao.services["ALAutonomousLife"].invoke("getAutonomousAbilityEnabled", self.ability))
 
-    @method
     def isRunning(self, id: Any = None) -> bool:
         """Whether the ability does something: False; with an id, whether a motion task is not over."""
         return False if id is None else super().isRunning(id)
@@ -221,12 +200,10 @@ class ALBasicAwareness(_Ability):
         " resumeAwareness".split()
     )
 
-    @method
     def startAwareness(self) -> None:
         """The same as setEnabled(True), under its name before NAOqi 2.5."""
         self.setEnabled(True)
 
-    @method
     def stopAwareness(self) -> None:
         """The same as setEnabled(False), under its name before NAOqi 2.5."""
         self.setEnabled(False)

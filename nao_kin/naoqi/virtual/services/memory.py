@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from nao_kin.errors import BadArgument, UnknownName, nearest_names
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, formerly, method
+from nao_kin.naoqi.virtual.service import Service, formerly
 from nao_kin.naoqi.virtual.services.leds import actuators as led_actuators
 
 if TYPE_CHECKING:
@@ -152,12 +152,10 @@ class ALMemory(Service):
 
     # --- values ---------------------------------------------------------------------------------------------------
 
-    @method
     def getData(self, key: Any, iDummy: Any = 0) -> Any:
         """The value of a key; an error where there is none. A second argument, of old scripts, counts for nothing."""
         return self._value(arguments.text(key, "key"))
 
-    @method
     def getListData(self, keyList: Any) -> list[Any]:
         """The values of several keys of one moment; None where a key has none."""
         if not isinstance(keyList, (list, tuple)):
@@ -165,12 +163,10 @@ class ALMemory(Service):
         keys = [arguments.text(key, "key") for key in keyList]
         return [self._value(key) if key in self._values or key in self._own else None for key in keys]
 
-    @method
     def insertData(self, key: Any, data: Any) -> None:
         """Keep a value under a key; nobody is told, but of switches and sonars."""
         self._keep(_key(key), data)
 
-    @method
     def insertListData(self, pairs: Any) -> None:
         """Keep several values: a list of [key, value]."""
         if not isinstance(pairs, (list, tuple)) or not all(isinstance(p, (list, tuple)) and len(p) > 1 for p in pairs):
@@ -178,7 +174,6 @@ class ALMemory(Service):
         for pair in pairs:
             self._keep(_key(pair[0]), pair[1])
 
-    @method
     def removeData(self, key: Any) -> None:
         """Remove a value, or an inserted one that stood before the robot's own; an error where there is none."""
         name = arguments.text(key, "key")
@@ -187,18 +182,15 @@ class ALMemory(Service):
         del self._values[name]
         self._sense(name)
 
-    @method
     def getDataList(self, filter: Any = "") -> list[str]:
         """All keys that contain a text, in alphabetical order."""
         part = arguments.text(filter, "filter")
         return sorted(key for key in {*self._values, *self._own} if part in key)
 
-    @method
     def getDataListName(self) -> list[str]:
         """All keys, in alphabetical order."""
         return self.getDataList("")
 
-    @method
     def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Call:
         """Wait for the next time that the event is raised, and return its value."""
         wanted, waiting = Subscriber(self, _key(key)), Call()
@@ -206,12 +198,10 @@ class ALMemory(Service):
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
         return waiting
 
-    @method
     def setDescription(self, name: Any, description: Any) -> None:
         """Describe a key."""
         self._descriptions[_key(name)] = arguments.text(description, "description")
 
-    @method
     def getDescriptionList(self, keylist: Any) -> list[list[str]]:
         """[key, type, description] of keys."""
         if not isinstance(keylist, (list, tuple)):
@@ -220,29 +210,24 @@ class ALMemory(Service):
 
     # --- events ---------------------------------------------------------------------------------------------------
 
-    @method
     def declareEvent(self, eventName: Any, extractorName: Any = "") -> None:
         """List an event before it is raised."""
         self._events.add(_key(eventName))
 
-    @method
     def getEventList(self) -> list[str]:
         """Names of the events that were declared or raised, in alphabetical order."""
         return sorted(self._events)
 
-    @method
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Keep a value under a key, and tell whoever listens."""
         key = _key(name)
         self._keep(key, value)
         self._raise(key, value)
 
-    @method
     def subscriber(self, eventName: Any) -> Subscriber:
         """An object with a `signal` to connect to."""
         return Subscriber(self, _key(eventName))
 
-    @method
     def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
         """Have a method of a service called with key, value and message whenever the event is raised.
 
@@ -256,24 +241,21 @@ class ALMemory(Service):
         self._events.add(key)
         self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
 
-    @method
     def unsubscribeToEvent(self, name: Any, callbackModule: Any) -> None:
         """Call a service no more."""
         module = arguments.text(callbackModule, "callbackModule")
         if self._modules.get(_key(name), {}).pop(module, None) is None:
             raise BadArgument(f"{module} has not subscribed to {name}")
 
-    @method
     def subscribeToMicroEvent(self, name: Any, callbackModule: Any, callbackMessage: Any, callbackMethod: Any) -> None:
         """As subscribeToEvent with a message."""
         self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
 
-    @method
     def getSubscribers(self, name: Any) -> list[str]:
         """Names of the services that are called at an event."""
         return sorted(self._modules.get(_key(name), {}))
 
-    def announce(self, key: str, value: Any) -> None:
+    def _announce(self, key: str, value: Any) -> None:
         """Raise an event of the robot's own; a value that is read from the robot is not kept."""
         if key not in self._own:
             self._values[key] = value
@@ -289,7 +271,7 @@ class ALMemory(Service):
         """Have the sensors notice that the value of a key of theirs is another."""
         if key in self._own:
             for service in ("ALTouch", "ALSonar"):
-                self.nao.services[service].sensed(key, self._value(key))  # type: ignore[attr-defined]
+                self.nao.services[service]._sensed(key, self._value(key))  # type: ignore[attr-defined]
 
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
@@ -308,9 +290,7 @@ class ALMemory(Service):
         raise self._unknown(key)
 
     def _unknown(self, key: str) -> UnknownName:
-        keys = sorted({*self._values, *self._own})
-        near = nearest_names(key, keys)
-        return UnknownName("key", key, near or keys)
+        return UnknownName("key", key, tuple(sorted({*self._values, *self._own})))
 
     def _own_keys(self) -> dict[str, Any]:
         """Every key of the robot's own, with its value, or with what reads it."""
@@ -350,7 +330,7 @@ class ALMemory(Service):
     def _switched(self, event: str) -> float:
         """1.0 while a switch that raises an event is pressed."""
         touch = self.nao.services["ALTouch"]
-        return float(touch.is_raised(event))  # type: ignore[attr-defined]
+        return float(touch._is_raised(event))  # type: ignore[attr-defined]
 
     def _contact(self, foot: str) -> bool:
         """Whether the robot stands with this sole on the floor."""
@@ -394,31 +374,29 @@ class ALTouch(Service):
         super().__init__(nao)
         self._pressed = dict.fromkeys(SWITCHES, False)
 
-    @method
     def getSensorList(self) -> list[str]:
         """Names of all sensors."""
         return list(self._pressed)
 
-    @method
     def getStatus(self) -> list[list[Any]]:
         """[name, pressed] of each sensor."""
         return [[sensor, pressed] for sensor, pressed in self._pressed.items()]
 
-    def is_raised(self, event: str) -> float:
+    def _is_raised(self, event: str) -> float:
         """1.0 while a sensor of an event is pressed, else 0.0."""
         return float(any(self._pressed[sensor] for sensor, (raised, _) in SWITCHES.items() if raised == event))
 
-    def sensed(self, key: str, value: Any) -> None:
+    def _sensed(self, key: str, value: Any) -> None:
         """Take what ALMemory has under a key now."""
         sensor = key.removeprefix(DEVICE).removesuffix(SENSOR)
         pressed = isinstance(value, (int, float)) and value > 0.5
         if self._pressed.get(sensor, pressed) == pressed:
             return
         event, part = SWITCHES[sensor]
-        before = self.is_raised(event)
+        before = self._is_raised(event)
         self._pressed[sensor] = pressed
-        if self.is_raised(event) != before:
-            self.nao.announce(event, self.is_raised(event))
+        if self._is_raised(event) != before:
+            self.nao.announce(event, self._is_raised(event))
         self.nao.announce("TouchChanged", [[part, pressed], [sensor, pressed]])
 
 
@@ -439,14 +417,12 @@ class ALSonar(Service):
         super().__init__(nao)
         self._subscribers: list[str] = []
 
-    @method
     def subscribe(self, name: Any, period: Any = 500, precision: Any = 0.0) -> None:
         """Switch the sonars on; period and precision count for nothing."""
         subscriber = arguments.text(name, "name")
         if subscriber not in self._subscribers:
             self._subscribers.append(subscriber)
 
-    @method
     def unsubscribe(self, name: Any) -> None:
         """Switch the sonars off, when the last has unsubscribed."""
         subscriber = arguments.text(name, "name")
@@ -454,12 +430,11 @@ class ALSonar(Service):
             raise BadArgument(f"{subscriber} has not subscribed")
         self._subscribers.remove(subscriber)
 
-    @method
     def getSubscribersInfo(self) -> list[list[Any]]:
         """[name, period, precision] of those who have subscribed."""
         return [[name, 500, 0.0] for name in self._subscribers]
 
-    def sensed(self, key: str, value: Any) -> None:
+    def _sensed(self, key: str, value: Any) -> None:
         """Take what ALMemory has under a key now."""
         for side in SONARS if self._subscribers and isinstance(value, (int, float)) else ():
             if key == sonar_key(side):

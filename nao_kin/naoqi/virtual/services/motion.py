@@ -18,7 +18,7 @@ from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
-from nao_kin.naoqi.virtual.service import Kept, Service, formerly, keeps, method
+from nao_kin.naoqi.virtual.service import Kept, Service, formerly, keeps
 from nao_kin.naoqi.virtual.services.posture import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
@@ -43,7 +43,6 @@ class JointControl(Service):
     late; the log says so. The blocking methods return when the command is at its last key.
     """
 
-    @method
     def getAngles(self, names: Any, useSensors: Any) -> list[float]:
         """Angles of joints [rad; 0 to 1 for the hands].
 
@@ -56,7 +55,6 @@ class JointControl(Service):
         values: Floats = (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]
         return [float(value) for value in values]
 
-    @method
     def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: Any) -> None:
         """Send joints to angles, each at a fraction of its maximum speed; returns at once.
 
@@ -67,12 +65,10 @@ class JointControl(Service):
         """
         self._approach("setAngles", names, angles, "angles", fractionMaxSpeed)
 
-    @method
     def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: Any) -> None:
         """Change angles from what the joints are commanded now; else as setAngles."""
         self._approach("changeAngles", names, changes, "changes", fractionMaxSpeed, relative=True)
 
-    @method
     def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Any) -> Call:
         """Move joints through angles at times; returns when the last is reached.
 
@@ -92,7 +88,6 @@ class JointControl(Service):
 
         return self.nao.start_task(Interpolation("angleInterpolation", joints, plan))
 
-    @method
     def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
         """Move joints to angles, the one with the longest way at a fraction of its maximum speed; returns at the end.
 
@@ -106,7 +101,6 @@ class JointControl(Service):
         fraction = arguments.fraction(maxSpeedFraction, "maxSpeedFraction", positive=True)
         return self.nao.start_task(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, fraction))
 
-    @method
     def angleInterpolationBezier(self, jointNames: Any, times: Any, controlPoints: Any) -> Call:
         """Move joints along Bezier curves in time and angle; returns when the last key is reached.
 
@@ -132,12 +126,10 @@ class JointControl(Service):
         plan(np.array([row[0] for row in keys]))  # refuses handles that leave their segments, before any joint moves
         return self.nao.start_task(Interpolation("angleInterpolationBezier", joints, plan))
 
-    @method
     def openHand(self, handName: Any) -> Call:
         """Open a hand at its maximum speed, and let go of its motor."""
         return self._hand("openHand", handName, 1.0)
 
-    @method
     def closeHand(self, handName: Any) -> Call:
         """Close a hand at its maximum speed, and let go of its motor."""
         return self._hand("closeHand", handName, 0.0)
@@ -195,13 +187,11 @@ class StiffnessControl(Service):
     A joint without stiffness does not move, and does not sink either.
     """
 
-    @method
     def wakeUp(self) -> None:
         """Give all joints stiffness and have them stay where they are, as a NAO does."""
         self.nao.joints.hold()
         self._awake(True)
 
-    @method
     def rest(self) -> Call | None:
         """End all that moves, go to Crouch at three tenths of the maximum speeds, and take the stiffness away."""
         self.nao.tasks.kill_all()
@@ -224,13 +214,11 @@ class StiffnessControl(Service):
         self.nao.log.change("awake", awake)
         self.nao.announce("robotIsWakeUp", awake)
 
-    @method
     def robotIsWakeUp(self) -> bool:
         """Whether all joints of the legs have stiffness."""
         columns = self.nao.joints.columns(self.joints("Legs"))
         return bool((self.nao.joints.stiffness[columns] > 0.0).all())
 
-    @method
     def setStiffnesses(self, names: Any, stiffnesses: Any) -> None:
         """Set stiffnesses at once.
 
@@ -243,13 +231,11 @@ class StiffnessControl(Service):
         _check_stiffnesses(joints, values[:, None])
         self.nao.joints.set_stiffness(self.nao.joints.columns(joints), values)
 
-    @method
     def getStiffnesses(self, jointName: Any) -> list[float]:
         """Stiffnesses of a joint, a chain, "Body", or a list of these, from 0 to 1."""
         stiffness = self.nao.joints.stiffness
         return [float(stiffness[column]) for column in self.nao.joints.columns(self.joints(jointName))]
 
-    @method
     def stiffnessInterpolation(self, names: Any, stiffnessLists: Any, timeLists: Any) -> Call:
         """Change stiffnesses on straight lines through values at times; returns when the last is reached.
 
@@ -263,7 +249,6 @@ class StiffnessControl(Service):
         _check_stiffnesses(joints, keys)
         return self.nao.start_task(StiffnessRamp(joints, times, keys))
 
-    @method
     def setMotionConfig(self, config: Any) -> None:
         """Taken and logged; nothing here can be configured."""
         self.nao.log.write(f"setMotionConfig: {config!r} changes nothing here")
@@ -318,30 +303,25 @@ class GeneralTools(Service):
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
-    @method
     def getBodyNames(self, name: Any) -> list[str]:
         """Names of the joints of a chain or group; of all chains for "Chains"."""
         if name == "Chains":
             return list(language.chain_names(self.nao.robot))
         return list(language.joint_names(self.nao.robot, arguments.text(name, "name")))
 
-    @method
     def getSensorNames(self) -> list[str]:
         """Names of the sensors whose poses getPosition gives."""
         frames = [name.removesuffix("_frame") for name in self.nao.robot.frame_names if name.endswith("_frame")]
         return sorted(name.removeprefix("ImuTorso") for name in frames)
 
-    @method
     def getLimits(self, name: Any) -> list[list[float]]:
         """[minAngle, maxAngle, maxVelocity, maxTorque] of each joint of a joint, chain or group."""
         return [[float(value) for value in row] for row in limits(self.nao.robot, name)]
 
-    @method
     def getMotionCycleTime(self) -> int:
         """Milliseconds of ALMotion's cycle, as NAOqi documents them: 20; the virtual NAO moves in ticks of 10."""
         return 20
 
-    @method
     def getRobotConfig(self) -> list[list[Any]]:
         """Names and values of what the robot is."""
         # As NAOqi writes them: VERSION_60 of a V6, VERSION_33 of a V3.3.
@@ -351,7 +331,6 @@ class GeneralTools(Service):
         config |= {"Arm Version": version, "Number of Legs": 2, "Number of Arms": 2, "Number of Hands": 2}
         return [list(config), list(config.values())]
 
-    @method
     def getSummary(self) -> str:
         """Joints, stiffnesses, commands and sensors as a table."""
         joints = self.nao.joints
@@ -361,12 +340,10 @@ class GeneralTools(Service):
         tasks = ", ".join(f"{name} ({number})" for name, number in self.nao.tasks.listing()) or "none"
         return "\n".join([*lines, f"Tasks: {tasks}", ""])
 
-    @method
     def getMass(self, pName: Any) -> float:
         """Mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [kg]."""
         return mass_and_com(self.nao.robot, self.nao.joints.q(), self._part(pName))[0]
 
-    @method
     def getCOM(self, pName: Any, pSpace: Any, pUseSensorValues: Any) -> list[float]:
         """Centre of mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [m].
 
@@ -387,41 +364,34 @@ class GeneralTools(Service):
 
     # --- tasks ----------------------------------------------------------------------------------------------------
 
-    @method
     def getTaskList(self) -> list[list[Any]]:
         """[name, id] of each motion task, those that wait for joints last."""
         return self.nao.tasks.listing()
 
-    @method
     def areResourcesAvailable(self, resourceNames: Any) -> bool:
         """Whether no blocking task holds any of these joints."""
         return self.nao.tasks.available(self.joints(resourceNames, "resourceNames"))
 
-    @method
     def killTask(self, motionTaskID: Any) -> bool:
         """End a task where it is; whether there was one with this id."""
         return self.nao.tasks.kill(arguments.whole(motionTaskID, "motionTaskID"))
 
-    @method
     def killTasksUsingResources(self, resourceNames: Any) -> None:
         """End the blocking tasks that hold any of these joints, or wait for them."""
         joints = self.joints(resourceNames, "resourceNames")
         self.nao.tasks.kill_using([*joints, *(f"{joint}/Stiffness" for joint in joints)])
 
-    @method
     def killAll(self) -> None:
         """End all tasks where they are."""
         self.nao.tasks.kill_all()
 
     # --- what is not simulated ------------------------------------------------------------------------------------
 
-    @method
     def isCollision(self, pChainName: Any) -> str:
         """Always "none": collisions are not looked for here."""
         arguments.choice(pChainName, "chain", _ARMS)
         return "none"
 
-    @method
     def setBreathConfig(self, pConfig: Any) -> None:
         """Kept: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
         pairs = pConfig if isinstance(pConfig, (list, tuple)) else [pConfig]
@@ -431,7 +401,6 @@ class GeneralTools(Service):
             key = arguments.choice(pair[0], "parameter", tuple(self._breath))
             self._breath[key] = arguments.number(pair[1], key)
 
-    @method
     def getBreathConfig(self) -> list[list[Any]]:
         """As it was set."""
         return [[key, value] for key, value in self._breath.items()]

@@ -14,7 +14,7 @@ from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import AtSpeed
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel
 
 if TYPE_CHECKING:
@@ -98,17 +98,14 @@ class ALRobotPosture(Service):
     name = "ALRobotPosture"
     absent = ("getRobotPosture", "isStandCompatible")
 
-    @method
     def getPostureList(self) -> list[str]:
         """Names of the predefined postures."""
         return list(self.nao.robot.posture_names)
 
-    @method
     def getPostureFamilyList(self) -> list[str]:
         """Names of the families of postures."""
         return list(dict.fromkeys(_FAMILIES.values()))
 
-    @method
     def getPosture(self) -> str:
         """The predefined posture that all joints but the hands are within 0.1 rad of; "Unknown" for none."""
         body = self.nao.joints.sensor
@@ -120,7 +117,6 @@ class ALRobotPosture(Service):
         nearest = min(distances, key=lambda name: distances[name])
         return nearest if distances[nearest] <= _NEAR else "Unknown"
 
-    @method
     def getPostureFamily(self) -> str:
         """The family of the posture; between postures, of what the robot does: stand, crouch, or "Unknown"."""
         posture = self.getPosture()
@@ -131,7 +127,6 @@ class ALRobotPosture(Service):
         knees = self.nao.joints.sensor[self.nao.joints.columns(("LKneePitch", "RKneePitch"))]
         return "Crouching" if float(knees.min()) > _BENT_KNEES else "Standing"
 
-    @method
     def goToPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
         """Go to a posture; True when it is reached, False where it is unknown, killed, or joints have no stiffness.
 
@@ -143,17 +138,14 @@ class ALRobotPosture(Service):
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
 
-    @method
     def applyPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
         """The same; NAOqi's goes without planning its way."""
         return self._go("applyPosture", postureName, maxSpeedFraction)
 
-    @method
     def stopMove(self) -> None:
         """End the way to a posture where it is, and those that wait for it."""
         self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture))
 
-    @method
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
         """Taken and left: a posture is reached at the first try here."""
         arguments.whole(pMaxTryNumber, "pMaxTryNumber")
@@ -198,7 +190,6 @@ class ALTracker(Service):
         "setMaximumVelocity setMaximumAcceleration".split()
     )
 
-    @method
     def lookAt(self, pPosition: Any, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
         """Turn the head so that the point is in the middle of the top camera's picture, or as near as limits allow.
 
@@ -220,7 +211,6 @@ class ALTracker(Service):
         angles = self.nao.robot.to_body(result.q)[self.nao.joints.columns(_HEAD)]
         return self.nao.start_task(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
-    @method
     def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
         """Stretch an arm towards a point: shoulder, hand and point are then in a line, as far as limits allow.
 
@@ -238,7 +228,6 @@ class ALTracker(Service):
         targets = pointing(self.nao.robot, side, point)
         return self.nao.start_task(AtSpeed("pointAt", self.nao, joints, targets, share))
 
-    @method
     def stopTracker(self) -> None:
         """End lookAt and pointAt where they are."""
         self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if task.name in _TASKS)

@@ -11,7 +11,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, Timer
-from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
+from nao_kin.naoqi.virtual.service import Kept, Service, keeps
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -66,7 +66,6 @@ class ALTextToSpeech(Service):
         )
         self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)
 
-    @method
     def say(self, stringToSay: Any, language: Any = None) -> Call:
         """Say a text, after those that were given before; returns when it is said."""
         if language is not None:
@@ -78,7 +77,6 @@ class ALTextToSpeech(Service):
             self._next()
         return call
 
-    @method
     def stopAll(self) -> None:
         """Be silent at once; whoever waits for a text gets an answer."""
         if self._timer is not None:
@@ -89,17 +87,14 @@ class ALTextToSpeech(Service):
             self.nao.monitor.later(call.finish)
         self._tell("")
 
-    @method
     def getAvailableLanguages(self) -> list[str]:
         """The languages that setLanguage takes."""
         return list(_LANGUAGES)
 
-    @method
     def getAvailableVoices(self) -> list[str]:
         """The one voice that is pretended."""
         return ["naoenu"]
 
-    @method
     def setParameter(self, pEffectName: Any, pEffectValue: Any) -> None:
         """Set a parameter; "speed" changes how long a text takes, the others are kept."""
         name = arguments.choice(pEffectName, "parameter", tuple(self._parameters))
@@ -108,17 +103,15 @@ class ALTextToSpeech(Service):
             raise BadArgument(f"{name} must be from 50 to 400, got {value:g}")
         self._parameters["speed" if name == "defaultVoiceSpeed" else name] = value
 
-    @method
     def getParameter(self, pParameterName: Any) -> float:
         """A parameter as it was set."""
         return self._parameters[arguments.choice(pParameterName, "parameter", tuple(self._parameters))]
 
-    @method
     def resetSpeed(self) -> None:
         """Speak at speed 100 again."""
         self._parameters["speed"] = 100.0
 
-    def duration(self, words: str) -> float:
+    def _duration(self, words: str) -> float:
         """How long a text takes [s]."""
         pauses = sum(int(milliseconds) for milliseconds in _PAUSE.findall(words)) / 1000.0
         letters = len(spoken_words(words))
@@ -132,7 +125,7 @@ class ALTextToSpeech(Service):
         self.nao.announce("ALTextToSpeech/TextStarted", 1)
         self.nao.announce("ALTextToSpeech/TextDone", 0)
         self.nao.log.write(f"says: {abbreviated(words)}")
-        self._timer = self.nao.clock.after(self.duration(words), self._said)
+        self._timer = self.nao.clock.after(self._duration(words), self._said)
 
     def _said(self) -> None:
         self._timer = None
