@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -20,6 +21,7 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import pose
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
+from nao_kin.naoqi.virtual.engine import TICK
 from nao_kin.robot import RobotModel
 
 # --- How the virtual NAO walks: NAOqi's move configuration, with its defaults and bounds.
@@ -314,19 +316,11 @@ _READY = 1e-6
 _MOST_STRETCHED = 10
 
 
-@dataclass(frozen=True, eq=False)
-class StepMotion:
-    """A step in joint values at every tick.
+class StepNotMade(BadArgument):
+    """The legs cannot make a step."""
 
-    Attributes:
-        q: configurations at the ends of the ticks, shape (n, nq); the last is where the step ends.
-        reached: whether the legs make all of it.
-        message: why not; "" where they do.
-    """
-
-    q: Floats
-    reached: bool
-    message: str = ""
+    def __init__(self, why: str) -> None:
+        super().__init__(f"the legs cannot make this step: {why}")
 
 
 def smooth(u: Floats) -> Floats:
@@ -334,9 +328,7 @@ def smooth(u: Floats) -> Floats:
     return np.asarray(u * u * u * (10.0 + u * (6.0 * u - 15.0)))
 
 
-def ready_motion(
-    robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats, tick: float
-) -> StepMotion:
+def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats) -> Floats:
     """From where the robot stands to where a step begins: the torso level, between the feet.
 
     The feet stay where they are while the torso comes over them. Where the legs cannot do that (from Crouch, whose
@@ -348,10 +340,12 @@ def ready_motion(
         feet: poses on the floor by "L" and "R", shape (3,).
         T_world_torso: where the torso is now, shape (4, 4).
         q: the joints of now, shape (nq,).
-        tick: time between two configurations [s].
 
     Returns:
-        No configuration at all where the robot is ready.
+        Configurations at the ends of the ticks, shape (n, nq); none at all where the robot is ready.
+
+    Raises:
+        StepNotMade: a joint would have to jump.
     """
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
     ready = _legs(robot, left, right, _torso(robot, between(feet["L"], feet["R"])[None]), q)
@@ -361,38 +355,42 @@ def ready_motion(
         ready = _legs(robot, left, right, _torso(robot, np.zeros((1, 3))), q)
     goal = ready.q[0]
     if np.abs(goal - q).max() < _READY:
-        return StepMotion(np.empty((0, robot.nq)), True)
-    ticks = round(_GETTING_READY / tick)
+        return np.empty((0, robot.nq))
+    ticks = round(_GETTING_READY / TICK)
     if stands:
         poses = np.stack([T_world_torso, np.asarray(ready.torso)[0]])
 
-        def over_feet(count: int) -> StepMotion:
+        def over_feet(count: int) -> Floats:
             path = EffectorPath([0.0, float(count)], poses)
             torso = np.stack([path.pose(float(time)) for time in range(1, count + 1)])
-            return _as_motion(_legs(robot, left, right, torso, q))
+            return _all_of(_legs(robot, left, right, torso, q))
 
-        motion = _slow_enough(robot, over_feet, q, ticks, tick, _READY_SPEED_SHARE)
-        if motion.reached:
-            return motion
+        with suppress(StepNotMade):
+            return _slow_enough(robot, over_feet, q, ticks, _READY_SPEED_SHARE)
 
-    def straight(count: int) -> StepMotion:
+    def straight(count: int) -> Floats:
         share = smooth(np.arange(1, count + 1) / count)[:, None]
-        return StepMotion(q + share * (goal - q), True)
+        return np.asarray(q + share * (goal - q))
 
-    return _slow_enough(robot, straight, q, ticks, tick, _READY_SPEED_SHARE)
+    return _slow_enough(robot, straight, q, ticks, _READY_SPEED_SHARE)
 
 
-def step_motion(robot: RobotModel, step: Step, q: Floats, tick: float) -> StepMotion:
+def step_motion(robot: RobotModel, step: Step, q: Floats) -> Floats:
     """A step at every tick; longer than its period where joints would be too fast.
 
     Args:
         robot: a NAO.
         step: the step.
         q: where the robot stands now, shape (nq,).
-        tick: time between two configurations [s].
+
+    Returns:
+        Configurations at the ends of the ticks, shape (n, nq); the last is where the step ends.
+
+    Raises:
+        StepNotMade: the legs do not reach all of it, or a joint would have to jump.
     """
 
-    def at(ticks: int) -> StepMotion:
+    def at(ticks: int) -> Floats:
         time = np.arange(1, ticks + 1) / ticks
         swing = np.clip((time - 0.5 * _DOUBLE_SUPPORT) / (1.0 - _DOUBLE_SUPPORT), 0.0, 1.0)
         moving = _moved(step.start, step.end, smooth(swing))
@@ -401,37 +399,34 @@ def step_motion(robot: RobotModel, step: Step, q: Floats, tick: float) -> StepMo
         first, last = (between(step.support, foot) for foot in (step.start, step.end))
         torso = _torso(robot, _moved(first, last, smooth(time)))
         feet = {step.side: _flat(moving, height), other(step.side): _flat(standing)}
-        return _as_motion(_legs(robot, feet["L"], feet["R"], torso, q))
+        return _all_of(_legs(robot, feet["L"], feet["R"], torso, q))
 
-    ticks = max(2, math.ceil(step.period / tick - 1e-9))
-    return _slow_enough(robot, at, q, ticks, tick, _SPEED_SHARE)
+    ticks = max(2, math.ceil(step.period / TICK - 1e-9))
+    return _slow_enough(robot, at, q, ticks, _SPEED_SHARE)
 
 
-def _slow_enough(
-    robot: RobotModel, at: Callable[[int], StepMotion], q: Floats, ticks: int, tick: float, share: float
-) -> StepMotion:
+def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, ticks: int, share: float) -> Floats:
     """A motion of so many ticks, or of more, so that no joint needs more than a share of its largest speed.
 
-    More time does not help a joint that jumps, from one branch of the legs' solutions to another: that is not reached.
+    More time does not help a joint that jumps, from one branch of the legs' solutions to another: that is not made.
     """
     most = _MOST_STRETCHED * ticks
     while True:
         motion = at(ticks)
-        if not motion.reached:
-            return motion
-        speeds = np.abs(np.diff(np.vstack([q, motion.q]), axis=0)) / tick
+        speeds = np.abs(np.diff(np.vstack([q, motion]), axis=0)) / TICK
         used = speeds.max(axis=0) / robot.velocity_limits / share
         if used.max() <= 1.0:
             return motion
         ticks = math.ceil(ticks * max(float(used.max()), 1.02))
         if ticks > most:
-            jumps = robot.joint_names[int(np.argmax(used))]
-            return StepMotion(motion.q, False, f"{jumps} would have to jump")
+            raise StepNotMade(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
 
 
-def _as_motion(found: ik.LegsResult) -> StepMotion:
+def _all_of(found: ik.LegsResult) -> Floats:
     missed = np.flatnonzero(~np.asarray(found.success))
-    return StepMotion(found.q, not missed.size, found.describe((int(missed[0]),)) if missed.size else "")
+    if missed.size:
+        raise StepNotMade(found.describe((int(missed[0]),)))
+    return found.q
 
 
 def _legs(robot: RobotModel, left: Floats, right: Floats, torso: Floats, q: Floats) -> ik.LegsResult:

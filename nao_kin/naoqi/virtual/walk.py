@@ -22,7 +22,6 @@ from nao_kin.naoqi.virtual.service import Service, formerly
 from nao_kin.naoqi.virtual.steps import (
     Gait,
     Step,
-    StepMotion,
     between,
     body_beside,
     bounded,
@@ -72,8 +71,7 @@ class Plan(ABC):
 
     arrived: bool | None = None
 
-    @abstractmethod
-    def begin(self, body: Floats) -> None:
+    def begin(self, body: Floats) -> None:  # noqa: B027
         """The walk begins, or takes this plan over; FRAME_ROBOT is there on the floor."""
 
     @abstractmethod
@@ -166,9 +164,6 @@ class ByFootsteps(Plan):
     def __init__(self, steps: Sequence[tuple[str, Floats, float]], gait: Gait) -> None:
         self.steps, self._gait = list(steps), gait
 
-    def begin(self, body: Floats) -> None:
-        """Steps are relative to the feet."""
-
     def step(self, walker: Walker) -> Step | None:
         """The next of them."""
         if not self.steps:
@@ -230,7 +225,7 @@ class Walk(Task):
         nao.joints.note_limp(self._columns, self.notes)
         q = nao.joints.q(sensor=False)
         self.plan.begin(body_of(nao, q))
-        self._take(ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q, TICK))
+        self._motion = ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Command the next configuration; with the last of a step, plan the next one from there."""
@@ -273,13 +268,8 @@ class Walk(Task):
             return False
         self.keeps_feet = True
         nao.base.stand_on(_FEET[other(self.step.side)], q)
-        self._take(step_motion(nao.robot, self.step, q, TICK))
+        self._motion, self._at = step_motion(nao.robot, self.step, q), 0
         return True
-
-    def _take(self, motion: StepMotion) -> None:
-        if not motion.reached:
-            raise BadArgument(f"the legs cannot make this step: {motion.message}")
-        self._motion, self._at = motion.q, 0
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
         """Note that the walk is over: its call ends a moment later."""

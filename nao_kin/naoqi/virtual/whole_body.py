@@ -105,6 +105,7 @@ class WholeTask(Task):
         """
         q = nao.joints.q(sensor=False)
         T_world_torso = nao.base.torso(q)
+        above = com_above(self._robot, q, T_world_torso)
         joints, missing = q, 0.0
         for halving in range(_MOST_HALVINGS):
             share = 0.5**halving
@@ -114,8 +115,7 @@ class WholeTask(Task):
                     name: (_part(T_world_torso @ self._robot.fk(q, name), wanted, share), weights)
                     for name, (wanted, weights) in targets.items()
                 }
-            place = None if com is None else _share_of(com_above(self._robot, q, T_world_torso), com, share)
-            found = self.solve(nearer, q, com=place)
+            found = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
             if found is None:
                 return None
             # Of the targets that were brought nearer something is missing in any case.
@@ -178,13 +178,9 @@ def com_above(robot: NaoModel, q: Floats, T_world_torso: Floats) -> Floats:
 def _part(now: Floats, wanted: Floats, share: float) -> Floats:
     """A share of the way from a pose (4, 4) to a pose or a place (3,)."""
     if wanted.ndim == 1:
-        return _share_of(now[:3, 3], wanted, share)
+        return np.asarray(now[:3, 3] + share * (wanted - now[:3, 3]))
     R = now[:3, :3] @ exp(share * log(now[:3, :3].T @ wanted[:3, :3]))
-    return join_poses(R, _share_of(now[:3, 3], wanted[:3, 3], share))
-
-
-def _share_of(start: Floats, end: Floats, share: float) -> Floats:
-    return np.asarray(start + share * (end - start))
+    return join_poses(R, now[:3, 3] + share * (wanted[:3, 3] - now[:3, 3]))
 
 
 # --- The motion tasks of whole-body control: to balance, along paths, and effectors that are held in FRAME_ROBOT.
@@ -232,7 +228,7 @@ class GoToBalance(WholeTask):
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """The whole robot for this tick's place of the centre of mass."""
         share = min((time - self._start) / self._duration, 1.0)
-        place = _share_of(self._from, self._to, float(smooth(np.array(share))))
+        place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
         found = self.command(nao, {}, "the centre of mass goes as near to its place as it can", com=place)
         assert found is not None
         done = share >= 1.0 - ON_TIME
