@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from nao_kin._core.text import quoted
 from nao_kin.naoqi.virtual.engine import NaoqiError
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.behaviors import ALAnimationPlayer, ALBehaviorManager
-from nao_kin.naoqi.virtual.services.leds import ALLeds
+from nao_kin.naoqi.virtual.services.expression import ALLeds, ALTextToSpeech
 from nao_kin.naoqi.virtual.services.life import (
     ABILITIES,
     ALAutonomousLife,
@@ -19,8 +18,7 @@ from nao_kin.naoqi.virtual.services.life import (
 )
 from nao_kin.naoqi.virtual.services.memory import ALMemory, ALSonar, ALTouch
 from nao_kin.naoqi.virtual.services.motion import ALMotion
-from nao_kin.naoqi.virtual.services.posture import ALRobotPosture, ALTracker
-from nao_kin.naoqi.virtual.services.speech import ALTextToSpeech
+from nao_kin.naoqi.virtual.services.movements import ALAnimationPlayer, ALBehaviorManager, ALRobotPosture, ALTracker
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao

@@ -12,7 +12,7 @@ from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.service import Service, formerly
-from nao_kin.naoqi.virtual.services.leds import actuators as led_actuators
+from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
