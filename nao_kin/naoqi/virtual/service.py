@@ -82,7 +82,12 @@ class Service:
             takes = ", ".join(self._signatures[name].parameters)
             count = f"{len(given)} argument{'' if len(given) == 1 else 's'}"
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
-        self._wait_for_kernels(name, given)
+        missing = self.kernels_for(name, given) - _ready
+        if missing:
+            with self.nao.time_held():
+                if compiles():
+                    report(self.nao, f"{self.name}::{name} waits for compiled kernels; robot time stands still")
+                make_ready(missing)
         try:
             with self.nao.monitor:
                 self.nao.check_open()
@@ -102,14 +107,6 @@ class Service:
         head, a camera or a leg alone needs none: its closed form does not search, and is solved as Python.
         """
         return frozenset()
-
-    def _wait_for_kernels(self, name: str, given: tuple[Any, ...]) -> None:
-        missing = self.kernels_for(name, given) - _ready
-        if missing:
-            with self.nao.time_held():
-                if compiles():
-                    report(self.nao, f"{self.name}::{name} waits for compiled kernels; robot time stands still")
-                make_ready(missing)
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
         """The joints that a name, chain or list of them stands for, each once.

@@ -229,7 +229,7 @@ class VirtualNao:
                 except Exception as error:  # one broken effect must not stop the robot's time
                     self.log.write(f"internal error: {error!r}")
             self.tasks.tick()
-            if self.joints.advance(TICK):
+            if self.joints.advance():
                 self.base.update(self.joints.q(), None if feet_kept else before)
             self.tasks.start_waiting()
 

@@ -18,7 +18,7 @@ from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
-from nao_kin.naoqi.virtual.service import Kept, Service, formerly, keeps
+from nao_kin.naoqi.virtual.service import Kept, Service, formerly, keeps, variants
 from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
@@ -27,8 +27,12 @@ from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
 
 _HANDS = ("LHand", "RHand")
 _THIRD = 1.0 / 3.0
+_CHANGE = "Change angles from what the joints are commanded now; else as setAngles."
+_CLOSE = "Close a hand at its maximum speed, and let go of its motor."
 
 
+@variants("setAngles", "_approach", changeAngles=("names changes", _CHANGE))
+@variants("openHand", "_hand", closeHand=("", _CLOSE))
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
@@ -63,11 +67,7 @@ class JointControl(Service):
             angles: one for all, or a list of one for each [rad].
             fractionMaxSpeed: above 0, at most 1.
         """
-        self._approach("setAngles", names, angles, "angles", fractionMaxSpeed)
-
-    def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: Any) -> None:
-        """Change angles from what the joints are commanded now; else as setAngles."""
-        self._approach("changeAngles", names, changes, "changes", fractionMaxSpeed, relative=True)
+        self._approach("setAngles", names, angles, fractionMaxSpeed)
 
     def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Any) -> Call:
         """Move joints through angles at times; returns when the last is reached.
@@ -128,25 +128,19 @@ class JointControl(Service):
 
     def openHand(self, handName: Any) -> Call:
         """Open a hand at its maximum speed, and let go of its motor."""
-        return self._hand("openHand", handName, 1.0)
-
-    def closeHand(self, handName: Any) -> Call:
-        """Close a hand at its maximum speed, and let go of its motor."""
-        return self._hand("closeHand", handName, 0.0)
+        return self._hand("openHand", handName)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _approach(
-        self, name: str, names: Any, values: Any, what: str, fraction: Any, *, relative: bool = False
-    ) -> None:
-        joints = self.joints(names)
-        targets = arguments.one_each(values, joints, what)
+    def _approach(self, name: str, names: Any, values: Any, fraction: Any) -> None:
+        joints, relative = self.joints(names), name == "changeAngles"
+        targets = arguments.one_each(values, joints, "changes" if relative else "angles")
         share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
         self.nao.start_task(Approach(name, joints, targets, share, relative=relative))
 
-    def _hand(self, name: str, hand: Any, opening: float) -> Call:
-        chosen = arguments.choice(hand, "hand", _HANDS)
-        return self.nao.start_task(HandMove(name, self.nao, (chosen,), np.array([opening]), 1.0))
+    def _hand(self, name: str, hand: Any) -> Call:
+        chosen, opening = arguments.choice(hand, "hand", _HANDS), np.array([float(name == "openHand")])
+        return self.nao.start_task(HandMove(name, self.nao, (chosen,), opening, 1.0))
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:

@@ -16,7 +16,7 @@ from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
-from nao_kin.naoqi.virtual.service import Service, formerly
+from nao_kin.naoqi.virtual.service import Service, formerly, variants
 from nao_kin.robot import NaoModel
 
 if TYPE_CHECKING:
@@ -92,6 +92,7 @@ class GoToPosture(AtSpeed):
             nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
+@variants("goToPosture", "_go", applyPosture=("", "The same; NAOqi's goes without planning its way."))
 class ALRobotPosture(Service):
     """Predefined postures, each reached on straight lines in the space of joints.
 
@@ -141,10 +142,6 @@ class ALRobotPosture(Service):
             maxSpeedFraction: above 0; more than 1 counts as 1, with a line in the log.
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
-
-    def applyPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
-        """The same; NAOqi's goes without planning its way."""
-        return self._go("applyPosture", postureName, maxSpeedFraction)
 
     def stopMove(self) -> None:
         """End the way to a posture where it is, and those that wait for it."""
