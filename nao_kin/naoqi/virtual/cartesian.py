@@ -515,10 +515,13 @@ class CartesianControl(Service):
         read = next(read for form, read in _FORMS.items() if form in name.lower())
         return wishes(names, spaces, paths, masks, times, read, relative=relative)
 
-    def _follow(self, name: str, *asked: Any) -> Call:
-        """Have effectors follow paths, what the interpolations do: effectors, spaces, paths, masks, times, absolute."""
-        absolute = arguments.flag(asked[5], "isAbsolute") if len(asked) > 5 else True
-        return self.nao.start_task(self._path_task(name, self._wishes(name, *asked[:5], relative=not absolute)))
+    def _follow(
+        self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True
+    ) -> Call:
+        """Have effectors follow paths: what the interpolations do."""
+        relative = not arguments.flag(is_absolute, "isAbsolute")
+        found = self._wishes(name, names, spaces, paths, masks, times, relative=relative)
+        return self.nao.start_task(self._path_task(name, found))
 
     def _path_task(self, name: str, found: Sequence[Wish]) -> Task:
         """The task in which effectors follow their paths."""

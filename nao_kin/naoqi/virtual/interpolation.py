@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Literal
 
@@ -42,23 +43,18 @@ class Interpolation(Task):
         self._columns = nao.joints.columns(self.joints)
         self._motion = self._plan(nao.joints.command[self._columns])
         self._start, self._end = time, self._motion.end
-        self._samples = np.empty((0, len(self.joints)))
-        self._sampled_from = 0
-        self._tick = 0
+        self._ahead: deque[Floats] = deque()
         extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
         nao.joints.note_outside(self._columns, extremes, self.notes)
         nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Command what the motion has at this time."""
-        self._tick += 1
-        place = self._tick - self._sampled_from
-        if place >= len(self._samples):
-            ahead = time - self._start + TICK * np.arange(_TICKS_AHEAD)
-            self._samples, self._sampled_from, place = self._motion.sample(ahead), self._tick, 0
-        done = time - self._start >= self._end - ON_TIME
-        values = self._motion.sample(self._end) if done else self._samples[place]
-        nao.joints.set(self._columns, values, self.notes)
+        t = time - self._start
+        if not self._ahead:
+            self._ahead.extend(self._motion.sample(t + TICK * np.arange(_TICKS_AHEAD)))
+        values, done = self._ahead.popleft(), t >= self._end - ON_TIME
+        nao.joints.set(self._columns, self._motion.sample(self._end) if done else values, self.notes)
         return done
 
 

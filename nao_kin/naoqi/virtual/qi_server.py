@@ -88,7 +88,9 @@ class QiServer:
         nao.services["ALMemory"].module_called = self._call_module  # type: ignore[attr-defined]
         strand = None
         for name, service in nao.services.items():
-            exported = _exported(qi, service)
+            # Those that are absent answer what there is.
+            methods = {method: _forwarded(qi, service, method) for method in (*service.method_names, *service.absent)}
+            exported = qi.singleThreaded()(type(name, (), methods))()
             if strand is not None:
                 exported.__qi_strand__ = strand
             self._session.registerService(name, exported)
@@ -159,13 +161,6 @@ class QiServer:
                 service.value().call(function, key, value, message, _async=True)
 
         session.service(module, _async=True).addCallback(call)
-
-
-def _exported(qi: Any, service: Service) -> Any:
-    """An object with the methods of a service, as qi takes it; those that are absent answer what there is."""
-    names = (*service.method_names, *service.absent)
-    methods: dict[str, Callable[..., Any]] = {name: _forwarded(qi, service, name) for name in names}
-    return qi.singleThreaded()(type(service.name, (), methods))()
 
 
 def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
