@@ -404,7 +404,7 @@ class TogetherTask(Approach):
 
 # --- The methods.
 
-# What each method's name says that its poses are.
+# How poses are read: positions or transforms, as the method's name says.
 _FORMS: dict[str, ToPoses] = {"position": pose, "transform": pose_from_list}
 # Compiled kernels of nk.ik that effectors need, by a part of their names.
 _KERNELS = {

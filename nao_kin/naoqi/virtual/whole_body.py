@@ -101,7 +101,7 @@ class WholeTask(Task):
             com: as in `solve`.
 
         Returns:
-            As `solve`; what is missing is of the targets as they were given.
+            As `solve`, with the joint values that are commanded; what is missing is of the targets as they were given.
         """
         q = nao.joints.q(sensor=False)
         T_world_torso = nao.base.torso(q)
