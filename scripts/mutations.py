@@ -992,8 +992,8 @@ _NAOQI = (
         ),
         (
             "limp-joints-move",
-            "np.where(self._stiffness > 0.0, self.max_speed * dt, 0.0)",
-            "np.where(self._stiffness >= 0.0, self.max_speed * dt, 0.0)",
+            "np.where(self._stiffness > 0.0, self.max_speed * TICK, 0.0)",
+            "np.where(self._stiffness >= 0.0, self.max_speed * TICK, 0.0)",
         ),
     ),
     *_faults(

@@ -52,6 +52,7 @@ LOLA_ENTRIES: dict[str, int] = {
 _CONFIG, _CONFIG_LENGTH = "RobotConfig", 4
 # No entry of a frame is longer: what claims to be is no frame, and is not read to its end.
 _MOST_BYTES = 65536
+_UNREADABLE = (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError)
 
 LolaFrame = dict[str, "Floats | tuple[str, ...]"]
 
@@ -80,7 +81,7 @@ def decode_lola(content: bytes) -> LolaFrame:
         raise BadArgument(f"a LoLA frame must be bytes, got {type(content).__name__}")
     try:
         frame = umsgpack.unpackb(content)
-    except (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError) as error:
+    except _UNREADABLE as error:
         raise BadArgument(
             f"a LoLA frame must be a MessagePack map, got {len(content)} bytes of none: {error}"
         ) from None
@@ -140,7 +141,7 @@ def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
             frame = umsgpack.unpack(_Bounded(stream))
         except (umsgpack.InsufficientDataException, OSError):
             return
-        except (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError) as error:
+        except _UNREADABLE as error:
             raise BadArgument(f"a LoLA frame must be a MessagePack map: {error}") from None
         yield _checked(frame)
 

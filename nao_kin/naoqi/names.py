@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from types import MappingProxyType
 from typing import Literal
 
@@ -114,19 +114,6 @@ def as_names(names: str | Iterable[str]) -> tuple[str, ...]:
     return found
 
 
-def one_value_each(values: ArrayLike, names: Sequence[str], what: str = "values") -> Floats:
-    """Values of shape (..., n) for n names.
-
-    Raises:
-        WrongShape: not as many as names.
-        BadArgument, NotFinite: no finite numbers.
-    """
-    array = as_floats(values, (), what)
-    if array.ndim == 0 or array.shape[-1] != len(names):
-        raise WrongShape(what, f"(..., {len(names)}), one for each joint", array.shape)
-    return array
-
-
 def _known(robot: RobotModel) -> dict[str, tuple[str, ...]]:
     """Every name with the joints that it stands for."""
     chains = {chain: tuple(robot.chains[chain]) for chain in chain_names(robot)}
@@ -224,7 +211,10 @@ def from_order(
     names = _order(order)
     if not isinstance(hips, str) or hips not in _HIPS:
         raise UnknownName("rule for the hips", hips, _HIPS)
-    by_name = dict(zip(names, np.moveaxis(one_value_each(values, names), -1, 0), strict=True))
+    array = as_floats(values, (), "values")
+    if array.ndim == 0 or array.shape[-1] != len(names):
+        raise WrongShape("values", f"(..., {len(names)}), one for each joint", array.shape)
+    by_name = dict(zip(names, np.moveaxis(array, -1, 0), strict=True))
     if hips != "agree" and _LEFT in by_name and _RIGHT in by_name:
         left, right = by_name[_LEFT], by_name.pop(_RIGHT)
         by_name[_LEFT] = {"left": left, "right": right, "average": 0.5 * (left + right)}[hips]

@@ -119,34 +119,23 @@ def pose_from_list(transform: ArrayLike) -> Floats:
     T[..., 3, 3] = 1.0
     rows = count // 4
     T[..., :rows, :] = numbers.reshape(*numbers.shape[:-1], rows, 4)
-    _check_last_row(T, "transform")
-    _check_rotation(T, "transform", _TYPED)
+    _rigid(T, "transform", _TYPED)
     return join_poses(nearest_rotation(T[..., :3, :3]), T[..., :3, 3])
 
 
-def _rigid(T: Floats, what: str) -> Floats:
-    _check_last_row(T, what)
-    _check_rotation(T, what, None)
-    return T
-
-
-def _check_rotation(T: Floats, what: str, tolerance: float | None) -> None:
-    try:
-        if tolerance is None:
-            check_rotation(T[..., :3, :3])
-        else:
-            check_rotation(T[..., :3, :3], tolerance)
-    except NotARotation as error:
-        error.args = (f"{what}: {error}",)
-        raise
-
-
-def _check_last_row(T: Floats, what: str) -> None:
+def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
+    """The poses, which must be rigid transforms; `tolerance` is that of `check_rotation`."""
     wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
     if wrong.any():
         index = first_index(wrong)
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
         raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
+    try:
+        check_rotation(T[..., :3, :3], *tolerance)
+    except NotARotation as error:
+        error.args = (f"{what}: {error}",)
+        raise
+    return T
 
 
 # --- The three spaces of NAOqi, its effectors, and poses of them in each other.
@@ -173,14 +162,19 @@ def space_number(space: SupportsIndex | str) -> int:
         if space not in SPACES:
             raise UnknownName("space", space, SPACES)
         return SPACES.index(space)
-    try:
-        number = int(space) if isinstance(space, float) and space.is_integer() else operator.index(space)
-    except TypeError:
-        number = -1
+    number = _whole(space)
     if number not in range(len(SPACES)):
         numbers = ", ".join(f"{name} {index}" for index, name in enumerate(SPACES))
         raise BadArgument(f"space must be one of {numbers}, got {quoted(space)}")
     return number
+
+
+def _whole(value: SupportsIndex | float) -> int:
+    """A whole number, 2.0 one of them; -1 for anything else."""
+    try:
+        return int(value) if isinstance(value, float) and value.is_integer() else operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return -1
 
 
 def frame_of(robot: RobotModel, name: str) -> str:
@@ -332,10 +326,7 @@ def axis_mask(mask: SupportsIndex | str) -> int:
         if name not in AXIS_MASKS:
             raise UnknownName("axis mask", mask, tuple(AXIS_MASKS))
         return AXIS_MASKS[name]
-    try:
-        number = int(mask) if isinstance(mask, float) and mask.is_integer() else operator.index(mask)
-    except TypeError:
-        number = -1
+    number = _whole(mask)
     if not 0 <= number <= AXIS_MASK_ALL:
         raise BadArgument(
             f"axis mask must be a number from 0 to 63 (7 position, 56 rotation, 63 both), got {quoted(mask)}"

@@ -374,6 +374,26 @@ def test_every_method_is_documented(virtual: VirtualNao) -> None:
             assert service.invoke("getMethodHelp", name)[1], f"{service.name}::{name}"
 
 
+def test_scripts_are_offered_what_is_public_and_nothing_that_a_service_keeps_to_itself(virtual: VirtualNao) -> None:
+    class Tools(Service):
+        name = "Tools"
+
+        def twice(self, number: Any) -> Any:
+            """Twice a number."""
+            return self._doubled(number)
+
+        def _doubled(self, number: Any) -> Any:
+            return 2 * number
+
+    tools = Tools(virtual)
+    own = set(virtual.services["ALRobotModel"].method_names) & set(virtual.services["ALTouch"].method_names)
+    assert set(tools.method_names) == own | {"twice"}
+    assert tools.invoke("twice", 3) == 6
+    for name in ("_doubled", "invoke", "joints", "kept", "keep", "help", "kernels_for", "nao", "name"):
+        with pytest.raises(NaoqiError, match="no such method"):
+            tools.invoke(name)
+
+
 # --- ALMotion: stiffness, tools ---------------------------------------------------------------------------------------
 
 

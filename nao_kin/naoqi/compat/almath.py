@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.naoqi.compat.motion import *  # noqa: F403
 from nao_kin.naoqi.compat.motion import PI, TO_DEG, TO_RAD
-from nao_kin.naoqi.spaces import pose, position6d, transform_list
-from nao_kin.rotations import rot_x, rot_y, rot_z
+from nao_kin.naoqi.spaces import pose, position6d
 
 __all__ = [
     "PI",
@@ -146,15 +145,9 @@ class Transform(_Numbers):
     def __init__(self, *values: Any) -> None:
         given = values[0] if len(values) == 1 else values
         given = list(given)[:12] if len(given) == 16 else given
-        if len(values) == 3:
-            x, y, z = values
-            given = [1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z]
-        super().__init__(*(given if len(given) else np.eye(4)[:3].ravel()))
-
-    @classmethod
-    def of(cls, T: Floats) -> Transform:
-        """The transform of a matrix, shape (4, 4)."""
-        return cls(transform_list(T).tolist())
+        if len(values) in (0, 3):
+            given = join_poses(np.eye(3), np.array(values or np.zeros(3)))[:3].ravel()
+        super().__init__(*given)
 
     def matrix(self) -> Floats:
         """As a matrix, shape (4, 4)."""
@@ -166,37 +159,35 @@ class Transform(_Numbers):
 
     def inverse(self) -> Transform:
         """The transform that undoes this one."""
-        T = self.matrix()
-        R = T[:3, :3].T
-        return Transform([*np.hstack([R, -R @ T[:3, 3:]]).ravel()])
+        return Transform(rigid_inverse(self.matrix()).ravel())
 
     def __mul__(self, other: Transform) -> Transform:
-        return Transform([*(self.matrix() @ other.matrix()).ravel()])
+        return Transform((self.matrix() @ other.matrix()).ravel())
 
     @staticmethod
     def fromPosition(x: float, y: float, z: float, wx: float = 0.0, wy: float = 0.0, wz: float = 0.0) -> Transform:
         """The transform of a position, or of a position and three angles as `Position6D` has them."""
-        return transformFromPosition6D(Position6D(x, y, z, wx, wy, wz))
+        return Transform(pose([x, y, z, wx, wy, wz]).ravel())
 
     @staticmethod
     def fromRotX(angle: float) -> Transform:
         """A turn about x."""
-        return _turn(rot_x(angle))
+        return Transform.fromPosition(0.0, 0.0, 0.0, wx=angle)
 
     @staticmethod
     def fromRotY(angle: float) -> Transform:
         """A turn about y."""
-        return _turn(rot_y(angle))
+        return Transform.fromPosition(0.0, 0.0, 0.0, wy=angle)
 
     @staticmethod
     def fromRotZ(angle: float) -> Transform:
         """A turn about z."""
-        return _turn(rot_z(angle))
+        return Transform.fromPosition(0.0, 0.0, 0.0, wz=angle)
 
 
 def transformFromPosition6D(position: Position6D) -> Transform:
     """The transform of six numbers."""
-    return Transform([*pose(position.toVector()).ravel()])
+    return Transform.fromPosition(*position)
 
 
 def position6DFromTransform(transform: Transform) -> Position6D:
@@ -211,7 +202,7 @@ def transformFromPosition3D(position: Position3D) -> Transform:
 
 def transformFromPose2D(pose2d: Pose2D) -> Transform:
     """The transform of a pose on the floor."""
-    return Transform.fromPosition(pose2d.x, pose2d.y, 0.0, 0.0, 0.0, pose2d.theta)
+    return Transform.fromPosition(pose2d.x, pose2d.y, 0.0, wz=pose2d.theta)
 
 
 def pose2DFromTransform(transform: Transform) -> Pose2D:
@@ -220,16 +211,8 @@ def pose2DFromTransform(transform: Transform) -> Pose2D:
     return Pose2D(x, y, wz)
 
 
-def pose2DInverse(pose2d: Pose2D) -> Pose2D:
-    """The pose that undoes another."""
-    return pose2d.inverse()
-
-
-def transformInverse(transform: Transform) -> Transform:
-    """The transform that undoes another."""
-    return transform.inverse()
-
-
+pose2DInverse = Pose2D.inverse
+transformInverse = Transform.inverse
 transformFromRotX = Transform.fromRotX
 transformFromRotY = Transform.fromRotY
 transformFromRotZ = Transform.fromRotZ
@@ -286,7 +269,3 @@ def _turned(angle: float) -> float:
     """The same angle in [0, 2π), where rounding below zero counts as zero [rad]."""
     turned = angle % math.tau
     return 0.0 if math.tau - turned < 1e-9 else turned
-
-
-def _turn(R: Floats) -> Transform:
-    return Transform([*join_poses(R, np.zeros(3)).ravel()])

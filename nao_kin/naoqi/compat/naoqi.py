@@ -98,13 +98,9 @@ class ALProxy:
     def wait(self, number: int, timeout: int = 0) -> bool:
         """Wait until a posted call is over, at most `timeout` ms (0: without end); whether it is still running."""
         future = self._tasks.get(int(number))
-        if future is None:
-            return False
-        if timeout:
-            future.wait(int(timeout))
-        else:
-            future.wait()
-        return bool(future.isRunning())
+        if future is not None:
+            future.wait(*((int(timeout),) if timeout else ()))
+        return self.isRunning(number)
 
     def isRunning(self, number: int) -> bool:
         """Whether a posted call is not over yet."""

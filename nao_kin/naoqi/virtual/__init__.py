@@ -10,10 +10,10 @@ Nothing here but `qi_server` knows qi: a test drives services directly, and time
 ## How a method is written
 
 A service is a class with a `name`; its topics may be classes of their own in files of their own (`services/motion.py`
-puts ALMotion together). A method is marked `@method`, has NAOqi's name, and takes what NAOqi's takes:
+puts ALMotion together, with `cartesian`, `whole_body` and `walk`). Its public methods are offered to scripts: each has
+NAOqi's name, and takes what NAOqi's takes. What else a service needs begins with an underscore:
 
     class Tools(Service):
-        @method
         def getAngles(self, names, useSensors):
             columns = self.nao.joints.columns(self.joints(names))
             ...
@@ -22,8 +22,9 @@ It runs with the lock held, on whichever thread, and so neither waits nor sleeps
 (`number`, `fraction`, `flag`, `one_each`, `list_each` …) and names by `self.joints`; every `NaoKinError` reaches the
 script as `Service::method`, a line break, a tab and the error's line. Names of NAOqi's methods that are missing stand
 in `absent`. What takes time returns a `Call`: that of a task, of `nao.after(seconds)`, or one of its own.
-A value that scripts set and read, and that changes nothing, is a row of `@keeps(Kept(...))`; a former name of a method
-is one of `@formerly(walkTo="moveTo")`.
+A value that scripts set and read, and that changes nothing, is a row of `@keeps(Kept(...))`, one that never changes a
+row of `@answers`; a former name of a method is one of `@formerly(walkTo="moveTo")`, and methods that differ in what
+they take, or in how many, are `@variants` of one.
 
 ## How a task is written
 
@@ -56,7 +57,7 @@ from nao_kin.naoqi.virtual.body import Base
 from nao_kin.naoqi.virtual.engine import Call, Change, NaoqiError, Task
 from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.service import Service
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [
@@ -72,5 +73,4 @@ __all__ = [
     "State",
     "Task",
     "VirtualNao",
-    "method",
 ]

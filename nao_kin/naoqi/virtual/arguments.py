@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, as_numbers, refuse_non_finite
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, refuse_non_finite
+from nao_kin._core.arrays import choice as one_of
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, NotFinite, UnknownName
+from nao_kin.errors import BadArgument, NotFinite
 
 MOST_SECONDS = 86400.0
 """The longest time that a call or a step may take: a day [s]."""
@@ -110,10 +111,29 @@ def choice(value: object, what: str, valid: Sequence[str]) -> str:
         BadArgument: no text.
         UnknownName: another one.
     """
-    name = text(value, what)
-    if name not in valid:
-        raise UnknownName(what, name, tuple(valid))
-    return name
+    return one_of(text(value, what), valid, what)
+
+
+def is_list(value: object) -> bool:
+    """Whether it is a list as NAOqi takes them: a list, a tuple or an array."""
+    return isinstance(value, (list, tuple, np.ndarray))
+
+
+def length(value: Any) -> str:
+    """What a refusal says of a list that is not as long as it must be, or of something else in its place."""
+    return str(len(value)) if is_list(value) else quoted(value, 60)
+
+
+def three(value: Any, what: str) -> Floats:
+    """Three numbers, shape (3,).
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: anything else.
+    """
+    found = as_floats(value, (3,), what)
+    if found.shape != (3,):
+        raise BadArgument(f"{what} must be three numbers, got {found.size}")
+    return np.array(found)
 
 
 def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:
@@ -123,7 +143,7 @@ def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:
         BadArgument: no numbers, or not as many.
         NotFinite: NaN or infinity.
     """
-    if not isinstance(value, (list, tuple, np.ndarray)):
+    if not is_list(value):
         return np.full(len(joints), number(value, what))
     values = _numbers(value, what)
     if len(values) != len(joints):
@@ -141,10 +161,9 @@ def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...
         BadArgument: no numbers, an empty list, or not as many.
         NotFinite: NaN or infinity.
     """
-    if not isinstance(value, (list, tuple, np.ndarray)):
+    if not is_list(value):
         return (np.full(1, number(value, what)),) * len(joints)
-    nested = any(isinstance(entry, (list, tuple, np.ndarray)) for entry in value)
-    if len(joints) == 1 and not nested:
+    if len(joints) == 1 and not any(map(is_list, value)):
         value = [value]
     if len(value) != len(joints):
         raise BadArgument(
@@ -153,8 +172,7 @@ def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...
     lists = []
     for joint, entry in zip(joints, value, strict=True):
         of = f"{what} of {joint}"
-        several = isinstance(entry, (list, tuple, np.ndarray))
-        lists.append(_numbers(entry, of) if several else np.full(1, number(entry, of)))
+        lists.append(_numbers(entry, of) if is_list(entry) else np.full(1, number(entry, of)))
         if not len(lists[-1]):
             raise BadArgument(f"{of} must not be empty")
     return tuple(lists)
@@ -174,6 +192,14 @@ def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "tim
             at = int(np.argmin(steps > 0.0))
             raise BadArgument(f"{what} of {joint} must ascend, got {row[at]:g} s and then {row[at + 1]:g} s")
         check_duration(float(row[-1]), f"{what} of {joint}")
+
+
+def timed(values: Any, times: Any, joints: Sequence[str], what: str) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+    """Values of each joint, and their times, positive and ascending, one for each; errors as in `list_each`."""
+    rows, when = list_each(values, joints, what), list_each(times, joints, "times")
+    check_lengths(rows, when, joints, what)
+    check_times(when, joints)
+    return rows, when
 
 
 def check_lengths(lists: Sequence[Floats], times: Sequence[Floats], joints: Sequence[str], what: str) -> None:

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
-from nao_kin.naoqi.names import as_names, chain_names, joint_names
+from nao_kin.errors import BadArgument
+from nao_kin.naoqi.names import chain_names, joint_names
 from nao_kin.naoqi.spaces import robot_frame
-from nao_kin.naoqi.virtual.engine import Notes
+from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z
 
@@ -80,18 +81,6 @@ class Joints:
         """Stiffnesses from 0 to 1, shape (26,); a copy."""
         return np.array(self._stiffness)
 
-    def sensor_at(self, column: int) -> float:
-        """Where one joint is."""
-        return float(self._sensor[column])
-
-    def command_at(self, column: int) -> float:
-        """What one joint is commanded."""
-        return float(self._command[column])
-
-    def stiffness_at(self, column: int) -> float:
-        """How stiff one joint is."""
-        return float(self._stiffness[column])
-
     def columns(self, names: Sequence[str]) -> list[int]:
         """Places of joints in the arrays."""
         return [self.column[name] for name in names]
@@ -111,10 +100,6 @@ class Joints:
             notes: of the command, for what must be remarked.
         """
         self._set.append((list(columns), values, notes))
-
-    def set_q(self, q: Floats, notes: Notes) -> None:
-        """Command all joints in this tick, as a configuration of shape (25,)."""
-        self.set(range(len(self.names)), q[self._from_q], notes)
 
     def set_stiffness(self, columns: Sequence[int], values: Floats | float) -> None:
         """Set stiffnesses at once; the two HipYawPitch share a motor, and so the value set last."""
@@ -160,28 +145,21 @@ class Joints:
             value = values[outside[:, place], place][0]
             notes.once(("box", name), f"{name} = {value:.6g} is clipped to [{box[0]:.6g}, {box[1]:.6g}]")
 
-    def advance(self, dt: float) -> bool:
-        """One tick: take what was set, clip it, and move the joints; whether any moved."""
+    def advance(self) -> bool:
+        """One tick: take what was set, clip it, and move every stiff joint towards its command; whether any moved."""
         if self._set:
-            self._take(dt)
-        moved = self._follow(dt)
+            self._take()
+        before, missing = self._sensor, self._command - self._sensor
+        if missing.any():
+            reach = np.where(self._stiffness > 0.0, self.max_speed * TICK, 0.0)
+            near = np.abs(missing) <= reach
+            self._sensor = np.where(near, self._command, before + np.clip(missing, -reach, reach))
         if self._released:
             self.set_stiffness(self._released, 0.0)
             self._released.clear()
-        return moved
-
-    def _follow(self, dt: float) -> bool:
-        """Move every stiff joint towards its command; whether any moved."""
-        reach = np.where(self._stiffness > 0.0, self.max_speed * dt, 0.0)
-        missing = self._command - self._sensor
-        if not missing.any():
-            return False
-        near = np.abs(missing) <= reach
-        before = self._sensor
-        self._sensor = np.where(near, self._command, before + np.clip(missing, -reach, reach))
         return bool((self._sensor != before).any())
 
-    def _take(self, dt: float) -> None:
+    def _take(self) -> None:
         """Make what was set in this tick the command."""
         wanted = self._command.copy()
         writers: dict[int, Notes] = {}
@@ -197,17 +175,13 @@ class Joints:
             writers[self._left] = writers[self._right]
         wanted[self._right] = wanted[self._left]
         command: Floats = self.robot.clamp(wanted[self._to_q])[self._from_q]
-        clipped = np.abs(command - wanted) > _NOTEWORTHY
-        fast = np.abs(command - self._command) > self.max_speed * dt * (1.0 + _NOTEWORTHY)
-        if clipped.any() or fast.any():
-            self._remark(wanted, command, clipped, fast, writers, dt)
+        self._remark(wanted, command, writers)
         self._command = command
 
-    def _remark(
-        self, wanted: Floats, command: Floats, clipped: Floats, fast: Floats, writers: dict[int, Notes], dt: float
-    ) -> None:
+    def _remark(self, wanted: Floats, command: Floats, writers: dict[int, Notes]) -> None:
+        """Note the commands that were clipped, or are too fast for their joints."""
         anyone = next(iter(writers.values()))
-        for column in np.flatnonzero(clipped).tolist():
+        for column in np.flatnonzero(np.abs(command - wanted) > _NOTEWORTHY).tolist():
             name, value, limit = self.names[column], wanted[column], command[column]
             if name == RIGHT_HIP:  # the left one is the same
                 continue
@@ -219,11 +193,12 @@ class Joints:
                 )
             else:
                 self.note_outside([column], np.array([[value]]), notes)
+        fast = np.abs(command - self._command) > self.max_speed * TICK * (1.0 + _NOTEWORTHY)
         for column in np.flatnonzero(fast).tolist():
             name = self.names[column]
             if name == RIGHT_HIP or self._stiffness[column] == 0.0:
                 continue
-            speed, most = abs(command[column] - self._command[column]) / dt, self.max_speed[column]
+            speed, most = abs(command[column] - self._command[column]) / TICK, self.max_speed[column]
             notes = writers.get(column, anyone)
             notes.once(("fast", name), f"{name} is asked for {speed:.4g} per second, does {most:.4g}, and comes late")
 
@@ -272,12 +247,12 @@ class Base:
         self._place, self._yaw = np.zeros(2), 0.0
         up = None if posture is None else robot.semantics.postures[posture].up
         if up is None:
-            self.stand_on(self.standing_foot(q), q, np.eye(4))
+            self.stand_on(self.standing_foot(q), q)
             T_world_robot = robot_frame(robot, q, torso_in_world=self.torso(q))
             T_world_robot[2, 3] = 0.0
             self._T_world_sole = rigid_inverse(T_world_robot) @ self._T_world_sole
         else:
-            self.rest(up, q, np.eye(4))
+            self.rest(up, q)
 
     def torso(self, q: Floats) -> Floats:
         """T_world_torso in a configuration, with what stands on the floor as it is now; shape (4, 4)."""
@@ -310,31 +285,32 @@ class Base:
             change[2, 3] = 0.0  # along the floor
             self._T_world_sole = change @ self._T_world_sole
 
-    def stand_on(self, foot: str, q: Floats, T_world_torso: Floats | None = None) -> None:
-        """Put a foot flat on the floor where it is, to stay there.
+    def check_stands(self) -> None:
+        """Refuse a robot that does not stand on its feet.
 
-        Args:
-            foot: "LLeg" or "RLeg".
-            q: configuration, shape (25,).
-            T_world_torso: the torso's pose before; None for what `torso` says.
+        Raises:
+            BadArgument: it rests on the floor.
         """
-        before = self.torso(q) if T_world_torso is None else T_world_torso
-        self.plant(foot, _flat(before @ self._robot.fk(q, foot)))
+        if self.support is None:
+            raise BadArgument("the robot does not stand on its feet; goToPosture takes it there")
+
+    def stand_on(self, foot: str, q: Floats) -> None:
+        """Put a foot, "LLeg" or "RLeg", flat on the floor where it is in a configuration, to stay there."""
+        self.plant(foot, _flat(self.torso(q) @ self._robot.fk(q, foot)))
 
     def plant(self, foot: str, T_world_sole: Floats) -> None:
         """Have a foot stand with its sole in any pose, to stay there: what a walk does at each step."""
         self.support, self._T_world_sole = foot, np.array(T_world_sole)
 
-    def rest(self, up: Floats | tuple[float, float, float], q: Floats, T_world_torso: Floats | None = None) -> None:
+    def rest(self, up: Floats | tuple[float, float, float], q: Floats) -> None:
         """Rest on the floor.
 
         Args:
             up: the vertical in the torso's frame, shape (3,).
             q: configuration, shape (25,).
-            T_world_torso: the torso's pose before; None for what `torso` says.
         """
-        before = self.torso(q) if T_world_torso is None else T_world_torso
-        if self.support is not None or T_world_torso is not None:
+        if self.support is not None:
+            before = self.torso(q)
             # The yaw is what is left of the torso's rotation when its vertical has been made upright.
             level = before[:3, :3] @ _upright(before[2, :3]).T
             self._place, self._yaw = before[:2, 3].copy(), math.atan2(level[1, 0], level[0, 0])
@@ -403,12 +379,10 @@ def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Float
     """
     if name in WHOLE:
         return robot.mass, np.array(robot.com(q))
-    trunk = name == TORSO
-    joints = () if trunk else joint_names(robot, as_names(name))
     total, moment = 0.0, np.zeros(3)
-    for joint in (TORSO,) if trunk else joints:
-        inertia = robot.model.inertias[0 if trunk else robot.model.getJointId(joint)]
-        T_torso_segment = np.eye(4) if trunk else robot.fk(q, joint)
+    for part in (TORSO,) if name == TORSO else joint_names(robot, name):
+        inertia = robot.model.inertias[0 if part == TORSO else robot.model.getJointId(part)]
+        T_torso_segment = robot.fk(q, part)
         total += inertia.mass
         moment += inertia.mass * (T_torso_segment[:3, :3] @ inertia.lever + T_torso_segment[:3, 3])
     return float(total), moment / total if total > 0.0 else np.zeros(3)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Hashable, Iterable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass, field
-from types import TracebackType
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import BadArgument, NaoKinError
@@ -103,9 +103,7 @@ class Monitor:
         self._depth += 1
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._depth -= 1
         actions: list[Callable[[], object]] = []
         if self._depth == 0:
@@ -186,7 +184,7 @@ class Clock:
 
     def after(self, seconds: float, action: Callable[[], None]) -> Timer:
         """Have `action` done at the first tick at or after so many seconds of robot time from now."""
-        timer = Timer(self.ticks + max(1, ticks_in(seconds)), next(self._numbers), action)
+        timer = Timer(self.ticks + max(1, math.ceil(seconds * TICKS_PER_SECOND - _SHARE)), next(self._numbers), action)
         heapq.heappush(self._timers, timer)
         return timer
 
@@ -223,11 +221,6 @@ class Clock:
         return count
 
 
-def ticks_in(seconds: float) -> int:
-    """The first tick at or after a time, counted from tick zero."""
-    return math.ceil(seconds * TICKS_PER_SECOND - _SHARE)
-
-
 # --- What the virtual NAO has to say: limits that clipped, joints that are late, words spoken.
 
 _KEPT = 1000
@@ -260,12 +253,13 @@ class Log:
     """The last lines, newest last, and everything that happens passed on to whoever watches.
 
     Args:
-        now: gives robot time.
-        publish: takes every `Change`.
+        clock: gives robot time.
+        monitor: the lock; whoever watches is told when it is free.
+        watcher: takes every `Change`; None for nobody.
     """
 
-    def __init__(self, now: Callable[[], float], publish: Callable[[Change], object]) -> None:
-        self._now, self._publish = now, publish
+    def __init__(self, clock: Clock, monitor: Monitor, watcher: Callable[[Change], object] | None) -> None:
+        self._clock, self._monitor, self._watcher = clock, monitor, watcher
         self._lines: deque[tuple[float, str]] = deque(maxlen=_KEPT)
 
     @property
@@ -276,12 +270,14 @@ class Log:
     def write(self, message: str) -> None:
         """One more line."""
         line = " ".join(message.split())
-        self._lines.append((self._now(), line))
+        self._lines.append((self._clock.now, line))
         self.change("log", line)
 
     def change(self, kind: str, value: Any) -> None:
         """Tell whoever watches that something happened."""
-        self._publish(Change(self._now(), kind, value))
+        if self._watcher is not None:
+            with self._monitor:
+                self._monitor.later(partial(self._watcher, Change(self._clock.now, kind, value)))
 
 
 class Notes:
@@ -378,7 +374,7 @@ class Tasks:
         """Start a task, or have it wait for its resources; its call ends when it does."""
         task.id = next(self._numbers)
         task.notes = Notes(self._nao.log, f"{task.name} (task {task.id})")
-        task.call = Call(lambda: self.cancel(task))
+        task.call = Call(lambda: self.kill(task.id))
         if task.reactive:
             self._take_over(task, [*self._running, *self._waiting])
         self._waiting.append(task)
@@ -424,33 +420,28 @@ class Tasks:
 
     def kill(self, number: int) -> bool:
         """End a task where it is; whether there was one with this id."""
-        task = self.find(number)
-        if task is not None:
-            self._finish(task, killed=True)
-            self.start_waiting()
+        with self._nao.monitor:
+            task = self.find(number)
+            self.kill_each([] if task is None else [task])
         return task is not None
+
+    def kill_each(self, tasks: Iterable[Task]) -> None:
+        """End tasks where they are."""
+        for task in tuple(tasks):
+            self._finish(task, killed=True)
+        self.start_waiting()
 
     def kill_all(self) -> None:
         """End all tasks where they are."""
-        for task in (*self._waiting, *self._running):
-            self._finish(task, killed=True)
+        self.kill_each((*self._waiting, *self._running))
 
     def kill_using(self, resources: Collection[str]) -> None:
         """End the blocking tasks that need any of these, running or waiting.
 
         Reactive tasks book no resources, so that as in NAOqi this does not end them.
         """
-        for task in (*self._waiting, *self._running):
-            if not task.reactive and not task.resources.isdisjoint(resources):
-                self._finish(task, killed=True)
-        self.start_waiting()
-
-    def cancel(self, task: Task) -> None:
-        """End a task from outside of the lock."""
-        with self._nao.monitor:
-            if task in self._running or task in self._waiting:
-                self._finish(task, killed=True)
-                self.start_waiting()
+        blocking = (task for task in (*self._waiting, *self._running) if not task.reactive)
+        self.kill_each(task for task in blocking if not task.resources.isdisjoint(resources))
 
     def _booked(self) -> frozenset[str]:
         return frozenset[str]().union(*(task.resources for task in self._running if not task.reactive))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
 # A motion is sampled for so many ticks at once, which takes little longer than for one.
 _TICKS_AHEAD = 64
-_ON_TIME = 1e-9
+# A task ends in the tick that misses its end by less, from rounding [s].
+ON_TIME = 1e-9
 
 
 class Interpolation(Task):
@@ -41,39 +43,49 @@ class Interpolation(Task):
         self._columns = nao.joints.columns(self.joints)
         self._motion = self._plan(nao.joints.command[self._columns])
         self._start, self._end = time, self._motion.end
-        self._samples = np.empty((0, len(self.joints)))
-        self._sampled_from = 0
-        self._tick = 0
+        self._ahead: deque[Floats] = deque()
         extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
         nao.joints.note_outside(self._columns, extremes, self.notes)
         nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Command what the motion has at this time."""
-        self._tick += 1
-        place = self._tick - self._sampled_from
-        if place >= len(self._samples):
-            ahead = time - self._start + TICK * np.arange(_TICKS_AHEAD)
-            self._samples, self._sampled_from, place = self._motion.sample(ahead), self._tick, 0
-        done = time - self._start >= self._end - _ON_TIME
-        values = self._motion.sample(self._end) if done else self._samples[place]
-        nao.joints.set(self._columns, values, self.notes)
+        t = time - self._start
+        if not self._ahead:
+            self._ahead.extend(self._motion.sample(t + TICK * np.arange(_TICKS_AHEAD)))
+        values, done = self._ahead.popleft(), t >= self._end - ON_TIME
+        nao.joints.set(self._columns, self._motion.sample(self._end) if done else values, self.notes)
         return done
 
 
-class HandMove(Interpolation):
-    """A hand opens or closes with full stiffness, and then has none; what openHand and closeHand do.
+class AtSpeed(Interpolation):
+    """Joints go straight to targets, and all arrive together; what angleInterpolationWithSpeed does.
+
+    The joint with the longest way goes at its speed: the motion takes max |target − start| / speed.
 
     Args:
         name: NAOqi's method.
-        hand: "LHand" or "RHand".
-        opening: where to, from 0 to 1.
-        speed: how fast [1/s].
+        nao: the virtual NAO.
+        joints: which joints, each once.
+        targets: where to, shape (joints,).
+        fraction: of each joint's maximum speed.
     """
 
-    def __init__(self, name: str, hand: str, opening: float, speed: float) -> None:
-        target, speeds = np.array([opening]), np.array([speed])
-        super().__init__(name, (hand,), lambda start: at_speed((hand,), target, start, speeds))
+    def __init__(self, name: str, nao: VirtualNao, joints: Sequence[str], targets: Floats, fraction: float) -> None:
+        speeds = fraction * nao.joints.max_speed[nao.joints.columns(joints)]
+
+        def plan(start: Floats) -> Motion:
+            duration = float(np.max(np.abs(targets - start) / speeds))
+            check_duration(duration, "the time to the targets")
+            if duration == 0.0:
+                return Motion([0.0], joints, targets[None])
+            return Motion([0.0, duration], joints, np.stack([start, targets]))
+
+        super().__init__(name, joints, plan)
+
+
+class HandMove(AtSpeed):
+    """A hand opens or closes with full stiffness, and then has none; what openHand and closeHand do."""
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Give the hand stiffness now, not before: the task that it waited for may have been a hand's too."""
@@ -124,7 +136,7 @@ class Approach(Task):
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """One tick's way towards the targets."""
         missing = self._targets - self._at
-        near = np.abs(missing) <= self._step * (1.0 + _ON_TIME)
+        near = np.abs(missing) <= self._step * (1.0 + ON_TIME)
         self._at = np.where(near, self._targets, self._at + np.clip(missing, -self._step, self._step))
         nao.joints.set(self._columns, self._at, self.notes)
         return bool(near.all())
@@ -160,13 +172,18 @@ class StiffnessRamp(Task):
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Set what the motion has at this time."""
-        done = time - self._start >= self._motion.end - _ON_TIME
+        done = time - self._start >= self._motion.end - ON_TIME
         nao.joints.set_stiffness(self._columns, self._motion.sample(self._motion.end if done else time - self._start))
         return done
 
 
 def through(
-    joints: Sequence[str], times: Sequence[Floats], keys: Sequence[Floats], start: Floats, kind: str = "smooth"
+    joints: Sequence[str],
+    times: Sequence[Floats],
+    keys: Sequence[Floats],
+    start: Floats,
+    kind: Literal["smooth", "linear", "bezier"] = "smooth",
+    handles: Sequence[Floats] | None = None,
 ) -> Motion:
     """The motion from `start` at time zero through keys, all after time zero.
 
@@ -175,32 +192,8 @@ def through(
         times: n arrays (k,) [s].
         keys: n arrays (k,).
         start: shape (n,).
-        kind: "smooth" or "linear".
+        kind: "smooth", "linear" or "bezier".
+        handles: n arrays (k + 1, 2, 2) for "bezier".
     """
-    return Motion(
-        [np.concatenate([[0.0], row]) for row in times],
-        joints,
-        [np.concatenate([[first], row]) for first, row in zip(start, keys, strict=True)],
-        "linear" if kind == "linear" else "smooth",
-    )
-
-
-def at_speed(joints: Sequence[str], targets: Floats, start: Floats, speeds: Floats) -> Motion:
-    """The straight motion to targets in which the joint with the longest way goes at its speed, and all arrive with it.
-
-    Its duration is max |target − start| / speed.
-
-    Args:
-        joints: n names.
-        targets: shape (n,).
-        start: shape (n,).
-        speeds: shape (n,) [unit of the joint per s].
-
-    Raises:
-        BadArgument: it would take more than a day.
-    """
-    duration = float(np.max(np.abs(targets - start) / speeds))
-    check_duration(duration, "the time to the targets")
-    if duration == 0.0:
-        return Motion([0.0], joints, targets[None])
-    return Motion([0.0, duration], joints, np.stack([start, targets]))
+    with_start = [np.concatenate([[first], row]) for first, row in zip(start, keys, strict=True)]
+    return Motion([np.concatenate([[0.0], row]) for row in times], joints, with_start, kind, handles)

@@ -8,7 +8,6 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any
 
 from nao_kin._core.arrays import flag, whole_number
@@ -19,7 +18,7 @@ from nao_kin.errors import BadArgument, NaoKinError, NaoKinWarning
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.virtual.engine import Call, NaoqiError
 from nao_kin.naoqi.virtual.service import KERNELS, Service, make_ready, report
-from nao_kin.naoqi.virtual.services.memory import ALMemory, Subscriber
+from nao_kin.naoqi.virtual.services.memory import Subscriber
 from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 PORT = 9559
@@ -82,14 +81,16 @@ class QiServer:
         try:
             self._session.listenStandalone(f"tcp://{f'[{host}]' if ':' in host else host}:{number}")
         except RuntimeError as error:
-            raise BadArgument(f"cannot listen on {host}, port {number}: {_reason(error)}") from None
-        self.endpoint = _endpoint(self._session.endpoints(), host)
-        memory = nao.services.get("ALMemory")
-        if isinstance(memory, ALMemory):
-            memory.module_called = self._call_module
+            reason = " ".join(str(error).partition("[")[0].split())
+            raise BadArgument(f"cannot listen on {host}, port {number}: {reason}") from None
+        endpoints = self._session.endpoints()
+        self.endpoint = next((endpoint for endpoint in endpoints if host in endpoint), endpoints[0])
+        nao.services["ALMemory"].module_called = self._call_module  # type: ignore[attr-defined]
         strand = None
         for name, service in nao.services.items():
-            exported = _exported(qi, service)
+            # Those that are absent answer what there is.
+            methods = {method: _forwarded(qi, service, method) for method in (*service.method_names, *service.absent)}
+            exported = qi.singleThreaded()(type(name, (), methods))()
             if strand is not None:
                 exported.__qi_strand__ = strand
             self._session.registerService(name, exported)
@@ -112,9 +113,7 @@ class QiServer:
     def __enter__(self) -> QiServer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _load_kernels(self, nao: VirtualNao) -> None:
@@ -162,13 +161,6 @@ class QiServer:
                 service.value().call(function, key, value, message, _async=True)
 
         session.service(module, _async=True).addCallback(call)
-
-
-def _exported(qi: Any, service: Service) -> Any:
-    """An object with the methods of a service, as qi takes it; those that are absent answer what there is."""
-    names = (*service.method_names, *service.absent)
-    methods: dict[str, Callable[..., Any]] = {name: _forwarded(qi, service, name) for name in names}
-    return qi.singleThreaded()(type(service.name, (), methods))()
 
 
 def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
@@ -235,12 +227,3 @@ def _failed(qi: Any, message: str) -> Any:
     promise = qi.Promise()
     promise.setError(message)
     return promise.future()
-
-
-def _reason(error: Exception) -> str:
-    return " ".join(str(error).partition("[")[0].split())
-
-
-def _endpoint(endpoints: list[str], host: str) -> str:
-    """Of the addresses that are listened on, the one that was asked for."""
-    return next((endpoint for endpoint in endpoints if host in endpoint), endpoints[0])

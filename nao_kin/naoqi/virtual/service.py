@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from inspect import Parameter
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import compiles, warm_up
@@ -19,20 +19,18 @@ if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-_F = TypeVar("_F", bound=Callable[..., Any])
 _S = TypeVar("_S", bound="Service")
 
 
-def method(function: _F) -> _F:
-    """Offer this method of a service to scripts, under its own name."""
-    function.is_offered = True  # type: ignore[attr-defined]
-    return function
+# Methods of every service that are for this library, and not for scripts.
+_OWN = frozenset(("help", "invoke", "joints", "keep", "kept", "kernels_for"))
 
 
 class Service:
     """A service that scripts call by name.
 
-    A subclass sets `name` and marks its methods with `@method`. They take what NAOqi's take, positional arguments only;
+    A subclass sets `name`. As qi does with a Python object, its public methods are offered to scripts, under their own
+    names; what is not for them begins with an underscore. They take what NAOqi's take, positional arguments only;
     defaults make overloads. They run with the lock held (`nao.monitor`), so they neither wait nor sleep: what takes
     time is a task, and its `Call` is returned. Arguments go through `arguments`; every `NaoKinError` becomes a
     `NaoqiError` that names service and method.
@@ -42,20 +40,20 @@ class Service:
 
     Attributes:
         name: "ALMotion" …
-        absent: methods that NAOqi's service has and this one does not; what is offered after all is taken out of it.
+        absent: methods that NAOqi's service has and this one does not.
     """
 
-    name: ClassVar[str]
+    name: str
     absent: tuple[str, ...] = ()
 
     def __init__(self, nao: VirtualNao) -> None:
         self.nao = nao
         self._kept: dict[tuple[str, str], Any] = {}
         kind = type(self)
-        offered = [name for name in dir(kind) if getattr(getattr(kind, name), "is_offered", False)]
+        public = [name for name in dir(kind) if not name.startswith("_") and name not in _OWN]
+        offered = [name for name in public if callable(getattr(kind, name))]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
         self._signatures = {name: inspect.signature(function) for name, function in self._methods.items()}
-        self.absent = tuple(name for name in type(self).absent if name not in self._methods)
 
     @property
     def method_names(self) -> tuple[str, ...]:
@@ -84,7 +82,12 @@ class Service:
             takes = ", ".join(self._signatures[name].parameters)
             count = f"{len(given)} argument{'' if len(given) == 1 else 's'}"
             raise NaoqiError(self.name, name, f"takes ({takes}), got {count}") from None
-        self._wait_for_kernels(name, given)
+        missing = self.kernels_for(name, given) - _ready
+        if missing:
+            with self.nao.time_held():
+                if compiles():
+                    report(self.nao, f"{self.name}::{name} waits for compiled kernels; robot time stands still")
+                make_ready(missing)
         try:
             with self.nao.monitor:
                 self.nao.check_open()
@@ -104,14 +107,6 @@ class Service:
         head, a camera or a leg alone needs none: its closed form does not search, and is solved as Python.
         """
         return frozenset()
-
-    def _wait_for_kernels(self, name: str, given: tuple[Any, ...]) -> None:
-        missing = self.kernels_for(name, given) - _ready
-        if missing:
-            with self.nao.time_held():
-                if compiles():
-                    report(self.nao, f"{self.name}::{name} waits for compiled kernels; robot time stands still")
-                make_ready(missing)
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
         """The joints that a name, chain or list of them stands for, each once.
@@ -151,50 +146,41 @@ class Service:
 
     # --- what every module of NAOqi has ---------------------------------------------------------------------------
 
-    @method
     def ping(self) -> bool:
         """Whether the service is there: True."""
         return True
 
-    @method
     def version(self) -> str:
         """The version of nao_kin."""
         from nao_kin._core import __version__
 
         return __version__
 
-    @method
     def getMethodList(self) -> list[str]:
         """Names of all methods."""
         return list(self.method_names)
 
-    @method
     def getMethodHelp(self, methodName: Any) -> list[Any]:
         """Name and description of a method."""
         wanted = arguments.choice(methodName, "method", self.method_names)
         return [wanted, self.help(wanted)]
 
-    @method
     def getModuleHelp(self) -> str:
         """What the service is."""
         return inspect.getdoc(type(self)) or ""
 
-    @method
     def getBrokerName(self) -> str:
         """Who runs the service."""
         return "nao-kin"
 
-    @method
     def isRunning(self, id: Any) -> bool:
         """Whether a motion task, by its number in the task list, is not over."""
         return self.nao.tasks.find(arguments.whole(id, "id")) is not None
 
-    @method
     def stop(self, id: Any) -> None:
         """End a motion task, by its number in the task list."""
         self.nao.tasks.kill(arguments.whole(id, "id"))
 
-    @method
     def wait(self, id: Any, timeoutPeriod: Any = 0) -> Call | bool:
         """Wait until a motion task is over, at most some milliseconds, 0 for ever; True if the time ran out first."""
         task = self.nao.tasks.find(arguments.whole(id, "id"))
@@ -205,7 +191,7 @@ class Service:
         waiting = Call()
         task.call.add_done_callback(lambda _: waiting.finish(False))
         if seconds > 0.0:
-            self.nao.clock.after(seconds, lambda: self.nao.monitor.later(lambda: waiting.finish(True)))
+            self.nao.after(seconds).add_done_callback(lambda _: waiting.finish(True))
         return waiting
 
 
@@ -261,13 +247,43 @@ def keeps(*rows: Kept) -> Callable[[type[_S]], type[_S]]:
     return completed
 
 
-def formerly(**names: str) -> Callable[[type[_S]], type[_S]]:
-    """Offer methods of a service under former names too: former name → name."""
+def formerly(note: str = "As {}.", **names: str) -> Callable[[type[_S]], type[_S]]:
+    """Offer methods of a service under former names too: former name → name, which `note` says."""
 
     def completed(kind: type[_S]) -> type[_S]:
         for former, name in names.items():
             _, *takes = inspect.signature(getattr(kind, name)).parameters.values()
-            _offer(kind, former, takes, f"As {name}.", _call, name)
+            _offer(kind, former, takes, note.format(name), _call, name)
+        return kind
+
+    return completed
+
+
+def answers(**fixed: tuple[Any, str]) -> Callable[[type[_S]], type[_S]]:
+    """Give a service methods that always answer the same: name → what, and the method's help."""
+
+    def completed(kind: type[_S]) -> type[_S]:
+        for name, (answer, note) in fixed.items():
+            _offer(kind, name, (), note, lambda _, same: same, answer)
+        return kind
+
+    return completed
+
+
+def variants(of: str, does: str, **rows: tuple[str, str]) -> Callable[[type[_S]], type[_S]]:
+    """Offer variants of a method: name → what their first parameters are called instead, and the help.
+
+    Args:
+        of: the method that they are variants of.
+        does: what is called with the variant's name and its arguments.
+        rows: of each variant its parameters' names and its help.
+    """
+
+    def completed(kind: type[_S]) -> type[_S]:
+        _, *takes = inspect.signature(getattr(kind, of)).parameters.values()
+        for name, (called, note) in rows.items():
+            own = [each.replace(name=new) for new, each in zip(called.split(), takes, strict=False)]
+            _offer(kind, name, (*own, *takes[len(own) :]), note, _call, does, name)
         return kind
 
     return completed
@@ -281,17 +297,17 @@ _PLACED = Parameter.POSITIONAL_OR_KEYWORD
 
 
 def _offer(
-    kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], about: Any
+    kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], *about: Any
 ) -> None:
     """Offer a method that calls a function with the service, what it is about, and the arguments."""
 
     def offered(self: Service, *given: Any) -> Any:
-        return does(self, about, *given)
+        return does(self, *about, *given)
 
     order = [each if isinstance(each, Parameter) else Parameter(each, _PLACED) for each in ("self", *takes)]
     offered.__name__, offered.__doc__ = name, note
     offered.__signature__ = inspect.Signature(order)  # type: ignore[attr-defined]
-    setattr(kind, name, method(offered))
+    setattr(kind, name, offered)
 
 
 # --- Compiled kernels that calls need.

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,21 +21,16 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import pose
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
+from nao_kin.naoqi.virtual.engine import TICK
 from nao_kin.robot import RobotModel
 
 # --- How the virtual NAO walks: NAOqi's move configuration, with its defaults and bounds.
 
-SIDES: tuple[str, ...] = ("L", "R")
-_PREFIXES = {"L": "Left", "R": "Right"}
+SIDES = {"L": "Left", "R": "Right"}
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """One number of the move configuration.
-
-    Attributes:
-        default, least, most: as documented.
-    """
+class Parameter(NamedTuple):
+    """One number of the move configuration: its default and its bounds, as documented."""
 
     default: float
     least: float
@@ -104,16 +100,16 @@ class Gait:
 def gait_of(config: Any) -> Gait:
     """A gait from NAOqi's list of [name, value] pairs; numbers outside of the documented range are brought into it.
 
-    A name holds for both feet, or with "Left" or "Right" before it for one. Later pairs count.
+    A name holds for both feet, or with "Left" or "Right" before it for one. Later pairs count. None is no pair.
 
     Raises:
         BadArgument: no such list.
         UnknownName: no such parameter.
     """
     values: dict[str, dict[str, float]] = {side: {} for side in SIDES}
-    for name, value in _pairs(config):
-        sides = [side for side in SIDES if name.startswith(_PREFIXES[side])]
-        plain = name.removeprefix(_PREFIXES[sides[0]]) if sides else name
+    for name, value in [] if config is None else _pairs(config):
+        sides = [side for side, prefix in SIDES.items() if name.startswith(prefix)]
+        plain = name.removeprefix(SIDES[sides[0]]) if sides else name
         plain = _OTHER_NAMES.get(plain, plain)
         if plain not in PARAMETERS:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
@@ -129,10 +125,10 @@ def move_config(which: str) -> list[list[object]]:
     Raises:
         UnknownName: none of these.
     """
-    columns = {"Max": "most", "Min": "least", "Default": "default"}
+    columns = ("Default", "Min", "Max")
     if which not in columns:
-        raise UnknownName("move configuration", which, tuple(columns))
-    return [[name, getattr(parameter, columns[which])] for name, parameter in PARAMETERS.items()]
+        raise UnknownName("move configuration", which, columns)
+    return [[name, parameter[columns.index(which)]] for name, parameter in PARAMETERS.items()]
 
 
 def _pairs(config: Any) -> list[tuple[str, float]]:
@@ -144,8 +140,7 @@ def _pairs(config: Any) -> list[tuple[str, float]]:
         if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or not isinstance(pair[0], str):
             raise BadArgument(f"a move configuration must hold [name, value] pairs, got {quoted(pair, 60)}")
         name, value = pair
-        number = isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)
-        if not number:
+        if not (isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)):
             raise BadArgument(f"{name} must be a finite number, got {quoted(value, 60)}")
         found.append((name, float(value)))
     return found
@@ -276,15 +271,18 @@ def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, ga
     own = gait.of(side)
     support = feet[other(side)]
 
-    def fits(share: float) -> bool:
+    def wanted_and_made(share: float) -> tuple[Floats, Floats]:
         wanted = seen_from(support, foot_beside(along(body, goal, share), side))
-        return float(np.abs(bounded(wanted, side, own) - wanted).max()) < _DONE
+        return wanted, bounded(wanted, side, own)
+
+    def fits(share: float) -> bool:
+        wanted, made = wanted_and_made(share)
+        return float(np.abs(made - wanted).max()) < _DONE
 
     share = _largest(fits)
-    reached = along(body, goal, share)
-    wanted = seen_from(support, foot_beside(reached, side))
-    end = composed(support, bounded(wanted, side, own))
-    return Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period), reached
+    end = composed(support, wanted_and_made(share)[1])
+    step = Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period)
+    return step, along(body, goal, share)
 
 
 def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
@@ -318,24 +316,11 @@ _READY = 1e-6
 _MOST_STRETCHED = 10
 
 
-@dataclass(frozen=True, eq=False)
-class StepMotion:
-    """A step in joint values at every tick.
+class StepNotMade(BadArgument):
+    """The legs cannot make a step."""
 
-    Attributes:
-        q: configurations at the ends of the ticks, shape (n, nq); the last is where the step ends.
-        reached: whether the legs make all of it.
-        message: why not; "" where they do.
-    """
-
-    q: Floats
-    reached: bool
-    message: str = ""
-
-
-def walking_height(robot: RobotModel) -> float:
-    """Height of the level torso above the soles while walking: that of the posture StandInit [m]."""
-    return -float(robot.fk(robot.posture("StandInit"), "LLeg")[2, 3])
+    def __init__(self, why: str) -> None:
+        super().__init__(f"the legs cannot make this step: {why}")
 
 
 def smooth(u: Floats) -> Floats:
@@ -343,9 +328,7 @@ def smooth(u: Floats) -> Floats:
     return np.asarray(u * u * u * (10.0 + u * (6.0 * u - 15.0)))
 
 
-def ready_motion(
-    robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats, tick: float
-) -> StepMotion:
+def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats) -> Floats:
     """From where the robot stands to where a step begins: the torso level, between the feet.
 
     The feet stay where they are while the torso comes over them. Where the legs cannot do that (from Crouch, whose
@@ -357,93 +340,93 @@ def ready_motion(
         feet: poses on the floor by "L" and "R", shape (3,).
         T_world_torso: where the torso is now, shape (4, 4).
         q: the joints of now, shape (nq,).
-        tick: time between two configurations [s].
 
     Returns:
-        No configuration at all where the robot is ready.
+        Configurations at the ends of the ticks, shape (n, nq); none at all where the robot is ready.
+
+    Raises:
+        StepNotMade: a joint would have to jump.
     """
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
     ready = _legs(robot, left, right, _torso(robot, between(feet["L"], feet["R"])[None]), q)
     stands = bool(np.all(ready.success))
-    goal = ready.q[0] if stands else _side_by_side(robot, q)
+    if not stands:
+        left, right = (_flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R"))
+        ready = _legs(robot, left, right, _torso(robot, np.zeros((1, 3))), q)
+    goal = ready.q[0]
     if np.abs(goal - q).max() < _READY:
-        return StepMotion(np.empty((0, robot.nq)), True)
-    ticks = round(_GETTING_READY / tick)
+        return np.empty((0, robot.nq))
+    ticks = round(_GETTING_READY / TICK)
     if stands:
         poses = np.stack([T_world_torso, np.asarray(ready.torso)[0]])
 
-        def over_feet(count: int) -> StepMotion:
+        def over_feet(count: int) -> Floats:
             path = EffectorPath([0.0, float(count)], poses)
             torso = np.stack([path.pose(float(time)) for time in range(1, count + 1)])
-            return _as_motion(_legs(robot, left, right, torso, q))
+            return _all_of(_legs(robot, left, right, torso, q))
 
-        motion = _slow_enough(robot, over_feet, q, ticks, tick, _READY_SPEED_SHARE)
-        if motion.reached:
-            return motion
+        with suppress(StepNotMade):
+            return _slow_enough(robot, over_feet, q, ticks, _READY_SPEED_SHARE)
 
-    def straight(count: int) -> StepMotion:
+    def straight(count: int) -> Floats:
         share = smooth(np.arange(1, count + 1) / count)[:, None]
-        return StepMotion(q + share * (goal - q), True)
+        return np.asarray(q + share * (goal - q))
 
-    return _slow_enough(robot, straight, q, ticks, tick, _READY_SPEED_SHARE)
+    return _slow_enough(robot, straight, q, ticks, _READY_SPEED_SHARE)
 
 
-def step_motion(robot: RobotModel, step: Step, q: Floats, tick: float) -> StepMotion:
+def step_motion(robot: RobotModel, step: Step, q: Floats) -> Floats:
     """A step at every tick; longer than its period where joints would be too fast.
 
     Args:
         robot: a NAO.
         step: the step.
         q: where the robot stands now, shape (nq,).
-        tick: time between two configurations [s].
+
+    Returns:
+        Configurations at the ends of the ticks, shape (n, nq); the last is where the step ends.
+
+    Raises:
+        StepNotMade: the legs do not reach all of it, or a joint would have to jump.
     """
-    ticks = max(2, math.ceil(step.period / tick - 1e-9))
-    return _slow_enough(robot, lambda count: _at(robot, step, q, count), q, ticks, tick, _SPEED_SHARE)
+
+    def at(ticks: int) -> Floats:
+        time = np.arange(1, ticks + 1) / ticks
+        swing = np.clip((time - 0.5 * _DOUBLE_SUPPORT) / (1.0 - _DOUBLE_SUPPORT), 0.0, 1.0)
+        moving = _moved(step.start, step.end, smooth(swing))
+        height = step.height * 16.0 * np.square(swing * (1.0 - swing))
+        standing = np.broadcast_to(step.support, moving.shape)
+        first, last = (between(step.support, foot) for foot in (step.start, step.end))
+        torso = _torso(robot, _moved(first, last, smooth(time)))
+        feet = {step.side: _flat(moving, height), other(step.side): _flat(standing)}
+        return _all_of(_legs(robot, feet["L"], feet["R"], torso, q))
+
+    ticks = max(2, math.ceil(step.period / TICK - 1e-9))
+    return _slow_enough(robot, at, q, ticks, _SPEED_SHARE)
 
 
-def _slow_enough(
-    robot: RobotModel, at: Callable[[int], StepMotion], q: Floats, ticks: int, tick: float, share: float
-) -> StepMotion:
+def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, ticks: int, share: float) -> Floats:
     """A motion of so many ticks, or of more, so that no joint needs more than a share of its largest speed.
 
-    More time does not help a joint that jumps, from one branch of the legs' solutions to another: that is not reached.
+    More time does not help a joint that jumps, from one branch of the legs' solutions to another: that is not made.
     """
     most = _MOST_STRETCHED * ticks
     while True:
         motion = at(ticks)
-        if not motion.reached:
-            return motion
-        speeds = np.abs(np.diff(np.vstack([q, motion.q]), axis=0)) / tick
+        speeds = np.abs(np.diff(np.vstack([q, motion]), axis=0)) / TICK
         used = speeds.max(axis=0) / robot.velocity_limits / share
         if used.max() <= 1.0:
             return motion
         ticks = math.ceil(ticks * max(float(used.max()), 1.02))
         if ticks > most:
-            jumps = robot.joint_names[int(np.argmax(used))]
-            return StepMotion(motion.q, False, f"{jumps} would have to jump")
+            raise StepNotMade(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
 
 
-def _at(robot: RobotModel, step: Step, q: Floats, ticks: int) -> StepMotion:
-    time = np.arange(1, ticks + 1) / ticks
-    swing = np.clip((time - 0.5 * _DOUBLE_SUPPORT) / (1.0 - _DOUBLE_SUPPORT), 0.0, 1.0)
-    moving = _moved(step.start, step.end, smooth(swing))
-    height = step.height * 16.0 * np.square(swing * (1.0 - swing))
-    standing = np.broadcast_to(step.support, moving.shape)
-    first, last = (between(step.support, foot) for foot in (step.start, step.end))
-    torso = _torso(robot, _moved(first, last, smooth(time)))
-    feet = {step.side: _flat(moving, height), "R" if step.side == "L" else "L": _flat(standing)}
-    return _as_motion(_legs(robot, feet["L"], feet["R"], torso, q))
-
-
-def _side_by_side(robot: RobotModel, q: Floats) -> Floats:
-    """The configuration at walking height with the feet side by side, shape (nq,)."""
-    feet = {side: _flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R")}
-    return np.asarray(_legs(robot, feet["L"], feet["R"], _torso(robot, np.zeros((1, 3))), q).q[0])
-
-
-def _as_motion(found: ik.LegsResult) -> StepMotion:
+def _all_of(found: ik.LegsResult) -> Floats:
     missed = np.flatnonzero(~np.asarray(found.success))
-    return StepMotion(found.q, not missed.size, found.describe((int(missed[0]),)) if missed.size else "")
+    if missed.size:
+        raise StepNotMade(found.describe((int(missed[0]),)))
+    return found.q
 
 
 def _legs(robot: RobotModel, left: Floats, right: Floats, torso: Floats, q: Floats) -> ik.LegsResult:
@@ -465,5 +448,5 @@ def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:
 
 
 def _torso(robot: RobotModel, places: Floats) -> Floats:
-    """Level poses of the torso above places on the floor, shape (n, 4, 4)."""
-    return _flat(places, walking_height(robot))
+    """Level poses of the torso above places on the floor, as high as in StandInit, shape (n, 4, 4)."""
+    return _flat(places, -float(robot.fk(robot.posture("StandInit"), "LLeg")[2, 3]))

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType, TracebackType
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -107,9 +107,8 @@ class VirtualNao:
             raise BadArgument(f"on_change must be a function of a change, got {quoted(on_change)}")
         self.monitor = Monitor()
         self.clock = Clock(speed)
-        self._on_change = on_change
         self.behaviors = None if behaviors is None else _folder(behaviors)
-        self.log = Log(lambda: self.clock.now, self._publish)
+        self.log = Log(self.clock, self.monitor, on_change)
         q = self.robot.clamp(self.robot.posture(posture))
         self.joints = Joints(self.robot, q)
         self.base = Base(self.robot, q, posture)
@@ -230,7 +229,7 @@ class VirtualNao:
                 except Exception as error:  # one broken effect must not stop the robot's time
                     self.log.write(f"internal error: {error!r}")
             self.tasks.tick()
-            if self.joints.advance(TICK):
+            if self.joints.advance():
                 self.base.update(self.joints.q(), None if feet_kept else before)
             self.tasks.start_waiting()
 
@@ -260,15 +259,14 @@ class VirtualNao:
         """
         with self.monitor:
             q = self.joints.q()
-            leds, voice = self.services.get("ALLeds"), self.services.get("ALTextToSpeech")
             return State(
                 self.clock.now,
                 q,
                 self.joints.q(sensor=False),
                 self.joints.stiffness,
                 self.base.torso(q),
-                MappingProxyType(dict(getattr(leds, "colours", {}))),
-                str(getattr(voice, "saying", "")),
+                MappingProxyType(dict(self.services["ALLeds"].colours)),  # type: ignore[attr-defined]
+                self.services["ALTextToSpeech"].saying,  # type: ignore[attr-defined]
             )
 
     def torso_in_world(self, *, sensor: bool = True) -> Floats:
@@ -294,7 +292,7 @@ class VirtualNao:
     def announce(self, event: str, value: Any) -> None:
         """Raise an event of the robot's own in ALMemory; only with the lock held."""
         memory = self.services["ALMemory"]
-        memory.announce(event, value)  # type: ignore[attr-defined]
+        memory._announce(event, value)  # type: ignore[attr-defined]
 
     def check_open(self) -> None:
         """Refuse when closed.
@@ -312,12 +310,6 @@ class VirtualNao:
         """
         if self._closed:
             raise BadArgument("the virtual NAO is closed")
-
-    def _publish(self, change: Change) -> None:
-        watcher = self._on_change
-        if watcher is not None:
-            with self.monitor:
-                self.monitor.later(lambda: watcher(change))
 
     # --- the end --------------------------------------------------------------------------------------------------
 
@@ -345,9 +337,7 @@ class VirtualNao:
     def __enter__(self) -> VirtualNao:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

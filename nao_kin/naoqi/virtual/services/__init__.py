@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from nao_kin._core.text import quoted
 from nao_kin.naoqi.virtual.engine import NaoqiError
 from nao_kin.naoqi.virtual.service import Service
-from nao_kin.naoqi.virtual.services.behaviors import ALAnimationPlayer, ALBehaviorManager
-from nao_kin.naoqi.virtual.services.leds import ALLeds
+from nao_kin.naoqi.virtual.services.expression import ALLeds, ALTextToSpeech
 from nao_kin.naoqi.virtual.services.life import (
     ABILITIES,
     ALAutonomousLife,
@@ -19,8 +18,7 @@ from nao_kin.naoqi.virtual.services.life import (
 )
 from nao_kin.naoqi.virtual.services.memory import ALMemory, ALSonar, ALTouch
 from nao_kin.naoqi.virtual.services.motion import ALMotion
-from nao_kin.naoqi.virtual.services.posture import ALRobotPosture, ALTracker
-from nao_kin.naoqi.virtual.services.speech import ALTextToSpeech
+from nao_kin.naoqi.virtual.services.movements import ALAnimationPlayer, ALBehaviorManager, ALRobotPosture, ALTracker
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -129,31 +127,16 @@ _MISSING: dict[str, dict[str, str]] = {
 
 
 class Missing(Service):
-    """A service that this virtual NAO does not have.
+    """A service that this virtual NAO does not have."""
 
-    Attributes:
-        why: what the robot lacks for it.
-    """
-
-    why: ClassVar[str]
-
-    def __init__(self, nao: VirtualNao) -> None:
+    def __init__(self, nao: VirtualNao, name: str, why: str, methods: str) -> None:
         super().__init__(nao)
-        self._methods, self.absent = {}, type(self).absent
+        self.name, self._why = name, why
+        self._methods, self.absent = {}, tuple(dict.fromkeys(methods.split()))
 
     def _no_method(self, name: str) -> NaoqiError:
         there = ", ".join(there for there, service in self.nao.services.items() if not isinstance(service, Missing))
-        return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO: {self.why}; there are: {there}")
-
-
-def _missing(name: str, why: str, methods: str) -> type[Missing]:
-    found = {"name": name, "why": why, "absent": tuple(dict.fromkeys(methods.split()))}
-    return type(name, (Missing,), found)
-
-
-MISSING = tuple(
-    _missing(name, why, methods) for why, services in _MISSING.items() for name, methods in services.items()
-)
+        return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO: {self._why}; there are: {there}")
 
 
 SERVICES: tuple[type[Service], ...] = (
@@ -173,10 +156,11 @@ SERVICES: tuple[type[Service], ...] = (
     ALBehaviorManager,
     ALAnimationPlayer,
     *ABILITIES,
-    *MISSING,
 )
 
 
 def make_services(nao: VirtualNao) -> dict[str, Service]:
     """Every service by its name, those that only answer that they are missing last."""
-    return {kind.name: kind(nao) for kind in SERVICES}
+    there: dict[str, Service] = {kind.name: kind(nao) for kind in SERVICES}
+    missing = [(name, why, methods) for why, services in _MISSING.items() for name, methods in services.items()]
+    return there | {row[0]: Missing(nao, *row) for row in missing}

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
+from nao_kin.naoqi.virtual.service import Kept, Service, answers, keeps
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -28,6 +27,10 @@ _ABILITY = Kept(
 )
 
 
+@answers(
+    focusedActivity=("", "The activity in focus: none here."),
+    stopAll=(None, "End all activities: there are none here."),
+)
 @keeps(_ABILITY, Kept("RobotOffsetFromFloor", "Kept [m].", 0.0, ("offset",), arguments.number))
 class ALAutonomousLife(Service):
     """A robot without a life of its own: the state is kept, and nothing is done by itself.
@@ -41,16 +44,12 @@ class ALAutonomousLife(Service):
         "getStateHistory startMonitoringLaunchpadConditions stopFocus".split()
     )
 
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._state = "disabled"
+    _state = "disabled"
 
-    @method
     def getState(self) -> str:
         """One of "solitary", "interactive", "safeguard" and, at first, "disabled"."""
         return self._state
 
-    @method
     def setState(self, state: Any) -> Call | None:
         """Change the state; "disabled" rests and returns when the robot does."""
         wanted = arguments.choice(state, "state", _STATES)
@@ -65,21 +64,16 @@ class ALAutonomousLife(Service):
             motion.invoke("wakeUp")
         return None
 
-    @method
-    def focusedActivity(self) -> str:
-        """The activity in focus: none here."""
-        return ""
-
-    @method
-    def stopAll(self) -> None:
-        """End all activities: there are none here."""
-
-    @method
     def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
         """[name, enabled, running] of each ability; none runs."""
         return [[ability, self.kept(_ABILITY, ability), False] for ability in _ABILITIES]
 
 
+@answers(
+    systemVersion=("2.8", "The version of NAOqi whose documentation this follows: 2.8."),
+    freeMemory=(0, "0: not looked at here."),
+    totalMemory=(0, "0: not looked at here."),
+)
 class ALSystem(Service):
     """Names and versions; this machine's are not given away."""
 
@@ -89,40 +83,20 @@ class ALSystem(Service):
         "previousSystemVersion getDefaultRobotName".split()
     )
 
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._name = "nao"
+    _name = "nao"
 
-    @method
     def robotName(self) -> str:
         """The robot's name; at first "nao"."""
         return self._name
 
-    @method
     def setRobotName(self, name: Any) -> bool:
         """Name the robot."""
         self._name = arguments.text(name, "name")
         return True
 
-    @method
-    def systemVersion(self) -> str:
-        """The version of NAOqi whose documentation this follows: 2.8."""
-        return "2.8"
-
-    @method
     def systemInfo(self) -> list[list[str]]:
         """What this is."""
         return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
-
-    @method
-    def freeMemory(self) -> int:
-        """0: not looked at here."""
-        return 0
-
-    @method
-    def totalMemory(self) -> int:
-        """0: not looked at here."""
-        return 0
 
 
 class ALBattery(Service):
@@ -131,42 +105,26 @@ class ALBattery(Service):
     name = "ALBattery"
     absent = ("enablePowerMonitoring",)
 
-    @method
     def getBatteryCharge(self) -> int:
         """Per cent of the charge."""
         value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
         return round(100.0 * arguments.number(value, "the battery's charge"))
 
 
+@answers(
+    getRobotType=("Nao", 'The kind of robot: "Nao".'),
+    hasArms=(True, "Whether it has arms: True."),
+    hasHands=(True, "Whether it has hands that open: True."),
+    hasLegs=(True, "Whether it has legs: True."),
+)
 class ALRobotModel(Service):
     """What the robot is and has."""
 
     name = "ALRobotModel"
 
-    @method
-    def getRobotType(self) -> str:
-        """The kind of robot: "Nao"."""
-        return "Nao"
-
-    @method
     def getConfig(self) -> str:
         """The robot as an XML document: its URDF; a robot has one of NAOqi's own."""
         return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
-
-    @method
-    def hasArms(self) -> bool:
-        """Whether it has arms: True."""
-        return True
-
-    @method
-    def hasHands(self) -> bool:
-        """Whether it has hands that open: True."""
-        return True
-
-    @method
-    def hasLegs(self) -> bool:
-        """Whether it has legs: True."""
-        return True
 
 
 class ALPreferenceManager(Service):
@@ -177,44 +135,37 @@ class ALPreferenceManager(Service):
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
-        self._domains: dict[str, dict[str, tuple[Any, float]]] = {}
+        self._domains: dict[str, dict[str, Any]] = {}
 
-    @method
     def getValue(self, domain: Any, setting: Any) -> Any:
         """The value of a setting; None where there is none."""
-        return self._domains.get(arguments.text(domain, "domain"), {}).get(_name(setting), (None,))[0]
+        return self._settings(domain).get(arguments.text(setting, "setting"))
 
-    @method
     def setValue(self, domain: Any, setting: Any, value: Any) -> None:
         """Keep a value."""
-        self._domains.setdefault(arguments.text(domain, "domain"), {})[_name(setting)] = (value, time.time())
+        self._domains[domain] = self._settings(domain) | {arguments.text(setting, "setting"): value}
 
-    @method
     def getValueList(self, domain: Any) -> list[list[Any]]:
         """[setting, value] of a domain."""
-        return [[name, value] for name, (value, _) in self._domains.get(arguments.text(domain, "domain"), {}).items()]
+        return [[name, value] for name, value in self._settings(domain).items()]
 
-    @method
     def getDomainList(self) -> list[str]:
         """All domains, in alphabetical order."""
         return sorted(self._domains)
 
-    @method
     def removeValue(self, domain: Any, setting: Any) -> None:
         """Forget a value."""
-        values, name = self._domains.get(arguments.text(domain, "domain"), {}), _name(setting)
+        values, name = self._settings(domain), arguments.text(setting, "setting")
         if name not in values:
             raise UnknownName("setting", name, tuple(values))
         del values[name]
 
-    @method
     def removeDomainValues(self, domain: Any) -> None:
         """Forget all values of a domain."""
         self._domains.pop(arguments.text(domain, "domain"), None)
 
-
-def _name(setting: Any) -> str:
-    return arguments.text(setting, "setting")
+    def _settings(self, domain: Any) -> dict[str, Any]:
+        return self._domains.get(arguments.text(domain, "domain"), {})
 
 
 # --- The autonomous abilities, which scripts switch off before they begin: kept, and nothing moves by itself here.
@@ -225,22 +176,20 @@ class _Ability(Service):
 
     ability: ClassVar[str]
 
-    @method
     def setEnabled(self, enabled: Any) -> None:
         """Kept; the ability does nothing here."""
         self.nao.services["ALAutonomousLife"].invoke("setAutonomousAbilityEnabled", self.ability, enabled)
 
-    @method
     def isEnabled(self) -> bool:
         """As it was set; at first True."""
         return bool(self.nao.services["ALAutonomousLife"].invoke("getAutonomousAbilityEnabled", self.ability))
 
-    @method
     def isRunning(self, id: Any = None) -> bool:
         """Whether the ability does something: False; with an id, whether a motion task is not over."""
         return False if id is None else super().isRunning(id)
 
 
+@answers(isAwarenessRunning=(False, "The same as isRunning, under its name before NAOqi 2.5."))
 class ALBasicAwareness(_Ability):
     """The ability to look at people; it sees none here."""
 
@@ -251,20 +200,13 @@ class ALBasicAwareness(_Ability):
         " resumeAwareness".split()
     )
 
-    @method
     def startAwareness(self) -> None:
         """The same as setEnabled(True), under its name before NAOqi 2.5."""
         self.setEnabled(True)
 
-    @method
     def stopAwareness(self) -> None:
         """The same as setEnabled(False), under its name before NAOqi 2.5."""
         self.setEnabled(False)
-
-    @method
-    def isAwarenessRunning(self) -> bool:
-        """The same as isRunning, under its name before NAOqi 2.5."""
-        return False
 
 
 def _strategy(value: Any, what: str) -> str:

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from nao_kin.errors import BadArgument, UnknownName, nearest_names
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, formerly, method
-from nao_kin.naoqi.virtual.services.leds import actuators as led_actuators
+from nao_kin.naoqi.virtual.service import Service, formerly
+from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -83,6 +83,8 @@ def constants(joints: Iterable[str]) -> dict[str, Any]:
 
 # --- ALMemory: values by key, the robot's own among them, and events.
 
+# What a joint's keys say → of which of its devices.
+_QUANTITIES = {"sensor": "Position/Sensor", "command": "Position/Actuator", "stiffness": "Hardness/Actuator"}
 _GRAVITY = 9.81  # m/s²
 _ON_FLOOR = 1e-3  # a sole that is not higher touches the floor [m]
 
@@ -98,32 +100,26 @@ class Subscriber:
     def __init__(self, memory: ALMemory, key: str) -> None:
         self.key = key
         self._memory = memory
-        self._numbers = itertools.count(1)
-        self._callbacks: dict[int, Callable[[Any], object]] = {}
 
     def connect(self, callback: Callable[[Any], object]) -> int:
         """Have `callback` called with every value from now on; returns a number to disconnect it by."""
         with self._memory.nao.monitor:
-            number = next(self._numbers)
-            self._callbacks[number] = callback
-            self._memory.listen(self)
+            number = next(self._memory.numbers)
+            self._memory.listening.setdefault(self.key, {})[number] = callback
         return number
 
     def disconnect(self, number: int) -> bool:
         """Call a callback no more; whether there was one of this number."""
         with self._memory.nao.monitor:
-            found = self._callbacks.pop(number, None) is not None
-            if not self._callbacks:
-                self._memory.forget(self)
+            listening = self._memory.listening.get(self.key, {})
+            found = listening.pop(number, None) is not None
+            if not listening:
+                self._memory.listening.pop(self.key, None)
         return found
-
-    def tell(self, value: Any) -> None:
-        """Call all callbacks, when the lock is free."""
-        for callback in tuple(self._callbacks.values()):
-            self._memory.nao.monitor.later(partial(callback, value))
 
 
 @formerly(unsubscribeToMicroEvent="unsubscribeToEvent")
+@formerly("The same as {} here.", raiseMicroEvent="raiseEvent")
 class ALMemory(Service):
     """Values by key, and events.
 
@@ -148,19 +144,18 @@ class ALMemory(Service):
         self._values: dict[str, Any] = {}
         self._events: set[str] = {*SWITCH_EVENTS, "TouchChanged"}
         self._descriptions: dict[str, str] = {}
-        self._listening: dict[str, list[Subscriber]] = {}
+        self.listening: dict[str, dict[int, Callable[[Any], object]]] = {}
+        self.numbers = itertools.count(1)
         self._modules: dict[str, dict[str, tuple[str, str]]] = {}
         self.module_called: Callable[[str, str, str, Any, str], object] | None = None
         self._own = self._own_keys()
 
     # --- values ---------------------------------------------------------------------------------------------------
 
-    @method
     def getData(self, key: Any, iDummy: Any = 0) -> Any:
         """The value of a key; an error where there is none. A second argument, of old scripts, counts for nothing."""
         return self._value(arguments.text(key, "key"))
 
-    @method
     def getListData(self, keyList: Any) -> list[Any]:
         """The values of several keys of one moment; None where a key has none."""
         if not isinstance(keyList, (list, tuple)):
@@ -168,22 +163,17 @@ class ALMemory(Service):
         keys = [arguments.text(key, "key") for key in keyList]
         return [self._value(key) if key in self._values or key in self._own else None for key in keys]
 
-    @method
     def insertData(self, key: Any, data: Any) -> None:
         """Keep a value under a key; nobody is told, but of switches and sonars."""
         self._keep(_key(key), data)
 
-    @method
     def insertListData(self, pairs: Any) -> None:
         """Keep several values: a list of [key, value]."""
-        if not isinstance(pairs, (list, tuple)) or any(
-            not isinstance(pair, (list, tuple)) or len(pair) < 2 for pair in pairs
-        ):
+        if not isinstance(pairs, (list, tuple)) or not all(isinstance(p, (list, tuple)) and len(p) > 1 for p in pairs):
             raise BadArgument("pairs must be a list of [key, value]")
         for pair in pairs:
             self._keep(_key(pair[0]), pair[1])
 
-    @method
     def removeData(self, key: Any) -> None:
         """Remove a value, or an inserted one that stood before the robot's own; an error where there is none."""
         name = arguments.text(key, "key")
@@ -192,18 +182,15 @@ class ALMemory(Service):
         del self._values[name]
         self._sense(name)
 
-    @method
     def getDataList(self, filter: Any = "") -> list[str]:
         """All keys that contain a text, in alphabetical order."""
         part = arguments.text(filter, "filter")
         return sorted(key for key in {*self._values, *self._own} if part in key)
 
-    @method
     def getDataListName(self) -> list[str]:
         """All keys, in alphabetical order."""
         return self.getDataList("")
 
-    @method
     def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Call:
         """Wait for the next time that the event is raised, and return its value."""
         wanted, waiting = Subscriber(self, _key(key)), Call()
@@ -211,12 +198,10 @@ class ALMemory(Service):
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
         return waiting
 
-    @method
     def setDescription(self, name: Any, description: Any) -> None:
         """Describe a key."""
         self._descriptions[_key(name)] = arguments.text(description, "description")
 
-    @method
     def getDescriptionList(self, keylist: Any) -> list[list[str]]:
         """[key, type, description] of keys."""
         if not isinstance(keylist, (list, tuple)):
@@ -225,34 +210,24 @@ class ALMemory(Service):
 
     # --- events ---------------------------------------------------------------------------------------------------
 
-    @method
     def declareEvent(self, eventName: Any, extractorName: Any = "") -> None:
         """List an event before it is raised."""
         self._events.add(_key(eventName))
 
-    @method
     def getEventList(self) -> list[str]:
         """Names of the events that were declared or raised, in alphabetical order."""
         return sorted(self._events)
 
-    @method
     def raiseEvent(self, name: Any, value: Any) -> None:
         """Keep a value under a key, and tell whoever listens."""
         key = _key(name)
         self._keep(key, value)
         self._raise(key, value)
 
-    @method
-    def raiseMicroEvent(self, name: Any, value: Any) -> None:
-        """The same as raiseEvent here."""
-        self.raiseEvent(name, value)
-
-    @method
     def subscriber(self, eventName: Any) -> Subscriber:
         """An object with a `signal` to connect to."""
         return Subscriber(self, _key(eventName))
 
-    @method
     def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
         """Have a method of a service called with key, value and message whenever the event is raised.
 
@@ -260,51 +235,31 @@ class ALMemory(Service):
         """
         if len(more) > 1:
             raise BadArgument("takes an event, a service, a message or none, and a method")
-        message = callbackMethod if more else callbackModule
-        function, note = (
-            arguments.text([callbackMethod, *more][-1], "callbackMethod"),
-            arguments.text(message, "message"),
-        )
+        function = arguments.text(more[0] if more else callbackMethod, "callbackMethod")
+        note = arguments.text(callbackMethod if more else callbackModule, "message")
         key = _key(name)
         self._events.add(key)
         self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
 
-    @method
     def unsubscribeToEvent(self, name: Any, callbackModule: Any) -> None:
         """Call a service no more."""
         module = arguments.text(callbackModule, "callbackModule")
         if self._modules.get(_key(name), {}).pop(module, None) is None:
             raise BadArgument(f"{module} has not subscribed to {name}")
 
-    @method
     def subscribeToMicroEvent(self, name: Any, callbackModule: Any, callbackMessage: Any, callbackMethod: Any) -> None:
         """As subscribeToEvent with a message."""
         self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
 
-    @method
     def getSubscribers(self, name: Any) -> list[str]:
         """Names of the services that are called at an event."""
         return sorted(self._modules.get(_key(name), {}))
 
-    def announce(self, key: str, value: Any) -> None:
+    def _announce(self, key: str, value: Any) -> None:
         """Raise an event of the robot's own; a value that is read from the robot is not kept."""
         if key not in self._own:
             self._values[key] = value
         self._raise(key, value)
-
-    def listen(self, subscriber: Subscriber) -> None:
-        """Tell a subscriber of its events from now on."""
-        listening = self._listening.setdefault(subscriber.key, [])
-        if subscriber not in listening:
-            listening.append(subscriber)
-
-    def forget(self, subscriber: Subscriber) -> None:
-        """Tell it no more."""
-        listening = self._listening.get(subscriber.key, [])
-        if subscriber in listening:
-            listening.remove(subscriber)
-            if not listening:
-                del self._listening[subscriber.key]
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -316,39 +271,34 @@ class ALMemory(Service):
         """Have the sensors notice that the value of a key of theirs is another."""
         if key in self._own:
             for service in ("ALTouch", "ALSonar"):
-                self.nao.services[service].sensed(key, self._value(key))  # type: ignore[attr-defined]
+                self.nao.services[service]._sensed(key, self._value(key))  # type: ignore[attr-defined]
 
     def _raise(self, key: str, value: Any) -> None:
         self._events.add(key)
-        for subscriber in self._listening.get(key, ()):
-            subscriber.tell(value)
-        called = self.module_called
-        if called is not None:
+        for callback in self.listening.get(key, {}).values():
+            self.nao.monitor.later(partial(callback, value))
+        if self.module_called is not None:
             for module, (function, message) in self._modules.get(key, {}).items():
-                self.nao.monitor.later(partial(called, module, function, key, value, message))
+                self.nao.monitor.later(partial(self.module_called, module, function, key, value, message))
 
     def _value(self, key: str) -> Any:
         if key in self._values:
             return self._values[key]
         if key in self._own:
-            return self._own[key]()
+            value = self._own[key]
+            return value() if callable(value) else value
         raise self._unknown(key)
 
     def _unknown(self, key: str) -> UnknownName:
-        keys = sorted({*self._values, *self._own})
-        near = nearest_names(key, keys)
-        return UnknownName("key", key, near or keys)
+        return UnknownName("key", key, tuple(sorted({*self._values, *self._own})))
 
-    def _own_keys(self) -> dict[str, Callable[[], Any]]:
-        """Every key of the robot's own, with what reads it."""
-        joints = self.nao.joints
-        own: dict[str, Callable[[], Any]] = {
-            key: partial(_same, value) for key, value in constants(joints.column).items()
-        }
-        for name, column in joints.column.items():
-            own[f"{DEVICE}{name}/Position/Sensor/Value"] = partial(joints.sensor_at, column)
-            own[f"{DEVICE}{name}/Position/Actuator/Value"] = partial(joints.command_at, column)
-            own[f"{DEVICE}{name}/Hardness/Actuator/Value"] = partial(joints.stiffness_at, column)
+    def _own_keys(self) -> dict[str, Any]:
+        """Every key of the robot's own, with its value, or with what reads it."""
+        joints = self.nao.joints.column
+        own = constants(joints)
+        for joint in joints:
+            for quantity, place in _QUANTITIES.items():
+                own[f"{DEVICE}{joint}/{place}/Value"] = partial(self._joint, quantity, joint)
         for name, (led, channel) in led_actuators().items():
             own[f"{DEVICE}{name}/Actuator/Value"] = partial(self._led, led, channel)
         for event in SWITCH_EVENTS:
@@ -368,6 +318,10 @@ class ALMemory(Service):
         own["DCM/Time"] = lambda: int(1000.0 * self.nao.clock.now)
         return own
 
+    def _joint(self, quantity: str, joint: str) -> float:
+        joints = self.nao.joints
+        return float(getattr(joints, quantity)[joints.column[joint]])
+
     def _led(self, led: str, channel: int | None) -> float:
         """How bright a channel of a LED is, from 0 to 1; of a LED with one colour, its brightest."""
         colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
@@ -376,7 +330,7 @@ class ALMemory(Service):
     def _switched(self, event: str) -> float:
         """1.0 while a switch that raises an event is pressed."""
         touch = self.nao.services["ALTouch"]
-        return float(touch.is_raised(event))  # type: ignore[attr-defined]
+        return float(touch._is_raised(event))  # type: ignore[attr-defined]
 
     def _contact(self, foot: str) -> bool:
         """Whether the robot stands with this sole on the floor."""
@@ -391,10 +345,6 @@ class ALMemory(Service):
     def _acceleration(self, axis: int) -> float:
         """What an accelerometer in the torso shows at rest: gravity, upwards [m/s²]."""
         return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
-
-
-def _same(value: Any) -> Any:
-    return value
 
 
 def _key(key: object) -> str:
@@ -424,31 +374,29 @@ class ALTouch(Service):
         super().__init__(nao)
         self._pressed = dict.fromkeys(SWITCHES, False)
 
-    @method
     def getSensorList(self) -> list[str]:
         """Names of all sensors."""
         return list(self._pressed)
 
-    @method
     def getStatus(self) -> list[list[Any]]:
         """[name, pressed] of each sensor."""
         return [[sensor, pressed] for sensor, pressed in self._pressed.items()]
 
-    def is_raised(self, event: str) -> float:
+    def _is_raised(self, event: str) -> float:
         """1.0 while a sensor of an event is pressed, else 0.0."""
         return float(any(self._pressed[sensor] for sensor, (raised, _) in SWITCHES.items() if raised == event))
 
-    def sensed(self, key: str, value: Any) -> None:
+    def _sensed(self, key: str, value: Any) -> None:
         """Take what ALMemory has under a key now."""
         sensor = key.removeprefix(DEVICE).removesuffix(SENSOR)
         pressed = isinstance(value, (int, float)) and value > 0.5
         if self._pressed.get(sensor, pressed) == pressed:
             return
         event, part = SWITCHES[sensor]
-        before = self.is_raised(event)
+        before = self._is_raised(event)
         self._pressed[sensor] = pressed
-        if self.is_raised(event) != before:
-            self.nao.announce(event, self.is_raised(event))
+        if self._is_raised(event) != before:
+            self.nao.announce(event, self._is_raised(event))
         self.nao.announce("TouchChanged", [[part, pressed], [sensor, pressed]])
 
 
@@ -469,14 +417,12 @@ class ALSonar(Service):
         super().__init__(nao)
         self._subscribers: list[str] = []
 
-    @method
     def subscribe(self, name: Any, period: Any = 500, precision: Any = 0.0) -> None:
         """Switch the sonars on; period and precision count for nothing."""
         subscriber = arguments.text(name, "name")
         if subscriber not in self._subscribers:
             self._subscribers.append(subscriber)
 
-    @method
     def unsubscribe(self, name: Any) -> None:
         """Switch the sonars off, when the last has unsubscribed."""
         subscriber = arguments.text(name, "name")
@@ -484,12 +430,11 @@ class ALSonar(Service):
             raise BadArgument(f"{subscriber} has not subscribed")
         self._subscribers.remove(subscriber)
 
-    @method
     def getSubscribersInfo(self) -> list[list[Any]]:
         """[name, period, precision] of those who have subscribed."""
         return [[name, 500, 0.0] for name in self._subscribers]
 
-    def sensed(self, key: str, value: Any) -> None:
+    def _sensed(self, key: str, value: Any) -> None:
         """Take what ALMemory has under a key now."""
         for side in SONARS if self._subscribers and isinstance(value, (int, float)) else ():
             if key == sonar_key(side):

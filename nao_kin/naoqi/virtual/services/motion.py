@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi import names as language
 from nao_kin.naoqi.names import limits
@@ -16,17 +17,22 @@ from nao_kin.naoqi.spaces import torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.interpolation import Approach, HandMove, Interpolation, StiffnessRamp, at_speed, through
-from nao_kin.naoqi.virtual.service import Kept, Service, keeps, method
-from nao_kin.naoqi.virtual.services.motion_cartesian import CartesianControl, WholeBodyControl
-from nao_kin.naoqi.virtual.services.motion_walk import Locomotion
+from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
+from nao_kin.naoqi.virtual.service import Kept, Service, formerly, keeps, variants
+from nao_kin.naoqi.virtual.services.movements import GoToPosture
+from nao_kin.naoqi.virtual.walk import Locomotion
+from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
 
 # --- ALMotion's joint control: angles read, set, and interpolated.
 
 _HANDS = ("LHand", "RHand")
 _THIRD = 1.0 / 3.0
+_CHANGE = "Change angles from what the joints are commanded now; else as setAngles."
+_CLOSE = "Close a hand at its maximum speed, and let go of its motor."
 
 
+@variants("setAngles", "_approach", changeAngles=("names changes", _CHANGE))
+@variants("openHand", "_hand", closeHand=("", _CLOSE))
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
@@ -41,7 +47,6 @@ class JointControl(Service):
     late; the log says so. The blocking methods return when the command is at its last key.
     """
 
-    @method
     def getAngles(self, names: Any, useSensors: Any) -> list[float]:
         """Angles of joints [rad; 0 to 1 for the hands].
 
@@ -49,12 +54,11 @@ class JointControl(Service):
             names: a joint, a chain, "Body", "Joints", "Actuators", or a list of these.
             useSensors: True for where the joints are, False for what they are commanded.
         """
-        columns = self.nao.joints.columns(self._several(names))
+        columns = self.nao.joints.columns(language.joint_names(self.nao.robot, names))
         sensor = arguments.flag(useSensors, "useSensors")
         values: Floats = (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]
         return [float(value) for value in values]
 
-    @method
     def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: Any) -> None:
         """Send joints to angles, each at a fraction of its maximum speed; returns at once.
 
@@ -63,14 +67,8 @@ class JointControl(Service):
             angles: one for all, or a list of one for each [rad].
             fractionMaxSpeed: above 0, at most 1.
         """
-        self._approach("setAngles", names, angles, "angles", fractionMaxSpeed)
+        self._approach("setAngles", names, angles, fractionMaxSpeed)
 
-    @method
-    def changeAngles(self, names: Any, changes: Any, fractionMaxSpeed: Any) -> None:
-        """Change angles from what the joints are commanded now; else as setAngles."""
-        self._approach("changeAngles", names, changes, "changes", fractionMaxSpeed, relative=True)
-
-    @method
     def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Any) -> Call:
         """Move joints through angles at times; returns when the last is reached.
 
@@ -81,11 +79,8 @@ class JointControl(Service):
             isAbsolute: False for angles relative to what the joints are commanded at the beginning.
         """
         joints = self.joints(names)
-        angles = arguments.list_each(angleLists, joints, "angles")
-        times = arguments.list_each(timeLists, joints, "times")
+        angles, times = arguments.timed(angleLists, timeLists, joints, "angles")
         absolute = arguments.flag(isAbsolute, "isAbsolute")
-        arguments.check_lengths(angles, times, joints, "angles")
-        arguments.check_times(times, joints)
 
         def plan(start: Floats) -> Motion:
             keys = angles if absolute else [row + first for row, first in zip(angles, start, strict=True)]
@@ -93,7 +88,6 @@ class JointControl(Service):
 
         return self.nao.start_task(Interpolation("angleInterpolation", joints, plan))
 
-    @method
     def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
         """Move joints to angles, the one with the longest way at a fraction of its maximum speed; returns at the end.
 
@@ -105,9 +99,8 @@ class JointControl(Service):
         joints = self.joints(names)
         targets = arguments.one_each(targetAngles, joints, "targetAngles")
         fraction = arguments.fraction(maxSpeedFraction, "maxSpeedFraction", positive=True)
-        return self.go_at_speed("angleInterpolationWithSpeed", joints, targets, fraction)
+        return self.nao.start_task(AtSpeed("angleInterpolationWithSpeed", self.nao, joints, targets, fraction))
 
-    @method
     def angleInterpolationBezier(self, jointNames: Any, times: Any, controlPoints: Any) -> Call:
         """Move joints along Bezier curves in time and angle; returns when the last key is reached.
 
@@ -121,79 +114,53 @@ class JointControl(Service):
         joints = self.joints(jointNames, "jointNames")
         rows = arguments.list_each(times, joints, "times")
         arguments.check_times(rows, joints)
-        if not isinstance(controlPoints, (list, tuple)) or len(controlPoints) != len(joints):
-            count = len(controlPoints) if isinstance(controlPoints, (list, tuple)) else quoted(controlPoints, 60)
-            raise BadArgument(f"controlPoints must be {len(joints)} lists, one for each joint, got {count}")
+        if not arguments.is_list(controlPoints) or len(controlPoints) != len(joints):
+            got = arguments.length(controlPoints)
+            raise BadArgument(f"controlPoints must be {len(joints)} lists, one for each joint, got {got}")
         points = [_points(*row) for row in zip(controlPoints, rows, joints, strict=True)]
         keys, handles = [row[0] for row in points], [row[1] for row in points]
 
         def plan(start: Floats) -> Motion:
-            return Motion(
-                [np.concatenate([[0.0], row]) for row in rows],
-                joints,
-                [np.concatenate([[first], row]) for first, row in zip(start, keys, strict=True)],
-                "bezier",
-                handles,
-            )
+            return through(joints, rows, keys, start, "bezier", handles)
 
         plan(np.array([row[0] for row in keys]))  # refuses handles that leave their segments, before any joint moves
         return self.nao.start_task(Interpolation("angleInterpolationBezier", joints, plan))
 
-    @method
     def openHand(self, handName: Any) -> Call:
         """Open a hand at its maximum speed, and let go of its motor."""
-        return self._hand("openHand", handName, 1.0)
+        return self._hand("openHand", handName)
 
-    @method
-    def closeHand(self, handName: Any) -> Call:
-        """Close a hand at its maximum speed, and let go of its motor."""
-        return self._hand("closeHand", handName, 0.0)
+    # --- inside ---------------------------------------------------------------------------------------------------
 
-    # --- for the other topics -------------------------------------------------------------------------------------
-
-    def go_at_speed(self, name: str, joints: tuple[str, ...], targets: Floats, fraction: float) -> Call:
-        """Start what angleInterpolationWithSpeed does, under any name."""
-        speeds = fraction * self.nao.joints.max_speed[self.nao.joints.columns(joints)]
-        return self.nao.start_task(Interpolation(name, joints, lambda start: at_speed(joints, targets, start, speeds)))
-
-    def _approach(
-        self, name: str, names: Any, values: Any, what: str, fraction: Any, *, relative: bool = False
-    ) -> None:
-        joints = self.joints(names)
-        targets = arguments.one_each(values, joints, what)
+    def _approach(self, name: str, names: Any, values: Any, fraction: Any) -> None:
+        joints, relative = self.joints(names), name == "changeAngles"
+        targets = arguments.one_each(values, joints, "changes" if relative else "angles")
         share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
         self.nao.start_task(Approach(name, joints, targets, share, relative=relative))
 
-    def _hand(self, name: str, hand: Any, opening: float) -> Call:
-        chosen = arguments.choice(hand, "hand", _HANDS)
-        speed = float(self.nao.joints.max_speed[self.nao.joints.column[chosen]])
-        return self.nao.start_task(HandMove(name, chosen, opening, speed))
-
-    def _several(self, names: Any) -> tuple[str, ...]:
-        """Joints by names, of which a list may repeat some."""
-        from nao_kin.naoqi.names import joint_names
-
-        return joint_names(self.nao.robot, names)
+    def _hand(self, name: str, hand: Any) -> Call:
+        chosen, opening = arguments.choice(hand, "hand", _HANDS), np.array([float(name == "openHand")])
+        return self.nao.start_task(HandMove(name, self.nao, (chosen,), opening, 1.0))
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
     """Angles (k,) and handles (k + 1, 2, 2) of one joint, the handles of where it begins before the others."""
     what = f"controlPoints of {joint}"
-    if not isinstance(points, (list, tuple)) or len(points) != len(times):
-        count = len(points) if isinstance(points, (list, tuple)) else quoted(points, 60)
-        raise BadArgument(f"{what} must be a list of {len(times)}, one for each time, got {count}")
+    if not arguments.is_list(points) or len(points) != len(times):
+        got = arguments.length(points)
+        raise BadArgument(f"{what} must be a list of {len(times)}, one for each time, got {got}")
     keys, handles = np.empty(len(times)), np.zeros((len(times) + 1, 2, 2))
     gaps = np.diff(times, prepend=0.0) * _THIRD
     handles[1:, 0, 0], handles[:-1, 1, 0] = -gaps, gaps
     for index, point in enumerate(points):
-        parts = list(point) if isinstance(point, (list, tuple)) else [point]
+        parts = list(point) if arguments.is_list(point) else [point]
         if len(parts) not in (1, 3):
             raise BadArgument(
                 f"{what}: entry {index} must be an angle or [angle, handle, handle], got {quoted(point, 60)}"
             )
         keys[index] = arguments.number(parts[0], f"{what}: angle {index}")
         for side, handle in enumerate(parts[1:]):
-            if not isinstance(handle, (list, tuple)) or len(handle) != 3:
+            if not arguments.is_list(handle) or len(handle) != 3:
                 raise BadArgument(
                     f"{what}: handle of entry {index} must be [type, time, angle], got {quoted(handle, 60)}"
                 )
@@ -214,46 +181,38 @@ class StiffnessControl(Service):
     A joint without stiffness does not move, and does not sink either.
     """
 
-    @method
     def wakeUp(self) -> None:
         """Give all joints stiffness and have them stay where they are, as a NAO does."""
         self.nao.joints.hold()
-        self.nao.joints.set_stiffness(range(len(self.nao.joints.names)), 1.0)
         self._awake(True)
 
-    @method
-    def rest(self) -> Call:
+    def rest(self) -> Call | None:
         """End all that moves, go to Crouch at three tenths of the maximum speeds, and take the stiffness away."""
         self.nao.tasks.kill_all()
-        posture = self.nao.services["ALRobotPosture"]
-        stiff = bool((self.nao.joints.stiffness > 0.0).any())
+        if not self.nao.joints.stiffness.any():
+            self._awake(False)
+            return None
 
-        def let_go(_: object = None) -> None:
+        def let_go(_: object) -> None:
             with self.nao.monitor:
-                self.nao.joints.set_stiffness(range(len(self.nao.joints.names)), 0.0)
                 self._awake(False)
             done.finish()
 
-        if not stiff:
-            done = Call()
-            self.nao.monitor.later(let_go)
-        else:
-            crouching: Call = posture.go_to("rest", "Crouch", REST_SPEED)  # type: ignore[attr-defined]
-            done = Call(crouching.cancel)
-            crouching.add_done_callback(let_go)
+        crouching = self.nao.start_task(GoToPosture("rest", "Crouch", self.nao, REST_SPEED))
+        done = Call(crouching.cancel)
+        crouching.add_done_callback(let_go)
         return done
 
     def _awake(self, awake: bool) -> None:
+        self.nao.joints.set_stiffness(range(len(self.nao.joints.names)), float(awake))
         self.nao.log.change("awake", awake)
         self.nao.announce("robotIsWakeUp", awake)
 
-    @method
     def robotIsWakeUp(self) -> bool:
         """Whether all joints of the legs have stiffness."""
         columns = self.nao.joints.columns(self.joints("Legs"))
         return bool((self.nao.joints.stiffness[columns] > 0.0).all())
 
-    @method
     def setStiffnesses(self, names: Any, stiffnesses: Any) -> None:
         """Set stiffnesses at once.
 
@@ -263,17 +222,14 @@ class StiffnessControl(Service):
         """
         joints = self.joints(names)
         values = arguments.one_each(stiffnesses, joints, "stiffnesses")
-        for joint, value in zip(joints, values.tolist(), strict=True):
-            arguments.fraction(value, f"stiffness of {joint}")
+        _check_stiffnesses(joints, values[:, None])
         self.nao.joints.set_stiffness(self.nao.joints.columns(joints), values)
 
-    @method
     def getStiffnesses(self, jointName: Any) -> list[float]:
         """Stiffnesses of a joint, a chain, "Body", or a list of these, from 0 to 1."""
         stiffness = self.nao.joints.stiffness
         return [float(stiffness[column]) for column in self.nao.joints.columns(self.joints(jointName))]
 
-    @method
     def stiffnessInterpolation(self, names: Any, stiffnessLists: Any, timeLists: Any) -> Call:
         """Change stiffnesses on straight lines through values at times; returns when the last is reached.
 
@@ -283,20 +239,19 @@ class StiffnessControl(Service):
             timeLists: the same of times from now, ascending, above 0 [s].
         """
         joints = self.joints(names)
-        keys = arguments.list_each(stiffnessLists, joints, "stiffnesses")
-        times = arguments.list_each(timeLists, joints, "times")
-        arguments.check_lengths(keys, times, joints, "stiffnesses")
-        arguments.check_times(times, joints)
-        for joint, row in zip(joints, keys, strict=True):
-            if row.min() < 0.0 or row.max() > 1.0:
-                outside = row.min() if row.min() < 0.0 else row.max()
-                raise BadArgument(f"stiffness of {joint} must be between 0 and 1, got {outside:g}")
+        keys, times = arguments.timed(stiffnessLists, timeLists, joints, "stiffnesses")
+        _check_stiffnesses(joints, keys)
         return self.nao.start_task(StiffnessRamp(joints, times, keys))
 
-    @method
     def setMotionConfig(self, config: Any) -> None:
         """Taken and logged; nothing here can be configured."""
         self.nao.log.write(f"setMotionConfig: {config!r} changes nothing here")
+
+
+def _check_stiffnesses(joints: Sequence[str], rows: Iterable[Floats]) -> None:
+    for joint, row in zip(joints, rows, strict=True):
+        for value in (row.min(), row.max()):
+            arguments.fraction(value, f"stiffness of {joint}")
 
 
 # --- General tools: names, limits, masses, tasks, and switches of what is not simulated.
@@ -316,6 +271,7 @@ _COLLIDES = 'Kept for "Arms", "LArm" or "RArm"; nothing collides here.'
 _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
 
 
+@formerly("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
 @keeps(
     _switch("FallManager", "fall manager", "Kept; nothing falls here."),
     _switch("SmartStiffness", "smart stiffness", "Kept; stiffness is as it is set here. Always True.", answer=True),
@@ -341,56 +297,34 @@ class GeneralTools(Service):
 
     # --- the robot ------------------------------------------------------------------------------------------------
 
-    @method
     def getBodyNames(self, name: Any) -> list[str]:
         """Names of the joints of a chain or group; of all chains for "Chains"."""
         if name == "Chains":
             return list(language.chain_names(self.nao.robot))
         return list(language.joint_names(self.nao.robot, arguments.text(name, "name")))
 
-    @method
-    def getJointNames(self, name: Any) -> list[str]:
-        """The same under its name before NAOqi 1.14."""
-        return self.getBodyNames(name)
-
-    @method
     def getSensorNames(self) -> list[str]:
         """Names of the sensors whose poses getPosition gives."""
         frames = [name.removesuffix("_frame") for name in self.nao.robot.frame_names if name.endswith("_frame")]
         return sorted(name.removeprefix("ImuTorso") for name in frames)
 
-    @method
     def getLimits(self, name: Any) -> list[list[float]]:
         """[minAngle, maxAngle, maxVelocity, maxTorque] of each joint of a joint, chain or group."""
         return [[float(value) for value in row] for row in limits(self.nao.robot, name)]
 
-    @method
     def getMotionCycleTime(self) -> int:
         """Milliseconds of ALMotion's cycle, as NAOqi documents them: 20; the virtual NAO moves in ticks of 10."""
         return 20
 
-    @method
     def getRobotConfig(self) -> list[list[Any]]:
         """Names and values of what the robot is."""
         # As NAOqi writes them: VERSION_60 of a V6, VERSION_33 of a V3.3.
         version = f"VERSION_{self.nao.robot.version.removeprefix('v').replace('.', ''):0<2}"
-        config: dict[str, Any] = {
-            "Model Type": "naoH25",
-            "Head Version": version,
-            "Body Version": version,
-            "Laser": False,
-            "Legs": True,
-            "Arms": True,
-            "Extended Arms": True,
-            "Hands": True,
-            "Arm Version": version,
-            "Number of Legs": 2,
-            "Number of Arms": 2,
-            "Number of Hands": 2,
-        }
+        config = {"Model Type": "naoH25", "Head Version": version, "Body Version": version, "Laser": False}
+        config |= dict.fromkeys(("Legs", "Arms", "Extended Arms", "Hands"), True)
+        config |= {"Arm Version": version, "Number of Legs": 2, "Number of Arms": 2, "Number of Hands": 2}
         return [list(config), list(config.values())]
 
-    @method
     def getSummary(self) -> str:
         """Joints, stiffnesses, commands and sensors as a table."""
         joints = self.nao.joints
@@ -400,12 +334,10 @@ class GeneralTools(Service):
         tasks = ", ".join(f"{name} ({number})" for name, number in self.nao.tasks.listing()) or "none"
         return "\n".join([*lines, f"Tasks: {tasks}", ""])
 
-    @method
     def getMass(self, pName: Any) -> float:
         """Mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [kg]."""
         return mass_and_com(self.nao.robot, self.nao.joints.q(), self._part(pName))[0]
 
-    @method
     def getCOM(self, pName: Any, pSpace: Any, pUseSensorValues: Any) -> list[float]:
         """Centre of mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [m].
 
@@ -421,49 +353,39 @@ class GeneralTools(Service):
         return [float(value) for value in T[:3, :3] @ com + T[:3, 3]]
 
     def _part(self, name: Any) -> str:
-        part = arguments.text(name, "pName")
         parts = ("Torso", *WHOLE, *language.chain_names(self.nao.robot), *language.GROUPS, *self.nao.joints.names)
-        if part not in parts:
-            raise UnknownName("part", part, parts)
-        return part
+        return arguments.choice(arguments.text(name, "pName"), "part", parts)
 
     # --- tasks ----------------------------------------------------------------------------------------------------
 
-    @method
     def getTaskList(self) -> list[list[Any]]:
         """[name, id] of each motion task, those that wait for joints last."""
         return self.nao.tasks.listing()
 
-    @method
     def areResourcesAvailable(self, resourceNames: Any) -> bool:
         """Whether no blocking task holds any of these joints."""
         return self.nao.tasks.available(self.joints(resourceNames, "resourceNames"))
 
-    @method
     def killTask(self, motionTaskID: Any) -> bool:
         """End a task where it is; whether there was one with this id."""
         return self.nao.tasks.kill(arguments.whole(motionTaskID, "motionTaskID"))
 
-    @method
     def killTasksUsingResources(self, resourceNames: Any) -> None:
         """End the blocking tasks that hold any of these joints, or wait for them."""
         joints = self.joints(resourceNames, "resourceNames")
         self.nao.tasks.kill_using([*joints, *(f"{joint}/Stiffness" for joint in joints)])
 
-    @method
     def killAll(self) -> None:
         """End all tasks where they are."""
         self.nao.tasks.kill_all()
 
     # --- what is not simulated ------------------------------------------------------------------------------------
 
-    @method
     def isCollision(self, pChainName: Any) -> str:
         """Always "none": collisions are not looked for here."""
         arguments.choice(pChainName, "chain", _ARMS)
         return "none"
 
-    @method
     def setBreathConfig(self, pConfig: Any) -> None:
         """Kept: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
         pairs = pConfig if isinstance(pConfig, (list, tuple)) else [pConfig]
@@ -473,7 +395,6 @@ class GeneralTools(Service):
             key = arguments.choice(pair[0], "parameter", tuple(self._breath))
             self._breath[key] = arguments.number(pair[1], key)
 
-    @method
     def getBreathConfig(self) -> list[list[Any]]:
         """As it was set."""
         return [[key, value] for key, value in self._breath.items()]
@@ -481,22 +402,12 @@ class GeneralTools(Service):
 
 # --- ALMotion, put together from its topics.
 
-# Methods of ALMotion in NAOqi 1.14 to 2.8; what no topic offers is answered with a list of what there is.
-_NAOQI = """
-    changePosition changeTransform getChainClosestObstaclePosition getFootGaitConfig getFootSteps getMoveArmsEnabled
-    getMoveConfig getNextRobotPosition getPosition getRobotPosition getRobotVelocity getTaskLog getTransform
-    getWalkArmsEnable getWalkArmsEnabled killMove killWalk move moveInit moveIsActive moveTo moveToward
-    positionInterpolation positionInterpolations setEnableNotifications setFootSteps setFootStepsWithSpeed
-    setFootTrajectory setMoveArmsEnabled setPosition setPositions setTransform setTransforms setWalkArmsEnable
-    setWalkArmsEnabled setWalkTargetVelocity stopAll stopMove stopTasksUsingResources stopWalk transformInterpolation
-    transformInterpolations updateTrackerTarget waitUntilMoveIsFinished waitUntilWalkIsFinished walkInit walkIsActive
-    walkTo wbEnable wbEnableBalanceConstraint wbEnableEffectorControl wbEnableEffectorOptimization wbFootState
-    wbGoToBalance wbSetEffectorControl
-""".split()
 
-
-class ALMotion(JointControl, StiffnessControl, CartesianControl, Locomotion, WholeBodyControl, GeneralTools):
+class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, GeneralTools):
     """Everything that moves: joints, stiffness, effectors, tasks."""
 
     name = "ALMotion"
-    absent = tuple(_NAOQI)
+    absent = tuple(
+        "getChainClosestObstaclePosition getFootGaitConfig getTaskLog getWalkArmsEnable setEnableNotifications "
+        "setFootTrajectory setWalkArmsEnable stopAll stopTasksUsingResources updateTrackerTarget".split()
+    )

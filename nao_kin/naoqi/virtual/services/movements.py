@@ -1,24 +1,29 @@
-"""ALRobotPosture and ALTracker: the robot goes to a posture, looks at a point, or points at it."""
+"""Movements that are ready-made: ALRobotPosture, ALTracker, ALBehaviorManager and ALAnimationPlayer."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, as_floats, rigid_inverse
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin import ik
+from nao_kin._core.arrays import Floats, rigid_inverse
+from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.motion import Motion, read_motion
 from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.interpolation import Interpolation, at_speed
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.engine import TICK, Call
+from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
+from nao_kin.naoqi.virtual.service import Service, formerly, variants
 from nao_kin.robot import NaoModel
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
+
+# --- ALRobotPosture: the robot goes to a posture.
 
 # A joint this far from a posture's is still in it [rad]; NAOqi's own measure is not published.
 _NEAR = 0.1
@@ -36,7 +41,7 @@ _FAMILIES = {
 _BENT_KNEES = 1.5
 
 
-class GoToPosture(Interpolation):
+class GoToPosture(AtSpeed):
     """Joints go to a posture, and the robot stands up, sits or lies down with them.
 
     Args:
@@ -47,12 +52,10 @@ class GoToPosture(Interpolation):
     """
 
     def __init__(self, name: str, posture: str, nao: VirtualNao, fraction: float) -> None:
-        joints = nao.joints.names
         self._posture = posture
         self._q = nao.robot.clamp(nao.robot.posture(posture))
-        target = nao.robot.to_body(self._q)
-        speeds = fraction * nao.joints.max_speed
-        super().__init__(name, joints, lambda start: at_speed(joints, target, start, speeds))
+        self._target = nao.robot.to_body(self._q)
+        super().__init__(name, nao, nao.joints.names, self._target, fraction)
         self.value = False
 
     def start(self, nao: VirtualNao, time: float) -> None:
@@ -76,9 +79,8 @@ class GoToPosture(Interpolation):
         if killed or self.started is None:
             return
         # The last command is taken at the end of this tick; what matters is whether the joints could follow.
-        step = nao.joints.max_speed * 0.01 * (nao.joints.stiffness > 0.0)
-        target = nao.robot.to_body(self._q)
-        near = np.abs(nao.joints.sensor - target) <= step + 1e-6
+        step = nao.joints.max_speed * TICK * (nao.joints.stiffness > 0.0)
+        near = np.abs(nao.joints.sensor - self._target) <= step + 1e-6
         # Hands do not count, as for getPosture: openHand and closeHand leave them without stiffness.
         near[nao.joints.columns(_HANDS)] = True
         self.value = bool(near.all())
@@ -90,6 +92,7 @@ class GoToPosture(Interpolation):
             nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
+@variants("goToPosture", "_go", applyPosture=("", "The same; NAOqi's goes without planning its way."))
 class ALRobotPosture(Service):
     """Predefined postures, each reached on straight lines in the space of joints.
 
@@ -100,17 +103,14 @@ class ALRobotPosture(Service):
     name = "ALRobotPosture"
     absent = ("getRobotPosture", "isStandCompatible")
 
-    @method
     def getPostureList(self) -> list[str]:
         """Names of the predefined postures."""
         return list(self.nao.robot.posture_names)
 
-    @method
     def getPostureFamilyList(self) -> list[str]:
         """Names of the families of postures."""
         return list(dict.fromkeys(_FAMILIES.values()))
 
-    @method
     def getPosture(self) -> str:
         """The predefined posture that all joints but the hands are within 0.1 rad of; "Unknown" for none."""
         body = self.nao.joints.sensor
@@ -122,7 +122,6 @@ class ALRobotPosture(Service):
         nearest = min(distances, key=lambda name: distances[name])
         return nearest if distances[nearest] <= _NEAR else "Unknown"
 
-    @method
     def getPostureFamily(self) -> str:
         """The family of the posture; between postures, of what the robot does: stand, crouch, or "Unknown"."""
         posture = self.getPosture()
@@ -133,7 +132,6 @@ class ALRobotPosture(Service):
         knees = self.nao.joints.sensor[self.nao.joints.columns(("LKneePitch", "RKneePitch"))]
         return "Crouching" if float(knees.min()) > _BENT_KNEES else "Standing"
 
-    @method
     def goToPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
         """Go to a posture; True when it is reached, False where it is unknown, killed, or joints have no stiffness.
 
@@ -145,18 +143,10 @@ class ALRobotPosture(Service):
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
 
-    @method
-    def applyPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
-        """The same; NAOqi's goes without planning its way."""
-        return self._go("applyPosture", postureName, maxSpeedFraction)
-
-    @method
     def stopMove(self) -> None:
         """End the way to a posture where it is, and those that wait for it."""
-        for number in [task.id for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture)]:
-            self.nao.tasks.kill(number)
+        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture))
 
-    @method
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
         """Taken and left: a posture is reached at the first try here."""
         arguments.whole(pMaxTryNumber, "pMaxTryNumber")
@@ -170,11 +160,7 @@ class ALRobotPosture(Service):
         if wanted not in self.nao.robot.posture_names:
             self.nao.log.write(f"{name}: {UnknownName('posture', wanted, self.nao.robot.posture_names)}")
             return False
-        return self.go_to(name, wanted, share)
-
-    def go_to(self, name: str, posture: str, fraction: float) -> Call:
-        """Start going to a posture, under any name."""
-        return self.nao.start_task(GoToPosture(name, posture, self.nao, fraction))
+        return self.nao.start_task(GoToPosture(name, wanted, self.nao, share))
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
@@ -205,7 +191,6 @@ class ALTracker(Service):
         "setMaximumVelocity setMaximumAcceleration".split()
     )
 
-    @method
     def lookAt(self, pPosition: Any, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
         """Turn the head so that the point is in the middle of the top camera's picture, or as near as limits allow.
 
@@ -215,8 +200,6 @@ class ALTracker(Service):
             pMaxSpeed: fraction of the maximum speed, above 0, at most 1.
             pUseWholeBody: True is taken and left: the head turns alone.
         """
-        from nao_kin import ik
-
         if pUseWholeBody is None:
             pFrame, pMaxSpeed, pUseWholeBody = FRAME_TORSO, pFrame, pMaxSpeed
         point = self._in_torso(pPosition, pFrame)
@@ -226,10 +209,9 @@ class ALTracker(Service):
         result = ik.look_at(self.nao.robot, point, _CAMERA)
         if not result.success:
             self.nao.log.write(f"lookAt: the head cannot look at the point: {result.reason}; it turns as far as it can")
-        angles = self.nao.robot.angles(result.q)
-        return self._go("lookAt", _HEAD, np.array([angles[joint] for joint in _HEAD]), share)
+        angles = self.nao.robot.to_body(result.q)[self.nao.joints.columns(_HEAD)]
+        return self.nao.start_task(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
-    @method
     def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
         """Stretch an arm towards a point: shoulder, hand and point are then in a line, as far as limits allow.
 
@@ -244,25 +226,18 @@ class ALTracker(Service):
         share = arguments.fraction(pMaxSpeed, "pMaxSpeed", positive=True)
         side = effector[0] if effector != "Arms" else "L" if point[1] >= 0.0 else "R"
         joints = tuple(f"{side}{joint}" for joint in _ARM)
-        return self._go("pointAt", joints, pointing(self.nao.robot, side, point), share)
+        targets = pointing(self.nao.robot, side, point)
+        return self.nao.start_task(AtSpeed("pointAt", self.nao, joints, targets, share))
 
-    @method
     def stopTracker(self) -> None:
         """End lookAt and pointAt where they are."""
-        for number in [task.id for task in reversed(self.nao.tasks.all) if task.name in _TASKS]:
-            self.nao.tasks.kill(number)
+        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if task.name in _TASKS)
 
     def _in_torso(self, position: Any, frame: Any) -> Floats:
-        point = as_floats(position, (3,), "pPosition")
-        if point.shape != (3,):
-            raise BadArgument(f"pPosition must be three numbers, got {point.size}")
+        point = arguments.three(position, "pPosition")
         q = self.nao.joints.q()
         T_torso_frame = rigid_inverse(torso_in(self.nao.robot, q, frame, torso_in_world=self.nao.base.torso(q)))
         return np.asarray(T_torso_frame[:3, :3] @ point + T_torso_frame[:3, 3])
-
-    def _go(self, name: str, joints: tuple[str, ...], targets: Floats, fraction: float) -> Call:
-        motion = self.nao.services["ALMotion"]
-        return motion.go_at_speed(name, joints, targets, fraction)  # type: ignore[attr-defined, no-any-return]
 
 
 def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
@@ -300,3 +275,157 @@ def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
     forward = math.cos(roll) * hand[0] - math.sin(roll) * hand[1]
     pitch = math.atan2(hand[2], forward) - math.atan2(z, x)
     return np.array([math.remainder(pitch, 2.0 * math.pi), roll, *stretched[2:]])
+
+
+# --- ALBehaviorManager and ALAnimationPlayer: the timelines of Choregraphe's behaviours, played.
+
+# The files that Choregraphe writes are called so; a behaviour is named by their folder.
+_FILE = "behavior"
+# What ALAnimationPlayer writes in place of [posture].
+_POSTURES = {"Standing": "Stand", "Sitting": "Sit"}
+
+
+@formerly(
+    "The same under its name before NAOqi 1.22.",
+    getBehaviorNames="getInstalledBehaviors",
+    isBehaviorPresent="isBehaviorInstalled",
+)
+@formerly("The same as {}: nothing is loaded ahead here.", isBehaviorLoaded="isBehaviorRunning")
+@formerly("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
+@formerly("Taken and left; whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
+class ALBehaviorManager(Service):
+    """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
+
+    The file dance/behavior_1/behavior.xar is the behaviour dance/behavior_1, the file wave.xar is wave. Its timeline is
+    played: joints go from where they are commanded to its first keys, and through the others. Of several timelines,
+    wave/1 is the first, and wave/NAME that of a box. Boxes and scripts are not run.
+    """
+
+    name = "ALBehaviorManager"
+    absent = tuple(
+        "addDefaultBehavior removeDefaultBehavior setDefaultBehaviors getDefaultBehaviors playDefaultProject "
+        "getBehaviorTags getBehaviorsByTag getTagList getBehaviorNature getSystemBehaviorNames getUserBehaviorNames "
+        "removeBehavior resolveBehaviorName installBehavior".split()
+    )
+
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        self._started: dict[str, Call] = {}
+
+    def getInstalledBehaviors(self) -> list[str]:
+        """Names of all behaviours."""
+        return sorted(self._files())
+
+    def isBehaviorInstalled(self, name: Any) -> bool:
+        """Whether there is such a behaviour."""
+        return arguments.text(name, "name") in self._files()
+
+    def runBehavior(self, name: Any) -> Call:
+        """Play a behaviour; returns at its end."""
+        return self._play("runBehavior", name)
+
+    def startBehavior(self, name: Any) -> None:
+        """Play a behaviour; returns at once."""
+        self._play("startBehavior", name)
+
+    def stopBehavior(self, name: Any) -> None:
+        """End a behaviour where it is; does nothing when it is not played."""
+        call = self._started.get(arguments.text(name, "name"))
+        if call is not None:
+            call.cancel()
+
+    def stopAllBehaviors(self) -> None:
+        """End all behaviours where they are."""
+        for call in self._started.values():
+            call.cancel()
+
+    def isBehaviorRunning(self, name: Any) -> bool:
+        """Whether a behaviour is played, or waits for its joints."""
+        return arguments.text(name, "name") in self.getRunningBehaviors()
+
+    def getRunningBehaviors(self) -> list[str]:
+        """Names of the behaviours that are played."""
+        return sorted(name for name, call in self._started.items() if not call.done())
+
+    def _play(self, task: str, name: Any) -> Call:
+        """Start a behaviour, under any name of a task.
+
+        Raises:
+            UnknownName: no such behaviour.
+            BadArgument: it is played already, has several timelines, or there is no folder of behaviours.
+            BadInputFile: it cannot be read, or has no such timeline.
+        """
+        wanted, files = arguments.text(name, "name"), self._files()
+        if self.nao.behaviors is None:
+            raise BadArgument("no behaviours are installed; nao-kin serve and run take a folder of them, --behaviors")
+        file = max((file for file in files if f"{wanted}/".startswith(f"{file}/")), key=len, default=None)
+        if file is None:
+            raise UnknownName("behaviour", wanted, tuple(files))
+        if self.isBehaviorRunning(wanted):
+            raise BadArgument(f"{wanted} is running already")
+        motion = self._read(files[file], wanted[len(file) + 1 :], file)
+        call = self.nao.start_task(Interpolation(task, motion.joint_names, lambda start: led_in(motion, start)))
+        self._started[wanted] = call
+        return call
+
+    def _read(self, path: Path, timeline: str, name: str) -> Motion:
+        """The motion of a timeline in a file, of its only one where `timeline` is empty."""
+        try:
+            return read_motion(path, format="xar", timeline=timeline or None, robot=self.nao.robot)
+        except BadInputFile:
+            if timeline:
+                raise
+            read_motion(path, format="xar", timeline=1, robot=self.nao.robot)  # what else is wrong is raised again
+        raise BadArgument(f"{name} has several timelines; play one by its number or its box's name, as {name}/1")
+
+    def _files(self) -> dict[str, Path]:
+        folder = self.nao.behaviors
+        if folder is None:
+            return {}
+        found = {}
+        for path in folder.rglob("*.xar"):
+            name = path.relative_to(folder).with_suffix("")
+            found[(name.parent if name.name == _FILE and name.parent.name else name).as_posix()] = path
+        return found
+
+
+class ALAnimationPlayer(Service):
+    """Plays behaviours of ALBehaviorManager; Aldebaran's animations are not part of nao_kin."""
+
+    name = "ALAnimationPlayer"
+    absent = ("runTag", "reset", "declarePathForTags", "addTagForAnimations", "declareTagForAnimations")
+
+    def run(self, path: Any) -> Call:
+        """Play a behaviour; returns at its end.
+
+        Args:
+            path: its name; [robot] in it stands for Nao, [posture] for Stand or Sit.
+        """
+        name = arguments.text(path, "path").replace("[robot]", "Nao")
+        if "[posture]" in name:
+            family = self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
+            if family not in _POSTURES:
+                raise BadArgument(f"[posture] stands for Stand or Sit, and the robot's family of postures is {family}")
+            name = name.replace("[posture]", _POSTURES[family])
+        manager = self.nao.services["ALBehaviorManager"]
+        return manager._play("ALAnimationPlayer.run", name)  # type: ignore[attr-defined, no-any-return]
+
+
+def led_in(motion: Motion, start: Floats) -> Motion:
+    """The motion with a key at time zero for each joint that has none: where it is, with level handles.
+
+    Args:
+        motion: of n joints, from time zero or later.
+        start: their values at time zero, shape (n,).
+    """
+    curves = motion.as_bezier()
+    assert curves.handles is not None
+    times, keys, handles = list(curves.times), list(curves.keys), list(curves.handles)
+    for joint, first in enumerate(start):
+        gap = float(times[joint][0])
+        if gap > 0.0:
+            times[joint] = np.concatenate([[0.0], times[joint]])
+            keys[joint] = np.concatenate([[first], keys[joint]])
+            handles[joint] = np.concatenate([np.zeros((1, 2, 2)), handles[joint]])
+            handles[joint][0, 1, 0], handles[joint][1, 0] = gap / 3.0, (-gap / 3.0, 0.0)
+    return Motion(times, motion.joint_names, keys, "bezier", handles)

@@ -1,14 +1,20 @@
-"""ALLeds: the lamps of eyes, ears, chest, feet and head."""
+"""What the robot shows and says: ALLeds and ALTextToSpeech."""
 
 from __future__ import annotations
 
+import itertools
 import math
+import re
+from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, method
+from nao_kin.naoqi.virtual.engine import Call, Timer
+from nao_kin.naoqi.virtual.service import Kept, Service, keeps
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -84,17 +90,12 @@ Colour = tuple[float, float, float]
 
 _SUFFIX = "/Actuator/Value"
 _PREFIX = "Device/SubDeviceList/"
-_NAMED = {
-    "white": 0xFFFFFF,
-    "red": 0xFF0000,
-    "green": 0x00FF00,
-    "blue": 0x0000FF,
-    "yellow": 0xFFFF00,
-    "magenta": 0xFF00FF,
-    "cyan": 0x00FFFF,
-    "black": 0x000000,
-}
+_OFF_ON = (0.0, 1.0)
+_NAMES = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
+# Red, green and blue of each: the binary numbers from 000 to 111.
+_NAMED: dict[str, Colour] = dict(zip(_NAMES, itertools.product(_OFF_ON, _OFF_ON, _OFF_ON), strict=True))
 _STEPS_PER_SECOND = 20
+_MOST_FRAMES = 10_000
 
 
 class ALLeds(Service):
@@ -120,30 +121,25 @@ class ALLeds(Service):
         super().__init__(nao)
         self._groups = groups()
         self._actuators = actuators()
-        self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0))
+        self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
         self._own_groups: set[str] = set()
         # What each LED was last given to; an effect that began before leaves it alone.
         self._owners: dict[str, object] = {}
-        self._write(dict(self.colours), tell=False)
 
     # --- groups ---------------------------------------------------------------------------------------------------
 
-    @method
     def listGroups(self) -> list[str]:
         """Names of all groups."""
         return sorted([*self._groups, CHEST, *FEET])
 
-    @method
     def listGroup(self, groupName: Any) -> list[str]:
         """Names of the LEDs of a group."""
         return list(dict.fromkeys(led for led, _ in self._parts(groupName)))
 
-    @method
     def listLEDs(self) -> list[str]:
         """Names of all LEDs."""
         return list(self.colours)
 
-    @method
     def createGroup(self, groupName: Any, ledNames: Any) -> None:
         """Make a group of LEDs or groups."""
         name = arguments.text(groupName, "groupName")
@@ -156,34 +152,29 @@ class ALLeds(Service):
 
     # --- light ----------------------------------------------------------------------------------------------------
 
-    @method
     def on(self, name: Any) -> None:
         """Light a LED or group fully, in the colour that it has or in white."""
-        self._intensity(name, 1.0)
+        self._fade(self._parts(name), (1.0, 1.0, 1.0))
 
-    @method
     def off(self, name: Any) -> None:
         """Darken a LED or group."""
-        self._intensity(name, 0.0)
+        self._fade(self._parts(name), (0.0, 0.0, 0.0))
 
-    @method
     def setIntensity(self, name: Any, intensity: Any) -> None:
         """Set the brightness of a LED or group, from 0 to 1: white, or the channel that its name ends in."""
-        self._intensity(name, arguments.fraction(intensity, "intensity"))
+        value = arguments.fraction(intensity, "intensity")
+        self._fade(self._parts(name), (value, value, value))
 
-    @method
     def getIntensity(self, name: Any) -> list[float]:
         """[r, g, b] of the first LED of a LED or group, from 0 to 1."""
         return list(self.colours[self._parts(name)[0][0]])
 
-    @method
     def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
         """Bring a LED or group to a brightness over some seconds; returns at the end."""
         parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
         seconds = arguments.duration(duration, "duration", zero=True)
-        return self._play([(self._with(parts, (value, value, value)), seconds)])
+        return self._fade(parts, (value, value, value), seconds)
 
-    @method
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
         """Bring a LED or group to a colour over some seconds; returns at the end.
 
@@ -204,9 +195,8 @@ class ALLeds(Service):
                 f"takes name, rgb, seconds or name, red, green, blue, seconds, got {len(colour) + 1} arguments"
             )
         seconds = arguments.duration(colour[-1], "duration", zero=True)
-        return self._play([(self._with(parts, (r, g, b)), seconds)])
+        return self._fade(parts, (r, g, b), seconds)
 
-    @method
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
         """Bring a LED or group through colours at times from now; returns at the end."""
         parts = self._parts(name)
@@ -214,36 +204,27 @@ class ALLeds(Service):
             raise BadArgument("rgbList must be a list of colours")
         colours = [_colour(value) for value in rgbList]
         times = arguments.list_each(timeList, ("LEDs",), "times")
-        arguments.check_lengths([*times], times, ("LEDs",), "colours")
         if len(times[0]) != len(colours):
             raise BadArgument(f"timeList must have {len(colours)} times, one for each colour, got {len(times[0])}")
         arguments.check_times(times, ("LEDs",))
         frames = [(self._with(parts, colour), float(at)) for colour, at in zip(colours, times[0], strict=True)]
         return self._play(frames)
 
-    @method
     def rasta(self, duration: Any) -> Call:
         """Green, yellow and red in the eyes for some seconds; returns at the end."""
-        return self._cycle(("green", "yellow", "red"), arguments.duration(duration, "duration"))
+        return self._cycle(("green", "yellow", "red"), duration)
 
-    @method
     def randomEyes(self, duration: Any) -> Call:
         """Changing colours in the eyes for some seconds, always the same ones; returns at the end."""
-        order = ("cyan", "magenta", "yellow", "blue", "green", "red")
-        return self._cycle(order, arguments.duration(duration, "duration"))
+        return self._cycle(("cyan", "magenta", "yellow", "blue", "green", "red"), duration)
 
-    @method
     def rotateEyes(self, rgb: Any, timeForRotation: Any, totalDuration: Any) -> Call:
         """One lit LED running round each eye for some seconds; returns at the end."""
         colour = _colour(rgb)
         turn = arguments.duration(timeForRotation, "timeForRotation")
         total = arguments.duration(totalDuration, "totalDuration", zero=True)
-        before = {led: self.colours[led] for led, _ in self._groups["FaceLeds"]}
-        frames: list[tuple[dict[str, Colour], float]] = []
-        for step in range(min(math.ceil(total / turn * 8), 10_000)):
-            lit = {led: colour if int(led[-1]) == step % 8 else (0.0, 0.0, 0.0) for led in before}
-            frames.append((lit, step * turn / 8))
-        return self._play([*frames, (before, total)], smooth=False)
+        count = min(math.ceil(total / turn * 8), _MOST_FRAMES)
+        return self._eyes(lambda i, led: colour if led == i % 8 else (0.0, 0.0, 0.0), count, turn / 8, total)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -269,25 +250,26 @@ class ALLeds(Service):
             found[led] = (mixed[0], mixed[1], mixed[2])
         return found
 
-    def _intensity(self, name: Any, value: float) -> None:
-        colours = self._with(self._parts(name), (value, value, value))
-        self._owners |= dict.fromkeys(colours)
-        self._write(colours)
-
-    def _write(self, colours: dict[str, Colour], *, tell: bool = True) -> None:
+    def _write(self, colours: dict[str, Colour]) -> None:
         for led, colour in colours.items():
             most = max(colour)
-            shown = (0.0, 0.0, most) if led in BLUE else (most, most, most) if led in WHITE else colour
-            self.colours[led] = shown
-        if tell:
-            self.nao.log.change("leds", {led: self.colours[led] for led in colours})
+            self.colours[led] = (0.0, 0.0, most) if led in BLUE else (most, most, most) if led in WHITE else colour
+        self.nao.log.change("leds", {led: self.colours[led] for led in colours})
 
-    def _cycle(self, names: tuple[str, ...], seconds: float) -> Call:
-        """The eyes in one colour after the other, and then as they were."""
-        leds = [led for led, _ in self._groups["FaceLeds"]]
-        before = {led: self.colours[led] for led in leds}
-        count = min(math.ceil(seconds * 4), 10_000)
-        frames = [(dict.fromkeys(leds, _colour(names[i % len(names)])), i * seconds / count) for i in range(count)]
+    def _fade(self, parts: tuple[Part, ...], colour: Colour, seconds: float = 0.0) -> Call:
+        """Bring LEDs to a colour; at once in no seconds."""
+        return self._play([(self._with(parts, colour), seconds)])
+
+    def _cycle(self, names: tuple[str, ...], duration: Any) -> Call:
+        """The eyes in one colour after the other, four a second, and then as they were."""
+        seconds = arguments.duration(duration, "duration")
+        count = min(math.ceil(seconds * 4), _MOST_FRAMES)
+        return self._eyes(lambda i, _: _NAMED[names[i % len(names)]], count, seconds / count, seconds)
+
+    def _eyes(self, colour: Callable[[int, int], Colour], count: int, step: float, seconds: float) -> Call:
+        """Frames of the eyes every `step` seconds, by their number and that of each LED, and then as they were."""
+        before = {led: self.colours[led] for led, _ in self._groups["FaceLeds"]}
+        frames = [({led: colour(i, int(led[-1])) for led in before}, i * step) for i in range(count)]
         return self._play([*frames, (before, seconds)], smooth=False)
 
     def _play(self, frames: list[tuple[dict[str, Colour], float]], *, smooth: bool = True) -> Call:
@@ -329,14 +311,149 @@ class ALLeds(Service):
 def _colour(value: Any) -> Colour:
     """A colour from 0x00RRGGBB or a name."""
     if isinstance(value, str):
-        number = _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
-    else:
-        number = arguments.whole(value, "rgb")
-        if not 0 <= number <= 0xFFFFFFFF:
-            raise BadArgument(f"rgb must be 0x00RRGGBB, got {number}")
+        return _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
+    number = arguments.whole(value, "rgb")
+    if not 0 <= number <= 0xFFFFFFFF:
+        raise BadArgument(f"rgb must be 0x00RRGGBB, got {number}")
     return ((number >> 16 & 0xFF) / 255.0, (number >> 8 & 0xFF) / 255.0, (number & 0xFF) / 255.0)
 
 
 def _mixed(one: Colour, other: Colour, share: float) -> Colour:
     r, g, b = ((1.0 - share) * a + share * c for a, c in zip(one, other, strict=True))
     return (r, g, b)
+
+
+# --- ALTextToSpeech: words that take time, without a sound.
+
+# How long a text takes: a moment before it, and so many characters a second at speed 100.
+BEFORE_SPEAKING = 0.3
+CHARACTERS_PER_SECOND = 14.0
+_LANGUAGES = ("English", "French", "German", "Italian", "Spanish", "Japanese", "Chinese")
+_PAUSE = re.compile(r"\\pau=(\d{1,6})\\")
+
+
+def _language(value: Any, _: str) -> str:
+    return arguments.choice(value, "language", _LANGUAGES)
+
+
+_SOUNDS = "Choose a language; it sounds like any other here.", "The language chosen; at first English."
+_CHOSEN = "Choose a voice; kept.", 'The voice chosen; at first "naoenu".'
+_LOUD = "Set the volume, from 0 to 1; kept.", "The volume; at first 1."
+
+
+@keeps(
+    Kept("Language", _SOUNDS[0], "English", ("pLanguage",), _language, read=_SOUNDS[1]),
+    Kept("Voice", _CHOSEN[0], "naoenu", ("pVoiceID",), arguments.text, read=_CHOSEN[1]),
+    Kept("Volume", _LOUD[0], 1.0, ("volume",), arguments.fraction, read=_LOUD[1]),
+)
+class ALTextToSpeech(Service):
+    r"""Words that are said one text after the other, written to the log and given to watchers.
+
+    There is no voice. A text takes 0.3 s and 1/14 s for each character, more or less by the parameter "speed" (100 is
+    as said), and its `\pau=milliseconds\`; other tags take no time. Watchers get a `Change` of kind "speech" with the
+    text when it begins, and with "" at its end.
+
+    Attributes:
+        saying: the text that is being said; "" for none.
+    """
+
+    name = "ALTextToSpeech"
+    absent = tuple(
+        "sayToFile sayToFileAndPlay addToDictionary deleteFromDictionary enableNotifications disableNotifications "
+        "loadVoicePreference getSupportedLanguages locale".split()
+    )
+
+    def __init__(self, nao: VirtualNao) -> None:
+        super().__init__(nao)
+        self.saying = ""
+        self._queue: deque[tuple[str, Call]] = deque()
+        self._timer: Timer | None = None
+        self._parameters = {"pitchShift": 1.0}
+        self._parameters |= dict.fromkeys(
+            ("doubleVoice", "doubleVoiceLevel", "doubleVoiceTimeShift", "enableCompression"), 0.0
+        )
+        self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)
+
+    def say(self, stringToSay: Any, language: Any = None) -> Call:
+        """Say a text, after those that were given before; returns when it is said."""
+        if language is not None:
+            arguments.choice(language, "language", _LANGUAGES)
+        words = arguments.text(stringToSay, "stringToSay")
+        call = Call(lambda: self._cancel(call))
+        self._queue.append((words, call))
+        if self._timer is None:
+            self._next()
+        return call
+
+    def stopAll(self) -> None:
+        """Be silent at once; whoever waits for a text gets an answer."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        waiting, self._queue = self._queue, deque()
+        for _, call in waiting:
+            self.nao.monitor.later(call.finish)
+        self._tell("")
+
+    def getAvailableLanguages(self) -> list[str]:
+        """The languages that setLanguage takes."""
+        return list(_LANGUAGES)
+
+    def getAvailableVoices(self) -> list[str]:
+        """The one voice that is pretended."""
+        return ["naoenu"]
+
+    def setParameter(self, pEffectName: Any, pEffectValue: Any) -> None:
+        """Set a parameter; "speed" changes how long a text takes, the others are kept."""
+        name = arguments.choice(pEffectName, "parameter", tuple(self._parameters))
+        value = arguments.number(pEffectValue, name)
+        if name in ("speed", "defaultVoiceSpeed") and not 50.0 <= value <= 400.0:
+            raise BadArgument(f"{name} must be from 50 to 400, got {value:g}")
+        self._parameters["speed" if name == "defaultVoiceSpeed" else name] = value
+
+    def getParameter(self, pParameterName: Any) -> float:
+        """A parameter as it was set."""
+        return self._parameters[arguments.choice(pParameterName, "parameter", tuple(self._parameters))]
+
+    def resetSpeed(self) -> None:
+        """Speak at speed 100 again."""
+        self._parameters["speed"] = 100.0
+
+    def _duration(self, words: str) -> float:
+        """How long a text takes [s]."""
+        pauses = sum(int(milliseconds) for milliseconds in _PAUSE.findall(words)) / 1000.0
+        letters = len(spoken_words(words))
+        return BEFORE_SPEAKING + pauses + letters / (CHARACTERS_PER_SECOND * self._parameters["speed"] / 100.0)
+
+    def _next(self) -> None:
+        """Begin the first text of the queue."""
+        words, _ = self._queue[0]
+        self._tell(words)
+        self.nao.announce("ALTextToSpeech/CurrentSentence", words)
+        self.nao.announce("ALTextToSpeech/TextStarted", 1)
+        self.nao.announce("ALTextToSpeech/TextDone", 0)
+        self.nao.log.write(f"says: {abbreviated(words)}")
+        self._timer = self.nao.clock.after(self._duration(words), self._said)
+
+    def _said(self) -> None:
+        self._timer = None
+        _, call = self._queue.popleft()
+        self.nao.monitor.later(call.finish)
+        self._tell("")
+        self.nao.announce("ALTextToSpeech/TextStarted", 0)
+        self.nao.announce("ALTextToSpeech/TextDone", 1)
+        if self._queue:
+            self._next()
+
+    def _cancel(self, call: Call) -> None:
+        with self.nao.monitor:
+            if self._queue and self._queue[0][1] is call and self._timer is not None:
+                self._timer.cancel()
+                self._said()
+            else:
+                self._queue = deque(entry for entry in self._queue if entry[1] is not call)
+                self.nao.monitor.later(call.finish)
+
+    def _tell(self, words: str) -> None:
+        self.saying = words
+        self.nao.log.change("speech", words)
