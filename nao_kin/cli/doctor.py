@@ -23,7 +23,7 @@ from nao_kin._core.extras import command as install_command
 from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._kernels.cache import need_numba, warm_up
-from nao_kin.cli.options import JsonOption, command, print_json, print_table
+from nao_kin.cli.options import JSON, command, print_json, print_table
 
 # --- Libraries tried in a process of their own, for mixed binary libraries do not raise, they crash.
 
@@ -106,7 +106,7 @@ _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-sta
 
 
 @command("doctor", "Example: nao-kin doctor --json")
-def doctor(json: JsonOption = False) -> None:
+def doctor(json: bool = JSON) -> None:
     """Versions, where each library comes from, extras, known clashes, and a browser; exit 1 when something is wrong."""
     state = inspect_installation()
     if json:
@@ -282,7 +282,7 @@ def _major_minor(version: str) -> tuple[int, int]:
 
 
 @command("warmup", "Example: nao-kin warmup")
-def warmup(json: JsonOption = False) -> None:
+def warmup(json: bool = JSON) -> None:
     """Compile the kernels for large batches, reach maps and inverse kinematics ahead, once on a machine.
 
     They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first

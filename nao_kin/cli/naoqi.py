@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -16,7 +16,17 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import OTHER_ROBOTS, JsonOption, RobotOptions, command, print_json, print_note
+from nao_kin.cli.options import (
+    JSON,
+    OTHER_ROBOTS,
+    RobotOptions,
+    argument,
+    command,
+    flag,
+    option,
+    print_json,
+    print_note,
+)
 from nao_kin.cli.view import LivePage, PageBeside
 from nao_kin.errors import BadArgument
 
@@ -27,28 +37,24 @@ if TYPE_CHECKING:
 
 _FRAMES_PER_SECOND = 25.0
 
-BehaviorsOption = Annotated[
-    str | None,
-    typer.Option(metavar="FOLDER", help="Choregraphe's behaviours (.xar) for ALBehaviorManager to play."),
-]
+_HOST, _PORT = "127.0.0.1", 9559
+_BEHAVIORS = "FOLDER", "Choregraphe's behaviours (.xar) for ALBehaviorManager to play."
 
 
 @command("serve", "Example: nao-kin serve --speed 10 --log", without=OTHER_ROBOTS)
 def serve(
     *,
-    port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 for a free one.")] = 9559,
-    host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Address to listen on; qi has no passwords, so keep others out.")
-    ] = "127.0.0.1",
+    port: int = option("N", "Port to listen on; 0 for a free one.", default=_PORT),
+    host: str = option("ADDRESS", "Address to listen on; qi has no passwords, so keep others out.", default=_HOST),
     robot: RobotOptions,
-    speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
-    posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
-    view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
+    speed: float = option("X", "Seconds of the robot's time in one second.", default=1.0),
+    posture: str = option("NAME", "Posture to begin in.", default="Crouch"),
+    view: bool = flag("Show the robot in a live page."),
     page: PageBeside,
-    awake: Annotated[bool, typer.Option("--awake", help="Begin with stiffness, as after wakeUp.")] = False,
-    behaviors: BehaviorsOption = None,
-    log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
-    json: JsonOption = False,
+    awake: bool = flag("Begin with stiffness, as after wakeUp."),
+    behaviors: str | None = option(*_BEHAVIORS),
+    log: bool = flag("Print what the robot says and remarks."),
+    json: bool = JSON,
 ) -> None:
     """A virtual NAO for NAOqi's scripts, until Ctrl-C.
 
@@ -175,8 +181,6 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
 
 # --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a server that runs already.
 
-_HOST, _PORT = "127.0.0.1", 9559
-
 
 @command(
     "run",
@@ -185,28 +189,18 @@ _HOST, _PORT = "127.0.0.1", 9559
 )
 def run(
     *,
-    script: Annotated[str, typer.Argument(metavar="SCRIPT", help="A Python script that drives a NAO.")],
-    arguments: Annotated[
-        list[str] | None, typer.Argument(metavar="[-- ARGUMENTS]", help="The script's own, behind --.")
-    ] = None,
-    port: Annotated[
-        int | None, typer.Option(metavar="N", help="Port of a server that runs already, such as nao-kin serve's.")
-    ] = None,
-    host: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help=f"Address of that server. Default: {_HOST}.")
-    ] = None,
+    script: str = argument("SCRIPT", "A Python script that drives a NAO."),
+    arguments: list[str] | None = argument("[-- ARGUMENTS]", "The script's own, behind --.", None),
+    port: int | None = option("N", "Port of a server that runs already, such as nao-kin serve's."),
+    host: str | None = option("ADDRESS", f"Address of that server. Default: {_HOST}."),
     robot: RobotOptions,
-    speed: Annotated[
-        float | None, typer.Option(metavar="X", help="Seconds of the virtual NAO's time in one second. Default: 1.")
-    ] = None,
-    posture: Annotated[str | None, typer.Option(metavar="NAME", help="Posture to begin in. Default: Crouch.")] = None,
-    asleep: Annotated[
-        bool, typer.Option("--asleep", help="Begin without stiffness, until the script asks for it.")
-    ] = False,
-    behaviors: BehaviorsOption = None,
-    view: Annotated[bool, typer.Option("--view", help="Show the virtual NAO in a live page.")] = False,
+    speed: float | None = option("X", "Seconds of the virtual NAO's time in one second. Default: 1."),
+    posture: str | None = option("NAME", "Posture to begin in. Default: Crouch."),
+    asleep: bool = flag("Begin without stiffness, until the script asks for it."),
+    behaviors: str | None = option(*_BEHAVIORS),
+    view: bool = flag("Show the virtual NAO in a live page."),
     page: PageBeside,
-    log: Annotated[bool, typer.Option("--log", help="Print what the virtual NAO says and remarks.")] = False,
+    log: bool = flag("Print what the virtual NAO says and remarks."),
 ) -> None:
     """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
 
@@ -262,22 +256,16 @@ _RATE = 25.0
 @command("live", "Example: nao-kin live tcp://nao.local:9559 --record wave.json", without=OTHER_ROBOTS)
 def live(
     *,
-    address: Annotated[
-        str | None, typer.Argument(metavar="[tcp://HOST:PORT]", help="A robot, or a virtual NAO, over NAOqi.")
-    ] = None,
-    lola: Annotated[
-        str | None, typer.Option(metavar="SOCKET", help="A NAO6's RoboCup interface, a Unix socket, instead.")
-    ] = None,
-    rate: Annotated[float, typer.Option(metavar="N", help="At most so many readings a second.")] = _RATE,
-    record: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write what was read as a motion, in the end.")
-    ] = None,
-    seconds: Annotated[float | None, typer.Option(metavar="S", help="End after so many seconds of readings.")] = None,
-    view: Annotated[bool, typer.Option("--view/--no-view", help="Show the robot in a live page.")] = True,
+    address: str | None = argument("[tcp://HOST:PORT]", "A robot, or a virtual NAO, over NAOqi.", None),
+    lola: str | None = option("SOCKET", "A NAO6's RoboCup interface, a Unix socket, instead."),
+    rate: float = option("N", "At most so many readings a second.", default=_RATE),
+    record: str | None = option("FILE", "Write what was read as a motion, in the end."),
+    seconds: float | None = option("S", "End after so many seconds of readings."),
+    view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite the recording if it exists.")] = False,
+    force: bool = flag("Overwrite the recording if it exists."),
     robot: RobotOptions,
-    json: JsonOption = False,
+    json: bool = JSON,
 ) -> None:
     """A robot's joints as they are now, in a live page; and recorded, until Ctrl-C or for some seconds.
 

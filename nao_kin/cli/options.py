@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import inspect
 import json
+import math
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
@@ -21,36 +24,12 @@ from rich.text import Text
 from typer.core import TyperCommand
 
 from nao_kin._core import files as atomic
-from nao_kin._core.text import quoted
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
-
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
-RateOption = Annotated[
-    float | None, typer.Option("--rate", metavar="N", help="Of a motion: configurations per second.")
-]
-HipsOption = Annotated[
-    str | None,
-    typer.Option("--hips", metavar="RULE", help="Of a motion with two HipYawPitch: average (default), left or right."),
-]
-TimelineOption = Annotated[
-    str | None, typer.Option("--timeline", metavar="NAME", help="Which of several motions in the file; name or number.")
-]
-ColumnsOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--columns",
-        metavar="NAME=HEADING",
-        help="Read a column as if headed so: yaw=HeadYaw, 'ms=time [ms]'; NAME= leaves it out; repeatable.",
-    ),
-]
-IgnoreOtherOption = Annotated[
-    bool, typer.Option("--ignore-other", help="Leave out columns that name no joint and no time.")
-]
 
 # Options of any command that cannot stand beside each other, by the names of their parameters, and why.
 _CONTRADICTIONS = (
@@ -63,6 +42,36 @@ _CONTRADICTIONS = (
     ("file", "joint", "a file gives whole configurations; leave out --posture and --joint"),
 )
 
+
+def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
+    """An option, as the default value of a command's parameter or of a field of a dataclass of options.
+
+    Args:
+        metavar: what stands for its value in the help; None for a choice, whose type names its values.
+        help: its line in the help.
+        *names: as they are typed; made from the name of the parameter by default.
+        default: its value where it is not given; MISSING where it has to be.
+    """
+
+    def info(name: str) -> Any:
+        return typer.Option(*names or [f"--{name.strip('_').replace('_', '-')}"], metavar=metavar, help=help)
+
+    return field(default=default, metadata={"info": info})
+
+
+def flag(help: str, *names: str, default: bool | None = False) -> Any:
+    """An option without a value, as in `option`."""
+    return option(None, help, *names, default=default)
+
+
+def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
+    """What is typed without a name, as in `option`."""
+    return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
+
+
+JSON = flag("Print JSON.")
+DEG = flag("Angles in degrees, in and out; hands stay 0 to 1.")
+IGNORE_LIMITS = flag("Take joints wherever they are.")
 
 # What the program consists of: the name of each command, its function and its example.
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
@@ -87,15 +96,12 @@ def command(
         for parameter in inspect.signature(function, eval_str=True).parameters.values():
             kind = parameter.annotation
             if not is_dataclass(kind):
-                parameters.append(parameter.replace(kind=Parameter.KEYWORD_ONLY))
+                parameters.append(_parameter(parameter.name, kind, parameter.default))
                 continue
-            hints = get_type_hints(kind, include_extras=True)
-            options = [field for field in fields(kind) if field.name not in without]
-            groups[parameter.name] = kind, [field.name for field in options]
-            parameters += [
-                Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=hints[field.name])
-                for field in options
-            ]
+            types = get_type_hints(kind)
+            options = [option for option in fields(kind) if option.name not in without]
+            groups[parameter.name] = kind, [option.name for option in options]
+            parameters += [_parameter(option.name, types[option.name], option) for option in options]
 
         @wraps(function)
         def run(**given: Any) -> None:
@@ -111,6 +117,13 @@ def command(
         return run
 
     return entered
+
+
+def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
+    """The parameter that typer reads, of one that `option`, `flag` or `argument` describes."""
+    default = Parameter.empty if given.default is MISSING else given.default
+    annotation = Annotated[kind, given.metadata["info"](name)]
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 class Command(TyperCommand):
@@ -129,32 +142,10 @@ class Command(TyperCommand):
             file = values.get("file")
             if not isinstance(file, str) and not (isinstance(file, tuple) and file):
                 names.discard("file")
-            _check_contradictions(names)
+            for one, other, reason in _CONTRADICTIONS:
+                if one in names and other in names:
+                    raise BadArgument(reason)
         return list(super().parse_args(ctx, args))
-
-
-def _check_contradictions(given: set[str]) -> None:
-    for one, other, reason in _CONTRADICTIONS:
-        if one in given and other in given:
-            raise BadArgument(reason)
-
-
-def columns_of(settings: list[str] | None) -> dict[str, str | None] | None:
-    """What --columns says: name in the file → heading, None to leave the column out.
-
-    Raises:
-        BadArgument: no name and heading.
-    """
-    if not settings:
-        return None
-    columns: dict[str, str | None] = {}
-    for setting in settings:
-        name, sign, heading = setting.rpartition("=")
-        if not sign or name in columns:
-            wrong = "names a column twice" if name in columns else "expected NAME=HEADING, as in yaw=HeadYaw"
-            raise BadArgument(f"--columns {quoted(setting)}: {wrong}")
-        columns[name.strip()] = heading.strip() or None
-    return columns
 
 
 def check_sinks(printed: str | None, **files: str | None) -> None:
@@ -177,34 +168,26 @@ def check_sinks(printed: str | None, **files: str | None) -> None:
         raise BadArgument(f"{' and '.join(given)} name one file, {files['html']}; give two")
 
 
+def check_replaceable(path: str, force: bool, json: bool) -> None:
+    """Refuse a file that exists or cannot be written, before anything is read."""
+    atomic.check_writable(path)
+    target = atomic.replaced_file(path)
+    if target is not None and target.exists() and not force:
+        raise BadArgument(f"{abbreviated(path)} exists; --force replaces it")
+    if json and atomic.leads_to_standard_output(path):
+        raise BadArgument(f"{path} and --json both write to standard output; give one")
+
+
 @dataclass(frozen=True)
 class RobotOptions:
     """The options that name a robot."""
 
-    version: Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")] = (
-        "v6"
-    )
-    urdf: Annotated[
-        str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF, xacro or MJCF file.")
-    ] = None
-    robot: Annotated[
-        str | None,
-        typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data or robot_descriptions."),
-    ] = None
-    package_dir: Annotated[
-        list[str] | None,
-        typer.Option("--package-dir", metavar="DIR", help="Look here for packages that --urdf names; repeatable."),
-    ] = None
-    xacro: Annotated[
-        bool,
-        typer.Option(
-            "--xacro", help="Expand the file of --urdf, which runs its author's code; files named .xacro always are."
-        ),
-    ] = False
-    offsets: Annotated[
-        str | None,
-        typer.Option("--offsets", metavar="FILE", help="Calibrated joints and frames of the robot, from a TOML file."),
-    ] = None
+    version: str = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6.", default="v6")
+    urdf: str | None = option("FILE", "Another robot, from a URDF, xacro or MJCF file.")
+    robot: str | None = option("NAME", "Another robot, from example-robot-data or robot_descriptions.")
+    package_dir: list[str] | None = option("DIR", "Look here for packages that --urdf names; repeatable.")
+    xacro: bool = flag("Expand the file of --urdf, which runs its author's code; files named .xacro always are.")
+    offsets: str | None = option("FILE", "Calibrated joints and frames of the robot, from a TOML file.")
 
     def load(self) -> RobotModel:
         """The robot that the options name, with the offsets of a file.
@@ -240,9 +223,10 @@ OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")
 # --- Printing: tables for people, JSON for programs, and what is not the result as lines on standard error.
 
 
-def print_note(message: str) -> None:
-    """One line on standard error, whatever line breaks the message holds."""
-    print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
+def print_note(*messages: str) -> None:
+    """Each message as one line on standard error, whatever line breaks it holds."""
+    for message in messages:
+        print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
 
 
 def print_json(document: Any) -> None:
@@ -275,6 +259,33 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, number
     console.print(table)
 
 
-def without_sign_of_zero(value: float, digits: int) -> float:
-    """`value` rounded for printing; adding zero takes the sign off a negative zero."""
-    return round(value, digits) + 0.0
+def print_written(*paths: str | Path) -> None:
+    """The files that were written, but for standard output, which has one of them, and nothing behind it."""
+    for path in paths:
+        if not atomic.leads_to_standard_output(path):
+            print(path)
+
+
+def fixed(value: float) -> str:
+    """A number with five digits behind the point; adding zero takes the sign off a negative zero."""
+    return f"{round(value, 5) + 0.0:.5f}"
+
+
+def degrees_per(unit: str, deg: bool) -> float:
+    """What a value in this unit is multiplied with to be printed: under --deg, radians become degrees."""
+    return math.degrees(1.0) if deg and unit == "rad" else 1.0
+
+
+@contextmanager
+def progress(what: str, *, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on standard error, where that is a terminal.
+
+    Yields:
+        A function of how many are done, and of their total.
+    """
+    from rich.progress import Progress
+
+    errors = Console(file=sys.stderr)
+    with Progress(console=errors, disable=not (shown and errors.is_terminal), transient=True) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
