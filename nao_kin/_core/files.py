@@ -90,6 +90,17 @@ def replaced_file(path: Path | str) -> Path | None:
     return target.path if target.replaceable else None
 
 
+def would_replace(path: Path | str) -> bool:
+    """Whether writing to `path` takes the place of a file that is there.
+
+    Raises:
+        BadArgument: as `check_writable`.
+    """
+    check_writable(path)
+    target = replaced_file(path)
+    return target is not None and target.exists()
+
+
 def write_text(path: Path | str, text: str) -> None:
     """Write `text` (UTF-8) to `path`, as `write_bytes` does.
 
@@ -377,9 +388,7 @@ def check_replaceable(path: Path | str, *, overwrite: bool) -> None:
     Raises:
         BadArgument: no path, a file that is there, or one that cannot be written.
     """
-    check_writable(path)
-    target = replaced_file(path)
-    if target is not None and target.exists() and not overwrite:
+    if would_replace(path) and not overwrite:
         raise is_there(path)
 
 

@@ -5,17 +5,8 @@ from __future__ import annotations
 from dataclasses import MISSING, dataclass
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import (
-    JSON,
-    RobotOptions,
-    argument,
-    command,
-    flag,
-    option,
-    print_json,
-    print_note,
-    print_written,
-)
+from nao_kin.cli.options import JSON, RobotOptions, argument, command, flag, option
+from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import TIMELINE, MotionFile
 from nao_kin.errors import BadArgument
 

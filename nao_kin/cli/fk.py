@@ -12,24 +12,8 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import (
-    DEG,
-    IGNORE_LIMITS,
-    JSON,
-    RobotOptions,
-    argument,
-    check_sinks,
-    command,
-    fixed,
-    flag,
-    option,
-    print_json,
-    print_json_list,
-    print_note,
-    print_table,
-    print_written,
-    progress,
-)
+from nao_kin.cli.options import DEG, IGNORE_LIMITS, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
 from nao_kin.cli.sources import FileOptions, JointOptions, is_motion, refuse_for_motions
 from nao_kin.errors import BadArgument, BadInputFile
 

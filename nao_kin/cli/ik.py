@@ -17,22 +17,8 @@ import typer
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import (
-    DEG,
-    IGNORE_LIMITS,
-    JSON,
-    RobotOptions,
-    argument,
-    check_sinks,
-    command,
-    degrees_per,
-    fixed,
-    flag,
-    option,
-    print_json,
-    print_note,
-    print_table,
-)
+from nao_kin.cli.options import DEG, IGNORE_LIMITS, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
 from nao_kin.cli.sources import COLUMNS, IGNORE_OTHER, FileOptions
 from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName

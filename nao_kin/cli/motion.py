@@ -10,20 +10,8 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import (
-    JSON,
-    RobotOptions,
-    argument,
-    check_replaceable,
-    command,
-    degrees_per,
-    flag,
-    option,
-    print_json,
-    print_note,
-    print_table,
-    print_written,
-)
+from nao_kin.cli.options import JSON, RobotOptions, argument, check_replaceable, command, flag, option
+from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
 from nao_kin.cli.sources import HIPS, IGNORE_OTHER, TIMELINE, MotionFile, check_posture
 from nao_kin.errors import BadArgument
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -16,17 +16,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import (
-    JSON,
-    OTHER_ROBOTS,
-    RobotOptions,
-    argument,
-    command,
-    flag,
-    option,
-    print_json,
-    print_note,
-)
+from nao_kin.cli.options import JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
+from nao_kin.cli.output import print_json, print_note
 from nao_kin.cli.view import LivePage, PageBeside
 from nao_kin.errors import BadArgument
 
@@ -66,18 +57,9 @@ def serve(
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
     if not view:
         page.refuse("add --view")
-    with served(
-        robot.version,
-        offsets=robot.offsets,
-        host=host,
-        port=port,
-        speed=speed,
-        posture=posture,
-        awake=awake,
-        behaviors=behaviors,
-        page=page if view else None,
-        kinds=("log",) if log else ("limp", "kernels"),
-    ) as done:
+    begin = {"speed": speed, "posture": posture, "behaviors": behaviors}
+    shown, kinds = page if view else None, ("log",) if log else ("limp", "kernels")
+    with served(robot, host=host, port=port, awake=awake, page=shown, kinds=kinds, **begin) as done:
         if json:
             print(dumps(done))  # one line: whoever reads it waits for its end
         else:
@@ -89,32 +71,26 @@ def serve(
 
 @contextmanager
 def served(
-    version: str,
+    options: RobotOptions,
     *,
-    offsets: str | None,
     host: str,
     port: int,
-    speed: float,
-    posture: str,
     awake: bool,
-    behaviors: str | None,
     page: LivePage | None,
     kinds: tuple[str, ...],
+    **begin: Any,
 ) -> Iterator[dict[str, str]]:
     """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
 
     Args:
-        version: of the NAO.
-        offsets: file of its calibrated joints and frames; None for none.
+        options: its version, and the file of its calibrated joints and frames.
         host: address to listen on.
         port: port to listen on; 0 for a free one.
-        speed: seconds of its time in one second.
-        posture: to begin in.
         awake: begin with stiffness, as after wakeUp.
-        behaviors: folder of the behaviours that ALBehaviorManager plays; None for none.
         page: that shows it; None for none.
         kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "limp" for
             commands to joints without stiffness, "kernels" for what it says about its compiled kernels.
+        **begin: speed, posture and behaviors, as `VirtualNao` takes them.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -125,22 +101,21 @@ def served(
     from nao_kin.naoqi import QiServer, VirtualNao
     from nao_kin.robot import load_nao
 
-    robot = load_nao(version, offsets=offsets)
+    robot = load_nao(options.version, offsets=options.offsets)
     with ExitStack() as running:
 
         def watcher(change: Change) -> None:
             if change.kind in kinds:
                 print_note(f"{change.time:.2f} s: {change.value}")
 
-        nao = running.enter_context(
-            VirtualNao(robot, speed=speed, posture=posture, behaviors=behaviors, on_change=watcher)
-        )
+        nao = running.enter_context(VirtualNao(robot, on_change=watcher, **begin))
         if awake:
             nao.call("ALMotion", "wakeUp")
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
         if page is not None:
-            viewer = running.enter_context(closing(page.viewer(load_nao(version, base="floating", offsets=offsets))))
+            moving = load_nao(options.version, base="floating", offsets=options.offsets)
+            viewer = running.enter_context(closing(page.viewer(moving)))
             done["url"] = page.address(viewer)
             ended = threading.Event()
             follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)
@@ -209,42 +184,26 @@ def run(
     """
     from nao_kin.naoqi import run_script
 
-    given = arguments or []
     if not view:
         page.refuse("add --view")
+    begin = {"speed": speed, "posture": posture, "behaviors": behaviors}
+    begin = {name: value for name, value in begin.items() if value is not None}
     if port is None and host is None:
-        with served(
-            robot.version,
-            offsets=robot.offsets,
-            host=_HOST,
-            port=0,
-            speed=1.0 if speed is None else speed,
-            posture="Crouch" if posture is None else posture,
-            awake=not asleep,
-            behaviors=behaviors,
-            page=page if view else None,
-            kinds=("log",) if log else ("limp",),
-        ) as where_it_is:
-            if "url" in where_it_is:
-                print_note(f"the virtual NAO is at {where_it_is['url']}")
-            code = run_script(script, given, endpoint=where_it_is["endpoint"])
+        shown, kinds = page if view else None, ("log",) if log else ("limp",)
+        with served(robot, host=_HOST, port=0, awake=not asleep, page=shown, kinds=kinds, **begin) as done:
+            if "url" in done:
+                print_note(f"the virtual NAO is at {done['url']}")
+            code = run_script(script, arguments or [], endpoint=done["endpoint"])
     else:
-        for option, used in (
-            ("--offsets", robot.offsets is not None),
-            ("--speed", speed is not None),
-            ("--posture", posture is not None),
-            ("--asleep", asleep),
-            ("--behaviors", behaviors is not None),
-            ("--view", view),
-            ("--log", log),
-        ):
-            if used:
-                raise BadArgument(f"{option} is for a virtual NAO of the script's own; leave out --port and --host")
+        others = {"offsets": robot.offsets is not None, "asleep": asleep, "view": view, "log": log}
+        for name in ("offsets", "speed", "posture", "asleep", "behaviors", "view", "log"):
+            if others.get(name, name in begin):
+                raise BadArgument(f"--{name} is for a virtual NAO of the script's own; leave out --port and --host")
         where = _HOST if host is None else host.strip()
         if not where:
             raise BadArgument("--host is empty; expected an address, such as 127.0.0.1")
         number = whole_number(_PORT if port is None else port, "port", 1, 65535)
-        code = run_script(script, given, endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{number}")
+        code = run_script(script, arguments or [], endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{number}")
     raise typer.Exit(code)
 
 
@@ -283,9 +242,7 @@ def live(
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
         if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
-        atomic.check_writable(record)
-        existing = atomic.replaced_file(record)
-        if existing is not None and existing.exists() and not force:
+        if atomic.would_replace(record) and not force:
             raise BadArgument(f"{record} exists; --force overwrites it")
     model = robot.load()
     from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
@@ -302,10 +259,9 @@ def live(
         for reading in readings(source, model, rate=rate, wanted=lambda: not ended(), on_state=print_note):
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
-            if record is not None or not found:
-                found.append(reading)
-            else:
-                found[0] = reading
+            if record is None:
+                found.clear()  # the last one is enough
+            found.append(reading)
             if seconds is not None and reading.time >= seconds:
                 break
         if record is not None and found:

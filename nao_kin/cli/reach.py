@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,17 +12,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import (
-    JSON,
-    RobotOptions,
-    argument,
-    check_sinks,
-    command,
-    option,
-    print_json,
-    print_note,
-    progress,
-)
+from nao_kin.cli.options import JSON, RobotOptions, argument, check_sinks, command, option
+from nao_kin.cli.output import print_json, print_note, progress
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -64,7 +57,9 @@ def reach(
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
-    previous = _previous(output)
+    previous = None
+    if output is not None and Path(output).suffix.lower() == ".npz" and Path(output).is_file():
+        previous = room.load(output)
     warm_up([name for name in KERNELS if name.startswith("reach")])  # what a signal should not have to wait for
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
@@ -106,34 +101,20 @@ def _count(text: str) -> int:
     return int(value)
 
 
-def _previous(output: str | None) -> ReachMap | None:
-    """The map that stands in the file already."""
-    from nao_kin.reach import load as load_map
-
-    if output is None or Path(output).suffix.lower() != ".npz" or not Path(output).is_file():
-        return None
-    return load_map(output)
-
-
 def _written(model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str) -> list[str]:
-    files = []
     if output is not None:
-        ending = Path(output).suffix.lower()
-        if ending == ".vtk":
-            found.save_vtk(output)
-        elif ending == ".ply":
-            found.save_ply(output, colour_by=by)
-        else:
-            found.save(output)
-        files.append(output)
+        savers: dict[str, Callable[[str], object]] = {
+            ".vtk": found.save_vtk,
+            ".ply": partial(found.save_ply, colour_by=by),
+        }
+        savers.get(Path(output).suffix.lower(), found.save)(output)
     if html is not None:
         from nao_kin.viewer import Viewer
 
         viewer = Viewer(model)
         viewer.show_reach(found, by=by)
         viewer.save_html(html)
-        files.append(html)
-    return files
+    return [file for file in (output, html) if file is not None]
 
 
 def _report(found: ReachMap, files: list[str], json: bool) -> None:

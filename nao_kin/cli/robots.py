@@ -8,18 +8,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nao_kin._core.arrays import finite_or_none
-from nao_kin.cli.options import (
-    DEG,
-    JSON,
-    RobotOptions,
-    command,
-    degrees_per,
-    flag,
-    option,
-    print_json,
-    print_table,
-    progress,
-)
+from nao_kin.cli.options import DEG, JSON, RobotOptions, command, flag, option
+from nao_kin.cli.output import degrees_per, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from nao_kin.crosscheck import Report

@@ -10,19 +10,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import (
-    DEG,
-    JSON,
-    RobotOptions,
-    argument,
-    check_sinks,
-    command,
-    flag,
-    option,
-    print_json,
-    print_note,
-    print_written,
-)
+from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
 from nao_kin.errors import BadArgument
 

@@ -54,7 +54,7 @@ def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_nam
 
     monkeypatch.setattr(importlib.metadata, "version", version)
     monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
-    problems = " | ".join(inspect_installation().problems)
+    problems = " | ".join(inspect_installation()["problems"])
     assert "pin 2.7.0 is too old" in problems
     assert "'pinocchio' 0.4.3 from PyPI is another project" in problems
     assert "meshcat is not installed: pip install meshcat" in problems
