@@ -41,10 +41,10 @@ class ParsedJoint:
     """
 
     continuous: bool
-    lower: float | None
-    upper: float | None
-    velocity: float | None
-    effort: float | None
+    lower: float | None = None
+    upper: float | None = None
+    velocity: float | None = None
+    effort: float | None = None
     follows: tuple[str, float, float] | None = None
 
 
@@ -114,17 +114,12 @@ class YourdfpyOracle:
 
     def _values(self, q: Floats) -> Floats:
         """Values of the joints yourdfpy moves; where it moves one that follows in the model, the model's value."""
-        columns = {name: index for index, name in enumerate(self._robot.joint_names)}
-        values = np.zeros((len(q), len(self._actuated)))
-        for index, name in enumerate(self._actuated):
-            mimic = self._robot.mimics.get(name)
-            if name not in self.joints:
-                continue  # a floating joint, which yourdfpy takes for one that moves
-            if mimic is None:
-                values[:, index] = q[:, columns[name]]
-            else:
-                values[:, index] = mimic.value(q[:, columns[mimic.joint]])
-        return values
+        values = dict(zip(self._robot.joint_names, q.T, strict=True))
+        values |= {name: mimic.value(values[mimic.joint]) for name, mimic in self._robot.mimics.items()}
+        # A floating joint, which yourdfpy takes for one that moves, has no value.
+        still = np.zeros(len(q))
+        columns = [values[name] if name in self.joints else still for name in self._actuated]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(q), 0))
 
     def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
         """The joints as (parent link, child link), parents first, and the links behind a joint it reads otherwise."""
@@ -228,8 +223,7 @@ class MujocoOracle:
 
     def poses(self, q: Floats) -> Floats:
         """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
-        T = np.empty((len(q), 1 + len(self.frames), 4, 4))
-        T[...] = np.eye(4)
+        T = np.tile(np.eye(4), (len(q), 1 + len(self.frames), 1, 1))
         root = "body", self._body(self._robot.tree.root)
         for row, configuration in zip(T, q, strict=True):
             self._data.qpos[:] = self._qpos(configuration)
@@ -344,8 +338,8 @@ def _parts(ball: str) -> tuple[str, str, str]:
 def _parsed_by_mujoco(lower: float, upper: float, follows: tuple[str, float, float] | None = None) -> ParsedJoint:
     """A joint with the limits given; without any where they are not finite."""
     if math.isfinite(lower) and math.isfinite(upper):
-        return ParsedJoint(False, lower, upper, None, None, follows)
-    return ParsedJoint(True, None, None, None, None, follows)
+        return ParsedJoint(False, lower, upper, follows=follows)
+    return ParsedJoint(True, follows=follows)
 
 
 Oracle = YourdfpyOracle | MujocoOracle
