@@ -69,20 +69,17 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
                 env=dict(variables),
                 start_new_session=True,
             )
-            take_back = before_ending(partial(kill_group, probe.pid))
+            registered = before_ending(partial(kill_group, probe.pid))
     except OSError as error:
         return None, "", str(error)
-    try:
-        with probe:
-            try:
-                out, errors = probe.communicate(timeout=_PROBE_SECONDS)
-            except BaseException:
+    with registered, probe:
+        try:
+            out, errors = probe.communicate(timeout=_PROBE_SECONDS)
+        except subprocess.TimeoutExpired:
+            return None, "", f"it did not load within {_PROBE_SECONDS} s"
+        finally:
+            if probe.poll() is None:
                 probe.kill()
-                raise
-    except subprocess.TimeoutExpired:
-        return None, "", f"it did not load within {_PROBE_SECONDS} s"
-    finally:
-        take_back()
     lines = errors.strip().splitlines()
     return probe.returncode, out, abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
 
@@ -92,16 +89,8 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
 # It asks without importing, so that it can report a crash.
 
 # Distribution name → module name.
-_LIBRARIES = {
-    "pin": "pinocchio",
-    "eigenpy": "eigenpy",
-    "coal": "coal",
-    "numpy": "numpy",
-    "yourdfpy": "yourdfpy",
-    "meshcat": "meshcat",
-    "typer": "typer",
-    "rich": "rich",
-    "trimesh": "trimesh",
+_LIBRARIES = {"pin": "pinocchio"} | {
+    name: name for name in "eigenpy coal numpy yourdfpy meshcat typer rich trimesh".split()
 }
 # Which may be absent: Pinocchio brings them, or works without.
 _OPTIONAL = ("eigenpy", "coal")

@@ -184,25 +184,21 @@ class RobotOptions:
         Raises:
             NaoKinError: no name, or the robot does not load.
         """
-        from nao_kin.robot import read_offsets
+        from nao_kin.robot import RobotModel, load_nao, load_robot, read_offsets
 
-        if self.offsets is None:
-            return self._named()
-        given = read_offsets(self.offsets)  # before the robot, which may have to be downloaded
-        return self._named().with_offsets(**given)
-
-    def _named(self) -> RobotModel:
-        from nao_kin.robot import RobotModel, load_nao, load_robot
-
+        # Before the robot, which may have to be downloaded.
+        offsets = None if self.offsets is None else read_offsets(self.offsets)
         if self.urdf is not None:
             if not self.urdf:
                 raise BadArgument("--urdf is empty; expected a URDF, xacro or MJCF file")
-            return RobotModel.from_file(self.urdf, package_dirs=self.package_dir or (), xacro=self.xacro or None)
-        if self.package_dir:
+            robot = RobotModel.from_file(self.urdf, package_dirs=self.package_dir or (), xacro=self.xacro or None)
+        elif self.package_dir:
             raise BadArgument("--package-dir is for the packages that a file names; give --urdf")
-        if self.xacro:
+        elif self.xacro:
             raise BadArgument("--xacro is for the file that --urdf names; give --urdf")
-        return load_nao(self.version) if self.robot is None else load_robot(self.robot)
+        else:
+            robot = load_nao(self.version) if self.robot is None else load_robot(self.robot)
+        return robot if offsets is None else robot.with_offsets(**offsets)
 
 
 # The options that a command for a NAO alone is without.
