@@ -432,22 +432,18 @@ def _put(folder: Path, beside: Mapping[str, bytes], path: Path | str, content: b
     with filled_folder(folder, beside) as fresh, uninterrupted():
         try:
             for name in beside:
-                _make_folders((folder / name).parent, made)
-                if not (folder / name).exists():
-                    made.append(folder / name)
-                os.replace(fresh / name, folder / name)
+                place = folder / name
+                for parent in reversed([parent for parent in place.parents if not parent.exists()]):
+                    parent.mkdir()
+                    made.append(parent)
+                if not place.exists():
+                    made.append(place)
+                os.replace(fresh / name, place)
             write_bytes(path, content)
         except BaseException:
             for there in reversed(made):
                 there.rmdir() if there.is_dir() else there.unlink(missing_ok=True)
             raise
-
-
-def _make_folders(folder: Path, made: list[Path]) -> None:
-    missing = [parent for parent in (folder, *folder.parents) if not parent.exists()]
-    for parent in reversed(missing):
-        parent.mkdir()
-        made.append(parent)
 
 
 # --- The text of a file that a user names, or of standard input.

@@ -73,7 +73,7 @@ def command(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Make a function a command of the program.
 
-    A parameter whose type is a dataclass stands for the options that the fields of that class are: the command has
+    Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a dataclass stands for the options that the fields of that class are: the command has
     them in that place, and the function gets them as one object.
 
     Args:
