@@ -73,8 +73,9 @@ def command(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Make a function a command of the program.
 
-    Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a dataclass stands for the options that the fields of that class are: the command has
-    them in that place, and the function gets them as one object.
+    Each parameter has an `option`, a `flag` or an `argument` as its default value. One whose type is a dataclass stands
+    for the options that the fields of that class are: the command has them in that place, and the function gets them
+    as one object.
 
     Args:
         name: what is typed; of a command in a group "motion check".
