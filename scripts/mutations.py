@@ -54,8 +54,8 @@ _COMMON = (
         ("what-was-printed-before-comes-after", "sys.stdout.flush()  # what", "pass  # what"),
         (
             "temporary-file-left-by-a-failure",
-            "0o666), temporary\n    finally:\n        remove()\n",
-            "0o666), temporary\n    finally:\n",
+            "0o666), temporary\n        finally:\n            remove()\n",
+            "0o666), temporary\n        finally:\n            pass\n",
         ),
         ("suffix-compared-in-its-letter-case", "ending.lower() != suffix", "ending != suffix"),
         ("new-file-named-as-a-folder", "if text.endswith(os.sep):", "if False:"),

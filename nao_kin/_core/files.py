@@ -17,7 +17,7 @@ import stat
 import sys
 import zlib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -90,6 +90,17 @@ def replaced_file(path: Path | str) -> Path | None:
     return target.path if target.replaceable else None
 
 
+def would_replace(path: Path | str) -> bool:
+    """Whether writing to `path` takes the place of a file that is there.
+
+    Raises:
+        BadArgument: as `check_writable`.
+    """
+    check_writable(path)
+    target = replaced_file(path)
+    return target is not None and target.exists()
+
+
 def write_text(path: Path | str, text: str) -> None:
     """Write `text` (UTF-8) to `path`, as `write_bytes` does.
 
@@ -107,12 +118,9 @@ def write_bytes(path: Path | str, content: bytes) -> None:
     """
     with errors_naming(path):
         target = _target_of(path)
-        if not target.replaceable:
+        if not (target.replaceable and _replace(target, content)):
             with _opened(target) as stream:
                 stream.write(content)
-        elif not _replace(target, content):
-            with uninterrupted(), target.path.open("wb") as file:
-                file.write(content)
 
 
 def move_into_place(finished: Path, path: Path | str) -> None:
@@ -130,23 +138,20 @@ def move_into_place(finished: Path, path: Path | str) -> None:
         if target.replaceable and (target.state is None or _like_before(finished, target.state)):
             os.replace(finished, target.path)
             return
-        with finished.open("rb") as content:
-            if not target.replaceable:
-                with _opened(target) as stream:
-                    shutil.copyfileobj(content, stream, _COPIED_AT_ONCE)
-            else:
-                with uninterrupted(), target.path.open("wb") as file:
-                    shutil.copyfileobj(content, file, _COPIED_AT_ONCE)
+        with finished.open("rb") as content, _opened(target) as stream:
+            shutil.copyfileobj(content, stream, _COPIED_AT_ONCE)
         finished.unlink()
 
 
-def _opened(target: _Target) -> BinaryIO:
-    """A device, a pipe or a descriptor, open for writing."""
-    if target.descriptor is None:
-        return target.path.open("wb")
+@contextmanager
+def _opened(target: _Target) -> Iterator[BinaryIO]:
+    """A device, a pipe, a descriptor, or a file that keeps its place, open for writing."""
     if target.descriptor == _STANDARD_OUTPUT and sys.stdout is not None:
         sys.stdout.flush()  # what was printed before stays before
-    return os.fdopen(os.dup(target.descriptor), "wb")
+    place = target.path if target.descriptor is None else os.dup(target.descriptor)
+    # Half a file is nobody's; a pipe may take as long as its reader likes.
+    with uninterrupted() if target.replaceable else nullcontext(), open(place, "wb") as stream:
+        yield stream
 
 
 def _target_of(path: Path | str) -> _Target:
@@ -162,7 +167,10 @@ def _target_of(path: Path | str) -> _Target:
         raise ValueError("no file name")
     descriptor = _descriptor_of(text)
     if descriptor is not None:
-        _check_descriptor(descriptor)
+        import fcntl
+
+        if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
+            raise OSError("it is not open for writing")
         return _Target(Path(text), os.fstat(descriptor), descriptor)
     target = Path(os.path.realpath(text))
     try:
@@ -196,13 +204,6 @@ def _descriptor_of(path: str) -> int | None:
     return None
 
 
-def _check_descriptor(descriptor: int) -> None:
-    import fcntl
-
-    if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
-        raise OSError("it is not open for writing")
-
-
 def _replace(target: _Target, content: bytes) -> bool:
     """Put a new file in the place; False, and nothing done, where it could not be given to the owner of the old one."""
     with _temporary_beside(target) as (descriptor, temporary):
@@ -223,12 +224,11 @@ def _temporary_beside(target: _Target) -> Iterator[tuple[int, Path]]:
         with suppress(OSError):
             temporary.unlink()
 
-    take_back = before_ending(remove)
-    try:
-        yield os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), temporary
-    finally:
-        remove()
-        take_back()
+    with before_ending(remove):
+        try:
+            yield os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), temporary
+        finally:
+            remove()
 
 
 def _like_before(temporary: Path, before: os.stat_result) -> bool:
@@ -288,7 +288,10 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: boo
     with errors_naming(path):
         target = _folder_target(path, overwrite)
         if target.is_dir():
-            _check_names(target, files)
+            strange = sorted({file.relative_to(target).as_posix() for file in _files_in(target)} - {*files})
+            if strange:
+                others = f"it holds {len(strange)} other files, first {quoted(strange[0])}"
+                raise BadArgument(f"cannot replace {abbreviated(target)}: {others}")
             _swap(target, files)
         else:
             with filled_folder(target.parent, files) as fresh:
@@ -304,17 +307,16 @@ def filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
     def remove() -> None:
         shutil.rmtree(fresh, ignore_errors=True)
 
-    take_back = before_ending(remove)
-    try:
-        fresh.mkdir()
-        for name, content in files.items():
-            file = fresh / name
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_bytes(content)
-        yield fresh
-    finally:
-        remove()
-        take_back()
+    with before_ending(remove):
+        try:
+            fresh.mkdir()
+            for name, content in files.items():
+                file = fresh / name
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(content)
+            yield fresh
+        finally:
+            remove()
 
 
 def is_there(path: Path | str, how: str = "already") -> BadArgument:
@@ -335,15 +337,6 @@ def _folder_target(path: Path | str, overwrite: bool) -> Path:
     else:
         os.stat(f"{target.parent}{os.sep}")  # with a separator at its end, a file is an error
     return target
-
-
-def _check_names(target: Path, files: Mapping[str, bytes]) -> None:
-    there = sorted(file.relative_to(target).as_posix() for file in _files_in(target))
-    strange = [name for name in there if name not in files]
-    if strange:
-        raise BadArgument(
-            f"cannot replace {abbreviated(target)}: it holds {len(strange)} other files, first {quoted(strange[0])}"
-        )
 
 
 def _files_in(folder: Path) -> Iterator[Path]:
@@ -377,9 +370,7 @@ def check_replaceable(path: Path | str, *, overwrite: bool) -> None:
     Raises:
         BadArgument: no path, a file that is there, or one that cannot be written.
     """
-    check_writable(path)
-    target = replaced_file(path)
-    if target is not None and target.exists() and not overwrite:
+    if would_replace(path) and not overwrite:
         raise is_there(path)
 
 
@@ -441,22 +432,18 @@ def _put(folder: Path, beside: Mapping[str, bytes], path: Path | str, content: b
     with filled_folder(folder, beside) as fresh, uninterrupted():
         try:
             for name in beside:
-                _make_folders((folder / name).parent, made)
-                if not (folder / name).exists():
-                    made.append(folder / name)
-                os.replace(fresh / name, folder / name)
+                place = folder / name
+                for parent in reversed([parent for parent in place.parents if not parent.exists()]):
+                    parent.mkdir()
+                    made.append(parent)
+                if not place.exists():
+                    made.append(place)
+                os.replace(fresh / name, place)
             write_bytes(path, content)
         except BaseException:
             for there in reversed(made):
                 there.rmdir() if there.is_dir() else there.unlink(missing_ok=True)
             raise
-
-
-def _make_folders(folder: Path, made: list[Path]) -> None:
-    missing = [parent for parent in (folder, *folder.parents) if not parent.exists()]
-    for parent in reversed(missing):
-        parent.mkdir()
-        made.append(parent)
 
 
 # --- The text of a file that a user names, or of standard input.

@@ -12,7 +12,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -39,19 +39,16 @@ def end_on_signals() -> None:
             signal.signal(number, _answer)
 
 
-def before_ending(action: Callable[[], object]) -> Callable[[], None]:
+def before_ending(action: Callable[[], object]) -> ExitStack:
     """Have `action` done before a signal ends the program, newest first.
 
     Returns:
-        A function that takes it back; to be called when there is nothing left to tidy.
+        A context, at whose end, or when it is closed, there is nothing left to tidy and the action is taken back.
     """
-    key = object()
+    key, registered = object(), ExitStack()
     _registered[key] = action
-
-    def take_back() -> None:
-        _registered.pop(key, None)
-
-    return take_back
+    registered.callback(_registered.pop, key, None)
+    return registered
 
 
 @contextmanager

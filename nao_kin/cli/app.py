@@ -8,7 +8,7 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Annotated, Any
 
 import typer
@@ -18,7 +18,8 @@ from nao_kin._core.extras import with_remedy
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import MOST_ECHOED, abbreviated
 from nao_kin.cli import doctor, export, fk, ik, motion, naoqi, reach, robots, view  # noqa: F401
-from nao_kin.cli.options import COMMANDS, Command, print_note
+from nao_kin.cli.options import COMMANDS, Command
+from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
 
 # A quoted text, or a word, that is longer than any message repeats.
@@ -115,20 +116,14 @@ def _warnings_as_lines() -> Iterator[None]:
         yield
 
 
-@contextmanager
-def _terminal_restored() -> Iterator[None]:
+def _terminal_restored() -> AbstractContextManager[object]:
     """Have a signal leave a terminal with a cursor and without half a progress bar."""
 
     def restore() -> None:
         os.write(2, b"\r\x1b[K\x1b[?25h")
 
     terminal = os.name == "posix" and os.isatty(2) and os.environ.get("TERM", "dumb") != "dumb"
-    take_back = before_ending(restore) if terminal else None
-    try:
-        yield
-    finally:
-        if take_back is not None:
-            take_back()
+    return before_ending(restore) if terminal else nullcontext()
 
 
 def _print_version(wanted: bool) -> None:

@@ -6,11 +6,11 @@ import importlib.metadata
 import importlib.util
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -23,7 +23,8 @@ from nao_kin._core.extras import command as install_command
 from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._kernels.cache import need_numba, warm_up
-from nao_kin.cli.options import JsonOption, command, print_json, print_table
+from nao_kin.cli.options import JSON, command
+from nao_kin.cli.output import print_json, print_table
 
 # --- Libraries tried in a process of their own, for mixed binary libraries do not raise, they crash.
 
@@ -68,20 +69,17 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
                 env=dict(variables),
                 start_new_session=True,
             )
-            take_back = before_ending(partial(kill_group, probe.pid))
+            registered = before_ending(partial(kill_group, probe.pid))
     except OSError as error:
         return None, "", str(error)
-    try:
-        with probe:
-            try:
-                out, errors = probe.communicate(timeout=_PROBE_SECONDS)
-            except BaseException:
+    with registered, probe:
+        try:
+            out, errors = probe.communicate(timeout=_PROBE_SECONDS)
+        except subprocess.TimeoutExpired:
+            return None, "", f"it did not load within {_PROBE_SECONDS} s"
+        finally:
+            if probe.poll() is None:
                 probe.kill()
-                raise
-    except subprocess.TimeoutExpired:
-        return None, "", f"it did not load within {_PROBE_SECONDS} s"
-    finally:
-        take_back()
     lines = errors.strip().splitlines()
     return probe.returncode, out, abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
 
@@ -91,137 +89,81 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
 # It asks without importing, so that it can report a crash.
 
 # Distribution name → module name.
-_LIBRARIES = {
-    "pin": "pinocchio",
-    "eigenpy": "eigenpy",
-    "coal": "coal",
-    "numpy": "numpy",
-    "yourdfpy": "yourdfpy",
-    "meshcat": "meshcat",
-    "typer": "typer",
-    "rich": "rich",
-    "trimesh": "trimesh",
+_LIBRARIES = {"pin": "pinocchio"} | {
+    name: name for name in "eigenpy coal numpy yourdfpy meshcat typer rich trimesh".split()
 }
+# Which may be absent: Pinocchio brings them, or works without.
+_OPTIONAL = ("eigenpy", "coal")
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
 
 
 @command("doctor", "Example: nao-kin doctor --json")
-def doctor(json: JsonOption = False) -> None:
+def doctor(json: bool = JSON) -> None:
     """Versions, where each library comes from, extras, known clashes, and a browser; exit 1 when something is wrong."""
     state = inspect_installation()
     if json:
-        print_json(state.as_dict())
+        print_json(state)
     else:
-        rows = [("python", state.python, state.executable), ("system", state.system, "–")]
-        rows += [(library.name, library.version or "–", library.location or "–") for library in state.libraries]
-        rows.append(("browser", "found" if state.browser else "none", state.browser or "–"))
+        rows = [("python", state["python"], state["executable"]), ("system", state["system"], "–")]
+        rows += [(lib["name"], lib["version"] or "–", lib["location"] or "–") for lib in state["libraries"]]
+        rows.append(("browser", "found" if state["browser"] else "none", state["browser"] or "–"))
         print_table(("what", "version", "where"), rows)
-        print_table(
-            ("extra", "version", "for"),
-            [(extra.name, extra.version or "absent", extra.brings) for extra in state.extras],
-        )
-        if any(extra.version is None for extra in state.extras):
+        extras = [(extra["name"], extra["version"] or "absent", extra["brings"]) for extra in state["extras"]]
+        print_table(("extra", "version", "for"), extras)
+        if any(extra["version"] is None for extra in state["extras"]):
             one, every = install_command("NAME"), install_command(ALL)
             print(f"{one} adds an extra, {every} all of them. Nothing else needs them.\n")
-        for problem in state.problems:
+        for problem in state["problems"]:
             print(f"problem: {problem}")
-        if not state.problems:
+        if not state["problems"]:
             print("No problems found.")
-    if state.problems:
+    if state["problems"]:
         raise typer.Exit(1)
 
 
-@dataclass(frozen=True)
-class Library:
-    """A library the package uses.
-
-    Attributes:
-        name: distribution name.
-        version: installed version, None when it is not installed.
-        location: where Python would load it from, None when it would not.
-    """
-
-    name: str
-    version: str | None
-    location: str | None
-
-
-@dataclass(frozen=True)
-class ExtraState:
-    """An extra, as `nao_kin._core.extras` has it, and whether it is here.
-
-    Attributes:
-        name: as in `pip install 'nao-kin[name]'`.
-        version: of its first package; None when one of its packages is absent.
-        brings: what works with it.
-        without: what works without it.
-    """
-
-    name: str
-    version: str | None
-    brings: str
-    without: str
-
-
-@dataclass(frozen=True)
-class Installation:
-    """The state of an installation.
-
-    Attributes:
-        python: Python's version.
-        executable: where this Python is.
-        system: the machine.
-        libraries: what is installed and from where.
-        extras: which of the optional packages are here.
-        browser: a browser for the viewer, None when there is none.
-        problems: what is wrong, one line each, with what to do about it.
-    """
-
-    python: str
-    executable: str
-    system: str
-    libraries: tuple[Library, ...]
-    extras: tuple[ExtraState, ...]
-    browser: str | None
-    problems: tuple[str, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """The same as plain data."""
-        return asdict(self)
-
-
-def inspect_installation(environment: Mapping[str, str] | None = None) -> Installation:
+def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Look at this Python's libraries and at the surroundings that are known to disturb them.
 
     Args:
         environment: environment variables; those of this process by default.
+
+    Returns:
+        The document of `nao-kin doctor --json`: Python and the machine, libraries with the version that is installed
+        and the place that Python would load them from, extras, a browser for the viewer, None for what is absent; and
+        what is wrong, one line each, with what to do about it.
     """
     variables = os.environ if environment is None else environment
-    libraries = tuple(_library(name, module) for name, module in _LIBRARIES.items())
-    extras = tuple(_extra_state(extra) for extra in EXTRAS.values())
-    problems = [*_missing(libraries), *_clashes(libraries, variables), *model_problem(variables)]
-    if any(extra.name == "batch" and extra.version is not None for extra in extras):
+    libraries = [
+        {"name": name, "version": _version(name), "location": _location(module)} for name, module in _LIBRARIES.items()
+    ]
+    extras = [
+        {"name": extra.name, "version": _extra_version(extra), "brings": extra.brings, "without": extra.without}
+        for extra in EXTRAS.values()
+    ]
+    problems = [
+        f"{library['name']} is not installed: pip install {library['name']}"
+        for library in libraries
+        if library["version"] is None and library["location"] is None and library["name"] not in _OPTIONAL
+    ]
+    problems += [*_clashes(_version("pin"), _location("pinocchio"), variables), *model_problem(variables)]
+    if _extra_version(EXTRAS["batch"]) is not None:
         problems += numba_problem(variables)
-    return Installation(
-        python=platform.python_version(),
-        executable=sys.executable,
-        system=platform.platform(),
-        libraries=libraries,
-        extras=extras,
-        browser=next((path for name in _BROWSERS if (path := shutil.which(name))), None),
-        problems=tuple(problems),
-    )
+    return {
+        "python": platform.python_version(),
+        "executable": sys.executable,
+        "system": platform.platform(),
+        "libraries": libraries,
+        "extras": extras,
+        "browser": next((path for name in _BROWSERS if (path := shutil.which(name))), None),
+        "problems": problems,
+    }
 
 
-def _library(name: str, module: str) -> Library:
-    spec = _spec(module)
-    return Library(name, _version(name), str(Path(spec.origin).parent) if spec is not None and spec.origin else None)
-
-
-def _extra_state(extra: Extra) -> ExtraState:
+def _extra_version(extra: Extra) -> str | None:
+    """The version of the first package of an extra; None where one of its packages is absent."""
     versions = [_version(package) for package in extra.packages]
     present = all(_spec(module) for module in extra.modules) if extra.modules else None not in versions
-    return ExtraState(extra.name, (versions[0] or "present") if present else None, extra.brings, extra.without)
+    return (versions[0] or "present") if present else None
 
 
 def _version(name: str) -> str | None:
@@ -238,51 +180,40 @@ def _spec(module: str) -> ModuleSpec | None:
         return None
 
 
-def _missing(libraries: tuple[Library, ...]) -> list[str]:
-    optional = ("eigenpy", "coal")
-    return [
-        f"{library.name} is not installed: pip install {library.name}"
-        for library in libraries
-        if library.version is None and library.location is None and library.name not in optional
-    ]
+def _location(module: str) -> str | None:
+    """The folder that Python would load a module from, without loading it."""
+    spec = _spec(module)
+    return str(Path(spec.origin).parent) if spec is not None and spec.origin else None
 
 
-def _clashes(libraries: tuple[Library, ...], variables: Mapping[str, str]) -> list[str]:
+def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -> list[str]:
+    """What hides or doubles Pinocchio: its version by pip and the folder that it is loaded from, None for none."""
     problems = []
-    pinocchio = next(library for library in libraries if library.name == "pin")
     for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
         if entry.startswith(("/opt/ros", "/opt/openrobots")):
             problems.append(f"PYTHONPATH holds {entry}: libraries there hide those of pip; unset PYTHONPATH")
-    if pinocchio.location is not None and pinocchio.version is None:
-        problems.append(f"Pinocchio comes from {pinocchio.location} and not from pip's 'pin': pip install 'pin>=4.1'")
-    if pinocchio.version is not None and _major_minor(pinocchio.version) < (4, 1):
-        problems.append(f"pin {pinocchio.version} is too old, mimic joints need 4.1: pip install 'pin>=4.1'")
-    if pinocchio.version is not None and pinocchio.location is not None:
-        home = str(Path(sys.prefix).resolve())
-        elsewhere = str(Path(pinocchio.location).resolve())
-        if not Path(elsewhere).is_relative_to(home) and "site-packages" not in elsewhere:
+    if place is not None and pin is None:
+        problems.append(f"Pinocchio comes from {place} and not from pip's 'pin': pip install 'pin>=4.1'")
+    if pin is not None and tuple(map(int, re.findall(r"\d+", pin)[:2])) < (4, 1):
+        problems.append(f"pin {pin} is too old, mimic joints need 4.1: pip install 'pin>=4.1'")
+    if pin is not None and place is not None:
+        home, elsewhere = Path(sys.prefix).resolve(), Path(place).resolve()
+        if not elsewhere.is_relative_to(home) and "site-packages" not in str(elsewhere):
             problems.append(f"Pinocchio is loaded from {elsewhere}, outside of this Python ({home})")
     conda = variables.get("CONDA_PREFIX")
-    if conda and pinocchio.version is not None and any(Path(conda, "conda-meta").glob("pinocchio-*.json")):
+    if conda and pin is not None and any(Path(conda, "conda-meta").glob("pinocchio-*.json")):
         problems.append(f"conda ({conda}) and pip both bring Pinocchio: keep one, conda remove pinocchio")
-    try:
-        version = importlib.metadata.version("pinocchio")
-        problems.append(f"'pinocchio' {version} from PyPI is another project; pip uninstall pinocchio, pip install pin")
-    except importlib.metadata.PackageNotFoundError:
-        pass
+    other = _version("pinocchio")
+    if other is not None:
+        problems.append(f"'pinocchio' {other} from PyPI is another project; pip uninstall pinocchio, pip install pin")
     return problems
-
-
-def _major_minor(version: str) -> tuple[int, int]:
-    numbers = [int(part) if part.isdigit() else 0 for part in version.split(".")[:2]]
-    return numbers[0], numbers[1] if len(numbers) > 1 else 0
 
 
 # --- `nao-kin warmup`: the batch kernels compiled ahead.
 
 
 @command("warmup", "Example: nao-kin warmup")
-def warmup(json: JsonOption = False) -> None:
+def warmup(json: bool = JSON) -> None:
     """Compile the kernels for large batches, reach maps and inverse kinematics ahead, once on a machine.
 
     They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
@@ -291,19 +222,16 @@ def warmup(json: JsonOption = False) -> None:
     need_numba("warmup")
     states = warm_up()
     if json:
-        print_json(
+        kernels = [
             {
-                "kernels": [
-                    {
-                        "name": state.name,
-                        "compiled": state.compiled,
-                        "seconds": round(state.seconds, 3),
-                        "folder": None if state.folder is None else str(state.folder),
-                    }
-                    for state in states
-                ]
+                "name": state.name,
+                "compiled": state.compiled,
+                "seconds": round(state.seconds, 3),
+                "folder": None if state.folder is None else str(state.folder),
             }
-        )
+            for state in states
+        ]
+        print_json({"kernels": kernels})
         return
     rows = [
         (state.name, "compiled" if state.compiled else "found", f"{state.seconds:.1f}", str(state.folder or "–"))

@@ -2,53 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from enum import Enum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import typer
 
-from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats
 from nao_kin._core.process import usable_cores
-from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.motion import (
-    clamped,
-    is_motion,
-    log_columns,
-    note_clamped,
-    read,
-    refuse_motion_options,
-    trajectory,
-    within_limits,
-)
-from nao_kin.cli.options import (
-    ColumnsOption,
-    DegOption,
-    HipsOption,
-    IgnoreOtherOption,
-    JsonOption,
-    RateOption,
-    RobotOptions,
-    TimelineOption,
-    check_sinks,
-    columns_of,
-    command,
-    print_json,
-    print_json_list,
-    print_note,
-    print_table,
-    without_sign_of_zero,
-)
-from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
+from nao_kin._core.text import quoted
+from nao_kin.cli.options import DEG, IGNORE_LIMITS, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
+from nao_kin.cli.sources import FileOptions, JointOptions, is_motion, refuse_for_motions
+from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
+    from nao_kin.motion import Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
-    from nao_kin.stream import Configurations, PoseColumns, PoseStyle, StreamResult
+    from nao_kin.stream import Clamped, Configurations, PoseColumns, StreamResult
 
 
 # --- Poses as the numbers people write down, and their printing: JSON, CSV, a table, or lines as they come.
@@ -56,28 +28,10 @@ if TYPE_CHECKING:
 # First row and numbers of the poses (n, frames, k) of one piece after another.
 Pieces = Iterator[tuple[int, Floats]]
 
-
-class PoseFormat(str, Enum):
-    """How a pose is written.
-
-    matrix: the 16 entries of the homogeneous matrix, row by row, as NAOqi's getTransform has them.
-    position6d: x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), as NAOqi's getPosition has them.
-    rpy: x, y, z, roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll).
-    quaternion: x, y, z and the unit quaternion r0, r1, r2, r3, scalar first.
-    """
-
-    matrix = "matrix"
-    position6d = "position6d"
-    rpy = "rpy"
-    quaternion = "quaternion"
-
-
-STYLES: dict[PoseFormat, PoseStyle] = {
-    PoseFormat.matrix: "matrix",
-    PoseFormat.position6d: "position6d",
-    PoseFormat.rpy: "rpy",
-    PoseFormat.quaternion: "position_quaternion",
-}
+# The 16 entries of the homogeneous matrix, row by row, as NAOqi's getTransform has them; x, y, z, wx, wy, wz with
+# R = Rz(wz) Ry(wy) Rx(wx), as NAOqi's getPosition has them; the same as roll, pitch, yaw; x, y, z and the unit
+# quaternion, scalar first.
+PoseFormat = Literal["matrix", "position6d", "rpy", "quaternion"]
 
 
 @dataclass(frozen=True)
@@ -87,37 +41,35 @@ class PosePrinter:
     Attributes:
         frames: the names.
         style: how a pose is written.
-        degrees: angles in degrees.
+        columns: the numbers of a pose and their names.
         times: of the rows, shape (n,) [s]; None for none.
     """
 
     frames: Sequence[str]
     style: PoseFormat
-    degrees: bool
+    columns: PoseColumns
     times: Floats | None = None
-
-    @property
-    def columns(self) -> PoseColumns:
-        """The numbers of a pose and their names."""
-        from nao_kin.stream import PoseColumns  # which loads Pinocchio; an installation without it must get this far
-
-        return PoseColumns(STYLES[self.style], self.degrees)
 
     def print_json(self, pieces: Pieces, robot: str, reference: str | None, *, many: bool) -> None:
         """One document: the poses of the one configuration, or of each of `many`."""
         head: dict[str, Any] = {
             "robot": robot,
             "reference": reference or "root",
-            "as": self.style.value,
-            "units": {"length": "m", "angle": "deg" if self.degrees else "rad"},
+            "as": self.style,
+            "units": {"length": "m", "angle": "deg" if self.columns.degrees else "rad"},
         }
         if self.times is not None:
             head["times"] = self.times.tolist()
-        poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in self._rows(pieces))
+        poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in _rows(pieces))
         if many:
             print_json_list(head, "configurations", poses)
         else:
             print_json({**head, "poses": next(poses)})
+
+    def _json_pose(self, row: list[float]) -> object:
+        if self.style == "matrix":
+            return [row[i : i + 4] for i in range(0, 16, 4)]
+        return dict(zip(self.columns.names, row, strict=True))
 
     def print_csv(self, pieces: Pieces) -> None:
         """One line per configuration and frame, with a header."""
@@ -131,13 +83,18 @@ class PosePrinter:
 
     def print_table(self, pieces: Pieces) -> None:
         """The poses of one configuration, laid out for a reader."""
-        matrix = self.style is PoseFormat.matrix
-        columns = ("x axis", "y axis", "z axis", "origin\n[m]") if matrix else self._headings()
+        turns = self.columns.orientation
+        if self.style == "matrix":
+            columns = ["x axis", "y axis", "z axis", "origin\n[m]"]
+        else:
+            unit = "" if self.style == "quaternion" else "\n[°]" if self.columns.degrees else "\n[rad]"
+            columns = [f"{name}\n[m]" for name in self.columns.names[: -len(turns)]]
+            columns += [name.removesuffix("_deg") + unit for name in turns]
         table = []
-        for _, rows in self._rows(pieces):
+        for _, rows in _rows(pieces):
             for name, row in zip(self.frames, rows, strict=True):
-                cells = [_fixed(value) for value in row]
-                if matrix:  # the 4×4 matrix as it is written on paper; its columns are the axes and the origin
+                cells = [fixed(value) for value in row]
+                if self.style == "matrix":  # as it is written on paper; its columns are the axes and the origin
                     cells = ["\n".join(cells[column::4]) for column in range(4)]
                 table.append([name, *cells])
         print_table(["frame", *columns], table, numbers=columns)
@@ -149,31 +106,16 @@ class PosePrinter:
         wide = max(map(len, ("time", *times)))
         print(f"{'row':>7}" + (f"  {'time':>{wide}}" if times else "") + f"  {'frame':{width}}", end="")
         print("".join(f"{name:>11}" for name in self.columns.names))
-        for index, rows in self._rows(pieces):
+        for index, rows in _rows(pieces):
             start = f"{index:>7}" + (f"  {times[index]:>{wide}}" if times else "")
             for name, row in zip(self.frames, rows, strict=True):
-                print(f"{start}  {name:{width}}" + "".join(f"{_fixed(value):>11}" for value in row))
-
-    def _rows(self, pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
-        """Index of every configuration, and the numbers of each frame."""
-        for start, numbers in pieces:
-            yield from enumerate(numbers.tolist(), start)
-
-    def _json_pose(self, row: list[float]) -> object:
-        if self.style is PoseFormat.matrix:
-            return [row[i : i + 4] for i in range(0, 16, 4)]
-        return dict(zip(self.columns.names, row, strict=True))
-
-    def _headings(self) -> tuple[str, ...]:
-        unit = "" if self.style is PoseFormat.quaternion else "\n[°]" if self.degrees else "\n[rad]"
-        columns = self.columns
-        position = columns.names[: -len(columns.orientation)]
-        orientation = (name.removesuffix("_deg") for name in columns.orientation)
-        return (*(f"{name}\n[m]" for name in position), *(name + unit for name in orientation))
+                print(f"{start}  {name:{width}}" + "".join(f"{fixed(value):>11}" for value in row))
 
 
-def _fixed(value: float) -> str:
-    return f"{without_sign_of_zero(value, 5):.5f}"
+def _rows(pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
+    """Index of every configuration, and the numbers of each frame."""
+    for start, numbers in pieces:
+        yield from enumerate(numbers.tolist(), start)
 
 
 # --- `nao-kin fk`: where the frames are at given joint values.
@@ -182,72 +124,56 @@ def _fixed(value: float) -> str:
 _CHUNK = 8192
 _WORLD = "world"
 
-
-class ErrorChoice(str, Enum):
-    """What to do with a row from which no configuration can be made."""
-
-    stop = "stop"
-    skip = "skip"
-    nan = "nan"
-
-
-class NumberChoice(str, Enum):
-    """Size of the numbers of a file."""
-
-    float32 = "float32"
-    float64 = "float64"
-
-
 _EXAMPLES = (
     "Example: nao-kin fk --posture StandInit --joint HeadYaw=0.3 --frame CameraTop --json; "
     "nao-kin fk big.csv --frame LLeg -o poses.parquet"
 )
 
 
+@dataclass(frozen=True)
+class StreamOptions:
+    """The options of poses that are written to a file."""
+
+    output: str | None = option(
+        "FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", "--output", "-o"
+    )
+    on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: what to do with a bad row. Default: stop.")
+    dtype: Literal["float32", "float64"] | None = option(None, "With -o: size of the numbers. Default: float64.")
+
+    def check(self, files: list[str], json: bool) -> None:
+        """Refuse what does not go together, and a file that could not be written, before anything is loaded."""
+        for name, value in (("--on-error", self.on_error), ("--dtype", self.dtype)):
+            if self.output is None and value is not None:
+                raise BadArgument(f"{name} is for files; name one with --output")
+        if self.output is None and len(files) > 1:
+            raise BadArgument(f"{len(files)} files; several go into one --output")
+        if self.output is not None and not files:
+            raise BadArgument("--output is for the rows of a file; name the FILE to read")
+        check_sinks("--json" if json else None, output=self.sink)
+
+    @property
+    def sink(self) -> str | None:
+        """The file to write; None for none."""
+        return "/dev/stdout" if self.output == "-" else self.output
+
+
 @command("fk", _EXAMPLES)
 def fk(
     *,
-    file: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="FILE",
-            help="CSV or JSON file of configurations, or a motion; - for standard input. With -o, several too.",
-        ),
-    ] = None,
-    posture: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Start from a predefined posture; of a motion: of joints it does not name."),
-    ] = None,
-    joint: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Set a joint; repeatable. Others are at zero.")
-    ] = None,
-    frame: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="A frame to locate; repeatable. Default: the effectors.")
-    ] = None,
-    reference: Annotated[str | None, typer.Option(metavar="NAME", help="The frame to express poses in.")] = None,
-    as_: Annotated[PoseFormat, typer.Option("--as", help="How to print a pose.")] = PoseFormat.rpy,
-    deg: DegOption = False,
-    clamp: Annotated[bool, typer.Option("--clamp", help="Move joints outside their limits to the limit.")] = False,
-    ignore_limits: Annotated[bool, typer.Option("--ignore-limits", help="Take joints wherever they are.")] = False,
-    csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV."
-        ),
-    ] = None,
-    on_error: Annotated[
-        ErrorChoice | None, typer.Option("--on-error", help="With -o: what to do with a bad row. Default: stop.")
-    ] = None,
-    dtype: Annotated[
-        NumberChoice | None, typer.Option("--dtype", help="With -o: size of the numbers. Default: float64.")
-    ] = None,
-    columns: ColumnsOption = None,
-    ignore_other: IgnoreOtherOption = False,
-    rate: RateOption = None,
-    hips: HipsOption = None,
-    timeline: TimelineOption = None,
-    json: JsonOption = False,
+    file: list[str] | None = argument(
+        "FILE", "CSV or JSON file of configurations, or a motion; - for standard input. With -o, several too.", None
+    ),
+    joints: JointOptions,
+    frame: list[str] | None = option("NAME", "A frame to locate; repeatable. Default: the effectors."),
+    reference: str | None = option("NAME", "The frame to express poses in."),
+    as_: PoseFormat = option(None, "How to print a pose.", default="rpy"),
+    deg: bool = DEG,
+    clamp: bool = flag("Move joints outside their limits to the limit."),
+    ignore_limits: bool = IGNORE_LIMITS,
+    csv: bool = flag("Print CSV."),
+    written: StreamOptions,
+    given: FileOptions,
+    json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
     """Poses of frames at given joint values: one configuration, or every row of a file.
@@ -260,58 +186,47 @@ def fk(
     With -o, the file may be larger than memory, and also be .csv.gz, .npy, .parquet, .arrow or .feather. What is ended
     half-way goes on where it was when it is called again.
     """
-    for option, value in (("--on-error", on_error), ("--dtype", dtype)):
-        if output is None and value is not None:
-            raise BadArgument(f"{option} is for files; name one with --output")
-    output = "/dev/stdout" if output == "-" else output
     files = file or []
-    if output is not None:
-        _check_output(files, output, json)
-    elif len(files) > 1:
-        raise BadArgument(f"{len(files)} files; several go into one --output")
-    one = files[0] if len(files) == 1 else None
+    written.check(files, json)
+    first = files[0] if files else None
+    one = first if len(files) == 1 else None
     # Standard input may be larger than memory with -o, and is then not looked into.
-    moves = one is not None and not (one == "-" and output is not None) and is_motion(one)
-    if not moves:
-        refuse_motion_options(
-            one or (files[0] if files else None), **_only(files, posture), rate=rate, timeline=timeline
-        )
-    if not files and (columns or ignore_other):
-        raise BadArgument("--columns and --ignore-other are for a file; name it")
+    unseen = one == "-" and written.output is not None
+    moves = one is not None and not unseen and is_motion(one)
+    given.check(first, joints.posture, moves=moves)
     from nao_kin import stream
-    from nao_kin.stream import read_log
 
     model = robot.load()
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
-    renamed = columns_of(columns)
-    as_motion = posture is not None or rate is not None or timeline is not None
-    log = None if one is None or as_motion else log_columns(model, one, renamed)
+    as_motion = joints.posture is not None or given.rate is not None or given.timeline is not None
+    log = None if one is None or as_motion else given.log_columns(model, one)
     moves = moves and log is None
     timed = log is not None and log.timed
-    if not (moves or timed or (one == "-" and output is not None)):
-        refuse_motion_options(one or (files[0] if files else None), hips=hips)
-    if moves and renamed:
+    if not (moves or timed or unseen):
+        refuse_for_motions(first, hips=given.hips)
+    if moves and given.renamed:
         raise BadArgument(f"--columns is for whole configurations; {quoted(one)} is read as a motion")
-    rule: Any = "average" if hips is None and timed else hips  # as of a motion
+    rule: Any = "average" if given.hips is None and timed else given.hips  # as of a motion
     rows: Configurations | None = None
     if moves and one is not None:
-        motion = read(model, one, deg=deg, timeline=timeline, ignore_other=ignore_other)
-        path = trajectory(model, motion, posture=posture, hips=hips, rate=rate)
-        rows = stream.Configurations(within_limits(model, one, path, limits, deg=deg), path.times, one)
-    if output is not None:
+        path = given.trajectory(model, one, deg=deg, posture=joints.posture, rate=given.rate)
+        rows = stream.Configurations(_within_limits(model, one, path, limits, deg=deg), path.times, one)
+    frames = frame or [*model.semantics.end_effectors, *model.semantics.cameras] or list(model.link_names)
+    style: Any = "position_quaternion" if as_ == "quaternion" else as_
+    if written.sink is not None:
         result = stream.fk(
             model,
             files if rows is None else rows,
-            frame or _default_frames(model),
-            output,
+            frames,
+            written.sink,
             reference=reference,
-            as_=STYLES[as_],
-            dtype=np.float64 if dtype is None else dtype.value,
+            as_=style,
+            dtype=written.dtype or "float64",
             limits=limits if rows is None else "ignore",
             degrees=deg,
-            on_error="stop" if on_error is None else on_error.value,
-            columns=renamed,
-            ignore_other=ignore_other,
+            on_error=written.on_error or "stop",
+            columns=given.renamed,
+            ignore_other=given.ignore_other,
             hips=rule if rows is None else None,
             progress=True,
         )
@@ -321,24 +236,15 @@ def fk(
     if rows is not None:
         q, times, many = rows.q, rows.times, True
     elif one is not None:
-        found = read_log(
-            model,
-            one,
-            limits="ignore" if clamp else limits,
-            degrees=deg,
-            columns=renamed,
-            ignore_other=ignore_other,
-            hips=rule,
-        )
-        q, times, many = clamped(model, found.q) if clamp else found.q, found.times, found.many
-        for note in found.notes:
-            print_note(note)
+        found = given.log(model, one, deg=deg, limits="ignore" if clamp else limits, hips=rule)
+        q, times, many = _clamped(model, found.q) if clamp else found.q, found.times, found.many
+        print_note(*found.notes)
     else:
-        q, many = one_configuration(model, posture, joint or [], deg, limits)[None], False
-    frames = frame or _default_frames(model)
-    # Before anything is printed.
-    model.frame_ids(frames if reference is None or _is_world(model, reference) else [*frames, reference])
-    printer = PosePrinter(frames, as_, deg, times)
+        q, many = joints.configuration(model, deg=deg, limits=limits)[None], False
+    # Before anything is printed. The world is no frame of the robot, where none has that name.
+    known = reference is None or (reference == _WORLD and _WORLD not in model.frame_names)
+    model.frame_ids(frames if known else [*frames, str(reference)])
+    printer = PosePrinter(frames, as_, stream.PoseColumns(style, deg), times)
     poses = _poses(model, q, frames, reference, printer.columns)
     if json:
         printer.print_json(poses, model.name, reference, many=many)
@@ -350,27 +256,14 @@ def fk(
         printer.print_table(poses)
 
 
-def _only(files: list[str], posture: str | None) -> dict[str, str | None]:
-    """The options that go with a motion alone where there is a file."""
-    return {"posture": posture} if files else {}
-
-
-def _check_output(files: list[str], output: str, json: bool) -> None:
-    """Refuse a file that could not be written, before anything is loaded."""
-    if not files:
-        raise BadArgument("--output is for the rows of a file; name the FILE to read")
-    check_sinks("--json" if json else None, output=output)
-
-
 def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
     """What was written, and on standard error what could not be, and what was changed."""
     if json:
         print_json(result.as_dict())
-    elif not atomic.leads_to_standard_output(result.sink):  # which has the poses, and nothing behind them
-        print(result.sink)
-    for note in result.notes:
-        print_note(note)
-    note_clamped(model, result.clamped, result.rows_read)
+    else:
+        print_written(result.sink)
+    print_note(*result.notes)
+    _note_clamped(model, result.clamped, result.rows_read)
     if result.rows_resumed:
         print_note(f"the first {result.rows_resumed} rows had been done by an earlier run")
     if result.bad_rows:
@@ -382,64 +275,47 @@ def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
             print_note(f"  and {result.bad_rows - len(result.first_bad_rows)} more")
 
 
-def one_configuration(
-    model: RobotModel, posture: str | None, settings: list[str], deg: bool, limits: LimitPolicy
-) -> Floats:
-    """The configuration that --posture and --joint describe; without a posture only the named joints face limits."""
-    values = _joint_values(model, settings, deg)
-    try:
-        if posture is None:
-            return model.configuration(values, limits=limits)
-        if not model.posture_names:
-            raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
-        return model.posture(posture, values, limits=limits)
-    except OutsideLimits as error:
-        advice = "; --clamp and --ignore-limits take it"
-        # So large an angle is one in degrees.
-        advice += ", --deg?" if not deg and any(abs(value) > 2.0 * math.pi for value in values.values()) else ""
-        raise BadArgument(error.describe(degrees=deg) + advice) from None
-    except CouplingViolated as error:
-        raise BadArgument(error.describe(degrees=deg)) from None
+def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy, *, deg: bool) -> Floats:
+    """The configurations of a motion, none outside the limits.
+
+    Raises:
+        BadInputFile: one is; says when.
+    """
+    if limits == "clamp":
+        return _clamped(model, path.q)
+    violations = model.limit_violations(path.q, most=1) if limits == "raise" else ()
+    if violations:
+        first = violations[0]
+        when = f"{path.times[first.index[0]]:.6g} s"
+        reason = f"at {when} outside the joint limits: {first.describe(degrees=deg, index=False)}"
+        raise BadInputFile(file, f"{reason}; nao-kin motion check lists all, --clamp and --ignore-limits take it")
+    return path.q
 
 
-def _joint_values(model: RobotModel, settings: list[str], deg: bool) -> dict[str, float]:
-    """The values that --joint gives, by name [rad, m or ratio]."""
-    values: dict[str, float] = {}
-    for setting in settings:
-        name, _, text = setting.partition("=")
-        name = name.strip()
-        try:
-            value = decimal(text)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise BadArgument(f"--joint {quoted(setting)}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
-        if name in values:
-            raise BadArgument(f"--joint names {abbreviated(name)} twice")
-        values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
-    return values
+def _clamped(model: RobotModel, q: Floats) -> Floats:
+    """Configurations moved inside the limits, and a note that says how many, and how far."""
+    from nao_kin import stream
+
+    inside, changes = stream.clamp(model, q)
+    _note_clamped(model, changes, len(q))
+    return inside
 
 
-def _default_frames(model: RobotModel) -> list[str]:
-    return [*model.semantics.end_effectors, *model.semantics.cameras] or list(model.link_names)
-
-
-def _is_world(model: RobotModel, reference: str) -> bool:
-    """Whether `reference` is the world, and not a link of that name."""
-    return reference == _WORLD and _WORLD not in model.frame_names
+def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
+    """Say what --clamp has changed."""
+    if changes.rows:
+        unit = model.unit(changes.joint)
+        most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
+        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
 
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Pieces:
     """First row and poses (n, frames, k) of one piece after another, with a progress bar when there are many."""
-    from rich.console import Console
-    from rich.progress import track
-
     from nao_kin import stream
 
     many = len(q) > stream.FEW_ROWS
-    threads = usable_cores() if many else None
-    errors = Console(file=sys.stderr)
-    hidden = not many or not errors.is_terminal
-    starts = range(0, len(q), _CHUNK)
-    for start in track(starts, "forward kinematics", console=errors, disable=hidden, transient=True):
-        yield start, columns.poses(model, q[start : start + _CHUNK], frames, reference, threads=threads)
+    with progress("forward kinematics", shown=many) as say:
+        for start in range(0, len(q), _CHUNK):
+            part = q[start : start + _CHUNK]
+            yield start, columns.poses(model, part, frames, reference, threads=usable_cores() if many else None)
+            say(start + len(part), len(q))

@@ -3,173 +3,22 @@
 from __future__ import annotations
 
 import io
-import math
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
-from nao_kin._core.files import read_bounded
-from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import (
-    HipsOption,
-    IgnoreOtherOption,
-    JsonOption,
-    RobotOptions,
-    TimelineOption,
-    command,
-    print_json,
-    print_note,
-    print_table,
-)
-from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin._core.text import abbreviated
+from nao_kin.cli.options import JSON, RobotOptions, argument, check_replaceable, command, flag, option
+from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
+from nao_kin.cli.sources import HIPS, IGNORE_OTHER, TIMELINE, MotionFile, check_posture
+from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin._core.csv_numbers import TableColumns
-    from nao_kin.motion import Change, Motion, MotionReport, MotionViolation, Trajectory
-    from nao_kin.robot import LimitPolicy, RobotModel
-    from nao_kin.stream import Clamped
+    from nao_kin.motion import Motion, MotionReport, MotionViolation
+    from nao_kin.robot import RobotModel
 
-
-# --- Motion files as commands take them beside plain configuration files.
-
-
-def is_motion(file: str) -> bool:
-    """Whether a file, "-" for standard input, holds a motion; standard input can be read again afterwards.
-
-    Raises:
-        BadInputFile: standard input is a pipe or device of more than 2³⁰ bytes, which may have no end.
-    """
-    from nao_kin.motion import is_motion_file
-
-    if file != "-":
-        return is_motion_file(file)
-    if sys.stdin is None:
-        return False
-    try:
-        data = read_bounded(sys.stdin.buffer, file)
-    except OSError:
-        return False  # which is said where it is read
-    sys.stdin = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8")
-    return is_motion_file("-", data)
-
-
-def log_columns(model: RobotModel, file: str, columns: dict[str, str | None] | None) -> TableColumns | None:
-    """The columns of a file whose rows are whole configurations; None for other files, and input not read yet."""
-    from nao_kin.stream import log_columns
-
-    data = None
-    if file == "-":
-        buffer = getattr(sys.stdin, "buffer", None)
-        if not isinstance(buffer, io.BytesIO):
-            return None
-        data = buffer.getvalue()
-    return log_columns(model, file, columns=columns, data=data)
-
-
-def refuse_motion_options(file: str | None, **given: object) -> None:
-    """Refuse options that only a motion file takes, where there is another file or none.
-
-    Raises:
-        BadArgument: with the first of them that is not None.
-    """
-    for option, value in given.items():
-        if value is None:
-            continue
-        if file is None:
-            raise BadArgument(f"--{option} is for a motion; name its FILE")
-        if option == "posture":
-            raise BadArgument("a file gives whole configurations; leave out --posture and --joint")
-        raise BadArgument(f"--{option} is for a motion, and {quoted(file)} has no times: it gives whole configurations")
-
-
-def read(
-    model: RobotModel,
-    file: str,
-    *,
-    deg: bool,
-    timeline: str | None = None,
-    format_: str | None = None,
-    ignore_other: bool = False,
-) -> Motion:
-    """The motion in a file, of joints of a robot."""
-    from nao_kin.motion import read_motion
-
-    return read_motion(file, format=format_, degrees=deg, timeline=timeline, robot=model, ignore_other=ignore_other)
-
-
-def trajectory(
-    model: RobotModel, motion: Motion, *, posture: str | None, hips: str | None, rate: float | None
-) -> Trajectory:
-    """The configurations that a motion goes through."""
-    from nao_kin.motion import HOLD
-
-    check_posture(model, posture)
-    return motion.configurations(
-        model,
-        rate=rate,
-        fill=HOLD if posture is None else posture,
-        hips="average" if hips is None else hips,  # type: ignore[arg-type]
-    )
-
-
-def check_posture(model: RobotModel, posture: str | None) -> None:
-    """Refuse a posture of a robot that has none."""
-    if posture is not None and not model.posture_names:
-        raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
-
-
-def clamped(model: RobotModel, q: Floats) -> Floats:
-    """Configurations moved inside the limits, and a note that says how many, and how far."""
-    from nao_kin import stream
-
-    inside, changes = stream.clamp(model, q)
-    note_clamped(model, changes, len(q))
-    return inside
-
-
-def note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
-    """Say what --clamp has changed."""
-    if changes.rows:
-        unit = model.unit(changes.joint)
-        most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
-        print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
-
-
-def within_limits(model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy, *, deg: bool) -> Floats:
-    """The configurations of a motion, none outside the limits.
-
-    Raises:
-        BadInputFile: one is; says when.
-    """
-    if limits == "ignore":
-        return path.q
-    if limits == "clamp":
-        return clamped(model, path.q)
-    violations = model.limit_violations(path.q, most=1)
-    if violations:
-        first = violations[0]
-        when = f"{path.times[first.index[0]]:.6g} s"
-        reason = f"at {when} outside the joint limits: {first.describe(degrees=deg, index=False)}"
-        raise BadInputFile(file, f"{reason}; nao-kin motion check lists all, --clamp and --ignore-limits take it")
-    return path.q
-
-
-# --- `nao-kin motion`: motion files converted, checked, described and drawn.
-
-FileArgument = Annotated[str, typer.Argument(metavar="FILE", help="A motion file of any format, - for standard input.")]
-FromOption = Annotated[
-    str | None, typer.Option("--from", metavar="FORMAT", help="Format of FILE. Default: by its content.")
-]
-PostureOption = Annotated[
-    str | None, typer.Option("--posture", metavar="NAME", help="Where joints are that the motion does not name.")
-]
-InputDegOption = Annotated[
-    bool, typer.Option("--deg", help="Angles of FILE in degrees, where it does not say; and of what is printed.")
-]
 
 app = typer.Typer(
     name="motion",
@@ -190,40 +39,31 @@ def _motion(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
+_FROM = "FORMAT", "Format of FILE. Default: by its content."
+
+
 @command("motion convert", "Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
 def convert(
     *,
-    source: Annotated[str, typer.Argument(metavar="IN", help="A motion file, - for standard input.")],
-    sink: Annotated[str, typer.Argument(metavar="OUT", help="The file to write, - for standard output.")],
-    from_: FromOption = None,
-    to: Annotated[
-        str | None, typer.Option("--to", metavar="FORMAT", help="Format of OUT. Default: by its suffix.")
-    ] = None,
-    deg: InputDegOption = False,
-    timeline: TimelineOption = None,
-    ignore_other: IgnoreOtherOption = False,
-    hips: HipsOption = None,
-    posture: Annotated[
-        str | None, typer.Option("--posture", metavar="NAME", help="Add the joints it does not name, at rest there.")
-    ] = None,
-    mirror: Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")] = False,
-    reverse: Annotated[bool, typer.Option("--reverse", help="Run it backwards.")] = False,
-    stretch: Annotated[
-        float | None, typer.Option("--stretch", metavar="F", help="Let it take F times as long.")
-    ] = None,
-    loop: Annotated[int | None, typer.Option("--loop", metavar="N", help="Repeat it N times.")] = None,
-    gap: Annotated[
-        float | None, typer.Option("--gap", metavar="S", help="With --loop: seconds from the end to the beginning.")
-    ] = None,
-    clamp: Annotated[bool, typer.Option("--clamp", help="Move it into the limits and the coupled limits.")] = False,
-    slow_down: Annotated[
-        bool, typer.Option("--slow-down", help="Stretch time where a joint would be too fast.")
-    ] = False,
-    rate: Annotated[
-        float | None, typer.Option("--rate", metavar="N", help="Write N samples per second instead of the keys.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace OUT where it exists.")] = False,
-    json: JsonOption = False,
+    source: str = argument("IN", "A motion file, - for standard input."),
+    sink: str = argument("OUT", "The file to write, - for standard output."),
+    from_: str | None = option(*_FROM),
+    to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
+    deg: bool = flag("Angles of FILE in degrees, where it does not say; and of what is printed."),
+    timeline: str | None = option(*TIMELINE),
+    ignore_other: bool = flag(IGNORE_OTHER),
+    hips: str | None = option(*HIPS),
+    posture: str | None = option("NAME", "Add the joints it does not name, at rest there."),
+    mirror: bool = flag("Exchange left and right."),
+    reverse: bool = flag("Run it backwards."),
+    stretch: float | None = option("F", "Let it take F times as long."),
+    loop: int | None = option("N", "Repeat it N times."),
+    gap: float | None = option("S", "With --loop: seconds from the end to the beginning."),
+    clamp: bool = flag("Move it into the limits and the coupled limits."),
+    slow_down: bool = flag("Stretch time where a joint would be too fast."),
+    rate: float | None = option("N", "Write N samples per second instead of the keys."),
+    force: bool = flag("Replace OUT where it exists."),
+    json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
     """Write a motion in another format, changed on the way if asked for; what is changed is said.
@@ -235,45 +75,43 @@ def convert(
     if gap is not None and loop is None:
         raise BadArgument("--gap is the pause of --loop; give both")
     sink = "/dev/stdout" if sink == "-" else sink
-    _check_sink(sink, force, json)
+    check_replaceable(sink, force, json)
     model = robot.load()
     check_posture(model, posture)
-    motion = read(model, source, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
+    motion = MotionFile(source, from_, deg, timeline, ignore_other).read(model)
     changes = list[motions.Change]()
+
+    def mended(found: Any) -> Motion:
+        changes.extend(found.changes)
+        motion: Motion = found.motion
+        return motion
+
     if hips is not None:
-        motion = _mended(motions.share_motors(model, motion, hips), changes)  # type: ignore[arg-type]
+        motion = mended(motions.share_motors(model, motion, hips))  # type: ignore[arg-type]
     if posture is not None:
         motion = motions.complete(model, motion, posture)
     motion = motions.mirror(model, motion) if mirror else motion
     motion = motions.reverse(motion) if reverse else motion
     motion = motion if stretch is None else motions.time_warp(motion, stretch)
     motion = motion if loop is None else motions.loop(motion, loop, gap=gap or 0.0)
-    motion = _mended(motions.clamp(model, motion), changes) if clamp else motion
-    motion = _mended(motions.slow_down(model, motion), changes) if slow_down else motion
+    motion = mended(motions.clamp(model, motion)) if clamp else motion
+    motion = mended(motions.slow_down(model, motion)) if slow_down else motion
     motions.write_motion(motion, sink, format=to, rate=rate, overwrite=True)
     if json:
         print_json({**_facts(motion), "output": sink, "changes": [change.as_dict() for change in changes]})
         return
-    for change in changes:
-        print_note(change.describe(degrees=deg))
-    if not atomic.leads_to_standard_output(sink):
-        print(sink)
+    print_note(*(change.describe(degrees=deg) for change in changes))
+    print_written(sink)
 
 
 @command("motion check", "Example: nao-kin motion check wave.motion --deg")
 def check(
     *,
-    file: FileArgument,
-    from_: FromOption = None,
-    deg: InputDegOption = False,
-    timeline: TimelineOption = None,
-    ignore_other: IgnoreOtherOption = False,
-    posture: PostureOption = None,
-    rate: Annotated[
-        float | None, typer.Option("--rate", metavar="N", help="Samples per second of what has no closed form.")
-    ] = None,
-    every: Annotated[bool, typer.Option("--all", help="List every stretch, not only the worst of a joint.")] = False,
-    json: JsonOption = False,
+    source: MotionFile,
+    posture: str | None = option("NAME", "Where joints are that the motion does not name."),
+    rate: float | None = option("N", "Samples per second of what has no closed form."),
+    every: bool = flag("List every stretch, not only the worst of a joint.", "--all"),
+    json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
     """Limits, coupled limits, speeds, and joints of one motor, between the keys too; exit 1 when one is not kept."""
@@ -281,32 +119,23 @@ def check(
 
     model = robot.load()
     check_posture(model, posture)
-    motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
-    report = motions.check(model, motion, fill=motions.HOLD if posture is None else posture, **chosen)
+    fill = motions.HOLD if posture is None else posture
+    report = motions.check(model, source.read(model), fill=fill, **chosen)
     if json:
         print_json(report.as_dict())
     else:
-        _print_report(report, deg=deg, every=every)
+        _print_report(report, deg=source.deg, every=every)
     if not report.ok:
         raise typer.Exit(1)
 
 
 @command("motion info", "Example: nao-kin motion info wave.xar --json")
-def info(
-    *,
-    file: FileArgument,
-    from_: FromOption = None,
-    deg: InputDegOption = False,
-    timeline: TimelineOption = None,
-    ignore_other: IgnoreOtherOption = False,
-    json: JsonOption = False,
-    robot: RobotOptions,
-) -> None:
+def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
     """Joints, keys, times and ranges of a motion."""
     model = robot.load()
-    motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
-    rows = _joint_rows(model, motion, deg=deg)
+    motion = source.read(model)
+    rows = _joint_rows(model, motion, deg=source.deg)
     if json:
         print_json({**_facts(motion), "rows": rows})
         return
@@ -319,18 +148,16 @@ def info(
 @command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint LShoulderRoll")
 def plot(
     *,
-    file: FileArgument,
-    picture: Annotated[str, typer.Argument(metavar="PICTURE", help="The .png or .svg file to write.")],
-    joints: Annotated[
-        list[str] | None, typer.Option("--joint", metavar="NAME", help="Draw this joint; repeatable. Default: all.")
-    ] = None,
-    speed: Annotated[bool, typer.Option("--speed", help="Draw speeds instead of values.")] = False,
-    from_: FromOption = None,
-    deg: Annotated[bool, typer.Option("--deg", help="Angles of FILE in degrees, where it does not say.")] = False,
-    timeline: TimelineOption = None,
-    ignore_other: IgnoreOtherOption = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace PICTURE where it exists.")] = False,
-    json: JsonOption = False,
+    file: str = argument("FILE", "A motion file of any format, - for standard input."),
+    picture: str = argument("PICTURE", "The .png or .svg file to write."),
+    joints: list[str] | None = option("NAME", "Draw this joint; repeatable. Default: all.", "--joint"),
+    speed: bool = flag("Draw speeds instead of values."),
+    from_: str | None = option(*_FROM),
+    deg: bool = flag("Angles of FILE in degrees, where it does not say."),
+    timeline: str | None = option(*TIMELINE),
+    ignore_other: bool = flag(IGNORE_OTHER),
+    force: bool = flag("Replace PICTURE where it exists."),
+    json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
     """Draw every joint over time between its limits, in degrees; what is outside in red."""
@@ -339,33 +166,16 @@ def plot(
     kind = Path(picture).suffix.lower().removeprefix(".")
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
-    _check_sink(picture, force, json)
+    check_replaceable(picture, force, json)
     model = robot.load()
-    motion = read(model, file, deg=deg, timeline=timeline, format_=from_, ignore_other=ignore_other)
-    figure = draw(model, motion, joints=joints, speed=speed)
+    motion = MotionFile(file, from_, deg, timeline, ignore_other).read(model)
     content = io.BytesIO()
-    figure.savefig(content, format=kind, dpi=120)
+    draw(model, motion, joints=joints, speed=speed).savefig(content, format=kind, dpi=120)
     atomic.write_bytes(picture, content.getvalue())
     if json:
         print_json({"picture": picture, "joints": list(joints or motion.joint_names)})
     else:
         print(picture)
-
-
-def _check_sink(path: str, force: bool, json: bool) -> None:
-    """Refuse a file that exists or cannot be written, before anything is read."""
-    atomic.check_writable(path)
-    target = atomic.replaced_file(path)
-    if target is not None and target.exists() and not force:
-        raise BadArgument(f"{abbreviated(path)} exists; --force replaces it")
-    if json and atomic.leads_to_standard_output(path):
-        raise BadArgument(f"{path} and --json both write to standard output; give one")
-
-
-def _mended(mended: Any, changes: list[Change]) -> Motion:
-    changes += mended.changes
-    found: Motion = mended.motion
-    return found
 
 
 def _facts(motion: Motion) -> dict[str, Any]:
@@ -380,19 +190,18 @@ def _facts(motion: Motion) -> dict[str, Any]:
 
 def _joint_rows(model: RobotModel, motion: Motion, *, deg: bool) -> list[dict[str, Any]]:
     rows = []
-    for column, name in enumerate(motion.joint_names):
-        times, keys = motion.times[column], motion.keys[column]
+    for name, times, keys in zip(motion.joint_names, motion.times, motion.keys, strict=True):
         unit = model.unit(name)
-        scale, unit = (math.degrees(1.0), "deg") if deg and unit == "rad" else (1.0, unit)
-        span = {"start": float(times[0]), "end": float(times[-1])}
+        scale = degrees_per(unit, deg)
         rows.append(
             {
                 "joint": name,
                 "keys": len(keys),
-                **span,
+                "start": float(times[0]),
+                "end": float(times[-1]),
                 "least": float(keys.min()) * scale,
                 "most": float(keys.max()) * scale,
-                "unit": unit,
+                "unit": unit if scale == 1.0 else "deg",
             }
         )
     return rows
@@ -413,9 +222,8 @@ def _print_report(report: MotionReport, *, deg: bool, every: bool) -> None:
 
 
 def _report_cells(row: MotionViolation, deg: bool) -> list[str]:
-    turns = deg and row.unit.startswith("rad")
-    scale = math.degrees(1.0) if turns else 1.0
-    unit = row.unit.replace("rad", "°") if turns else {"1": "", "1/s": " /s"}.get(row.unit, f" {row.unit}")
+    scale = degrees_per(row.unit.partition("/")[0], deg)
+    unit = {"1": "", "1/s": " /s"}.get(row.unit, f" {row.unit}") if scale == 1.0 else row.unit.replace("rad", "°")
     if row.kind == "motor":
         allowed = f"as {row.of} = {_cell(row.lower * scale)}"
     else:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -16,7 +16,8 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import OTHER_ROBOTS, JsonOption, RobotOptions, command, print_json, print_note
+from nao_kin.cli.options import JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
+from nao_kin.cli.output import print_json, print_note
 from nao_kin.cli.view import LivePage, PageBeside
 from nao_kin.errors import BadArgument
 
@@ -27,28 +28,24 @@ if TYPE_CHECKING:
 
 _FRAMES_PER_SECOND = 25.0
 
-BehaviorsOption = Annotated[
-    str | None,
-    typer.Option(metavar="FOLDER", help="Choregraphe's behaviours (.xar) for ALBehaviorManager to play."),
-]
+_HOST, _PORT = "127.0.0.1", 9559
+_BEHAVIORS = "FOLDER", "Choregraphe's behaviours (.xar) for ALBehaviorManager to play."
 
 
 @command("serve", "Example: nao-kin serve --speed 10 --log", without=OTHER_ROBOTS)
 def serve(
     *,
-    port: Annotated[int, typer.Option(metavar="N", help="Port to listen on; 0 for a free one.")] = 9559,
-    host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Address to listen on; qi has no passwords, so keep others out.")
-    ] = "127.0.0.1",
+    port: int = option("N", "Port to listen on; 0 for a free one.", default=_PORT),
+    host: str = option("ADDRESS", "Address to listen on; qi has no passwords, so keep others out.", default=_HOST),
     robot: RobotOptions,
-    speed: Annotated[float, typer.Option(metavar="X", help="Seconds of the robot's time in one second.")] = 1.0,
-    posture: Annotated[str, typer.Option(metavar="NAME", help="Posture to begin in.")] = "Crouch",
-    view: Annotated[bool, typer.Option("--view", help="Show the robot in a live page.")] = False,
+    speed: float = option("X", "Seconds of the robot's time in one second.", default=1.0),
+    posture: str = option("NAME", "Posture to begin in.", default="Crouch"),
+    view: bool = flag("Show the robot in a live page."),
     page: PageBeside,
-    awake: Annotated[bool, typer.Option("--awake", help="Begin with stiffness, as after wakeUp.")] = False,
-    behaviors: BehaviorsOption = None,
-    log: Annotated[bool, typer.Option("--log", help="Print what the robot says and remarks.")] = False,
-    json: JsonOption = False,
+    awake: bool = flag("Begin with stiffness, as after wakeUp."),
+    behaviors: str | None = option(*_BEHAVIORS),
+    log: bool = flag("Print what the robot says and remarks."),
+    json: bool = JSON,
 ) -> None:
     """A virtual NAO for NAOqi's scripts, until Ctrl-C.
 
@@ -60,18 +57,9 @@ def serve(
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
     if not view:
         page.refuse("add --view")
-    with served(
-        robot.version,
-        offsets=robot.offsets,
-        host=host,
-        port=port,
-        speed=speed,
-        posture=posture,
-        awake=awake,
-        behaviors=behaviors,
-        page=page if view else None,
-        kinds=("log",) if log else ("limp", "kernels"),
-    ) as done:
+    begin = {"speed": speed, "posture": posture, "behaviors": behaviors}
+    shown, kinds = page if view else None, ("log",) if log else ("limp", "kernels")
+    with served(robot, host=host, port=port, awake=awake, page=shown, kinds=kinds, **begin) as done:
         if json:
             print(dumps(done))  # one line: whoever reads it waits for its end
         else:
@@ -83,32 +71,26 @@ def serve(
 
 @contextmanager
 def served(
-    version: str,
+    options: RobotOptions,
     *,
-    offsets: str | None,
     host: str,
     port: int,
-    speed: float,
-    posture: str,
     awake: bool,
-    behaviors: str | None,
     page: LivePage | None,
     kinds: tuple[str, ...],
+    **begin: Any,
 ) -> Iterator[dict[str, str]]:
     """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
 
     Args:
-        version: of the NAO.
-        offsets: file of its calibrated joints and frames; None for none.
+        options: its version, and the file of its calibrated joints and frames.
         host: address to listen on.
         port: port to listen on; 0 for a free one.
-        speed: seconds of its time in one second.
-        posture: to begin in.
         awake: begin with stiffness, as after wakeUp.
-        behaviors: folder of the behaviours that ALBehaviorManager plays; None for none.
         page: that shows it; None for none.
         kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "limp" for
             commands to joints without stiffness, "kernels" for what it says about its compiled kernels.
+        **begin: speed, posture and behaviors, as `VirtualNao` takes them.
 
     Yields:
         "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
@@ -119,22 +101,21 @@ def served(
     from nao_kin.naoqi import QiServer, VirtualNao
     from nao_kin.robot import load_nao
 
-    robot = load_nao(version, offsets=offsets)
+    robot = load_nao(options.version, offsets=options.offsets)
     with ExitStack() as running:
 
         def watcher(change: Change) -> None:
             if change.kind in kinds:
                 print_note(f"{change.time:.2f} s: {change.value}")
 
-        nao = running.enter_context(
-            VirtualNao(robot, speed=speed, posture=posture, behaviors=behaviors, on_change=watcher)
-        )
+        nao = running.enter_context(VirtualNao(robot, on_change=watcher, **begin))
         if awake:
             nao.call("ALMotion", "wakeUp")
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
         if page is not None:
-            viewer = running.enter_context(closing(page.viewer(load_nao(version, base="floating", offsets=offsets))))
+            moving = load_nao(options.version, base="floating", offsets=options.offsets)
+            viewer = running.enter_context(closing(page.viewer(moving)))
             done["url"] = page.address(viewer)
             ended = threading.Event()
             follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)
@@ -175,8 +156,6 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
 
 # --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a server that runs already.
 
-_HOST, _PORT = "127.0.0.1", 9559
-
 
 @command(
     "run",
@@ -185,28 +164,18 @@ _HOST, _PORT = "127.0.0.1", 9559
 )
 def run(
     *,
-    script: Annotated[str, typer.Argument(metavar="SCRIPT", help="A Python script that drives a NAO.")],
-    arguments: Annotated[
-        list[str] | None, typer.Argument(metavar="[-- ARGUMENTS]", help="The script's own, behind --.")
-    ] = None,
-    port: Annotated[
-        int | None, typer.Option(metavar="N", help="Port of a server that runs already, such as nao-kin serve's.")
-    ] = None,
-    host: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help=f"Address of that server. Default: {_HOST}.")
-    ] = None,
+    script: str = argument("SCRIPT", "A Python script that drives a NAO."),
+    arguments: list[str] | None = argument("[-- ARGUMENTS]", "The script's own, behind --.", None),
+    port: int | None = option("N", "Port of a server that runs already, such as nao-kin serve's."),
+    host: str | None = option("ADDRESS", f"Address of that server. Default: {_HOST}."),
     robot: RobotOptions,
-    speed: Annotated[
-        float | None, typer.Option(metavar="X", help="Seconds of the virtual NAO's time in one second. Default: 1.")
-    ] = None,
-    posture: Annotated[str | None, typer.Option(metavar="NAME", help="Posture to begin in. Default: Crouch.")] = None,
-    asleep: Annotated[
-        bool, typer.Option("--asleep", help="Begin without stiffness, until the script asks for it.")
-    ] = False,
-    behaviors: BehaviorsOption = None,
-    view: Annotated[bool, typer.Option("--view", help="Show the virtual NAO in a live page.")] = False,
+    speed: float | None = option("X", "Seconds of the virtual NAO's time in one second. Default: 1."),
+    posture: str | None = option("NAME", "Posture to begin in. Default: Crouch."),
+    asleep: bool = flag("Begin without stiffness, until the script asks for it."),
+    behaviors: str | None = option(*_BEHAVIORS),
+    view: bool = flag("Show the virtual NAO in a live page."),
     page: PageBeside,
-    log: Annotated[bool, typer.Option("--log", help="Print what the virtual NAO says and remarks.")] = False,
+    log: bool = flag("Print what the virtual NAO says and remarks."),
 ) -> None:
     """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
 
@@ -215,42 +184,26 @@ def run(
     """
     from nao_kin.naoqi import run_script
 
-    given = arguments or []
     if not view:
         page.refuse("add --view")
+    begin = {"speed": speed, "posture": posture, "behaviors": behaviors}
+    begin = {name: value for name, value in begin.items() if value is not None}
     if port is None and host is None:
-        with served(
-            robot.version,
-            offsets=robot.offsets,
-            host=_HOST,
-            port=0,
-            speed=1.0 if speed is None else speed,
-            posture="Crouch" if posture is None else posture,
-            awake=not asleep,
-            behaviors=behaviors,
-            page=page if view else None,
-            kinds=("log",) if log else ("limp",),
-        ) as where_it_is:
-            if "url" in where_it_is:
-                print_note(f"the virtual NAO is at {where_it_is['url']}")
-            code = run_script(script, given, endpoint=where_it_is["endpoint"])
+        shown, kinds = page if view else None, ("log",) if log else ("limp",)
+        with served(robot, host=_HOST, port=0, awake=not asleep, page=shown, kinds=kinds, **begin) as done:
+            if "url" in done:
+                print_note(f"the virtual NAO is at {done['url']}")
+            code = run_script(script, arguments or [], endpoint=done["endpoint"])
     else:
-        for option, used in (
-            ("--offsets", robot.offsets is not None),
-            ("--speed", speed is not None),
-            ("--posture", posture is not None),
-            ("--asleep", asleep),
-            ("--behaviors", behaviors is not None),
-            ("--view", view),
-            ("--log", log),
-        ):
-            if used:
-                raise BadArgument(f"{option} is for a virtual NAO of the script's own; leave out --port and --host")
+        others = {"offsets": robot.offsets is not None, "asleep": asleep, "view": view, "log": log}
+        for name in ("offsets", "speed", "posture", "asleep", "behaviors", "view", "log"):
+            if others.get(name, name in begin):
+                raise BadArgument(f"--{name} is for a virtual NAO of the script's own; leave out --port and --host")
         where = _HOST if host is None else host.strip()
         if not where:
             raise BadArgument("--host is empty; expected an address, such as 127.0.0.1")
         number = whole_number(_PORT if port is None else port, "port", 1, 65535)
-        code = run_script(script, given, endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{number}")
+        code = run_script(script, arguments or [], endpoint=f"tcp://{f'[{where}]' if ':' in where else where}:{number}")
     raise typer.Exit(code)
 
 
@@ -262,22 +215,16 @@ _RATE = 25.0
 @command("live", "Example: nao-kin live tcp://nao.local:9559 --record wave.json", without=OTHER_ROBOTS)
 def live(
     *,
-    address: Annotated[
-        str | None, typer.Argument(metavar="[tcp://HOST:PORT]", help="A robot, or a virtual NAO, over NAOqi.")
-    ] = None,
-    lola: Annotated[
-        str | None, typer.Option(metavar="SOCKET", help="A NAO6's RoboCup interface, a Unix socket, instead.")
-    ] = None,
-    rate: Annotated[float, typer.Option(metavar="N", help="At most so many readings a second.")] = _RATE,
-    record: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write what was read as a motion, in the end.")
-    ] = None,
-    seconds: Annotated[float | None, typer.Option(metavar="S", help="End after so many seconds of readings.")] = None,
-    view: Annotated[bool, typer.Option("--view/--no-view", help="Show the robot in a live page.")] = True,
+    address: str | None = argument("[tcp://HOST:PORT]", "A robot, or a virtual NAO, over NAOqi.", None),
+    lola: str | None = option("SOCKET", "A NAO6's RoboCup interface, a Unix socket, instead."),
+    rate: float = option("N", "At most so many readings a second.", default=_RATE),
+    record: str | None = option("FILE", "Write what was read as a motion, in the end."),
+    seconds: float | None = option("S", "End after so many seconds of readings."),
+    view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite the recording if it exists.")] = False,
+    force: bool = flag("Overwrite the recording if it exists."),
     robot: RobotOptions,
-    json: JsonOption = False,
+    json: bool = JSON,
 ) -> None:
     """A robot's joints as they are now, in a live page; and recorded, until Ctrl-C or for some seconds.
 
@@ -295,9 +242,7 @@ def live(
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
         if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
-        atomic.check_writable(record)
-        existing = atomic.replaced_file(record)
-        if existing is not None and existing.exists() and not force:
+        if atomic.would_replace(record) and not force:
             raise BadArgument(f"{record} exists; --force overwrites it")
     model = robot.load()
     from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
@@ -314,10 +259,9 @@ def live(
         for reading in readings(source, model, rate=rate, wanted=lambda: not ended(), on_state=print_note):
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
-            if record is not None or not found:
-                found.append(reading)
-            else:
-                found[0] = reading
+            if record is None:
+                found.clear()  # the last one is enough
+            found.append(reading)
             if seconds is not None and reading.time >= seconds:
                 break
         if record is not None and found:

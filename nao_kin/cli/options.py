@@ -3,54 +3,24 @@
 from __future__ import annotations
 
 import inspect
-import json
 import os
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 from typer.core import TyperCommand
 
 from nao_kin._core import files as atomic
-from nao_kin._core.text import quoted
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
-
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-DegOption = Annotated[bool, typer.Option("--deg", help="Angles in degrees, in and out; hands stay 0 to 1.")]
-RateOption = Annotated[
-    float | None, typer.Option("--rate", metavar="N", help="Of a motion: configurations per second.")
-]
-HipsOption = Annotated[
-    str | None,
-    typer.Option("--hips", metavar="RULE", help="Of a motion with two HipYawPitch: average (default), left or right."),
-]
-TimelineOption = Annotated[
-    str | None, typer.Option("--timeline", metavar="NAME", help="Which of several motions in the file; name or number.")
-]
-ColumnsOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--columns",
-        metavar="NAME=HEADING",
-        help="Read a column as if headed so: yaw=HeadYaw, 'ms=time [ms]'; NAME= leaves it out; repeatable.",
-    ),
-]
-IgnoreOtherOption = Annotated[
-    bool, typer.Option("--ignore-other", help="Leave out columns that name no joint and no time.")
-]
 
 # Options of any command that cannot stand beside each other, by the names of their parameters, and why.
 _CONTRADICTIONS = (
@@ -64,6 +34,36 @@ _CONTRADICTIONS = (
 )
 
 
+def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
+    """An option, as the default value of a command's parameter or of a field of a dataclass of options.
+
+    Args:
+        metavar: what stands for its value in the help; None for a choice, whose type names its values.
+        help: its line in the help.
+        *names: as they are typed; made from the name of the parameter by default.
+        default: its value where it is not given; MISSING where it has to be.
+    """
+
+    def info(name: str) -> Any:
+        return typer.Option(*names or [f"--{name.strip('_').replace('_', '-')}"], metavar=metavar, help=help)
+
+    return field(default=default, metadata={"info": info})
+
+
+def flag(help: str, *names: str, default: bool | None = False) -> Any:
+    """An option without a value, as in `option`."""
+    return option(None, help, *names, default=default)
+
+
+def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
+    """What is typed without a name, as in `option`."""
+    return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
+
+
+JSON = flag("Print JSON.")
+DEG = flag("Angles in degrees, in and out; hands stay 0 to 1.")
+IGNORE_LIMITS = flag("Take joints wherever they are.")
+
 # What the program consists of: the name of each command, its function and its example.
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
 
@@ -73,8 +73,9 @@ def command(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Make a function a command of the program.
 
-    A parameter whose type is a dataclass stands for the options that the fields of that class are: the command has
-    them in that place, and the function gets them as one object.
+    Each parameter has an `option`, a `flag` or an `argument` as its default value. One whose type is a dataclass stands
+    for the options that the fields of that class are: the command has them in that place, and the function gets them
+    as one object.
 
     Args:
         name: what is typed; of a command in a group "motion check".
@@ -87,15 +88,12 @@ def command(
         for parameter in inspect.signature(function, eval_str=True).parameters.values():
             kind = parameter.annotation
             if not is_dataclass(kind):
-                parameters.append(parameter.replace(kind=Parameter.KEYWORD_ONLY))
+                parameters.append(_parameter(parameter.name, kind, parameter.default))
                 continue
-            hints = get_type_hints(kind, include_extras=True)
-            options = [field for field in fields(kind) if field.name not in without]
-            groups[parameter.name] = kind, [field.name for field in options]
-            parameters += [
-                Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=hints[field.name])
-                for field in options
-            ]
+            types = get_type_hints(kind)
+            options = [option for option in fields(kind) if option.name not in without]
+            groups[parameter.name] = kind, [option.name for option in options]
+            parameters += [_parameter(option.name, types[option.name], option) for option in options]
 
         @wraps(function)
         def run(**given: Any) -> None:
@@ -111,6 +109,13 @@ def command(
         return run
 
     return entered
+
+
+def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
+    """The parameter that typer reads, of one that `option`, `flag` or `argument` describes."""
+    default = Parameter.empty if given.default is MISSING else given.default
+    annotation = Annotated[kind, given.metadata["info"](name)]
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 class Command(TyperCommand):
@@ -129,32 +134,10 @@ class Command(TyperCommand):
             file = values.get("file")
             if not isinstance(file, str) and not (isinstance(file, tuple) and file):
                 names.discard("file")
-            _check_contradictions(names)
+            for one, other, reason in _CONTRADICTIONS:
+                if one in names and other in names:
+                    raise BadArgument(reason)
         return list(super().parse_args(ctx, args))
-
-
-def _check_contradictions(given: set[str]) -> None:
-    for one, other, reason in _CONTRADICTIONS:
-        if one in given and other in given:
-            raise BadArgument(reason)
-
-
-def columns_of(settings: list[str] | None) -> dict[str, str | None] | None:
-    """What --columns says: name in the file → heading, None to leave the column out.
-
-    Raises:
-        BadArgument: no name and heading.
-    """
-    if not settings:
-        return None
-    columns: dict[str, str | None] = {}
-    for setting in settings:
-        name, sign, heading = setting.rpartition("=")
-        if not sign or name in columns:
-            wrong = "names a column twice" if name in columns else "expected NAME=HEADING, as in yaw=HeadYaw"
-            raise BadArgument(f"--columns {quoted(setting)}: {wrong}")
-        columns[name.strip()] = heading.strip() or None
-    return columns
 
 
 def check_sinks(printed: str | None, **files: str | None) -> None:
@@ -177,34 +160,24 @@ def check_sinks(printed: str | None, **files: str | None) -> None:
         raise BadArgument(f"{' and '.join(given)} name one file, {files['html']}; give two")
 
 
+def check_replaceable(path: str, force: bool, json: bool) -> None:
+    """Refuse a file that exists or cannot be written, before anything is read."""
+    if atomic.would_replace(path) and not force:
+        raise BadArgument(f"{abbreviated(path)} exists; --force replaces it")
+    if json and atomic.leads_to_standard_output(path):
+        raise BadArgument(f"{path} and --json both write to standard output; give one")
+
+
 @dataclass(frozen=True)
 class RobotOptions:
     """The options that name a robot."""
 
-    version: Annotated[str, typer.Option("--version", metavar="V", help="NAO version: v3.2, v3.3, v4, v5 or v6.")] = (
-        "v6"
-    )
-    urdf: Annotated[
-        str | None, typer.Option("--urdf", metavar="FILE", help="Another robot, from a URDF, xacro or MJCF file.")
-    ] = None
-    robot: Annotated[
-        str | None,
-        typer.Option("--robot", metavar="NAME", help="Another robot, from example-robot-data or robot_descriptions."),
-    ] = None
-    package_dir: Annotated[
-        list[str] | None,
-        typer.Option("--package-dir", metavar="DIR", help="Look here for packages that --urdf names; repeatable."),
-    ] = None
-    xacro: Annotated[
-        bool,
-        typer.Option(
-            "--xacro", help="Expand the file of --urdf, which runs its author's code; files named .xacro always are."
-        ),
-    ] = False
-    offsets: Annotated[
-        str | None,
-        typer.Option("--offsets", metavar="FILE", help="Calibrated joints and frames of the robot, from a TOML file."),
-    ] = None
+    version: str = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6.", default="v6")
+    urdf: str | None = option("FILE", "Another robot, from a URDF, xacro or MJCF file.")
+    robot: str | None = option("NAME", "Another robot, from example-robot-data or robot_descriptions.")
+    package_dir: list[str] | None = option("DIR", "Look here for packages that --urdf names; repeatable.")
+    xacro: bool = flag("Expand the file of --urdf, which runs its author's code; files named .xacro always are.")
+    offsets: str | None = option("FILE", "Calibrated joints and frames of the robot, from a TOML file.")
 
     def load(self) -> RobotModel:
         """The robot that the options name, with the offsets of a file.
@@ -212,69 +185,22 @@ class RobotOptions:
         Raises:
             NaoKinError: no name, or the robot does not load.
         """
-        from nao_kin.robot import read_offsets
+        from nao_kin.robot import RobotModel, load_nao, load_robot, read_offsets
 
-        if self.offsets is None:
-            return self._named()
-        given = read_offsets(self.offsets)  # before the robot, which may have to be downloaded
-        return self._named().with_offsets(**given)
-
-    def _named(self) -> RobotModel:
-        from nao_kin.robot import RobotModel, load_nao, load_robot
-
+        # Before the robot, which may have to be downloaded.
+        offsets = None if self.offsets is None else read_offsets(self.offsets)
         if self.urdf is not None:
             if not self.urdf:
                 raise BadArgument("--urdf is empty; expected a URDF, xacro or MJCF file")
-            return RobotModel.from_file(self.urdf, package_dirs=self.package_dir or (), xacro=self.xacro or None)
-        if self.package_dir:
+            robot = RobotModel.from_file(self.urdf, package_dirs=self.package_dir or (), xacro=self.xacro or None)
+        elif self.package_dir:
             raise BadArgument("--package-dir is for the packages that a file names; give --urdf")
-        if self.xacro:
+        elif self.xacro:
             raise BadArgument("--xacro is for the file that --urdf names; give --urdf")
-        return load_nao(self.version) if self.robot is None else load_robot(self.robot)
+        else:
+            robot = load_nao(self.version) if self.robot is None else load_robot(self.robot)
+        return robot if offsets is None else robot.with_offsets(**offsets)
 
 
 # The options that a command for a NAO alone is without.
 OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")
-
-
-# --- Printing: tables for people, JSON for programs, and what is not the result as lines on standard error.
-
-
-def print_note(message: str) -> None:
-    """One line on standard error, whatever line breaks the message holds."""
-    print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
-
-
-def print_json(document: Any) -> None:
-    """One JSON document on standard output; NaN has no place in it."""
-    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def print_json_list(head: dict[str, Any], name: str, items: Iterable[Any]) -> None:
-    """One JSON document whose last member is a long list, written item by item."""
-    opening = json.dumps(head, indent=2, ensure_ascii=False)[: -len("\n}")]
-    print(f'{opening},\n  "{name}": [', end="")
-    for index, item in enumerate(items):
-        print(",\n    " if index else "\n    ", json.dumps(item, ensure_ascii=False, allow_nan=False), sep="", end="")
-    print("\n  ]\n}")
-
-
-def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[str] = ()) -> None:
-    """A table on standard output; columns named in `numbers` are aligned right.
-
-    Nothing is ever cut: where the terminal is narrower than the table, it breaks the lines itself.
-    """
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for column in columns:
-        # Text: names from foreign files are not markup.
-        table.add_column(Text(column), justify="right" if column in numbers else "left", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
-    console = Console(file=sys.stdout, highlight=False)
-    console.width = console.measure(table, options=console.options.update(max_width=10_000)).maximum
-    console.print(table)
-
-
-def without_sign_of_zero(value: float, digits: int) -> float:
-    """`value` rounded for printing; adding zero takes the sign off a negative zero."""
-    return round(value, digits) + 0.0

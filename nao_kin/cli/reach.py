@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import (
-    JsonOption,
-    RobotOptions,
-    check_sinks,
-    command,
-    print_json,
-    print_note,
-)
+from nao_kin.cli.options import JSON, RobotOptions, argument, check_sinks, command, option
+from nao_kin.cli.output import print_json, print_note, progress
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from nao_kin.reach import ReachMap
     from nao_kin.robot import RobotModel
 
@@ -35,23 +27,18 @@ _ENDINGS = (".npz", ".vtk", ".ply")
 @command("reach", "Example: nao-kin reach LArm --samples 1e6 -o larm.npz --html larm.html")
 def reach(
     *,
-    frame: Annotated[str, typer.Argument(metavar="FRAME", help="A frame, or a chain for its end effector.")],
-    samples: Annotated[str, typer.Option(metavar="N", help="How many configurations, such as 200000 or 1e7.")] = "1e6",
-    voxel: Annotated[float, typer.Option(metavar="METRES", help="Edge of a voxel.")] = 0.01,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the samples.")] = 0,
-    reference: Annotated[str | None, typer.Option(metavar="NAME", help="The frame to count positions in.")] = None,
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="Write the map: .npz, which a later run goes on from, .vtk or .ply."
-        ),
-    ] = None,
-    html: Annotated[str | None, typer.Option(metavar="FILE", help="Write a page with the robot and its map.")] = None,
-    by: Annotated[
-        str, typer.Option("--by", metavar="NAME", help="Colours of --html and .ply: best, mean, count or coverage.")
-    ] = "best",
-    threads: Annotated[int | None, typer.Option(metavar="N", help="Default: one for each core.")] = None,
-    json: JsonOption = False,
+    frame: str = argument("FRAME", "A frame, or a chain for its end effector."),
+    samples: str = option("N", "How many configurations, such as 200000 or 1e7.", default="1e6"),
+    voxel: float = option("METRES", "Edge of a voxel.", default=0.01),
+    seed: int = option("N", "Seed of the samples.", default=0),
+    reference: str | None = option("NAME", "The frame to count positions in."),
+    output: str | None = option(
+        "FILE", "Write the map: .npz, which a later run goes on from, .vtk or .ply.", "--output", "-o"
+    ),
+    html: str | None = option("FILE", "Write a page with the robot and its map."),
+    by: str = option("NAME", "Colours of --html and .ply: best, mean, count or coverage.", default="best"),
+    threads: int | None = option("N", "Default: one for each core."),
+    json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
     """Where a hand can be: a voxel map of its positions at random joint values, with manipulability and directions.
@@ -70,7 +57,9 @@ def reach(
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
-    previous = _previous(output)
+    previous = None
+    if output is not None and Path(output).suffix.lower() == ".npz" and Path(output).is_file():
+        previous = room.load(output)
     warm_up([name for name in KERNELS if name.startswith("reach")])  # what a signal should not have to wait for
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
@@ -80,8 +69,7 @@ def reach(
 
     # A signal ends the counting, and then the program, when what was counted is written.
     with uninterrupted() as ending:
-        with _progress_bar() as bar:
-            task = bar.add_task("samples", total=None)
+        with progress("samples") as say:
             found = room.workspace(
                 model,
                 frame,
@@ -91,7 +79,7 @@ def reach(
                 reference=reference,
                 previous=previous,
                 threads=threads,
-                progress=lambda done, total: bar.update(task, completed=done, total=total),
+                progress=say,
                 stop=ending,
             )
         files = _written(model, found, output, html, by) if found.samples else []
@@ -113,42 +101,20 @@ def _count(text: str) -> int:
     return int(value)
 
 
-def _previous(output: str | None) -> ReachMap | None:
-    """The map that stands in the file already."""
-    from nao_kin.reach import load as load_map
-
-    if output is None or Path(output).suffix.lower() != ".npz" or not Path(output).is_file():
-        return None
-    return load_map(output)
-
-
-def _progress_bar() -> Progress:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    errors = Console(file=sys.stderr)
-    return Progress(console=errors, disable=not errors.is_terminal, transient=True)
-
-
 def _written(model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str) -> list[str]:
-    files = []
     if output is not None:
-        ending = Path(output).suffix.lower()
-        if ending == ".vtk":
-            found.save_vtk(output)
-        elif ending == ".ply":
-            found.save_ply(output, colour_by=by)
-        else:
-            found.save(output)
-        files.append(output)
+        savers: dict[str, Callable[[str], object]] = {
+            ".vtk": found.save_vtk,
+            ".ply": partial(found.save_ply, colour_by=by),
+        }
+        savers.get(Path(output).suffix.lower(), found.save)(output)
     if html is not None:
         from nao_kin.viewer import Viewer
 
         viewer = Viewer(model)
         viewer.show_reach(found, by=by)
         viewer.save_html(html)
-        files.append(html)
-    return files
+    return [file for file in (output, html) if file is not None]
 
 
 def _report(found: ReachMap, files: list[str], json: bool) -> None:

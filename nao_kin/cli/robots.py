@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import math
-import sys
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from nao_kin._core.arrays import finite_or_none
-from nao_kin.cli.options import (
-    DegOption,
-    JsonOption,
-    RobotOptions,
-    command,
-    print_json,
-    print_table,
-    without_sign_of_zero,
-)
+from nao_kin.cli.options import DEG, JSON, RobotOptions, command, flag, option
+from nao_kin.cli.output import degrees_per, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from nao_kin.crosscheck import Report
@@ -26,10 +18,7 @@ if TYPE_CHECKING:
 
 
 @command("info", "Example: nao-kin info --version v5 --json")
-def info(
-    robot: RobotOptions,
-    json: JsonOption = False,
-) -> None:
+def info(*, robot: RobotOptions, json: bool = JSON) -> None:
     """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
     model = robot.load()
     facts: dict[str, object] = {
@@ -71,16 +60,11 @@ def _text(value: object) -> str:
 @command("joints", "Example: nao-kin joints --typed --deg")
 def joints(
     *,
-    typed: Annotated[bool, typer.Option("--typed", help="Merge revolutes that share a centre into one joint.")] = False,
-    rule: Annotated[
-        str | None,
-        typer.Option(metavar="RULE", help="Merge by coincident joint centres (the default) or concurrent axes."),
-    ] = None,
-    tolerance: Annotated[
-        float | None, typer.Option(metavar="M", help="Merge axes that miss their common point by no more [m].")
-    ] = None,
-    deg: DegOption = False,
-    json: JsonOption = False,
+    typed: bool = flag("Merge revolutes that share a centre into one joint."),
+    rule: str | None = option("RULE", "Merge by coincident joint centres (the default) or concurrent axes."),
+    tolerance: float | None = option("M", "Merge axes that miss their common point by no more [m]."),
+    deg: bool = DEG,
+    json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
     """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
@@ -106,7 +90,7 @@ def joints(
 def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]:
     document = table.as_dict()
     for row in document["rows"]:
-        scales = [_scale(unit, deg) for unit in row["units"]]
+        scales = [degrees_per(unit, deg) for unit in row["units"]]
         for bound in ("lower", "upper"):
             row[bound] = [None if v is None else v * s for v, s in zip(row[bound], scales, strict=True)]
         # A part that follows another joint has that one's motor.
@@ -125,7 +109,7 @@ def _cells(model: RobotModel, row: JointRow, deg: bool) -> list[str]:
     names = [f"{part} (with {model.mimics[part].joint})" if part in model.mimics else part for part in row.parts]
     ranges = []
     for lower, upper, unit in zip(row.lower, row.upper, row.units, strict=True):
-        scale = _scale(unit, deg)
+        scale = degrees_per(unit, deg)
         symbol = "°" if scale != 1.0 else "" if unit == "1" else f" {unit}"
         ranges.append(f"{_number(lower * scale)} … {_number(upper * scale)}{symbol}")
     return [
@@ -133,23 +117,19 @@ def _cells(model: RobotModel, row: JointRow, deg: bool) -> list[str]:
         row.pair,
         row.body,
         row.anatomical,
-        "\n".join(_vector(axis, 4) for axis in row.axes),
-        _vector(row.centre, 4),
+        "\n".join(_vector(axis) for axis in row.axes),
+        _vector(row.centre),
         "\n".join(ranges),
-        "\n".join(_vector(screw[3:], 4) for screw in row.screws),
+        "\n".join(_vector(screw[3:]) for screw in row.screws),
     ]
-
-
-def _scale(unit: str, deg: bool) -> float:
-    return math.degrees(1.0) if deg and unit == "rad" else 1.0
 
 
 def _number(value: float) -> str:
     return f"{value:.4g}" if math.isfinite(value) else "–"
 
 
-def _vector(values: tuple[float, ...], digits: int) -> str:
-    return " ".join(f"{without_sign_of_zero(value, digits):.{digits}g}" for value in values)
+def _vector(values: tuple[float, ...]) -> str:
+    return " ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)  # adding zero takes the sign off a negative one
 
 
 # --- `nao-kin check`: do independent implementations agree.
@@ -159,34 +139,22 @@ def _vector(values: tuple[float, ...], digits: int) -> str:
 def check(
     *,
     robot: RobotOptions,
-    samples: Annotated[
-        int, typer.Option("--samples", metavar="N", help="Number of configurations, 1 to 100000.")
-    ] = 500,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the random ones.")] = 0,
-    json: JsonOption = False,
+    samples: int = option("N", "Number of configurations, 1 to 100000.", default=500),
+    seed: int = option("N", "Seed of the random ones.", default=0),
+    json: bool = JSON,
 ) -> None:
     """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
-    report = _run(robot.load(), samples, seed)
+    from nao_kin import crosscheck
+
+    model = robot.load()
+    with progress("cross-check") as say:
+        report = crosscheck.run(model, samples, seed, progress=say)
     if json:
         print_json(report.as_dict())
     else:
         _print(report)
     if not report.ok:
         raise typer.Exit(1)
-
-
-def _run(model: RobotModel, samples: int, seed: int) -> Report:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from nao_kin import crosscheck
-
-    errors = Console(file=sys.stderr)
-    with Progress(console=errors, disable=not errors.is_terminal, transient=True) as bar:
-        task = bar.add_task("cross-check", total=None)
-        return crosscheck.run(
-            model, samples, seed, progress=lambda done, total: bar.update(task, completed=done, total=total)
-        )
 
 
 def _print(report: Report) -> None:

@@ -11,7 +11,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -22,14 +22,22 @@ from nao_kin._core.arrays import Floats, decimal, join_poses
 from nao_kin._core.csv_numbers import Records, TableColumns, delimiter_of
 from nao_kin._core.files import described, is_finite_number, read_json, read_text
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import print_note
+from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
 from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 
 Kind = Literal["place", "rotation", "pose"]
 
 _TURN = 2.0 * math.pi
-_KINDS: dict[int, Kind] = {3: "place", 4: "rotation", 9: "rotation", 6: "pose", 7: "pose", 16: "pose"}
+# Count of numbers → what they are, and rows of them as that.
+_READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
+    3: ("place", lambda rows: rows),
+    4: ("rotation", matrix_from_quat),
+    9: ("rotation", lambda rows: rows.reshape(-1, 3, 3)),
+    6: ("pose", lambda rows: join_poses(matrix_from_rpy(rows[:, 3:]), rows[:, :3])),
+    7: ("pose", lambda rows: join_poses(matrix_from_quat(rows[:, 3:]), rows[:, :3])),
+    16: ("pose", lambda rows: rows.reshape(-1, 4, 4)),
+}
 # Where the mistake is in a list of one.
 _ONLY = " at index [0]"
 _EXPECTED = "3 numbers for a place, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
@@ -130,25 +138,19 @@ def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
     """Rows of numbers (n, k) as what they are."""
     n, count = rows.shape
     if feet:
-        if count % 2 or _KINDS.get(count // 2) != "pose":
+        if count not in (12, 14, 32):
             raise BadArgument(f"{count} numbers; expected 12, 14 or 32 for the poses of both feet, the left one first")
         _, poses = _values(rows.reshape(2 * n, count // 2), False, degrees)
         return "pose", poses.reshape(n, 2, 4, 4)
-    kind = _KINDS.get(count)
-    if kind is None:
+    if count not in _READ:
         raise BadArgument(f"{count} numbers; expected {_EXPECTED}")
-    if count in (3, 9):
-        return kind, rows.reshape(n, 3, 3) if count == 9 else rows
-    if count == 4:
-        return kind, matrix_from_quat(rows)
-    if count == 16:
-        return kind, rows.reshape(n, 4, 4)
-    if count == 7:
-        return kind, join_poses(matrix_from_quat(rows[:, 3:]), rows[:, :3])
-    if not degrees and np.abs(rows[:, 3:]).max(initial=0.0) > _TURN:
-        worst = float(np.abs(rows[:, 3:]).max())
-        print_note(f"an angle of {worst:.6g} rad is more than a full turn; --deg takes degrees")
-    return kind, join_poses(matrix_from_rpy(np.radians(rows[:, 3:]) if degrees else rows[:, 3:]), rows[:, :3])
+    if count == 6:
+        worst = float(np.abs(rows[:, 3:]).max(initial=0.0))
+        if not degrees and worst > _TURN:
+            print_note(f"an angle of {worst:.6g} rad is more than a full turn; --deg takes degrees")
+        rows = np.hstack([rows[:, :3], np.radians(rows[:, 3:]) if degrees else rows[:, 3:]])
+    kind, read = _READ[count]
+    return kind, read(rows)
 
 
 def _named(name: str, rows: Floats, feet: bool, degrees: bool, lines: Sequence[int]) -> Targets:

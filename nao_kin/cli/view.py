@@ -6,30 +6,13 @@ import sys
 import threading
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-import typer
-
-from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.text import quoted
-from nao_kin.cli.fk import one_configuration
-from nao_kin.cli.motion import is_motion, log_columns, read, refuse_motion_options, trajectory
-from nao_kin.cli.options import (
-    ColumnsOption,
-    DegOption,
-    HipsOption,
-    IgnoreOtherOption,
-    JsonOption,
-    RateOption,
-    RobotOptions,
-    TimelineOption,
-    check_sinks,
-    columns_of,
-    command,
-    print_json,
-    print_note,
-)
+from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.output import print_json, print_note, print_written
+from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -59,21 +42,14 @@ class LivePage:
         BadArgument: an empty address.
     """
 
-    page_host: Annotated[str | None, typer.Option("--host", metavar="ADDRESS", help=_HOST_HELP)] = None
-    page_port: Annotated[int | None, typer.Option("--port", metavar="N", help=_PORT_HELP)] = None
-    allow_host: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--allow-host", metavar="NAME", help="Answer to this name too, as of a proxy; repeatable, * for all."
-        ),
-    ] = None
-    token: Annotated[
-        bool | None,
-        typer.Option(
-            "--token/--no-token",
-            help="Let in only who has the page's whole address. Default: where others could reach it.",
-        ),
-    ] = None
+    page_host: str | None = option("ADDRESS", _HOST_HELP, "--host")
+    page_port: int | None = option("N", _PORT_HELP, "--port")
+    allow_host: list[str] | None = option("NAME", "Answer to this name too, as of a proxy; repeatable, * for all.")
+    token: bool | None = flag(
+        "Let in only who has the page's whole address. Default: where others could reach it.",
+        "--token/--no-token",
+        default=None,
+    )
     prefix: ClassVar[str] = "--"
 
     def __post_init__(self) -> None:
@@ -127,8 +103,8 @@ class LivePage:
 class PageBeside(LivePage):
     """The options of a live page, where the robot that is served has the names --host and --port."""
 
-    page_host: Annotated[str | None, typer.Option("--page-host", metavar="ADDRESS", help=_HOST_HELP)] = None
-    page_port: Annotated[int | None, typer.Option("--page-port", metavar="N", help=_PORT_HELP)] = None
+    page_host: str | None = option("ADDRESS", _HOST_HELP)
+    page_port: int | None = option("N", _PORT_HELP)
     prefix: ClassVar[str] = "--page-"
 
 
@@ -141,51 +117,26 @@ _BROWSER_SECONDS = 30.0
 @command("view", "Example: nao-kin view --posture StandInit --html nao.html")
 def view(
     *,
-    file: Annotated[
-        str | None,
-        typer.Argument(metavar="[FILE]", help="CSV or JSON trajectory or motion to play, - for standard input."),
-    ] = None,
-    posture: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Start from a predefined posture; of a motion: of joints it does not name."),
-    ] = None,
-    joint: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Set a joint; repeatable. Others are at zero.")
-    ] = None,
-    up: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z|NAME",
-            help="Direction up in the root's frame, or the posture to rest as. Default: found from the joint values.",
-        ),
-    ] = None,
-    deg: DegOption = False,
-    fps: Annotated[
-        float | None, typer.Option(metavar="N", help=f"Configurations of FILE per second. Default: {_FPS:g}.")
-    ] = None,
-    columns: ColumnsOption = None,
-    ignore_other: IgnoreOtherOption = False,
-    rate: RateOption = None,
-    hips: HipsOption = None,
-    timeline: TimelineOption = None,
-    frames: Annotated[
-        list[str] | None, typer.Option(metavar="NAMES", help="Draw frames; several with commas, or repeated.")
-    ] = None,
-    html: Annotated[str | None, typer.Option(metavar="FILE", help="Write the page with all in it, and end.")] = None,
-    png: Annotated[str | None, typer.Option(metavar="FILE", help="Write a picture, and end.")] = None,
-    camera: Annotated[
-        str, typer.Option(metavar="NAME", help="Look from here: front, side, three-quarter, hands, feet.")
-    ] = "three-quarter",
-    open_: Annotated[bool, typer.Option("--open", help="Open the live page in this machine's browser.")] = False,
-    wait: Annotated[
-        bool | None,
-        typer.Option(
-            "--wait/--no-wait", help="Serve until Ctrl-C, the default; --no-wait needs --open, --html or --png."
-        ),
-    ] = None,
+    file: str | None = argument("[FILE]", "CSV or JSON trajectory or motion to play, - for standard input.", None),
+    joints: JointOptions,
+    up: str | None = option(
+        "X,Y,Z|NAME",
+        "Direction up in the root's frame, or the posture to rest as. Default: found from the joint values.",
+    ),
+    deg: bool = DEG,
+    fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
+    given: FileOptions,
+    frames: list[str] | None = option("NAMES", "Draw frames; several with commas, or repeated."),
+    html: str | None = option("FILE", "Write the page with all in it, and end."),
+    png: str | None = option("FILE", "Write a picture, and end."),
+    camera: str = option("NAME", "Look from here: front, side, three-quarter, hands, feet.", default="three-quarter"),
+    open_: bool = flag("Open the live page in this machine's browser."),
+    wait: bool | None = flag(
+        "Serve until Ctrl-C, the default; --no-wait needs --open, --html or --png.", "--wait/--no-wait", default=None
+    ),
     page: LivePage,
     robot: RobotOptions,
-    json: JsonOption = False,
+    json: bool = JSON,
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
 
@@ -208,33 +159,22 @@ def view(
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
     check_sinks("--json" if json else None, html=html, png=png)
     moves = file is not None and is_motion(file)
-    if not moves:
-        only_file = {} if file is None else {"posture": posture}
-        refuse_motion_options(file, **only_file, rate=rate, hips=hips, timeline=timeline)
-
-    if file is None and (columns or ignore_other):
-        raise BadArgument("--columns and --ignore-other are for a file; name it")
+    given.check(file, joints.posture, moves=moves, hips=given.hips)
 
     model = robot.load()
-    renamed = columns_of(columns)
     # Read before any mesh: what is wrong with the file is said at once.
     q: Floats | None = None
     many, speed = False, _FPS if fps is None else fps
-    if file is not None and moves and not renamed and not (ignore_other and log_columns(model, file, None)):
-        motion = read(model, file, deg=deg, timeline=timeline, ignore_other=ignore_other)
-        sampling = rate if rate is not None else speed
-        q, many = trajectory(model, motion, posture=posture, hips=hips, rate=sampling).q, True
+    if file is not None and moves and not given.renamed and not (given.ignore_other and given.log_columns(model, file)):
+        sampling = speed if given.rate is None else given.rate
+        q, many = given.trajectory(model, file, deg=deg, posture=joints.posture, rate=sampling).q, True
         speed = sampling if fps is None else fps
     elif file is not None:
-        from nao_kin.stream import read_log
-
-        rule: Any = hips
-        log = read_log(model, file, limits="ignore", degrees=deg, columns=renamed, ignore_other=ignore_other, hips=rule)
+        log = given.log(model, file, deg=deg, hips=given.hips)
         q, many = log.q, log.many
-        for note in log.notes:
-            print_note(note)
-    elif posture is not None or joint:
-        q = one_configuration(model, posture, joint or [], deg, "ignore")[None]
+        print_note(*log.notes)
+    elif joints.posture is not None or joints.joint:
+        q = joints.configuration(model, deg=deg, limits="ignore")[None]
     with closing(page.viewer(model)) as viewer:
         vertical = None if up is None else _vertical(viewer, up)
         if many and q is not None:
@@ -244,8 +184,7 @@ def view(
         if frames is not None:
             viewer.show_frames([name.strip() for name in ",".join(frames).split(",") if name.strip()])
         viewer.camera(camera)
-        for note in viewer.notes:
-            print_note(note)
+        print_note(*viewer.notes)
         done: dict[str, str] = {}
         if html is not None:
             done["html"] = str(viewer.save_html(html))
@@ -253,10 +192,17 @@ def view(
             done["png"] = str(viewer.save_png(png, camera=camera))
         if live:
             done["url"] = page.address(viewer)
-        _report(done, json, serving=live and wait is not False)
+        serving = live and wait is not False
+        if json:
+            print_json(done)
+        else:
+            print_written(*(where for what, where in done.items() if what != "url"))
+            if live:
+                print(f"{done['url']}  (Ctrl-C ends)" if serving else done["url"])
+        sys.stdout.flush()
         if open_:
             viewer.open()
-        if live and wait is not False:
+        if serving:
             threading.Event().wait()
         elif open_:
             viewer.wait(_BROWSER_SECONDS)
@@ -271,15 +217,3 @@ def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:
     except ValueError:
         raise BadArgument(f"--up must be three numbers, as in 0,0,1, or a posture, got {quoted(text)}") from None
     return x, y, z
-
-
-def _report(done: dict[str, str], json: bool, *, serving: bool) -> None:
-    if json:
-        print_json(done)
-    else:
-        for what, where in done.items():
-            if what == "url":
-                print(f"{where}  (Ctrl-C ends)" if serving else where)
-            elif not atomic.leads_to_standard_output(where):  # which has the file, and nothing behind it
-                print(where)
-    sys.stdout.flush()

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, whole_number
+from nao_kin._core.arrays import whole_number
 from nao_kin.crosscheck.by_hand import Step, steps_of, turns
 from nao_kin.crosscheck.oracles import oracle_of
-from nao_kin.crosscheck.report import Check, Conversions, Report, Tally
+from nao_kin.crosscheck.report import Conversions, Report, Tally
 from nao_kin.crosscheck.robot_checks import JacobianChecks, LimitChecks, PoseChecks
-from nao_kin.crosscheck.rotation_checks import parameter_checks, three_angle_checks
+from nao_kin.crosscheck.rotation_checks import PARAMETER_CHECKS, three_angle_checks
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot
@@ -82,7 +81,8 @@ def run(
     poses = PoseChecks(robot, chosen, tested, second)
     jacobians = JacobianChecks(robot, tested, poses.frames)
     limits = LimitChecks(robot, second)
-    rotations = _RotationChecks(tested, [*three_angle_checks(), *parameter_checks()])
+    checks = [*three_angle_checks(), *PARAMETER_CHECKS]
+    rotations = [Tally(check.convention, check.against, note=check.note) for check in checks]
     turning = {step.name for step in chosen if step.parent is None or turns(step)}
     columns = [i for i, name in enumerate(poses.frames) if name in turning]
     names = [poses.frames[i] for i in columns]
@@ -91,10 +91,12 @@ def run(
         T = poses.add(q, first)
         jacobians.add(q, first)
         limits.add(q, first)
-        rotations.add(T[:, columns, :3, :3], first, names)
+        sample = RotationSample(np.ascontiguousarray(T[:, columns, :3, :3].reshape(-1, 3, 3)))
+        for check, tally in zip(checks, rotations, strict=True):
+            tally.compare(first, len(q), names, check.difference, sample, tested)
         if progress:
             progress(min(first + _CHUNK, samples), samples)
-    tallies = [*poses.tallies, *jacobians.tallies, *limits.tallies, *rotations.tallies]
+    tallies = [*poses.tallies, *jacobians.tallies, *limits.tallies, *rotations]
     return Report(
         robot.name,
         robot.joint_names,
@@ -102,20 +104,3 @@ def run(
         configurations.counts,
         tuple(tally.row(configurations) for tally in tallies),
     )
-
-
-class _RotationChecks:
-    """The rows about rotations."""
-
-    def __init__(self, conversions: Conversions, checks: Sequence[Check]) -> None:
-        self._conversions, self._checks = conversions, checks
-        self.tallies = [Tally(check.convention, check.against, note=check.note) for check in checks]
-
-    def add(self, R: Floats, first: int, frames: Sequence[str]) -> None:
-        """Compare the rotations R (n, m, 3, 3) of m frames."""
-        sample = RotationSample(np.ascontiguousarray(R.reshape(-1, 3, 3)))
-        for check, tally in zip(self._checks, self.tallies, strict=True):
-            tally.compare(functools.partial(self._differences, check, sample, R.shape[:2]), len(R), first, frames)
-
-    def _differences(self, check: Check, sample: RotationSample, shape: tuple[int, ...]) -> Floats:
-        return check.difference(sample, self._conversions).reshape(shape)

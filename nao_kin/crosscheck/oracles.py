@@ -41,10 +41,10 @@ class ParsedJoint:
     """
 
     continuous: bool
-    lower: float | None
-    upper: float | None
-    velocity: float | None
-    effort: float | None
+    lower: float | None = None
+    upper: float | None = None
+    velocity: float | None = None
+    effort: float | None = None
     follows: tuple[str, float, float] | None = None
 
 
@@ -114,17 +114,12 @@ class YourdfpyOracle:
 
     def _values(self, q: Floats) -> Floats:
         """Values of the joints yourdfpy moves; where it moves one that follows in the model, the model's value."""
-        columns = {name: index for index, name in enumerate(self._robot.joint_names)}
-        values = np.zeros((len(q), len(self._actuated)))
-        for index, name in enumerate(self._actuated):
-            mimic = self._robot.mimics.get(name)
-            if name not in self.joints:
-                continue  # a floating joint, which yourdfpy takes for one that moves
-            if mimic is None:
-                values[:, index] = q[:, columns[name]]
-            else:
-                values[:, index] = mimic.value(q[:, columns[mimic.joint]])
-        return values
+        values = dict(zip(self._robot.joint_names, q.T, strict=True))
+        values |= {name: mimic.value(values[mimic.joint]) for name, mimic in self._robot.mimics.items()}
+        # A floating joint, which yourdfpy takes for one that moves, has no value.
+        still = np.zeros(len(q))
+        columns = [values[name] if name in self.joints else still for name in self._actuated]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(q), 0))
 
     def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
         """The joints as (parent link, child link), parents first, and the links behind a joint it reads otherwise."""
@@ -219,17 +214,22 @@ class MujocoOracle:
                 self._model: Any = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
             raise BadModel(f"{robot.urdf_path}: MuJoCo alone refuses it: {abbreviated(error)}") from None
-        self._data: Any = mujoco.MjData(self._model)
-        bodies = range(int(self._model.nbody))
-        self._bodies = {str(self._model.body(body).name) or f"body_{body}": body for body in bodies}
+        model, self._data = self._model, mujoco.MjData(self._model)
+        self._bodies = {model.body(body).name or f"body_{body}": body for body in range(model.nbody)}
+        self._joint_names = [model.joint(joint).name for joint in range(model.njnt)]
+        # Follower, driver, and the coefficients of the polynomial from the driver's value to the follower's.
+        self._equalities = [
+            (int(model.eq_obj1id[row]), int(model.eq_obj2id[row]), model.eq_data[row, :5].tolist())
+            for row in range(model.neq)
+            if model.eq_type[row] == _JOINT_EQUALITY and model.eq_active0[row]
+        ]
         self.joints: Mapping[str, ParsedJoint] = self._parsed_joints()
         self._places = self._placed()
         self.frames = tuple(self._places)
 
     def poses(self, q: Floats) -> Floats:
         """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
-        T = np.empty((len(q), 1 + len(self.frames), 4, 4))
-        T[...] = np.eye(4)
+        T = np.tile(np.eye(4), (len(q), 1 + len(self.frames), 1, 1))
         root = "body", self._body(self._robot.tree.root)
         for row, configuration in zip(T, q, strict=True):
             self._data.qpos[:] = self._qpos(configuration)
@@ -243,11 +243,11 @@ class MujocoOracle:
         """MuJoCo's configuration: what the robot does not move stays at its reference."""
         values = dict(zip(self._robot.joint_names, q.tolist(), strict=True))
         values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in self._robot.mimics.items()}
-        qpos = np.array(self._model.qpos0)
-        self._hold(qpos, {joint for joint in range(int(self._model.njnt)) if self._model.joint(joint).name in values})
-        for joint in range(int(self._model.njnt)):
-            name, first = self._model.joint(joint).name, int(self._model.jnt_qposadr[joint])
-            if int(self._model.jnt_type[joint]) != _BALL:
+        model, qpos = self._model, np.array(self._model.qpos0)
+        self._hold(qpos, {joint for joint, name in enumerate(self._joint_names) if name in values})
+        for joint, name in enumerate(self._joint_names):
+            first = model.jnt_qposadr[joint]
+            if model.jnt_type[joint] != _BALL:
                 qpos[first] = values.get(name, qpos[first])
             elif self._is_known(joint):
                 R = matrix_from_euler([values.get(part, 0.0) for part in _parts(name)], "xyz", axes="moving")
@@ -256,13 +256,12 @@ class MujocoOracle:
 
     def _hold(self, qpos: Floats, moving: set[int]) -> None:
         """Set the joints that equalities hold at a value, and those coupled to them; `moving` ones have theirs."""
-        model, start, held = self._model, np.array(qpos), set[int]()
-        rows = [row for row in self._equalities() if not model.eq_data[row, 2:5].any()]
-        for _ in rows:
-            for row in rows:
-                follower, driver = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
-                constant, slope = (float(value) for value in model.eq_data[row, :2])
-                y, x = (int(model.jnt_qposadr[joint]) for joint in (follower, driver))
+        start, held, address = np.array(qpos), set[int](), self._model.jnt_qposadr
+        for _ in self._equalities:
+            for follower, driver, (constant, slope, *higher) in self._equalities:
+                if any(higher):
+                    continue
+                y, x = address[follower], address[driver]
                 alone = driver < 0 or not slope
                 if follower not in held | moving and (alone or driver in held):
                     qpos[y] = start[y] + constant + (0.0 if alone else slope * (qpos[x] - start[x]))
@@ -274,66 +273,55 @@ class MujocoOracle:
     def _placed(self) -> dict[str, tuple[str, int]]:
         """Frame → whether it is a body or a site, and which; without those behind joints that have no name."""
         model, found = self._model, dict[str, tuple[str, int]]()
-        nameless = {int(model.jnt_bodyid[j]) for j in range(int(model.njnt)) if not self._is_known(j)}
+        nameless = {int(model.jnt_bodyid[joint]) for joint in range(model.njnt) if not self._is_known(joint)}
         known = [0]
-        for body in range(1, int(model.nbody)):
-            if body not in nameless and int(model.body_parentid[body]) in known:
+        for body in range(1, model.nbody):
+            if body not in nameless and model.body_parentid[body] in known:
                 known.append(body)
         for link in self._robot.link_names:
             body = self._body(link)
             if body in known and (body or link == self._robot.tree.root):
                 found[link] = "body", body
-        for site in range(int(model.nsite)):
+        for site in range(model.nsite):
             name = model.site(site).name
             link = f"{name}_site" if f"{name}_site" in self._robot.link_names else name
-            if link in self._robot.link_names and link not in found and int(model.site_bodyid[site]) in known:
+            if link in self._robot.link_names and link not in found and model.site_bodyid[site] in known:
                 found[link] = "site", site
         return found
 
     def _is_known(self, joint: int) -> bool:
         """Whether the robot has the joint under the name that it has here; of a ball, its three."""
-        name, kind = self._model.joint(joint).name, int(self._model.jnt_type[joint])
-        names = {self._model.joint(other).name for other in range(int(self._model.njnt))}
-        return kind == _FREE or (bool(name) and (kind != _BALL or names.isdisjoint(_parts(name))))
+        name, kind = self._joint_names[joint], self._model.jnt_type[joint]
+        return kind == _FREE or (bool(name) and (kind != _BALL or not set(_parts(name)) & set(self._joint_names)))
 
     def _body(self, link: str) -> int:
         """The body of a link; the world's, 0, where there is none."""
         given = {new: old for old, new in self._robot.tree.shared_names.items()}
         return self._bodies.get(given.get(link, link), 0)
 
-    def _equalities(self) -> list[int]:
-        model = self._model
-        rows = range(int(model.neq))
-        return [row for row in rows if int(model.eq_type[row]) == _JOINT_EQUALITY and model.eq_active0[row]]
-
     def _parsed_joints(self) -> dict[str, ParsedJoint]:
-        model = self._model
-        moving = {joint.name for joint in self._robot.tree.moving_joints}
+        model, names = self._model, self._joint_names
+        moving = {joint.name: joint for joint in self._robot.tree.moving_joints}
         follows = {}
-        for row in self._equalities():
-            follower, driver = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
-            constant, slope, *higher = (float(value) for value in model.eq_data[row, :5])
+        for follower, driver, (constant, slope, *higher) in self._equalities:
             if driver >= 0 and slope and not any(higher):
                 y, x = (float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (follower, driver))
-                offset = y + constant - slope * x
-                follows[model.joint(follower).name] = model.joint(driver).name, slope, offset
+                follows[names[follower]] = names[driver], slope, y + constant - slope * x
         found = {}
-        for joint in range(int(model.njnt)):
-            name, limited = model.joint(joint).name, bool(model.jnt_limited[joint])
+        for joint, name in enumerate(names):
+            limited = bool(model.jnt_limited[joint])
             lower, upper = (float(value) if limited else math.nan for value in model.jnt_range[joint])
             if name in moving:
                 found[name] = _parsed_by_mujoco(lower, upper, follows.get(name))
-            elif int(model.jnt_type[joint]) == _BALL and self._is_known(joint):
+            elif model.jnt_type[joint] == _BALL and self._is_known(joint):
                 # The box that holds every turn of at most the largest angle.
                 narrow = upper <= math.pi / 2
                 boxes = (upper if narrow else math.nan, min(upper, math.pi / 2), upper if narrow else math.nan)
                 for part, most in zip(_parts(name), boxes, strict=True):
                     found[part] = _parsed_by_mujoco(-most, most)
         # What has no name in the file is taken from the robot itself, and so compared with itself.
-        for own in self._robot.tree.moving_joints:
-            if own.name not in found:
-                found[own.name] = _parsed_by_mujoco(own.lower, own.upper)
-        return found
+        own = {name: _parsed_by_mujoco(joint.lower, joint.upper) for name, joint in moving.items()}
+        return own | found
 
 
 def _parts(ball: str) -> tuple[str, str, str]:
@@ -344,8 +332,8 @@ def _parts(ball: str) -> tuple[str, str, str]:
 def _parsed_by_mujoco(lower: float, upper: float, follows: tuple[str, float, float] | None = None) -> ParsedJoint:
     """A joint with the limits given; without any where they are not finite."""
     if math.isfinite(lower) and math.isfinite(upper):
-        return ParsedJoint(False, lower, upper, None, None, follows)
-    return ParsedJoint(True, None, None, None, None, follows)
+        return ParsedJoint(False, lower, upper, follows=follows)
+    return ParsedJoint(True, follows=follows)
 
 
 Oracle = YourdfpyOracle | MujocoOracle

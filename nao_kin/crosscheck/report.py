@@ -12,7 +12,7 @@ from nao_kin import rotations
 from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin._core.text import abbreviated
 from nao_kin.crosscheck.samples import Configurations, RotationSample
-from nao_kin.errors import NaoKinError
+from nao_kin.errors import NaoKinError, WrongShape
 from nao_kin.joints import JointAxes
 
 TOLERANCE = 1e-12
@@ -102,10 +102,8 @@ class Row:
             "worst": finite_or_none(self.worst),
             "tolerance": self.tolerance,
             "ok": self.ok,
-            "frame": place.frame if place else None,
-            "configuration": {"index": place.configuration, "stratum": place.stratum, "q": list(place.q)}
-            if place
-            else None,
+            "frame": place and place.frame,
+            "configuration": place and {"index": place.configuration, "stratum": place.stratum, "q": list(place.q)},
             "failing": list(self.failing),
             "note": self.note,
         }
@@ -137,13 +135,13 @@ class Tally:
         for index in np.flatnonzero(values.max(axis=0) > self.tolerance).tolist():
             self._failing[frames[index]] = None
 
-    def compare(self, differences: Callable[[], Floats], count: int, first: int, frames: Sequence[str]) -> None:
-        """Count the differences (count, m) that a comparison returns; where it raises an error, every pair fails.
+    def compare(self, first: int, count: int, frames: Sequence[str], function: Callable[..., Any], *args: Any) -> None:
+        """Count the differences (count, m) that a comparison of the arguments returns; an error fails every pair.
 
         Whatever a function under test raises is its own failure, and that of no other row.
         """
         try:
-            found = np.broadcast_to(differences(), (count, len(frames)))
+            found = np.reshape(function(*args), (count, len(frames)))
         except Exception as error:
             self.refuse(error)
             found = np.full((count, len(frames)), np.inf)
@@ -159,12 +157,9 @@ class Tally:
         place = None
         if self._place is not None:
             index, frame = self._place
-            q = tuple(configurations.q[index].tolist())
-            place = Place(frame, index, configurations.kinds[index], q)
-        worst = max(self._worst, 0.0)
-        return Row(
-            self.convention, self.against, self._pairs, worst, self.tolerance, place, tuple(self._failing), self.note
-        )
+            place = Place(frame, index, configurations.kinds[index], tuple(configurations.q[index].tolist()))
+        found = self._pairs, max(self._worst, 0.0), self.tolerance, place, tuple(self._failing)
+        return Row(self.convention, self.against, *found, self.note)
 
 
 @dataclass(frozen=True)
@@ -311,12 +306,22 @@ class Check:
     note: str = ""
 
 
-def difference(ours: Any, theirs: Floats) -> Floats:
-    """Largest difference of any component, shape (n,); infinite where the shapes differ."""
+def shaped(ours: Any, shape: tuple[int, ...]) -> Floats:
+    """What a function under test returned, as an array.
+
+    Raises:
+        WrongShape: it has another shape.
+    """
     mine = np.asarray(ours, dtype=np.float64)
-    if mine.shape != theirs.shape:
-        return np.full(len(theirs), np.inf)
-    return np.asarray(np.abs(mine - theirs).max(axis=tuple(range(1, mine.ndim)), initial=0.0))
+    if mine.shape != shape:
+        raise WrongShape("what it returned", str(shape), mine.shape)
+    return mine
+
+
+def difference(ours: Any, theirs: Floats) -> Floats:
+    """Largest difference of any component, shape (n,)."""
+    apart = np.abs(shaped(ours, theirs.shape) - theirs)
+    return np.asarray(apart.max(axis=tuple(range(1, apart.ndim)), initial=0.0))
 
 
 def angle_difference(ours: Floats, theirs: Floats) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -45,19 +45,17 @@ class PoseChecks:
         self._direct = _DirectPinocchio(robot, self.frames)
         self._steps = _StepChecks(robot, self._by_hand, self.frames)
 
-        left_out = len(second.left_out)
-        note = (
-            f"{left_out} frames left out: {second.name} reads a coupling or a sliding axis otherwise"
-            if left_out
-            else ""
-        )
-        self._by_hand_pinocchio = Tally("pose in the root, by hand", "Pinocchio")
-        self._by_hand_second = Tally("pose in the root, by hand", second.name, note=note)
-        self._pinocchio_second = Tally("pose in the root, by Pinocchio", second.name, note=note)
+        left_out = f"{len(second.left_out)} frames left out: {second.name} reads a coupling or a sliding axis otherwise"
+        note = left_out if second.left_out else ""
+        self._poses = [
+            Tally("pose in the root, by hand", "Pinocchio"),
+            Tally("pose in the root, by hand", second.name, note=note),
+            Tally("pose in the root, by Pinocchio", second.name, note=note),
+            Tally("pose in the root, by the robot", "pin.framesForwardKinematics"),
+        ]
         # Without Numba there are no kernels, and Pinocchio would be compared with itself.
-        self._has_kernels = has_numba()
-        self._robot_pinocchio = Tally("pose in the root, by the robot", "pin.framesForwardKinematics")
-        self._kernels_pinocchio = Tally("pose in the root, by the batch kernels", "pin.framesForwardKinematics")
+        if has_numba():
+            self._poses.append(Tally("pose in the root, by the batch kernels", "pin.framesForwardKinematics"))
         self._elementary = {axis: Tally(f"rot_{axis}", "pin.AngleAxis") for axis in _AXES}
         self._names = Tally("frame names", "Pinocchio")
         by_hand = {step.name for step in steps}
@@ -67,10 +65,8 @@ class PoseChecks:
     @property
     def tallies(self) -> list[Tally]:
         """The rows, in the order of the report."""
-        poses = [self._by_hand_pinocchio, self._by_hand_second, self._pinocchio_second]
-        poses += [self._robot_pinocchio, *([self._kernels_pinocchio] if self._has_kernels else [])]
         elementary = self._elementary.values() if self._robot.joint_names else ()
-        return [*poses, self._names, *self._steps.tallies, *elementary]
+        return [*self._poses, self._names, *self._steps.tallies, *elementary]
 
     def add(self, q: Floats, first: int) -> Floats:
         """Compare configurations (n, nq), the first of which has the index `first`.
@@ -78,32 +74,30 @@ class PoseChecks:
         Returns:
             The robot's poses of `frames`, shape (n, frames, 4, 4).
         """
-        T, direct = self._robot.fk(q, self.frames), self._direct.poses(q)
-        try:
-            by_hand = self._by_hand.poses(q)[:, self._mine]
-        except Exception as error:  # of an elementary rotation under test
-            self._by_hand_pinocchio.refuse(error)
-            self._by_hand_second.refuse(error)
-            by_hand = np.full(T.shape, np.inf)
-        second = self._second.poses(q)[:, self._second_columns]
-        self._by_hand_pinocchio.add(_pose_difference(by_hand, direct), first, self.frames)
-        self._by_hand_second.add(_pose_difference(by_hand[:, self._columns], second), first, self._shared)
-        self._pinocchio_second.add(_pose_difference(direct[:, self._columns], second), first, self._shared)
-        self._robot_pinocchio.add(_pose_difference(T, direct), first, self.frames)
-        if self._has_kernels:
+        n, shared, joint_names = len(q), self._columns, self._robot.joint_names
+        T, direct, second = self._robot.fk(q, self.frames), self._direct.poses(q), self._second.poses(q)
+        second = second[:, self._second_columns]
+
+        @functools.cache
+        def by_hand() -> Floats:  # fails where an elementary rotation under test does
+            return self._by_hand.poses(q)[:, self._mine]
+
+        hand_direct, hand_second, direct_second, robot_direct, *kernels_direct = self._poses
+        hand_direct.compare(first, n, self.frames, lambda: _pose_difference(by_hand(), direct))
+        hand_second.compare(first, n, self._shared, lambda: _pose_difference(by_hand()[:, shared], second))
+        direct_second.add(_pose_difference(direct[:, shared], second), first, self._shared)
+        robot_direct.add(_pose_difference(T, direct), first, self.frames)
+        for tally in kernels_direct:
             kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
-            self._kernels_pinocchio.add(_pose_difference(kernels, direct), first, self.frames)
+            tally.add(_pose_difference(kernels, direct), first, self.frames)
         self._steps.add(direct, q, first)
         for axis, tally in self._elementary.items():
-            tally.compare(
-                functools.partial(self._elementary_difference, axis, q), len(q), first, self._robot.joint_names
-            )
+            tally.compare(first, n, joint_names, self._elementary_difference, axis, q.ravel())
         return T
 
-    def _elementary_difference(self, axis: str, q: Floats) -> Floats:
-        angles = q.ravel()
+    def _elementary_difference(self, axis: str, angles: Floats) -> Floats:
         ours = getattr(self._conversions, f"rot_{axis}")(angles)
-        return difference(ours, turns_about(_AXES[axis], angles)).reshape(q.shape)
+        return difference(ours, turns_about(_AXES[axis], angles))
 
 
 class _DirectPinocchio:
@@ -155,16 +149,16 @@ class _StepChecks:
         T_zero = robot.fk(zero, frames)
         self._zero = {step.name: self._relative(T_zero, step) for step in steps}
         for step in steps:
-            position.compare(functools.partial(self._position_difference, step, zero), 1, 0, [step.name])
-            orientation.compare(functools.partial(self._orientation_difference, step, zero), 1, 0, [step.name])
+            R_zero, p_zero = self._zero[step.name]
+            position.compare(0, 1, [step.name], _farthest, by_hand.position, step, zero, p_zero)
+            orientation.compare(0, 1, [step.name], _farthest, by_hand.rotation, step, zero, R_zero)
 
     @property
     def tallies(self) -> list[Tally]:
         """The rows; none of what the robot has not."""
-        rows = list(self._places)
-        rows += [self._axis] if self._own or self._followers else []
-        rows += [self._travel] if self._own else []
-        return [*rows, self._coupled] if self._followers else rows
+        axes = [self._axis] if self._own or self._followers else []
+        travels = [*([self._travel] if self._own else []), *([self._coupled] if self._followers else [])]
+        return [*self._places, *axes, *travels]
 
     def add(self, T: Floats, q: Floats, first: int) -> None:
         """Compare the poses T (n, frames, 4, 4) of configurations q (n, nq)."""
@@ -173,12 +167,6 @@ class _StepChecks:
                 travel, axis = self._motion_differences(joint, T, q)
                 tally.add(travel[:, None], first, [joint.name])
                 self._axis.add(axis[:, None], first, [joint.name])
-
-    def _position_difference(self, step: Step, zero: Floats) -> Floats:
-        return np.asarray(np.abs(self._by_hand.position(step, zero) - self._zero[step.name][1]).max())
-
-    def _orientation_difference(self, step: Step, zero: Floats) -> Floats:
-        return np.asarray(np.abs(self._by_hand.rotation(step, zero) - self._zero[step.name][0]).max())
 
     def _motion_differences(self, joint: Step, T: Floats, q: Floats) -> tuple[Floats, Floats]:
         """How far one joint goes too far, and how far it goes along another axis, two arrays (n,)."""
@@ -247,6 +235,11 @@ class JacobianChecks:
         return self._conversions.joint_axes(self._robot)
 
 
+def _farthest(by_hand: Callable[[Step, Floats], Floats], step: Step, zero: Floats, theirs: Floats) -> Floats:
+    """Largest difference of any entry of a step, by hand, at zero."""
+    return np.asarray(np.abs(by_hand(step, zero) - theirs).max())
+
+
 def _pose_difference(ours: Floats, theirs: Floats) -> Floats:
     """Largest difference of any entry of poses (n, m, 4, 4), shape (n, m)."""
     return np.asarray(np.abs(ours - theirs).max(axis=(2, 3), initial=0.0))
@@ -265,7 +258,6 @@ def _vect(M: Floats) -> Floats:
 # A driving joint has the limits that it shares with the joints that mimic it: the values at which all of them are
 # inside their own. That is worked out here once more, from what the other parsers read.
 
-_UNLIMITED = (-math.inf, math.inf)
 # A value that misses a limit by less is on it, by the library's own definition.
 _ON_THE_LIMIT = 1e-6
 
@@ -294,8 +286,8 @@ class LimitChecks:
     def add(self, q: Floats, first: int) -> None:
         """Compare what the robot says about the limits of configurations (n, nq)."""
         names = self._robot.joint_names
-        self._violations.compare(lambda: self._violation_differences(q), len(q), first, names)
-        self._clamped.compare(lambda: self._clamp_differences(q), len(q), first, names)
+        self._violations.compare(first, len(q), names, self._violation_differences, q)
+        self._clamped.compare(first, len(q), names, self._clamp_differences, q)
 
     def _compare_limits(self, oracle: str, joints: Mapping[str, ParsedJoint], note: str) -> None:
         names = self._robot.joint_names
@@ -332,26 +324,21 @@ class LimitChecks:
         found = {(v.index[0], column[v.joint]): (v.lower, v.upper) for v in self._robot.limit_violations(q)}
         apart = np.zeros(q.shape)
         for row, values in enumerate(q.tolist()):
-            expected = self._violated(values)
             for index in range(len(values)):
-                ours, theirs = found.get((row, index)), expected.get(index)
+                ours, theirs = found.get((row, index)), self._violated(values, index)
                 if ours is not None and theirs is not None:
                     apart[row, index] = max(map(_apart, ours, theirs))
                 elif ours is not theirs:
                     apart[row, index] = math.inf
         return apart
 
-    def _violated(self, values: Sequence[float]) -> dict[int, tuple[float, float]]:
-        """The joints outside their range, by column, with that range: the box, or inside it the table."""
-        found = {}
-        for index, name in enumerate(self._robot.joint_names):
-            value, box = values[index], self._box(index)
-            ranges = [box, *(self._table_range(table, values) for table in self._tables if table.joint == name)]
-            for lower, upper in ranges:
-                if value < lower - _ON_THE_LIMIT or value > upper + _ON_THE_LIMIT:
-                    found[index] = (lower, upper)
-                    break
-        return found
+    def _violated(self, values: Sequence[float], index: int) -> tuple[float, float] | None:
+        """The range that one joint is outside: the box, or inside it the table; None inside both."""
+        tables = [table for table in self._tables if table.joint == self._robot.joint_names[index]]
+        for lower, upper in (self._box(index), *(self._table_range(table, values) for table in tables)):
+            if values[index] < lower - _ON_THE_LIMIT or values[index] > upper + _ON_THE_LIMIT:
+                return lower, upper
+        return None
 
     def _clamp_differences(self, q: Floats) -> Floats:
         return np.asarray(np.abs(self._robot.clamp(q) - np.array([self._clamp(row) for row in q.tolist()])))
@@ -382,39 +369,24 @@ class LimitChecks:
         return table.lower[-1], table.upper[-1]
 
 
-@dataclass(frozen=True)
-class _Bounds:
-    """What one joint of a coupled group allows the driving joint."""
-
-    lower: float
-    upper: float
-    velocity: float
-
-
 def _read_by_pinocchio(
     robot: RobotModel, joints: Mapping[str, ParsedJoint]
 ) -> tuple[dict[str, ParsedJoint] | None, str]:
     """The moving joints as Pinocchio's own parser reads the file, mimics as given; or None and a note why not."""
-    # The parser says on standard error what it misses: better not to ask.
-    incomplete = [
-        name
-        for name, joint in joints.items()
-        if not joint.continuous and (joint.velocity is None or joint.effort is None)
-    ]
-    if incomplete:
-        return (
-            None,
-            f"not compared with Pinocchio's own parser, which needs velocity and effort of {quoted(incomplete[0])}",
-        )
+    not_compared = "not compared with Pinocchio's own parser, which"
+    for name, joint in joints.items():
+        # The parser says on standard error what it misses: better not to ask.
+        if not joint.continuous and (joint.velocity is None or joint.effort is None):
+            return None, f"{not_compared} needs velocity and effort of {quoted(name)}"
     try:
         expanded = robot.tree.expanded
         model = pin.buildModelFromXML(expanded) if expanded else pin.buildModelFromUrdf(str(robot.urdf_path))
     except (RuntimeError, ValueError):
-        return None, "not compared with Pinocchio's own parser, which refuses the file"
+        return None, f"{not_compared} refuses the file"
     found = dict(joints)
     for name, joint in joints.items():
         if not model.existJointName(name):
-            return None, f"not compared with Pinocchio's own parser, which has no joint {quoted(name)}"
+            return None, f"{not_compared} has no joint {quoted(name)}"
         index = model.joints[model.getJointId(name)]
         speeds = float(model.upperVelocityLimit[index.idx_v]), float(model.upperEffortLimit[index.idx_v])
         found[name] = replace(joint, velocity=speeds[0], effort=speeds[1])
@@ -431,33 +403,32 @@ def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[floa
     Limits that were copied from joint to joint may leave no value, or a single one, to joints that can all move: then
     the driving joint's own range stands.
     """
-    own = _own_bounds(joints[driver])
-    followers = []
+    own_low, own_high, own_velocity = _own_bounds(joints[driver])
+    lower, upper, velocity, can_move = [own_low], [own_high], [own_velocity], own_low < own_high
     for name, joint in joints.items():
         relation = _relation(name, driver, joints) if name != driver else None
         if relation is not None and relation[0] != 0.0:
-            followers.append((_own_bounds(joint), *relation))
-    lower, upper, velocity = [own.lower], [own.upper], [own.velocity]
-    for bounds, multiplier, offset in followers:
-        ends = sorted(((bounds.lower - offset) / multiplier, (bounds.upper - offset) / multiplier))
-        lower.append(ends[0])
-        upper.append(ends[1])
-        velocity.append(bounds.velocity / abs(multiplier))
+            multiplier, offset = relation
+            *bounds, most = _own_bounds(joint)
+            low, high = sorted((bound - offset) / multiplier for bound in bounds)
+            lower.append(low)
+            upper.append(high)
+            velocity.append(most / abs(multiplier))
+            can_move = can_move and bounds[0] < bounds[1]
     low, high = _tightest(lower, max), _tightest(upper, min)
-    can_move = own.lower < own.upper and all(bounds.lower < bounds.upper for bounds, _, _ in followers)
     if low >= high and can_move:
-        low, high = own.lower, own.upper
+        low, high = own_low, own_high
     effort = joints[driver].effort
     return low, high, _tightest(velocity, min), math.inf if effort is None or effort < 0.0 else effort
 
 
-def _own_bounds(joint: ParsedJoint) -> _Bounds:
-    """The limits of one joint alone: none where the file gives no range, or one whose ends are the wrong way round."""
+def _own_bounds(joint: ParsedJoint) -> tuple[float, float, float]:
+    """Lower, upper and velocity of one joint alone: no limits where the file has none, or with swapped ends."""
     velocity = math.inf if joint.velocity is None or joint.velocity < 0.0 else joint.velocity
     lower, upper = joint.lower or 0.0, joint.upper or 0.0
     if joint.continuous or (joint.lower is None and joint.upper is None) or lower > upper:
-        lower, upper = _UNLIMITED
-    return _Bounds(lower, upper, velocity)
+        return -math.inf, math.inf, velocity
+    return lower, upper, velocity
 
 
 def _relation(name: str, driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float] | None:

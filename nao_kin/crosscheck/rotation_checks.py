@@ -7,12 +7,12 @@ digits of the outer two, which count in proportion to h = |cos β|, or |sin β| 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.crosscheck.report import (
@@ -25,6 +25,7 @@ from nao_kin.crosscheck.report import (
     largest,
     outside,
     rotation_vector_difference,
+    shaped,
 )
 from nao_kin.crosscheck.samples import (
     RotationSample,
@@ -42,30 +43,24 @@ _HALF, _ROOT = math.pi / 2.0, math.sqrt(0.5)
 # own bound lies between them, and there rounding decides.
 _SURELY_LOCKED, _SURELY_FREE = 2.0 * 2.0**-52, 8.0 * 2.0**-52
 _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+Comparison = Callable[[RotationSample, Conversions], Floats]
 
 
 def three_angle_checks() -> list[Check]:
-    """The rows of this module."""
+    """The rows about three angles."""
     checks = [
         Check("matrix_from_rpy", "pin.rpy.rpyToMatrix", _matrix_from_rpy),
         Check("rpy_from_matrix", "pin.rpy.matrixToRpy", _rpy_from_matrix),
     ]
-    for axes in ("moving", "fixed"):
-        oracle = "eigenpy" if axes == "moving" else "eigenpy, reversed"
+    for axes, oracle in (("moving", "eigenpy"), ("fixed", "eigenpy, reversed")):
         for sequence in SEQUENCES:
             euler = _EulerCheck(sequence, axes)
-            checks += [
-                Check(f"matrix_from_euler {sequence} {axes}", oracle, euler.to_matrix),
-                Check(f"euler_from_matrix {sequence} {axes}", oracle, euler.to_angles),
-            ]
-    for hip in (
-        _HipCheck("left hip", (0.0, _ROOT, -_ROOT), _HALF / 2.0),
-        _HipCheck("right hip", (0.0, _ROOT, _ROOT), -_HALF / 2.0),
-    ):
-        checks += [
-            Check(f"matrix_from_davenport {hip.name}", "pin.AngleAxis", hip.to_matrix),
-            Check(f"davenport_angles {hip.name}", "pin.AngleAxis and eigenpy", hip.to_angles),
-        ]
+            checks.append(Check(f"matrix_from_euler {sequence} {axes}", oracle, euler.to_matrix))
+            checks.append(Check(f"euler_from_matrix {sequence} {axes}", oracle, euler.to_angles))
+    for name, z in (("left hip", -_ROOT), ("right hip", _ROOT)):
+        hip = _HipCheck((0.0, _ROOT, z), -math.copysign(_HALF / 2.0, z))
+        checks.append(Check(f"matrix_from_davenport {name}", "pin.AngleAxis", hip.to_matrix))
+        checks.append(Check(f"davenport_angles {name}", "pin.AngleAxis and eigenpy", hip.to_angles))
     return checks
 
 
@@ -74,9 +69,7 @@ def _matrix_from_rpy(sample: RotationSample, conversions: Conversions) -> Floats
 
 
 def _rpy_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats:
-    ours = np.asarray(conversions.rpy_from_matrix(sample.R))
-    if ours.shape != sample.rpy.shape:
-        return np.full(len(sample.R), np.inf)
+    ours = shaped(conversions.rpy_from_matrix(sample.R), sample.rpy.shape)
     h = _euler_lock_distance(sample.R, "zyx")
     return largest(
         difference(each(pin.rpy.rpyToMatrix, (3, 3), ours), sample.R),
@@ -103,10 +96,8 @@ class _EulerCheck:
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
         """Our first triple gives R by eigenpy's formula and is principal, also at lock; one of the two is eigenpy's."""
         found = conversions.euler_from_matrix(sample.R, self.sequence, axes=self.axes)
-        angles, other = np.asarray(found.angles), np.asarray(found.other)
         theirs = sample.moving_angles(self.moving)
-        if angles.shape != theirs.shape or other.shape != theirs.shape:
-            return np.full(len(sample.R), np.inf)
+        angles, other = (shaped(triple, theirs.shape) for triple in (found.angles, found.other))
         first, second = self._written(angles), self._written(other)
         weight = np.abs((np.sin if self.symmetric else np.cos)(theirs[:, 1]))
         lower, upper = (0.0, math.pi) if self.symmetric else (-_HALF, _HALF)
@@ -132,13 +123,11 @@ class _HipCheck:
     of S. Half of the rotations are compared as they are, half as S: those lock where S does.
 
     Attributes:
-        name: which hip.
-        axis: its axis a.
+        axis: the hip's axis a.
         delta: the angle from a to y about x; the principal middle angle is in the half turn from −δ, or to it, that
             holds zero.
     """
 
-    name: str
     axis: tuple[float, float, float]
     delta: float
 
@@ -152,10 +141,8 @@ class _HipCheck:
         turned = sample.spread < 0.5
         R = np.where(turned[:, None, None], turns_about(_X, np.array([-self.delta])) @ sample.R, sample.R)
         found = conversions.davenport_angles(R, self.axis, _X, _Y)
-        angles, other = np.asarray(found.angles), np.asarray(found.other)
-        if angles.shape != (len(R), 3) or other.shape != (len(R), 3):
-            return np.full(len(R), np.inf)
         theirs = sample.moving_angles("yxy") - [0.0, self.delta, 0.0]
+        angles, other = (shaped(triple, theirs.shape) for triple in (found.angles, found.other))
         weight = np.where(turned, np.abs(np.sin(theirs[:, 1] + self.delta)), 0.0)
         matched = np.minimum(_weighted(angles, theirs, weight), _weighted(other, theirs, weight))
         lower = -self.delta if self.delta >= 0.0 else -self.delta - math.pi
@@ -203,9 +190,7 @@ def _euler_lock_distance(R: Floats, moving: str) -> Floats:
 
 def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
     """0 where lock is reported where it is and the third angle is zero there; else 1, or that angle."""
-    mask: NDArray[np.bool_] = np.asarray(locked, dtype=np.bool_)
-    if mask.shape != h.shape:
-        return np.full(len(h), np.inf)
+    mask = shaped(locked, h.shape) != 0.0
     misreported = (mask & (h > _SURELY_FREE)) | (~mask & (h < _SURELY_LOCKED))
     return np.where(misreported, 1.0, np.where(mask, np.abs(angles[:, 2]), 0.0))
 
@@ -217,53 +202,31 @@ _SINE = 1e-3
 _RIGHT_ANGLE = 1e-9
 
 
-def parameter_checks() -> list[Check]:
-    """The rows of this module."""
-    return [
-        Check("matrix_from_natural", "pin.AngleAxis", _matrix_from_natural),
-        Check("natural_invariants", "pin.AngleAxis", _natural_invariants),
-        Check(
-            "matrix_from_linear",
-            "pin.AngleAxis",
-            _matrix_from_linear,
-            note="rotations within 1e-3 of π left out: their linear invariants do not hold the axis",
-        ),
-        Check("linear_invariants", "pin.AngleAxis", _linear_invariants),
-        Check("matrix_from_euler_rodrigues", "pin.Quaternion", _matrix_from_euler_rodrigues),
-        Check("euler_rodrigues", "pin.Quaternion", _euler_rodrigues),
-        Check("exp", "pin.exp3", _exp),
-        Check("log", "pin.AngleAxis", _log),
-        Check(
-            "log",
-            "pin.log3",
-            _log_against_log3,
-            note="angles from π − 0.3 to π − 0.003 left out: there pin.log3 takes an arccos and errs by up to 7e-11",
-        ),
-        Check("matrix_from_quat", "pin.Quaternion", _matrix_from_quat),
-        Check("quat_from_matrix", "pin.Quaternion", _quat_from_matrix),
-        Check("quat_multiply", "pin.Quaternion", _quat_multiply),
-        Check("quat_conjugate", "pin.Quaternion", _quat_conjugate),
-        Check("quat_to_xyzw", "pin.Quaternion.coeffs", _quat_to_xyzw),
-        Check("quat_from_xyzw", "pin.Quaternion.coeffs", _quat_from_xyzw),
-        Check(
-            "slerp",
-            "pin.Quaternion.slerp",
-            _slerp,
-            note="quaternions at a right angle left out: both ways round are as short",
-        ),
-    ]
+PARAMETER_CHECKS: list[Check] = []
+"""The rows about parameters of rotations."""
 
 
+def _row(against: str, convention: str = "", note: str = "") -> Callable[[Comparison], Comparison]:
+    """Make a comparison a row about the convention of its name, or about another one."""
+
+    def entered(compared: Comparison) -> Comparison:
+        PARAMETER_CHECKS.append(Check(convention or compared.__name__.strip("_"), against, compared, note))
+        return compared
+
+    return entered
+
+
+@_row("pin.AngleAxis")
 def _matrix_from_natural(sample: RotationSample, conversions: Conversions) -> Floats:
     axes, angles = sample.natural
     return difference(conversions.matrix_from_natural(axes, angles), matrices_from_natural(axes, angles))
 
 
+@_row("pin.AngleAxis")
 def _natural_invariants(sample: RotationSample, conversions: Conversions) -> Floats:
-    axis, angle = (np.asarray(part) for part in conversions.natural_invariants(sample.R))
+    axis, angle = conversions.natural_invariants(sample.R)
     axes, angles = sample.natural
-    if axis.shape != axes.shape or angle.shape != angles.shape:
-        return np.full(len(angles), np.inf)
+    axis, angle = shaped(axis, axes.shape), shaped(angle, angles.shape)
     length = np.sqrt(np.square(axis).sum(axis=1))
     return largest(
         rotation_vector_difference(axis * angle[:, None], axes * angles[:, None]),
@@ -273,6 +236,7 @@ def _natural_invariants(sample: RotationSample, conversions: Conversions) -> Flo
     )
 
 
+@_row("pin.AngleAxis", note="rotations within 1e-3 of π left out: their linear invariants do not hold the axis")
 def _matrix_from_linear(sample: RotationSample, conversions: Conversions) -> Floats:
     axes, angles = sample.natural
     used = (np.cos(angles) > 0.0) | (np.sin(angles) > _SINE)
@@ -283,76 +247,92 @@ def _matrix_from_linear(sample: RotationSample, conversions: Conversions) -> Flo
     return apart
 
 
+@_row("pin.AngleAxis")
 def _linear_invariants(sample: RotationSample, conversions: Conversions) -> Floats:
     q, q0 = conversions.linear_invariants(sample.R)
     axes, angles = sample.natural
     return np.maximum(difference(q, np.sin(angles)[:, None] * axes), difference(q0, np.cos(angles)))
 
 
+@_row("pin.Quaternion")
 def _matrix_from_euler_rodrigues(sample: RotationSample, conversions: Conversions) -> Floats:
     theirs = sample.quaternions
     ours = conversions.matrix_from_euler_rodrigues(theirs[:, 1:], theirs[:, 0])
     return difference(ours, matrices_from_quaternions(theirs))
 
 
+@_row("pin.Quaternion")
 def _euler_rodrigues(sample: RotationSample, conversions: Conversions) -> Floats:
-    r, r0 = (np.asarray(part) for part in conversions.euler_rodrigues(sample.R))
-    if r.shape != (len(sample.R), 3) or r0.shape != (len(sample.R),):
-        return np.full(len(sample.R), np.inf)
-    return _canonical_difference(np.concatenate([r0[:, None], r], axis=1), sample.quaternions)
+    r, r0 = conversions.euler_rodrigues(sample.R)
+    n = len(sample.R)
+    return _canonical_difference(np.column_stack([shaped(r0, (n,)), shaped(r, (n, 3))]), sample.quaternions)
 
 
+@_row("pin.exp3")
 def _exp(sample: RotationSample, conversions: Conversions) -> Floats:
     # Longer vectors than a logarithm has, too: up to one and a half turns.
     vectors = sample.logarithms * np.where(sample.spread < 0.5, 1.0, 3.0)[:, None]
     return difference(conversions.exp(vectors), each(pin.exp3, (3, 3), vectors))
 
 
+@_row("pin.AngleAxis")
 def _log(sample: RotationSample, conversions: Conversions) -> Floats:
     axes, angles = sample.natural
-    ours = np.asarray(conversions.log(sample.R))
-    apart = rotation_vector_difference(ours, axes * angles[:, None])
-    if ours.shape != axes.shape:
-        return apart
-    length = np.sqrt(np.square(ours).sum(axis=1))
-    return largest(apart, outside(length, 0.0, np.pi), difference(each(pin.exp3, (3, 3), ours), sample.R))
+    ours = shaped(conversions.log(sample.R), axes.shape)
+    return largest(
+        rotation_vector_difference(ours, axes * angles[:, None]),
+        outside(np.sqrt(np.square(ours).sum(axis=1)), 0.0, np.pi),
+        difference(each(pin.exp3, (3, 3), ours), sample.R),
+    )
 
 
+@_row(
+    "pin.log3",
+    "log",
+    "angles from π − 0.3 to π − 0.003 left out: there pin.log3 takes an arccos and errs by up to 7e-11",
+)
 def _log_against_log3(sample: RotationSample, conversions: Conversions) -> Floats:
     short_of_pi = np.pi - sample.natural[1]
     used = (short_of_pi < 0.003) | (short_of_pi > 0.3)
     return np.where(used, rotation_vector_difference(conversions.log(sample.R), sample.logarithms), LEFT_OUT)
 
 
+@_row("pin.Quaternion")
 def _matrix_from_quat(sample: RotationSample, conversions: Conversions) -> Floats:
     return difference(conversions.matrix_from_quat(sample.quaternions), matrices_from_quaternions(sample.quaternions))
 
 
+@_row("pin.Quaternion")
 def _quat_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats:
-    return _canonical_difference(np.asarray(conversions.quat_from_matrix(sample.R)), sample.quaternions)
+    return _canonical_difference(conversions.quat_from_matrix(sample.R), sample.quaternions)
 
 
+@_row("pin.Quaternion")
 def _quat_multiply(sample: RotationSample, conversions: Conversions) -> Floats:
     p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
     return difference(conversions.quat_multiply(p, q), each(_product, (4,), p, q))
 
 
+@_row("pin.Quaternion")
 def _quat_conjugate(sample: RotationSample, conversions: Conversions) -> Floats:
     theirs = each(lambda q: _wxyz(pin.Quaternion(*q).conjugate()), (4,), sample.quaternions)
     return difference(conversions.quat_conjugate(sample.quaternions), theirs)
 
 
+@_row("pin.Quaternion.coeffs")
 def _quat_to_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
     theirs = each(lambda q: pin.Quaternion(*q).coeffs(), (4,), sample.quaternions)
     return difference(conversions.quat_to_xyzw(sample.quaternions), theirs)
 
 
+@_row("pin.Quaternion.coeffs")
 def _quat_from_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
     coefficients = sample.quaternions[:, [1, 2, 3, 0]]
     theirs = each(lambda xyzw: _wxyz(pin.Quaternion(xyzw)), (4,), coefficients)
     return difference(conversions.quat_from_xyzw(coefficients), theirs)
 
 
+@_row("pin.Quaternion.slerp", note="quaternions at a right angle left out: both ways round are as short")
 def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
     p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
     parts = np.floor(9.0 * sample.spread) / 8.0
@@ -361,10 +341,9 @@ def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
     return np.where(used, difference(conversions.slerp(p, q, parts), theirs), LEFT_OUT)
 
 
-def _canonical_difference(ours: Floats, theirs: Floats) -> Floats:
+def _canonical_difference(ours: Any, theirs: Floats) -> Floats:
     """Difference of quaternions, of which q and −q mean the same, and how far ours is from r0 ≥ 0."""
-    apart = direction_difference(ours, theirs)
-    return apart if ours.shape != theirs.shape else np.maximum(apart, np.maximum(-ours[:, 0], 0.0))
+    return largest(direction_difference(ours, theirs), outside(shaped(ours, theirs.shape)[:, 0], 0.0, np.inf))
 
 
 def _product(p: Floats, q: Floats) -> Floats:

@@ -138,6 +138,8 @@ class RotationSample:
 
     def __init__(self, R: Floats) -> None:
         self.R = R
+        self.moving_angles = functools.cache(self._moving_angles)
+        self.moving_matrices = functools.cache(self._moving_matrices)
 
     @functools.cached_property
     def spread(self) -> Floats:
@@ -165,26 +167,14 @@ class RotationSample:
         """pin.rpy.matrixToRpy, shape (n, 3)."""
         return each(pin.rpy.matrixToRpy, (3,), self.R)
 
-    def moving_angles(self, sequence: str) -> Floats:
+    def _moving_angles(self, sequence: str) -> Floats:
         """eigenpy.toEulerAngles about moving axes, shape (n, 3); one of the two solutions."""
-        if sequence not in self._angles:
-            numbers = axis_numbers(sequence)
-            self._angles[sequence] = each(lambda R: eigenpy.toEulerAngles(R, *numbers), (3,), self.R)
-        return self._angles[sequence]
+        numbers = axis_numbers(sequence)
+        return each(lambda R: eigenpy.toEulerAngles(R, *numbers), (3,), self.R)
 
-    def moving_matrices(self, sequence: str) -> Floats:
+    def _moving_matrices(self, sequence: str) -> Floats:
         """eigenpy.fromEulerAngles of `moving_angles`, shape (n, 3, 3)."""
-        if sequence not in self._matrices:
-            self._matrices[sequence] = matrices_from_moving(self.moving_angles(sequence), sequence)
-        return self._matrices[sequence]
-
-    @functools.cached_property
-    def _angles(self) -> dict[str, Floats]:
-        return {}
-
-    @functools.cached_property
-    def _matrices(self) -> dict[str, Floats]:
-        return {}
+        return matrices_from_moving(self.moving_angles(sequence), sequence)
 
 
 def each(function: Callable[..., Any], tail: tuple[int, ...], *arrays: Floats) -> Floats:

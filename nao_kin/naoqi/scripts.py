@@ -48,12 +48,8 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
     if endpoint is not None:
         environment[ENDPOINT_VARIABLE] = endpoint
     command = [sys.executable, str(FOLDER), str(path), *arguments]
-    with subprocess.Popen(command, env=environment) as process:
-        take_back = before_ending(process.terminate)
-        try:
-            code = process.wait()
-        finally:
-            take_back()
+    with subprocess.Popen(command, env=environment) as process, before_ending(process.terminate):
+        code = process.wait()
     return 128 - code if code < 0 else code
 
 

@@ -92,7 +92,7 @@ class PartFolder:
         except OSError:
             self._lock.close()
             raise BadArgument(f"cannot write {abbreviated(output)}: another process is writing it") from None
-        self._take_back = before_ending(self._end)
+        self._registered = before_ending(self._end)
 
     @property
     def unfinished(self) -> Path:
@@ -153,7 +153,7 @@ class PartFolder:
     def close(self) -> None:
         """Leave, and let others in."""
         self.leave()
-        self._take_back()
+        self._registered.close()
         self._lock.close()
 
     def _check_ours(self) -> None:

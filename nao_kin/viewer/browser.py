@@ -200,15 +200,12 @@ def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
             env={**os.environ, "TMPDIR": profile},
         )
         browser = Browser(program, supervisor)
-        take_back = before_ending(browser.end)
-    try:
-        with supervisor:
-            try:
-                yield browser
-            finally:
-                browser.end()
-    finally:
-        take_back()
+        registered = before_ending(browser.end)
+    with registered, supervisor:
+        try:
+            yield browser
+        finally:
+            browser.end()
 
 
 def _python() -> str:

@@ -17,10 +17,10 @@ from nao_kin.cli.doctor import inspect_installation
 
 def test_a_sound_installation_has_no_problems() -> None:
     state = inspect_installation({k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "CONDA"))})
-    assert state.problems == ()
-    pin = next(library for library in state.libraries if library.name == "pin")
-    assert pin.version == importlib.metadata.version("pin")
-    assert Path(pin.location or "").name == "pinocchio"
+    assert state["problems"] == []
+    pin = next(library for library in state["libraries"] if library["name"] == "pin")
+    assert pin["version"] == importlib.metadata.version("pin")
+    assert Path(pin["location"] or "").name == "pinocchio"
 
 
 def test_doctor_prints_what_it_found(capsys: pytest.CaptureFixture) -> None:
@@ -34,14 +34,14 @@ def test_doctor_prints_what_it_found(capsys: pytest.CaptureFixture) -> None:
 
 def test_a_ros_workspace_in_the_path_is_named() -> None:
     state = inspect_installation({**os.environ, "PYTHONPATH": "/opt/ros/jazzy/lib/python3.12/site-packages"})
-    assert any("/opt/ros/jazzy" in problem and "unset PYTHONPATH" in problem for problem in state.problems)
+    assert any("/opt/ros/jazzy" in problem and "unset PYTHONPATH" in problem for problem in state["problems"])
 
 
 def test_two_pinocchios_in_one_conda_environment_are_named(tmp_path: Path) -> None:
     (tmp_path / "conda-meta").mkdir()
     (tmp_path / "conda-meta" / "pinocchio-3.2.0-py311.json").touch()
     state = inspect_installation({**os.environ, "CONDA_PREFIX": str(tmp_path)})
-    assert any("conda" in problem and "both bring Pinocchio" in problem for problem in state.problems)
+    assert any("conda" in problem and "both bring Pinocchio" in problem for problem in state["problems"])
 
 
 def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_named(monkeypatch) -> None:
@@ -54,7 +54,7 @@ def test_the_other_project_called_pinocchio_and_old_or_missing_libraries_are_nam
 
     monkeypatch.setattr(importlib.metadata, "version", version)
     monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
-    problems = " | ".join(inspect_installation().problems)
+    problems = " | ".join(inspect_installation()["problems"])
     assert "pin 2.7.0 is too old" in problems
     assert "'pinocchio' 0.4.3 from PyPI is another project" in problems
     assert "meshcat is not installed: pip install meshcat" in problems

@@ -160,7 +160,7 @@ time.sleep(10)
 def test_what_is_registered_is_tidied_newest_first_and_what_is_taken_back_is_not() -> None:
     body = """
 before_ending(lambda: os.write(1, b"first "))
-before_ending(lambda: os.write(1, b"never "))()
+before_ending(lambda: os.write(1, b"never ")).close()
 before_ending(lambda: 1 / 0)
 before_ending(lambda: os.write(1, b"second "))
 os.kill(os.getpid(), signal.SIGTERM)

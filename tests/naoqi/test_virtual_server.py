@@ -26,6 +26,7 @@ from nao_kin._kernels.cache import compiles
 from nao_kin.cli.app import run
 from nao_kin.cli.naoqi import follow
 from nao_kin.cli.naoqi import served as served_nao
+from nao_kin.cli.options import RobotOptions
 from nao_kin.cli.view import LivePage
 from nao_kin.errors import BadArgument, MissingExtra
 from nao_kin.naoqi import OpenToOthersWarning, QiServer, VirtualNao
@@ -446,7 +447,7 @@ def test_a_calibrated_robot_is_served_and_shown(
     monkeypatch.setattr(LivePage, "viewer", lambda page, robot: shown.append(robot) or true_viewer(page, robot))
     page = LivePage(page_port=0)
     given = {"host": "127.0.0.1", "port": 0, "speed": 1.0, "posture": "Crouch", "awake": False, "behaviors": None}
-    with served_nao("v6", offsets=str(path), page=page, kinds=(), **given):
+    with served_nao(RobotOptions(offsets=str(path)), page=page, kinds=(), **given):
         assert shown[0].base == "floating"
         assert np.allclose(shown[0].fk(shown[0].posture("StandInit"), "CameraTop"), T_torso_camera)
 

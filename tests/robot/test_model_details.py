@@ -316,7 +316,7 @@ def _problems_with_pinocchio_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -
     with monkeypatch.context() as patch:
         patch.setattr(doctor.importlib.util, "find_spec", find_spec)
         patch.setattr(probes, "_PROBE", "print('25 ')")
-        problems = doctor.inspect_installation({"PATH": os.environ.get("PATH", "")}).problems
+        problems = doctor.inspect_installation({"PATH": os.environ.get("PATH", "")})["problems"]
     return [problem for problem in problems if "outside of this Python" in problem]
 
 

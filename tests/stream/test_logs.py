@@ -492,7 +492,7 @@ def test_a_table_with_times_is_streamed_and_not_read_as_a_motion(
     def refuse(*arguments: object, **named: object) -> None:
         raise AssertionError("the whole file is read")
 
-    monkeypatch.setattr("nao_kin.cli.fk.read", refuse)
+    monkeypatch.setattr("nao_kin.cli.sources.MotionFile.read", refuse)
     monkeypatch.setattr("nao_kin.stream.tables.read_log", refuse)
     assert run(["fk", str(tmp_path / "log.csv"), "--frame", "Head", "-o", str(tmp_path / "poses.npy")]) == 0
     assert _poses(tmp_path / "poses.npy").shape == (ROWS, 1, 6)

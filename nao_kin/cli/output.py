@@ -1,0 +1,86 @@
+"""What commands print: tables for people, JSON for programs, and notes as lines on standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from nao_kin._core.files import leads_to_standard_output
+
+
+def print_note(*messages: str) -> None:
+    """Each message as one line on standard error, whatever line breaks it holds."""
+    for message in messages:
+        print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
+
+
+def print_json(document: Any) -> None:
+    """One JSON document on standard output; NaN has no place in it."""
+    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def print_json_list(head: dict[str, Any], name: str, items: Iterable[Any]) -> None:
+    """One JSON document whose last member is a long list, written item by item."""
+    opening = json.dumps(head, indent=2, ensure_ascii=False)[: -len("\n}")]
+    print(f'{opening},\n  "{name}": [', end="")
+    for index, item in enumerate(items):
+        print(",\n    " if index else "\n    ", json.dumps(item, ensure_ascii=False, allow_nan=False), sep="", end="")
+    print("\n  ]\n}")
+
+
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[str] = ()) -> None:
+    """A table on standard output; columns named in `numbers` are aligned right.
+
+    Nothing is ever cut: where the terminal is narrower than the table, it breaks the lines itself.
+    """
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for column in columns:
+        # Text: names from foreign files are not markup.
+        table.add_column(Text(column), justify="right" if column in numbers else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    console = Console(file=sys.stdout, highlight=False)
+    console.width = console.measure(table, options=console.options.update(max_width=10_000)).maximum
+    console.print(table)
+
+
+def print_written(*paths: str | Path) -> None:
+    """The files that were written, but for standard output, which has one of them, and nothing behind it."""
+    for path in paths:
+        if not leads_to_standard_output(path):
+            print(path)
+
+
+def fixed(value: float) -> str:
+    """A number with five digits behind the point; adding zero takes the sign off a negative zero."""
+    return f"{round(value, 5) + 0.0:.5f}"
+
+
+def degrees_per(unit: str, deg: bool) -> float:
+    """What a value in this unit is multiplied with to be printed: under --deg, radians become degrees."""
+    return math.degrees(1.0) if deg and unit == "rad" else 1.0
+
+
+@contextmanager
+def progress(what: str, *, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on standard error, where that is a terminal.
+
+    Yields:
+        A function of how many are done, and of their total.
+    """
+    from rich.progress import Progress
+
+    errors = Console(file=sys.stderr)
+    with Progress(console=errors, disable=not (shown and errors.is_terminal), transient=True) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,0 +1,217 @@
+"""What commands read: a posture and joints, a file of whole configurations, or a motion."""
+
+from __future__ import annotations
+
+import io
+import math
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.files import read_bounded
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.cli.options import argument, flag, option
+from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
+
+if TYPE_CHECKING:
+    from nao_kin._core.csv_numbers import TableColumns
+    from nao_kin.motion import Motion, Trajectory
+    from nao_kin.robot import LimitPolicy, RobotModel
+
+TIMELINE = "NAME", "Which of several motions in the file; name or number."
+COLUMNS = (
+    "NAME=HEADING",
+    "Read a column as if headed so: yaw=HeadYaw, 'ms=time [ms]'; NAME= leaves it out; repeatable.",
+)
+IGNORE_OTHER = "Leave out columns that name no joint and no time."
+HIPS = "RULE", "Of a motion with two HipYawPitch: average (default), left or right."
+
+
+@dataclass(frozen=True)
+class JointOptions:
+    """The options that describe one configuration, and what a motion leaves open."""
+
+    posture: str | None = option("NAME", "Start from a predefined posture; of a motion: of joints it does not name.")
+    joint: list[str] | None = option("NAME=VALUE", "Set a joint; repeatable. Others are at zero.")
+
+    def configuration(self, model: RobotModel, *, deg: bool, limits: LimitPolicy) -> Floats:
+        """The configuration; without a posture only the named joints face limits."""
+        values = self._values(model, deg)
+        check_posture(model, self.posture)
+        try:
+            if self.posture is None:
+                return model.configuration(values, limits=limits)
+            return model.posture(self.posture, values, limits=limits)
+        except OutsideLimits as error:
+            advice = "; --clamp and --ignore-limits take it"
+            # So large an angle is one in degrees.
+            advice += ", --deg?" if not deg and any(abs(value) > 2.0 * math.pi for value in values.values()) else ""
+            raise BadArgument(error.describe(degrees=deg) + advice) from None
+        except CouplingViolated as error:
+            raise BadArgument(error.describe(degrees=deg)) from None
+
+    def _values(self, model: RobotModel, deg: bool) -> dict[str, float]:
+        """The values that --joint gives, by name [rad, m or ratio]."""
+        values: dict[str, float] = {}
+        for setting in self.joint or ():
+            name, _, text = setting.partition("=")
+            name = name.strip()
+            try:
+                value = decimal(text)
+            except ValueError:
+                value = math.nan
+            if not math.isfinite(value):
+                raise BadArgument(f"--joint {quoted(setting)}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
+            if name in values:
+                raise BadArgument(f"--joint names {abbreviated(name)} twice")
+            values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
+        return values
+
+
+def check_posture(model: RobotModel, posture: str | None) -> None:
+    """Refuse a posture of a robot that has none."""
+    if posture is not None and not model.posture_names:
+        raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
+
+
+@dataclass(frozen=True)
+class MotionFile:
+    """A motion file of any format, and how it is read."""
+
+    file: str = argument("FILE", "A motion file of any format, - for standard input.")
+    from_: str | None = option("FORMAT", "Format of FILE. Default: by its content.")
+    deg: bool = flag("Angles of FILE in degrees, where it does not say; and of what is printed.")
+    timeline: str | None = option(*TIMELINE)
+    ignore_other: bool = flag(IGNORE_OTHER)
+
+    def read(self, model: RobotModel) -> Motion:
+        """The motion, of joints of a robot."""
+        from nao_kin.motion import read_motion
+
+        return read_motion(
+            self.file,
+            format=self.from_,
+            degrees=self.deg,
+            timeline=self.timeline,
+            robot=model,
+            ignore_other=self.ignore_other,
+        )
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """The options of a file of whole configurations or of a motion."""
+
+    columns: list[str] | None = option(*COLUMNS)
+    ignore_other: bool = flag(IGNORE_OTHER)
+    rate: float | None = option("N", "Of a motion: configurations per second.")
+    hips: str | None = option(*HIPS)
+    timeline: str | None = option(*TIMELINE)
+
+    def check(self, file: str | None, posture: str | None, *, moves: bool, hips: str | None = None) -> None:
+        """Refuse options that only a motion takes, where there is another file or none; and those of a file, without.
+
+        Args:
+            file: the first of the files.
+            posture: which a motion takes for the joints that it does not name.
+            moves: whether the file is a motion.
+            hips: --hips, of a command that takes it for motions alone.
+        """
+        if not moves:
+            posture = None if file is None else posture
+            refuse_for_motions(file, posture=posture, rate=self.rate, hips=hips, timeline=self.timeline)
+        if file is None and (self.columns or self.ignore_other):
+            raise BadArgument("--columns and --ignore-other are for a file; name it")
+
+    @property
+    def renamed(self) -> dict[str, str | None] | None:
+        """What --columns says: name in the file → heading, None to leave the column out.
+
+        Raises:
+            BadArgument: no name and heading.
+        """
+        columns: dict[str, str | None] = {}
+        for setting in self.columns or ():
+            name, sign, heading = setting.rpartition("=")
+            if not sign or name in columns:
+                wrong = "names a column twice" if name in columns else "expected NAME=HEADING, as in yaw=HeadYaw"
+                raise BadArgument(f"--columns {quoted(setting)}: {wrong}")
+            columns[name.strip()] = heading.strip() or None
+        return columns or None
+
+    def log(
+        self, model: RobotModel, file: str, *, deg: bool, limits: LimitPolicy = "ignore", hips: str | None = None
+    ) -> Any:
+        """The whole configurations in a file, as `nao_kin.stream.read_log` gives them."""
+        from nao_kin.stream import read_log
+
+        rule: Any = hips
+        return read_log(
+            model,
+            file,
+            limits=limits,
+            degrees=deg,
+            columns=self.renamed,
+            ignore_other=self.ignore_other,
+            hips=rule,
+        )
+
+    def log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
+        """The columns of a file whose rows are whole configurations; None for other files, and input not read yet."""
+        from nao_kin.stream import log_columns
+
+        data = None
+        if file == "-":
+            buffer = getattr(sys.stdin, "buffer", None)
+            if not isinstance(buffer, io.BytesIO):
+                return None
+            data = buffer.getvalue()
+        return log_columns(model, file, columns=self.renamed, data=data)
+
+    def trajectory(
+        self, model: RobotModel, file: str, *, deg: bool, posture: str | None, rate: float | None
+    ) -> Trajectory:
+        """The configurations that a motion goes through."""
+        from nao_kin.motion import HOLD
+
+        motion = MotionFile(file, None, deg, self.timeline, self.ignore_other).read(model)
+        check_posture(model, posture)
+        rule: Any = "average" if self.hips is None else self.hips
+        return motion.configurations(model, rate=rate, fill=HOLD if posture is None else posture, hips=rule)
+
+
+def refuse_for_motions(file: str | None, **given: object) -> None:
+    """Refuse options that only a motion takes, where there is another file or none.
+
+    Raises:
+        BadArgument: with the first of them that is not None.
+    """
+    for name, value in given.items():
+        if value is None:
+            continue
+        if file is None:
+            raise BadArgument(f"--{name} is for a motion; name its FILE")
+        if name == "posture":
+            raise BadArgument("a file gives whole configurations; leave out --posture and --joint")
+        raise BadArgument(f"--{name} is for a motion, and {quoted(file)} has no times: it gives whole configurations")
+
+
+def is_motion(file: str) -> bool:
+    """Whether a file, "-" for standard input, holds a motion; standard input can be read again afterwards.
+
+    Raises:
+        BadInputFile: standard input is a pipe or device of more than 2³⁰ bytes, which may have no end.
+    """
+    from nao_kin.motion import is_motion_file
+
+    if file != "-":
+        return is_motion_file(file)
+    if sys.stdin is None:
+        return False
+    try:
+        data = read_bounded(sys.stdin.buffer, file)
+    except OSError:
+        return False  # which is said where it is read
+    sys.stdin = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8")
+    return is_motion_file("-", data)
