@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, choice
+from nao_kin._core.arrays import Floats, Vector
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
-from nao_kin.rotations import exp, rpy_from_matrix
+from nao_kin.rotations import rpy_from_matrix
 
 # --- Poses as a URDF writes them, put one after the other.
 
@@ -32,13 +31,19 @@ def composed(first: Origin, second: Origin) -> Origin:
     return Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3]))
 
 
-def moved(origin: Origin, kind: str, axis: Vector, value: float) -> Origin:
-    """The pose of a joint at a value: turned about its axis, or moved along it."""
-    if value == 0.0:
-        return origin
-    if kind == "prismatic":
-        return composed(origin, Origin(_vector(value * np.array(axis))))
-    return composed(origin, Origin(rpy=rpy_of(exp(value * np.array(axis)))))
+def moved(joint: UrdfJoint, value: float) -> Origin:
+    """The pose of a joint's frame at a value: turned about its axis, or moved along it."""
+    T = joint.travel(value)
+    return composed(joint.origin, Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3])))
+
+
+def hosts(tree: UrdfTree, gone: Collection[str]) -> dict[str, tuple[str, Origin]]:
+    """Link → the link that it is part of where the links `gone` are parts of those that carry them, and its place."""
+    found = {tree.root: (tree.root, HERE)}
+    for joint in tree.joints:
+        host, place = found[joint.parent]
+        found[joint.child] = (host, composed(place, joint.origin)) if joint.child in gone else (joint.child, HERE)
+    return found
 
 
 def rpy_of(R: Floats) -> Vector:
@@ -110,9 +115,6 @@ def with_moments(mass: float, centre: Floats, moments: Floats) -> Inertial:
 
 # --- Inertias that a simulator takes.
 
-InertiaChoice = Literal["published", "physical"]
-INERTIAS: tuple[InertiaChoice, ...] = ("published", "physical")
-
 # The least second moment of a body beside its largest: what is flatter is, to a simulator, flat.
 _THINNEST = 1e-6
 # What is within a micrometre of its centre of mass is nothing but rounding [m²].
@@ -124,7 +126,7 @@ _FROM_NOWHERE = 1e-3
 _DENSITY_OF_WATER = 1000.0
 
 
-def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, tuple[str, ...]]:
+def make_physical(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree with inertias that bodies can have, wherever the published ones are not.
 
     A body of nowhere negative density has second moments Σ = ½ tr(I) 1 − I ⪰ 0 about its centre of mass; that is
@@ -140,15 +142,8 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
        spread so that with them it makes a ball again. A link gives away a hundredth of its mass in all. Where nothing
        that carries the link has mass, the mass is added.
 
-    Args:
-        tree: the robot.
-        inertia: "published" changes nothing, or "physical".
-
     Returns:
         The tree, and one line for each link whose numbers have changed.
-
-    Raises:
-        UnknownName: no such choice.
 
     Source: Wensing, Kim and Slotine 2018 (see above); Higham, Computing a Nearest Symmetric
     Positive Semidefinite Matrix, Linear Algebra and its Applications 103, 1988.
@@ -162,9 +157,6 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
         >>> abs(nk.RobotModel(tree).mass - nao.mass) < 1e-12
         True
     """
-    choice(inertia, INERTIAS, "choice of inertias")
-    if inertia == "published":
-        return tree, ()
     bodies, changes = dict(tree.inertials), list[str]()
     _realize(tree, bodies, changes)
     _fill(tree, bodies, changes)
@@ -202,7 +194,8 @@ def _realize(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) ->
 
 def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> None:
     """Give a ball to every link that moves without mass, out of what carries it."""
-    groups = _rigid_groups(tree)
+    # Link → the innermost link that fixed joints hold it to, and its place there.
+    groups = hosts(tree, {joint.child for joint in tree.joints if joint.kind == "fixed"})
     heavy = {group for group, _ in (groups[link] for link, body in bodies.items() if body.mass > 0.0)}
     light = {joint.child: joint for joint in tree.moving_joints if joint.child not in heavy}
     # Massless link → the massless links that it carries, outer ones first: a child comes after its parent in the tree.
@@ -259,15 +252,6 @@ def _whole(
     changes.append(f"{link}: mass 0 → {own:.3g} kg, {what} on the axis of {light[link].name}")
     place = Inertial(mass, HERE, tuple(tensor(whole[:3, :3])[np.triu_indices(3)].tolist()))
     return pseudo_inertia(place, at)
-
-
-def _rigid_groups(tree: UrdfTree) -> dict[str, tuple[str, Origin]]:
-    """Link → the innermost link that fixed joints hold it to, and its place there."""
-    groups = {tree.root: (tree.root, HERE)}
-    for joint in tree.joints:
-        group, place = groups[joint.parent]
-        groups[joint.child] = (group, composed(place, joint.origin)) if joint.kind == "fixed" else (joint.child, HERE)
-    return groups
 
 
 def _seen_from(P: Floats, place: Origin) -> Inertial:

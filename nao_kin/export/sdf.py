@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted, with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.inertia import HERE, composed
+from nao_kin.export.inertia import HERE, hosts
 from nao_kin.export.meshes import taken_meshes
 from nao_kin.export.pipeline import Exported, Target, xml_text
 from nao_kin.export.variants import Variant
@@ -62,16 +62,11 @@ def frames_of(tree: UrdfTree, bodies: UrdfTree) -> tuple[Frame, ...]:
         tree: the robot with all its links.
         bodies: the same robot with one link for each body.
     """
-    links = set(bodies.links)
-    # A root that has given way to the one link that it holds at its own place.
-    places = {tree.root: (tree.root if tree.root in links else bodies.root, HERE)}
-    for joint in tree.joints:
-        if joint.child in links:
-            places[joint.child] = joint.child, HERE
-        else:
-            host, origin = places[joint.parent]
-            places[joint.child] = host, composed(origin, joint.origin)
-    return tuple(Frame(link, *places[link]) for link in tree.links if link not in links)
+    gone = set(tree.links) - set(bodies.links)
+    places = hosts(tree, gone)
+    if tree.root in gone:  # it has given way to the one link that it holds at its own place
+        places[tree.root] = bodies.root, HERE
+    return tuple(Frame(link, *places[link]) for link in tree.links if link in gone)
 
 
 def sdf_document(

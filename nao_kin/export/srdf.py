@@ -541,7 +541,7 @@ def srdf_document(
         raise UnknownName("base", base, BASES)
     count = whole_number(samples, "samples", 1, _MOST_SAMPLES)
     own, _ = Variant(chosen.frames, coupling=chosen.coupling).tree_of(robot)
-    tree, _ = name_frames(own, chosen.names, robot.semantics)
+    tree = own if chosen.names == "naoqi" else name_frames(own, robot.semantics)[0]
     body = _as_written(robot, own)
     plan = planning(tree, named_semantics(robot.semantics, chosen.names))
     contacts = LinkContacts(body)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -11,17 +12,16 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from nao_kin._core.arrays import choice, flag
+from nao_kin._core.arrays import choice
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadModel
-from nao_kin.export.inertia import InertiaChoice
 from nao_kin.export.meshes import FOLDER, MeshFiles
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
 from nao_kin.export.mujoco.devices import add_actuators, add_sites
 from nao_kin.export.mujoco.model import Shapes, add_bodies, add_excludes, add_keyframes, on_their_soles
 from nao_kin.export.pipeline import Exported, Target
-from nao_kin.export.variants import FRAMES, Coupling, Frames, Variant
+from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UrdfTree
@@ -163,9 +163,9 @@ def mjcf(
     folder: Path | str,
     *,
     base: str = "floating",
-    frames: Frames = "all",
-    coupling: Coupling = "mimic",
-    inertia: InertiaChoice = "physical",
+    frames: str = "all",
+    coupling: str = "mimic",
+    inertia: str = "physical",
     meshes: str = "relative",
     typed: bool = False,
     overwrite: bool = False,
@@ -217,13 +217,12 @@ def mjcf(
     target = Target(robot, folder, overwrite=overwrite, folder=True)
     floating = choice(base, _BASES, "base") == "floating"
     choice(meshes, _MESHES, "choice of meshes")
-    choice(frames, FRAMES, "choice of frames")
-    flag(typed, "typed")
+    chosen = Variant(frames, coupling=coupling, inertia=inertia, typed=typed)
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
     # Links on fixed joints become sites, and merged joints are joints of one body.
-    tree, changes = Variant(coupling=coupling, inertia=inertia).tree_of(robot)
+    tree, changes = replace(chosen, frames="all", typed=False).tree_of(robot)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
     if floating and inertia == "physical":
         changes += give_the_root_mass(bodies)
