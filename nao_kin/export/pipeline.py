@@ -70,3 +70,9 @@ def xml_text(root: ET.Element) -> str:
     """Return the document, indented, with its declaration and a newline at its end."""
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def add_texts(element: ET.Element, texts: Mapping[str, str]) -> None:
+    """Add to an element one with a text for each entry."""
+    for tag, text in texts.items():
+        ET.SubElement(element, tag).text = text
