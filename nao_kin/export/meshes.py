@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot import read_mesh
-from nao_kin.robot.urdf import MeshFile, Packages, Rgba, UnreadableShape, UrdfTree
+from nao_kin.robot.urdf import Collision, MeshFile, Packages, Rgba, UnreadableShape, UrdfTree, Visual
 
 MESH_FOLDER = "meshes"
 
@@ -28,6 +28,11 @@ _COMPANIONS = frozenset(
 _OBJ_FILES = re.compile(r"^\s*(?:mtllib|map_\w+|bump|disp|decal|refl)\s+(?:-\S+\s+(?:[-+.\d]+\s+)*)*(\S.*?)\s*$", re.M)
 
 
+def shapes_of(tree: UrdfTree) -> tuple[Visual | Collision, ...]:
+    """The looks of all links, and behind them the shapes that stand for them in contacts."""
+    return (*tree.visuals, *tree.collisions)
+
+
 def mesh_files(tree: UrdfTree) -> dict[str, Path]:
     """Every mesh that the tree names → its file.
 
@@ -36,8 +41,8 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
     """
     found: dict[str, Path] = {}
     packages = tree.packages
-    shapes = (*(visual.geometry for visual in tree.visuals), *(shape.geometry for shape in tree.collisions))
-    for name in dict.fromkeys(shape.filename for shape in shapes if isinstance(shape, MeshFile)):
+    meshes = (shape.geometry for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile))
+    for name in dict.fromkeys(mesh.filename for mesh in meshes):
         path = packages.file(name)
         if path is None:
             raise BadArgument(
@@ -230,6 +235,21 @@ def read_files(files: Mapping[str, Path]) -> dict[str, bytes]:
     return contents
 
 
+# --- The colours of a robot's looks, each with a name.
+
+# What a visual has for its colour: name of the material, "" for none, and the colour.
+Paint = tuple[str, Rgba]
+
+
+def paint_names(paints: Iterable[Paint]) -> dict[Paint, str]:
+    """Paint → a name that no other one has: that of its material, or a new one where two colours share it."""
+    found: dict[Paint, str] = {}
+    for paint in paints:
+        if paint not in found:
+            found[paint] = fresh_name(paint[0] or "colour", found.values())
+    return found
+
+
 # --- Meshes that carry the colours which a URDF gives them, for tools that take no colour from a URDF for an .obj.
 #
 # RViz is one: it gives every .obj the material in the file, or else one grey for all, and uses the colours of a URDF
@@ -303,36 +323,18 @@ FOLDER = "assets"
 _MOST_IN_STL = 200_000
 
 
-class MeshFiles:
-    """The mesh files of an export, each once.
+def assets(tree: UrdfTree) -> TakenMeshes:
+    """The meshes of a tree as files that MuJoCo reads; their names are those in the folder of meshes.
 
-    Attributes:
-        contents: name of the file → its content.
+    Raises:
+        BadArgument: one of them is not there or cannot be read.
     """
-
-    def __init__(self, tree: UrdfTree) -> None:
-        """Find the files.
-
-        Raises:
-            BadArgument: one of them is not there.
-        """
-        self.contents: dict[str, bytes] = {}
-        self._paths, self._packages = mesh_files(tree), tree.packages
-        self._names: dict[Path, str] = {}
-
-    def add(self, mesh: MeshFile) -> str:
-        """Name of a mesh in the folder of meshes.
-
-        Raises:
-            BadArgument: it cannot be read.
-        """
-        path = self._paths[mesh.filename]
-        if path not in self._names:
-            content, suffix = _readable(path, self._packages)
-            stems = {Path(name).stem for name in self.contents}
-            self._names[path] = name = fresh_name(path.stem, stems) + suffix
-            self.contents[name] = content
-        return self._names[path]
+    paths, names, files = mesh_files(tree), dict[Path, str](), dict[str, bytes]()
+    for path in dict.fromkeys(paths.values()):
+        content, suffix = _readable(path, tree.packages)
+        names[path] = fresh_name(path.stem, {Path(name).stem for name in names.values()}) + suffix
+        files[f"{FOLDER}/{names[path]}"] = content
+    return TakenMeshes({mesh: names[path] for mesh, path in paths.items()}, files)
 
 
 def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
