@@ -292,6 +292,7 @@ def coloured(
     changes = (
         [f"{len(painted)} meshes have their colours in {library}, for RViz takes none from a URDF"] if painted else []
     )
+    several = [name.removeprefix(f"{MESH_FOLDER}/") for name in several]
     changes += [f"{name} has several colours in the URDF, and none in RViz" for name in several]
     return made, tuple(changes)
 

@@ -20,7 +20,7 @@ from nao_kin.export.meshes import FOLDER, TakenMeshes, assets
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
 from nao_kin.export.mujoco.devices import add_actuators, add_sites
 from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
-from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.pipeline import Exported, Target, filled
 from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
@@ -44,32 +44,14 @@ def scene_xml(robot_file: str, model: Any) -> str:
         model: the compiled robot, for its size.
     """
     extent = float(model.stat.extent)
-    return f"""<mujoco model={quoteattr(f"{robot_file.removesuffix('.xml')} on a floor")}>
-  <include file={quoteattr(robot_file)}/>
-
-  <statistic center="0 0 {0.4 * extent:.3g}" extent="{extent:.3g}"/>
-
-  <visual>
-    <headlight diffuse="0.4 0.4 0.4" ambient="0.35 0.35 0.35" specular="0 0 0"/>
-    <global azimuth="150" elevation="-15" offwidth="1280" offheight="960"/>
-    <quality shadowsize="4096"/>
-    <map znear="0.01"/>
-  </visual>
-
-  <asset>
-    <texture name="sky" type="skybox" builtin="gradient" width="256" height="1536"
-      rgb1="0.75 0.82 0.9" rgb2="0.95 0.97 1"/>
-    <texture name="floor" type="2d" builtin="checker" width="300" height="300"
-      rgb1="0.82 0.84 0.86" rgb2="0.74 0.76 0.79"/>
-    <material name="floor" texture="floor" texuniform="true" texrepeat="5 5"/>
-  </asset>
-
-  <worldbody>
-    <light name="sun" pos="0 0 {1.5 * extent:.3g}" dir="0 0 -1" directional="true" diffuse="0.4 0.4 0.4"/>
-    <geom name="floor" type="plane" size="0 0 0.05" material="floor"/>
-  </worldbody>
-</mujoco>
-"""
+    return filled(
+        "scene.xml",
+        title=quoteattr(f"{robot_file.removesuffix('.xml')} on a floor"),
+        file=quoteattr(robot_file),
+        extent=f"{extent:.3g}",
+        centre=f"{0.4 * extent:.3g}",
+        above=f"{1.5 * extent:.3g}",
+    )
 
 
 # --- Full precision in what MuJoCo writes: it writes six digits, by which the feet would be off by some micrometres.
