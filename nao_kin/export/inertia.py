@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections import defaultdict
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -200,58 +201,44 @@ def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> No
     light = {joint.child: joint for joint in tree.moving_joints if joint.child not in heavy}
     # Massless link → the massless links that it carries, outer ones first: a child comes after its parent in the tree.
     carried: dict[str, list[tuple[str, Origin]]] = {link: [] for link in light}
-    donors: dict[str, list[tuple[str, Origin]]] = {}
+    donors: defaultdict[str, list[tuple[str, Origin]]] = defaultdict(list)
     for link, joint in light.items():
         group, place = groups[joint.parent]
-        at = composed(place, joint.origin)
-        (carried[group] if group in light else donors.setdefault(group, [])).append((link, at))
+        (carried if group in light else donors)[group].append((link, composed(place, joint.origin)))
+    # Of a massless link with all that it carries, the mass in units: as much again as that of what it carries.
+    sizes: dict[str, float] = {}
+    for link in reversed(light):
+        sizes[link] = max(1.0, 2.0 * sum(sizes[other] for other, _ in carried[link]))
+
+    def whole(link: str, at: Origin, unit: float) -> Floats:
+        """The ball that a massless link makes with all that it carries, as pseudo-inertia where it stands at `at`."""
+        others = [whole(other, place, unit) for other, place in carried[link]]
+        rest = np.asarray(sum(others, np.zeros((4, 4))))
+        mass = sizes[link] * unit
+        own = mass - rest[3, 3]
+        # Second moments of the whole, such that what is left for the link alone is at least a ball of its own.
+        needed = rest[:3, :3] + np.outer(rest[:3, 3], rest[:3, 3]) / own
+        P = np.diag([float(np.linalg.eigvalsh(needed)[2]) + _ball_moment(own)] * 3 + [mass])
+        bodies[link] = body_of(P - rest)
+        what = "with all that it carries a ball" if others else "a ball"
+        changes.append(f"{link}: mass 0 → {own:.3g} kg, {what} on the axis of {light[link].name}")
+        return pseudo_inertia(body_of(P), at)
+
+    masses = {link: bodies[link].mass for link in groups if link in bodies and bodies[link].mass > 0.0}
     for group, outermost in donors.items():
-        members = [link for link, (other, _) in groups.items() if other == group and _mass(bodies, link) > 0.0]
-        giver = max(members, key=lambda link: _mass(bodies, link), default=None)
-        sizes: dict[str, float] = {}
-        for link, _ in outermost:
-            _weigh(link, carried, sizes)
+        members = [link for link in masses if groups[link][0] == group]
+        giver = max(members, key=masses.__getitem__, default=None)
         total = sum(sizes[link] for link, _ in outermost)
-        unit = _FROM_NOWHERE if giver is None else _GIVEN * bodies[giver].mass / total
-        wholes = {link: _whole(link, at, carried, sizes, unit, bodies, light, changes) for link, at in outermost}
+        unit = _FROM_NOWHERE if giver is None else _GIVEN * masses[giver] / total
+        wholes = {link: whole(link, at, unit) for link, at in outermost}
         if giver is None:
             changes.append(f"{group}: nothing that carries {', '.join(wholes)} has mass; {unit * total:.3g} kg added")
             continue
         P = pseudo_inertia(bodies[giver], groups[giver][1]) - sum(wholes.values())
-        before = bodies[giver].mass
         bodies[giver] = _seen_from(P, groups[giver][1])
-        changes.append(f"{giver}: mass {before:.6g} → {bodies[giver].mass:.6g} kg, the rest given to what it carries")
-
-
-def _weigh(link: str, carried: Mapping[str, list[tuple[str, Origin]]], sizes: dict[str, float]) -> float:
-    """Of a massless link with all that it carries, the mass in units: as much again as that of what it carries."""
-    sizes[link] = max(1.0, 2.0 * sum(_weigh(other, carried, sizes) for other, _ in carried[link]))
-    return sizes[link]
-
-
-def _whole(
-    link: str,
-    at: Origin,
-    carried: Mapping[str, list[tuple[str, Origin]]],
-    sizes: Mapping[str, float],
-    unit: float,
-    bodies: dict[str, Inertial],
-    light: Mapping[str, UrdfJoint],
-    changes: list[str],
-) -> Floats:
-    """The ball that a massless link makes with all that it carries, as pseudo-inertia where it stands at `at`."""
-    others = [_whole(other, place, carried, sizes, unit, bodies, light, changes) for other, place in carried[link]]
-    rest = np.asarray(sum(others, np.zeros((4, 4))))
-    mass = sizes[link] * unit
-    own = mass - rest[3, 3]
-    # Second moments of the whole, such that what is left for the link alone is at least a ball of its own.
-    needed = rest[:3, :3] + np.outer(rest[:3, 3], rest[:3, 3]) / own
-    whole = np.diag([float(np.linalg.eigvalsh(needed)[2]) + _ball_moment(own)] * 3 + [mass])
-    bodies[link] = body_of(whole - rest)
-    what = "with all that it carries a ball" if others else "a ball"
-    changes.append(f"{link}: mass 0 → {own:.3g} kg, {what} on the axis of {light[link].name}")
-    place = Inertial(mass, HERE, tuple(tensor(whole[:3, :3])[np.triu_indices(3)].tolist()))
-    return pseudo_inertia(place, at)
+        changes.append(
+            f"{giver}: mass {masses[giver]:.6g} → {bodies[giver].mass:.6g} kg, the rest given to what it carries"
+        )
 
 
 def _seen_from(P: Floats, place: Origin) -> Inertial:
@@ -271,10 +258,6 @@ def _ball_moment(mass: float) -> float:
     """Second moment along any direction of a ball of water about its centre, m r²/5."""
     radius = math.pow(3.0 * mass / (4.0 * math.pi * _DENSITY_OF_WATER), 1.0 / 3.0)
     return mass * radius**2 / 5.0
-
-
-def _mass(bodies: Mapping[str, Inertial], link: str) -> float:
-    return bodies[link].mass if link in bodies else 0.0
 
 
 def _principal(inertia: Floats) -> str:

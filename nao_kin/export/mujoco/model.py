@@ -80,26 +80,16 @@ def _add_joint(one: Any, joint: BodyJoint) -> None:
     import mujoco
 
     motor, row = motor_of(joint), joint.rows[0]
-    kind = {"hinge": "HINGE", "slide": "SLIDE", "ball": "BALL"}[joint.kind]
-    added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{kind}"))
+    added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{joint.kind.upper()}"))
     if joint.kind != "ball":
         added.axis = joint.axes[0].tolist()
-    if joint.kind == "ball":
-        _set_passive(added, motor.damping, motor.armature, max(part.friction for part in joint.rows))
-    elif row.mimic is not None:
-        # The driving joint has the motor and the limits of both.
-        _set_passive(added, row.damping, 0.0, row.friction)
-    else:
-        _set_passive(added, motor.damping, motor.armature, row.friction)
-        if math.isfinite(row.lower) and math.isfinite(row.upper):
+        if row.mimic is None and math.isfinite(row.lower) and math.isfinite(row.upper):
             added.range = proper_range(row.lower, row.upper)
-
-
-def _set_passive(added: Any, damping: float, armature: float, friction: float) -> None:
+    # The driving joint has the motor and the limits of all that follow it.
+    damping, added.armature = (motor.damping, motor.armature) if row.mimic is None else (row.damping, 0.0)
     # A polynomial of the speed since MuJoCo 3.10, a number before.
     added.damping = damping if np.ndim(added.damping) == 0 else [damping, 0.0, 0.0]
-    added.armature = armature
-    added.frictionloss = friction
+    added.frictionloss = max(part.friction for part in joint.rows)
 
 
 # --- Visual and collision shapes as MuJoCo's geoms.
