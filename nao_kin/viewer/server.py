@@ -29,7 +29,7 @@ from nao_kin._core.arrays import whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.viewer.access import Access, Document, Guarded, NotFound, PageHandler, Token
-from nao_kin.viewer.messages import RetainedMessages, note_last, panel_message
+from nao_kin.viewer.messages import BLANKS, RetainedMessages, note_last, panel_message
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
 _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
@@ -242,8 +242,9 @@ class LiveServer:
             kept = messages.scene | {"camera"} if had else frozenset[str]()
             shown = messages.names()
             if had:
-                for key in messages.blanks.keys() - set(shown):
-                    page.send_once(messages.blanks[key])
+                # What it shows from a program before, and this one does not.
+                for key in BLANKS.keys() - set(shown):
+                    page.send_once(BLANKS[key])
             page.refresh(dict.fromkeys(key for key in shown if key not in kept))
             page.send_once(panel_message("complete", {}))
 
