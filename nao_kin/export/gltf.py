@@ -324,7 +324,9 @@ def gltf(
     tree, _ = Variant(frames, names).tree_of(robot)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
-    nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q[0]))
+    # Where the root stands: no motion moves it.
+    base = moving.q[0, :7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_STILL])
+    nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, base)
     glb, paints, notes = _scene(tree, nodes)
     _place(glb, nodes)
     for row in glb.tree.get("materials", ()):
@@ -348,11 +350,6 @@ def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: floa
         raise BadArgument("give a posture or a motion: the scene stands as the motion begins")
     known = motion if isinstance(motion, Motion) else read_motion(motion, robot=robot)
     return known.configurations(robot, rate=float(fps))
-
-
-def _base(robot: RobotModel, q: Floats) -> Floats:
-    """Position and quaternion of the root link, shape (7,): no motion moves it."""
-    return q[:7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_STILL])
 
 
 def _scene(tree: UrdfTree, nodes: tuple[Node, ...]) -> tuple[Glb, dict[str, Rgba], tuple[str, ...]]:

@@ -121,10 +121,9 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
         copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
         named = {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}
         return TakenMeshes(named, read_files(copied), notes)
-    absolute = meshes == "absolute"
-    return TakenMeshes(
-        {name: str(files[inside]) if absolute else f"{package}/{inside}" for name, inside in names.items()}
-    )
+    if meshes == "absolute":
+        return TakenMeshes({name: str(files[inside]) for name, inside in names.items()})
+    return TakenMeshes({name: f"{package}/{inside}" for name, inside in names.items()})
 
 
 def scene_of(path: Path, packages: Packages) -> Any:

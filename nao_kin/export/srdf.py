@@ -165,8 +165,8 @@ class Planning:
             group, parent = Group(name, links=(link,)), held.parent
             self.notes.append(f"end effector {link} is attached to {parent}: nothing else is there")
         self.groups[name] = group
-        holding = [group for group in self.groups.values() if group.chain and self._holds(group.chain, parent)]
-        fewest = min(holding, key=lambda group: len(group.own), default=None)
+        holding = [other for other in self.groups.values() if other.chain and self._holds(other.chain, parent)]
+        fewest = min(holding, key=lambda other: len(other.own), default=None)
         self.end_effectors.append(EndEffector(link.replace("/", "_"), parent, name, fewest.name if fewest else ""))
 
     def _gripper(self, link: str, path: tuple[str, ...], name: str) -> Group | None:

@@ -86,8 +86,7 @@ def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
         motor = motor_of(joint)
         if joint.kind == "ball":
             for place, letter in enumerate("xyz"):
-                gear = [1.0 if column == place else 0.0 for column in range(6)]
-                _add(spec, f"{joint.name}_{letter}", joint.name, motor, (-math.pi, math.pi), gear)
+                _add(spec, f"{joint.name}_{letter}", joint.name, motor, (-math.pi, math.pi), place)
         elif joint.rows[0].mimic is None:
             _add(spec, joint.name, joint.name, motor, (joint.rows[0].lower, joint.rows[0].upper))
         else:
@@ -99,15 +98,12 @@ def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
     return (f"no effort is published for {', '.join(unknown)}: force without bounds, gain {UNKNOWN_GAIN:g}",)
 
 
-def _add(
-    spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, float], gear: list[float] | None = None
-) -> None:
+def _add(spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, float], axis: int = 0) -> None:
     import mujoco
 
     added = spec.add_actuator(name=name, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     added.set_to_position(kp=motor.kp, kv=motor.kv)
-    if gear is not None:
-        added.gear = gear
+    added.gear = np.eye(6)[axis]
     if all(map(math.isfinite, allowed)):
         added.ctrlrange = proper_range(*allowed)
     if motor.effort < math.inf:

@@ -281,28 +281,25 @@ def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, f
 
 def lowest_point(model: Any, data: Any) -> float:
     """Least height of all geoms that can touch something; without any, of the bodies' frames [m]."""
-    heights = [_lowest(model, data, geom) for geom in range(model.ngeom) if model.geom_contype[geom]]
-    return min(heights) if heights else float(data.xpos[1:, 2].min())
-
-
-def _lowest(model: Any, data: Any, geom: int) -> float:
     import mujoco
 
     kinds = mujoco.mjtGeom
-    kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom]
-    height, down = data.geom_xpos[geom, 2], data.geom_xmat[geom].reshape(3, 3)[2]
-    if kind == kinds.mjGEOM_SPHERE:
-        reach = size[0]
-    elif kind == kinds.mjGEOM_CYLINDER:
-        reach = abs(down[2]) * size[1] + math.hypot(down[0], down[1]) * size[0]
-    elif kind == kinds.mjGEOM_BOX:
-        reach = np.abs(down) @ size
-    else:
-        mesh = model.geom_dataid[geom]
-        first = model.mesh_vertadr[mesh]
-        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-        reach = -(vertices @ down).min()
-    return float(height - reach)
+    heights = []
+    for geom in np.flatnonzero(model.geom_contype):
+        kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom]
+        down = data.geom_xmat[geom].reshape(3, 3)[2]
+        if kind == kinds.mjGEOM_SPHERE:
+            reach = size[0]
+        elif kind == kinds.mjGEOM_CYLINDER:
+            reach = abs(down[2]) * size[1] + math.hypot(down[0], down[1]) * size[0]
+        elif kind == kinds.mjGEOM_BOX:
+            reach = np.abs(down) @ size
+        else:
+            mesh = model.geom_dataid[geom]
+            first = model.mesh_vertadr[mesh]
+            reach = -(model.mesh_vert[first : first + model.mesh_vertnum[mesh]] @ down).min()
+        heights.append(float(data.geom_xpos[geom, 2] - reach))
+    return min(heights) if heights else float(data.xpos[1:, 2].min())
 
 
 # --- Postures as key frames: the robot set down on its soles, or as it rests.
@@ -347,7 +344,9 @@ def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) 
     """Coordinates of a joint, and controls that hold it."""
     place = int(model.joint(joint.name).qposadr[0])
     if joint.kind == "ball":
-        R = ball_rotation(joint, values)
+        R = np.eye(3)
+        for row, axis in zip(joint.rows, joint.axes, strict=True):
+            R = R @ matrix_from_natural(axis, values[row.name])
         data.qpos[place : place + 4] = quat_from_matrix(R)
         for letter, value in zip("xyz", log(R), strict=True):
             data.actuator(f"{joint.name}_{letter}").ctrl = value
@@ -355,14 +354,6 @@ def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) 
     value = data.qpos[place] = values[joint.name]
     if joint.rows[0].mimic is None:
         data.actuator(joint.name).ctrl = value
-
-
-def ball_rotation(joint: BodyJoint, values: Mapping[str, Floats]) -> Floats:
-    """The rotation of a ball, as the product of its three turns."""
-    R = np.eye(3)
-    for row, axis in zip(joint.rows, joint.axes, strict=True):
-        R = R @ matrix_from_natural(axis, values[row.name])
-    return R
 
 
 def upright(up: Floats) -> Floats:
