@@ -54,40 +54,6 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
     return found
 
 
-def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path], tuple[str, ...]]:
-    """How an export names the meshes, and which files it needs for that.
-
-    The files keep their places beside each other, below the folder that holds them all.
-
-    Args:
-        tree: the robot.
-
-    Returns:
-        Name of a mesh in the tree → its name in the export's folder of meshes; name there → file, with the
-        materials and textures that the meshes name and that are there; and one line for each mesh that names files
-        which the export must not have.
-
-    Raises:
-        BadArgument: a mesh is not there, or is none.
-    """
-    meshes = mesh_files(tree)
-    if not meshes:
-        return {}, {}, ()
-    packages = tree.packages
-    files: dict[Path, None] = {}
-    notes = []
-    for path in meshes.values():
-        left_out: list[str] = []
-        files |= dict.fromkeys((path, *_companions(path, packages, left_out)))
-        notes += left_out_note(path, left_out)
-    top = Path(os.path.commonpath([file.parent for file in files]))
-    return (
-        {name: path.relative_to(top).as_posix() for name, path in meshes.items()},
-        {file.relative_to(top).as_posix(): file for file in files},
-        tuple(dict.fromkeys(notes)),
-    )
-
-
 @dataclass(frozen=True)
 class TakenMeshes:
     """What an export makes of the meshes.
@@ -106,6 +72,8 @@ class TakenMeshes:
 def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     """The meshes of a tree by a choice: "none", "relative" copies them, "absolute" names them where they are.
 
+    What is copied has with it the materials and textures that meshes name, that are there and that it may have.
+
     Args:
         tree: the robot.
         meshes: the choice; any other one names them below `package` and copies nothing.
@@ -116,14 +84,23 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     """
     if meshes == "none":
         return TakenMeshes(None)
-    names, files, notes = mesh_names(tree)
-    if meshes == "relative":
-        copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
-        named = {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}
-        return TakenMeshes(named, read_files(copied), notes)
-    if meshes == "absolute":
-        return TakenMeshes({name: str(files[inside]) for name, inside in names.items()})
-    return TakenMeshes({name: f"{package}/{inside}" for name, inside in names.items()})
+    paths = mesh_files(tree)
+    if meshes == "absolute" or not paths:
+        return TakenMeshes({name: str(path) for name, path in paths.items()})
+    files: dict[Path, None] = {}
+    notes: list[str] = []
+    for path in paths.values():
+        left_out: list[str] = []
+        files |= dict.fromkeys((path, *_companions(path, tree.packages, left_out)))
+        notes += left_out_note(path, left_out)
+    # The files keep their places beside each other, below the folder that holds them all.
+    top = Path(os.path.commonpath([file.parent for file in files]))
+    folder = MESH_FOLDER if meshes == "relative" else package
+    names = {name: f"{folder}/{path.relative_to(top).as_posix()}" for name, path in paths.items()}
+    if meshes != "relative":
+        return TakenMeshes(names)
+    contents = {f"{folder}/{file.relative_to(top).as_posix()}": _content(file) for file in files}
+    return TakenMeshes(names, contents, tuple(dict.fromkeys(notes)))
 
 
 def scene_of(path: Path, packages: Packages) -> Any:
@@ -219,19 +196,11 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def read_files(files: Mapping[str, Path]) -> dict[str, bytes]:
-    """The contents of files.
-
-    Raises:
-        BadArgument: one cannot be read.
-    """
-    contents: dict[str, bytes] = {}
-    for name, path in files.items():
-        try:
-            contents[name] = path.read_bytes()
-        except OSError as error:
-            raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {error.strerror or error}") from None
-    return contents
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {error.strerror or error}") from None
 
 
 # --- The colours of a robot's looks, each with a name.
@@ -339,7 +308,7 @@ def assets(tree: UrdfTree) -> TakenMeshes:
 
 def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
     """Content and suffix of what MuJoCo reads: OBJ, and binary STL that is not too long."""
-    content = read_files({path.name: path})[path.name]
+    content = _content(path)
     suffix = path.suffix.lower()
     if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
         return content, suffix

@@ -192,10 +192,8 @@ def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree with a mass of 0 for every link but the root that has no word about its mass."""
     nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     silent = [link for link in tree.links if link not in tree.inertials and link != tree.root]
-    if not silent:
-        return tree, ()
-    inertials = {**tree.inertials, **dict.fromkeys(silent, nothing)}
-    return replace(tree, inertials=inertials), (f"{len(silent)} links without mass are given a mass of 0 in words",)
+    tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(silent, nothing)})
+    return tree, (f"{len(silent)} links without mass are given a mass of 0 in words",) if silent else ()
 
 
 def _package(meshes: object) -> str:

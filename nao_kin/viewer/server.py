@@ -248,18 +248,12 @@ class LiveServer:
             page.refresh(dict.fromkeys(key for key in shown if key not in kept))
             page.send_once(panel_message("complete", {}))
 
-    def _page_closed(self, page: _Page) -> None:
-        self._pages.discard(page)
-
     def _page_answered(self, page: _Page, answer: Answer) -> None:
         if answer.get("kind") == "ready":
             page.ready = True
             with self._arrival:
                 self._arrival.notify_all()
         self._on_answer(answer)
-
-    def _message(self, key: str) -> bytes | None:
-        return self._messages.get(key)
 
 
 class _Page(Guarded, tornado.websocket.WebSocketHandler):
@@ -300,7 +294,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         self.server._page_opened(self)
 
     def on_close(self) -> None:
-        self.server._page_closed(self)
+        self.server._pages.discard(self)
 
     async def on_message(self, message: str | bytes) -> None:
         answer = None
@@ -330,7 +324,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
             while self._pending or self._once:
                 keys, self._pending = self._pending, {}
                 for key in keys:
-                    message = self.server._message(key)
+                    message = self.server._messages.get(key)
                     if message is not None:
                         await self.write_message(message, binary=True)
                 once, self._once = self._once, []

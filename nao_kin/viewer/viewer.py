@@ -13,7 +13,7 @@ import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType, TracebackType
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -753,9 +753,7 @@ class Viewer:
         self._started()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _repr_html_(self) -> str:
@@ -889,7 +887,9 @@ class Viewer:
             else:
                 self._show_joints(q, up, source)
             if answer["kind"] == "joints" or not np.array_equal(before, q):
-                self._changes.tell(q, self._changed(before, q))
+                first = self.robot.nq - len(self.robot.joint_names)
+                moved = itertools.compress(self.robot.joint_names, before[first:] != q[first:])
+                self._changes.tell(q, tuple(moved))
 
     def _add(self, name: str, shape: str, frame: str | None, content: Mapping[str, object]) -> None:
         if frame is not None:
@@ -910,12 +910,6 @@ class Viewer:
         self._q = q
         for recording in tuple(self._recordings):
             recording.show(q)
-
-    def _changed(self, before: Floats, q: Floats) -> tuple[str, ...]:
-        """The joints whose values differ."""
-        names = self.robot.joint_names
-        differs = (before != q)[len(q) - len(names) :]
-        return tuple(name for name, other in zip(names, differs, strict=True) if other)
 
     def __repr__(self) -> str:
         # Not the token, for what is printed is logged and shared.
