@@ -24,7 +24,7 @@ from nao_kin.export.pipeline import Exported, Target, filled
 from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf.srdf import numbers
+from nao_kin.robot.urdf import srdf as writing
 
 __all__ = [
     "mjcf",
@@ -82,9 +82,9 @@ def exact_xml(spec: Any) -> str:
         inertial = element.find("inertial")
         if inertial is not None:
             values = {"pos": body.ipos, "mass": [body.mass], "fullinertia": body.fullinertia}
-            inertial.attrib = {name: numbers(value) for name, value in values.items()}
+            inertial.attrib = {name: writing.numbers(value) for name, value in values.items()}
     for equality, element in _pairs(spec.equalities, root.iterfind("equality/joint")):
-        element.set("polycoef", numbers(equality.data[:5]))
+        element.set("polycoef", writing.numbers(equality.data[:5]))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
@@ -100,12 +100,12 @@ def _put(element: ET.Element, attribute: str, exact: Floats) -> None:
     if written is None:
         default = _DEFAULTS.get(attribute)
         if default is not None and tuple(exact) != default and np.allclose(exact, default, atol=_ROUNDED):
-            element.set(attribute, numbers(exact))
+            element.set(attribute, writing.numbers(exact))
         return
     rough = [float(word) for word in written.split()]
     exact = exact[: len(rough)]
     if np.allclose(rough, exact, rtol=_ROUNDED, atol=1e-12):
-        element.set(attribute, numbers(exact))
+        element.set(attribute, writing.numbers(exact))
 
 
 # --- A robot as a folder for MuJoCo: its file, a scene beside it, and its meshes.
