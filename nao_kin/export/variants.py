@@ -439,7 +439,7 @@ def variant(
     inertia: str = "published",
     typed: bool = False,
     axes: str = "published",
-) -> Changed:
+) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree of a robot in a variant, and one line for each change.
 
     Args:
