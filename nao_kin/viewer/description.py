@@ -18,7 +18,7 @@ from nao_kin.robot import RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.viewer import overlays
 from nao_kin.viewer.meshes import GROUPS, shape_box
-from nao_kin.viewer.messages import Command, packed, panel_message, set_object, set_transform
+from nao_kin.viewer.messages import COLOURLESS, Command, packed, panel_message, set_object, set_transform
 from nao_kin.viewer.scene import Driver, carriers, drivers_of, holder, link_paths, numbered, robot_drawables
 
 # Whole-body cameras: the direction from the robot to the camera.
@@ -62,13 +62,12 @@ class SceneRobot:
         self._places = {link: index for index, link in enumerate(self.paths)}
         self._moved = {joint.name: joint.child for joint in tree.moving_joints}
         self._carriers = carriers(tree, self.drawables)
+        child = {joint.name: joint.child for joint in tree.joints}
         self.cameras: dict[str, tuple[Vector, tuple[str, ...]]] = {
-            **{name: (direction, ()) for name, direction in _BODY_CAMERAS.items()},
-            **{
-                name: (view.direction, tuple(joint.child for joint in tree.joints if joint.name in view.joints))
-                for name, view in semantics.views.items()
-            },
+            name: (direction, ()) for name, direction in _BODY_CAMERAS.items()
         }
+        for name, view in semantics.views.items():
+            self.cameras[name] = view.direction, tuple(child[joint] for joint in view.joints)
         names = tuple(drawable.light for drawable in self.drawables if drawable.light)
         self._light_groups = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
         self.light_names = (*self._light_groups, *names)
@@ -156,8 +155,7 @@ class SceneRobot:
             raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
         for name in values:
             choice(name, self._places, "link")
-        content: dict[str, Any] = {"robot": self.number, "links": [], "label": str(label)}
-        content |= {"low": "", "high": "", "stops": None}
+        content: dict[str, Any] = {**COLOURLESS, "robot": self.number, "label": str(label)}
         if values:
             numbers = {name: overlays.number(value, f"value of {name}") for name, value in values.items()}
             bottom = min(numbers.values()) if low is None else overlays.number(low, "low")

@@ -240,7 +240,8 @@ class Kind:
 
 
 _SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high": "string"}
-_COLOURLESS = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
+# What shows links in their own colours.
+COLOURLESS: Mapping[str, Any] = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
 
 KINDS: Mapping[str, Kind] = {
     # The robot that leads.
@@ -260,7 +261,7 @@ KINDS: Mapping[str, Kind] = {
         blank={"qs": typed_array(np.zeros(0)), "count": 0, "opacity": 1.0, "first": 1},
     ),
     "targets": Kind({"targets": "{ name: string; matrix: number[]; point: boolean }[]"}, blank={"targets": []}),
-    "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=_COLOURLESS),
+    "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=COLOURLESS),
     "edition": Kind({"name": "string"}, blank={"name": ""}),
     "lights": Kind({"lights": "{ name: string; rgb: Vector }[]"}, blank={"lights": []}),
     "speech": Kind({"text": "string"}, blank={"text": ""}),
