@@ -369,7 +369,7 @@ _PROGRAM = (
         ("one-page-too-many", "len(self.server._pages) >= _MOST_PAGES", "len(self.server._pages) > _MOST_PAGES"),
         (
             "page-of-an-earlier-program-keeps-what-is-gone",
-            "for key in messages.blanks.keys() - set(shown):",
+            "for key in BLANKS.keys() - set(shown):",
             "for key in ():",
         ),
         ("role-of-a-picture-good-for-a-second-page", "        self.access.expected.discard(self.role)\n", ""),
@@ -384,12 +384,12 @@ _PROGRAM = (
         ),
     ),
     *_faults(
-        "viewer/shown_robot.py",
+        "viewer/description.py",
         "test_from_python_alone.py",
-        ("robot-one-takes-robot-ten-along", 'f"robot {number} ", True', 'f"robot {number}", True'),
+        ("robot-one-takes-robot-ten-along", '(f"robot {number} ", f"ground', '(f"robot {number}", f"ground'),
     ),
     *_faults(
-        "viewer/shown_scene.py",
+        "viewer/viewer.py",
         "test_from_python_alone.py",
         (
             "third-robot-inside-the-second",
@@ -442,12 +442,12 @@ _PROGRAM = (
         ("right-eye-numbered-away-from-the-nose", "math.atan2(-side * (centre[1]", "math.atan2(-(centre[1]"),
     ),
     *_faults(
-        "viewer/overlays.py",
+        "viewer/description.py",
         "test_scene.py",
         (
             "link-fixed-to-another-outshines-it",
-            "own = {carriers[name]: rgb[name] for name in numbers if name in carriers} | rgb",
-            "own = rgb | {carriers[name]: rgb[name] for name in numbers if name in carriers}",
+            "own = {self._carriers[name]: rgb[name] for name in numbers if name in self._carriers} | rgb",
+            "own = rgb | {self._carriers[name]: rgb[name] for name in numbers if name in self._carriers}",
         ),
     ),
     *_faults(

@@ -8,7 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from nao_kin.errors import BadArgument, UnknownName, nearest_names
+from nao_kin._core.arrays import choice
+from nao_kin.errors import BadArgument, nearest_names
 from nao_kin.export.gltf import gltf
 from nao_kin.export.mujoco import mjcf
 from nao_kin.export.pipeline import Exported
@@ -34,7 +35,7 @@ def options(format: str) -> dict[str, Any]:
         >>> nk.export.options("urdf")["coupling"]
         'mimic'
     """
-    parameters = inspect.signature(_function(format)).parameters.values()
+    parameters = inspect.signature(FORMATS[choice(format, FORMATS, "format")]).parameters.values()
     return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY and p.name != "overwrite"}
 
 
@@ -57,7 +58,7 @@ def write(robot: RobotModel, path: Path | str, format: str, *, overwrite: bool =
         ('the meshes of 41 links are left out',)
     """
     check_options(format, chosen)
-    return _function(format)(robot, path, overwrite=overwrite, **chosen)
+    return FORMATS[format](robot, path, overwrite=overwrite, **chosen)
 
 
 def check_options(format: str, chosen: Iterable[str]) -> None:
@@ -76,9 +77,3 @@ def check_options(format: str, chosen: Iterable[str]) -> None:
             near = ", ".join(nearest_names(name, known))
             advice = f"nearest: {near}" if near else f"it takes {', '.join(known)}" if known else "it takes none"
             raise BadArgument(f"the format {format} has no option {name} (--{name.replace('_', '-')}); {advice}")
-
-
-def _function(format: str) -> Callable[..., Exported]:
-    if not isinstance(format, str) or format not in FORMATS:
-        raise UnknownName("format", format, tuple(FORMATS))
-    return FORMATS[format]

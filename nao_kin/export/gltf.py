@@ -23,8 +23,6 @@ from nao_kin.robot.urdf import (
     Box,
     Cylinder,
     Geometry,
-    MeshFile,
-    Origin,
     Packages,
     Rgba,
     Sphere,
@@ -121,46 +119,42 @@ def _fresh(name: str, taken: set[str]) -> str:
 GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A part of the looks of a link, of one colour.
+def _add_looks(scene: Any, tree: UrdfTree, taken: set[str]) -> tuple[dict[str, Rgba], tuple[str, ...]]:
+    """Add the looks of a robot to the nodes of its links.
 
-    Attributes:
-        link: the link.
-        name: its name, "" without one.
-        key: what shapes of the same triangles and colour have in common.
-        mesh: a trimesh.Trimesh in its own frame, with its material.
-        origin: its pose in the link's frame.
+    Args:
+        scene: a trimesh.Scene with a node for each link.
+        tree: the robot.
+        taken: names that nodes have; gets those of the looks.
+
+    Returns:
+        Name of a colour → colour as screens take it, and one line for each look that cannot be read.
     """
-
-    link: str
-    name: str
-    key: tuple[object, ...]
-    mesh: Any
-    origin: Origin
-
-
-def scene_shapes(tree: UrdfTree) -> tuple[tuple[Shape, ...], dict[str, Rgba], tuple[str, ...]]:
-    """The looks of a robot, name → colour as screens take it, and one line for each look that cannot be read."""
-    shapes: list[Shape] = []
     notes: list[str] = []
     known: dict[tuple[object, ...], list[Any]] = {}
+    names: dict[tuple[object, ...], str] = {}  # of the triangles that are in the scene
     paints: dict[tuple[str, Rgba], str] = {}  # material and colour → a name that no other colour has
     packages = tree.packages
     for visual in tree.visuals:
         key = (visual.geometry, visual.material, visual.rgba)
         try:
             if key not in known:
-                parts = _parts(visual.geometry, packages, notes)
-                for part in parts:
+                known[key] = _parts(visual.geometry, packages, notes)
+                for part in known[key]:
                     _paint(part, visual.material, visual.rgba, paints)
-                known[key] = parts
         except UnreadableShape as reason:
             notes.append(f"a look of {visual.link} is left out: {reason}")
             continue
-        several = enumerate(known[key])
-        shapes += [Shape(visual.link, visual.name, (*key, index), mesh, visual.origin) for index, mesh in several]
-    return tuple(shapes), {name: rgba for (_, rgba), name in paints.items()}, tuple(notes)
+        place = visual.origin.matrix
+        for index, mesh in enumerate(known[key]):
+            name = fresh_name(visual.name or f"{visual.link}_visual", taken)
+            taken.add(name)
+            same = names.setdefault((*key, index), name)
+            if same == name:
+                scene.add_geometry(mesh, name, name, parent_node_name=visual.link, transform=place)
+            else:
+                scene.graph.update(name, visual.link, matrix=place, geometry=same)
+    return {name: rgba for (_, rgba), name in paints.items()}, tuple(notes)
 
 
 def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
@@ -173,10 +167,6 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
         return [trimesh.creation.cylinder(radius=geometry.radius, height=geometry.length, sections=48)]
     if isinstance(geometry, Sphere):
         return [trimesh.creation.icosphere(subdivisions=3, radius=geometry.radius)]
-    return _read(geometry, packages, notes)
-
-
-def _read(geometry: MeshFile, packages: Packages, notes: list[str]) -> list[Any]:
     path, left_out = mesh_path(geometry, packages), list[str]()
     try:
         loaded = read_mesh(path, lambda scene: list(scene.dump()), resolver=resolver(path, packages, left_out))
@@ -334,15 +324,15 @@ def gltf(
     tree, _ = Variant(frames, names).tree_of(robot)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
-    nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, _base(robot, moving.q[0]))
-    shapes, paints, notes = scene_shapes(tree)
-    glb = Glb(_scene(tree, nodes, shapes))
+    # Where the root stands: no motion moves it.
+    base = moving.q[0, :7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_STILL])
+    nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, base)
+    glb, paints, notes = _scene(tree, nodes)
     _place(glb, nodes)
-    colours = {name: linear(rgba) for name, rgba in paints.items()}
     for row in glb.tree.get("materials", ()):
         factors = row["pbrMetallicRoughness"]
-        if row.get("name") in colours and not any(factors["baseColorFactor"][:3]):
-            factors["baseColorFactor"] = colours[row["name"]]
+        if row.get("name") in paints and not any(factors["baseColorFactor"][:3]):
+            factors["baseColorFactor"] = linear(paints[row["name"]])
     if motion is not None:
         _animate(glb, nodes, moving, values)
     glb.tree["asset"]["generator"] = "nao_kin, trimesh"
@@ -362,13 +352,8 @@ def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: floa
     return known.configurations(robot, rate=float(fps))
 
 
-def _base(robot: RobotModel, q: Floats) -> Floats:
-    """Position and quaternion of the root link, shape (7,): no motion moves it."""
-    return q[:7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_STILL])
-
-
-def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -> bytes:
-    """The scene as trimesh writes it; where its nodes stand is written over later."""
+def _scene(tree: UrdfTree, nodes: tuple[Node, ...]) -> tuple[Glb, dict[str, Rgba], tuple[str, ...]]:
+    """The scene as trimesh writes it, its colours, and what is not in it; where nodes stand is written over later."""
     import trimesh
     import trimesh.exchange.gltf
 
@@ -376,19 +361,9 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...], shapes: tuple[Shape, ...]) -
     scene: Any = trimesh.Scene(base_frame=with_underscores("world", taken))
     for node in nodes:
         scene.graph.update(frame_to=node.name, frame_from=node.parent or scene.graph.base_frame, matrix=np.eye(4))
-    geometries = dict[tuple[object, ...], str]()
-    for shape in shapes:
-        name = fresh_name(shape.name or f"{shape.link}_visual", taken)
-        taken.add(name)
-        place = shape.origin.matrix
-        if shape.key in geometries:
-            scene.graph.update(frame_to=name, frame_from=shape.link, matrix=place, geometry=geometries[shape.key])
-        else:
-            geometries[shape.key] = name
-            scene.add_geometry(shape.mesh, geom_name=name, node_name=name, parent_node_name=shape.link, transform=place)
+    paints, notes = _add_looks(scene, tree, taken)
     writer: Any = trimesh.exchange.gltf  # not typed
-    exported: bytes = writer.export_glb(scene, include_normals=True)
-    return exported
+    return Glb(writer.export_glb(scene, include_normals=True)), paints, notes
 
 
 def _place(glb: Glb, nodes: tuple[Node, ...]) -> None:
@@ -411,15 +386,12 @@ def _animate(glb: Glb, nodes: tuple[Node, ...], moving: Trajectory, values: dict
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
     times = glb.add_numbers(moving.times, bounds=True)
-
-    def add(name: str, path: str, rows: Floats) -> None:
-        samplers.append({"input": times, "output": glb.add_numbers(rows), "interpolation": "LINEAR"})
-        channels.append({"sampler": len(samplers) - 1, "target": {"node": places[name], "path": path}})
-
     for node in nodes:
         if node.joint is not None and np.ptp(values[node.joint.name]) > 0.0:
             positions, quaternions = motion_of(node.joint, values[node.joint.name])
-            sliding = node.joint.kind == "prismatic"
-            add(node.name, "translation" if sliding else "rotation", positions if sliding else quaternions)
+            slides = node.joint.kind == "prismatic"
+            path, rows = ("translation", positions) if slides else ("rotation", quaternions)
+            samplers.append({"input": times, "output": glb.add_numbers(rows), "interpolation": "LINEAR"})
+            channels.append({"sampler": len(samplers) - 1, "target": {"node": places[node.name], "path": path}})
     if channels:
         glb.tree["animations"] = [{"name": "motion", "samplers": samplers, "channels": channels}]

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Collection
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, choice
+from nao_kin._core.arrays import Floats, Vector
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
-from nao_kin.rotations import exp, rpy_from_matrix
+from nao_kin.rotations import rpy_from_matrix
 
 # --- Poses as a URDF writes them, put one after the other.
 
@@ -32,13 +32,19 @@ def composed(first: Origin, second: Origin) -> Origin:
     return Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3]))
 
 
-def moved(origin: Origin, kind: str, axis: Vector, value: float) -> Origin:
-    """The pose of a joint at a value: turned about its axis, or moved along it."""
-    if value == 0.0:
-        return origin
-    if kind == "prismatic":
-        return composed(origin, Origin(_vector(value * np.array(axis))))
-    return composed(origin, Origin(rpy=rpy_of(exp(value * np.array(axis)))))
+def moved(joint: UrdfJoint, value: float) -> Origin:
+    """The pose of a joint's frame at a value: turned about its axis, or moved along it."""
+    T = joint.travel(value)
+    return composed(joint.origin, Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3])))
+
+
+def hosts(tree: UrdfTree, gone: Collection[str]) -> dict[str, tuple[str, Origin]]:
+    """Link → the link that it is part of where the links `gone` are parts of those that carry them, and its place."""
+    found = {tree.root: (tree.root, HERE)}
+    for joint in tree.joints:
+        host, place = found[joint.parent]
+        found[joint.child] = (host, composed(place, joint.origin)) if joint.child in gone else (joint.child, HERE)
+    return found
 
 
 def rpy_of(R: Floats) -> Vector:
@@ -110,9 +116,6 @@ def with_moments(mass: float, centre: Floats, moments: Floats) -> Inertial:
 
 # --- Inertias that a simulator takes.
 
-InertiaChoice = Literal["published", "physical"]
-INERTIAS: tuple[InertiaChoice, ...] = ("published", "physical")
-
 # The least second moment of a body beside its largest: what is flatter is, to a simulator, flat.
 _THINNEST = 1e-6
 # What is within a micrometre of its centre of mass is nothing but rounding [m²].
@@ -124,7 +127,7 @@ _FROM_NOWHERE = 1e-3
 _DENSITY_OF_WATER = 1000.0
 
 
-def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, tuple[str, ...]]:
+def make_physical(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree with inertias that bodies can have, wherever the published ones are not.
 
     A body of nowhere negative density has second moments Σ = ½ tr(I) 1 − I ⪰ 0 about its centre of mass; that is
@@ -140,15 +143,8 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
        spread so that with them it makes a ball again. A link gives away a hundredth of its mass in all. Where nothing
        that carries the link has mass, the mass is added.
 
-    Args:
-        tree: the robot.
-        inertia: "published" changes nothing, or "physical".
-
     Returns:
         The tree, and one line for each link whose numbers have changed.
-
-    Raises:
-        UnknownName: no such choice.
 
     Source: Wensing, Kim and Slotine 2018 (see above); Higham, Computing a Nearest Symmetric
     Positive Semidefinite Matrix, Linear Algebra and its Applications 103, 1988.
@@ -162,9 +158,6 @@ def make_physical(tree: UrdfTree, inertia: str = "physical") -> tuple[UrdfTree, 
         >>> abs(nk.RobotModel(tree).mass - nao.mass) < 1e-12
         True
     """
-    choice(inertia, INERTIAS, "choice of inertias")
-    if inertia == "published":
-        return tree, ()
     bodies, changes = dict(tree.inertials), list[str]()
     _realize(tree, bodies, changes)
     _fill(tree, bodies, changes)
@@ -202,72 +195,50 @@ def _realize(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) ->
 
 def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> None:
     """Give a ball to every link that moves without mass, out of what carries it."""
-    groups = _rigid_groups(tree)
+    # Link → the innermost link that fixed joints hold it to, and its place there.
+    groups = hosts(tree, {joint.child for joint in tree.joints if joint.kind == "fixed"})
     heavy = {group for group, _ in (groups[link] for link, body in bodies.items() if body.mass > 0.0)}
     light = {joint.child: joint for joint in tree.moving_joints if joint.child not in heavy}
     # Massless link → the massless links that it carries, outer ones first: a child comes after its parent in the tree.
     carried: dict[str, list[tuple[str, Origin]]] = {link: [] for link in light}
-    donors: dict[str, list[tuple[str, Origin]]] = {}
+    donors: defaultdict[str, list[tuple[str, Origin]]] = defaultdict(list)
     for link, joint in light.items():
         group, place = groups[joint.parent]
-        at = composed(place, joint.origin)
-        (carried[group] if group in light else donors.setdefault(group, [])).append((link, at))
+        (carried if group in light else donors)[group].append((link, composed(place, joint.origin)))
+    # Of a massless link with all that it carries, the mass in units: as much again as that of what it carries.
+    sizes: dict[str, float] = {}
+    for link in reversed(light):
+        sizes[link] = max(1.0, 2.0 * sum(sizes[other] for other, _ in carried[link]))
+
+    def whole(link: str, at: Origin, unit: float) -> Floats:
+        """The ball that a massless link makes with all that it carries, as pseudo-inertia where it stands at `at`."""
+        others = [whole(other, place, unit) for other, place in carried[link]]
+        rest = np.asarray(sum(others, np.zeros((4, 4))))
+        mass = sizes[link] * unit
+        own = mass - rest[3, 3]
+        # Second moments of the whole, such that what is left for the link alone is at least a ball of its own.
+        needed = rest[:3, :3] + np.outer(rest[:3, 3], rest[:3, 3]) / own
+        P = np.diag([float(np.linalg.eigvalsh(needed)[2]) + _ball_moment(own)] * 3 + [mass])
+        bodies[link] = body_of(P - rest)
+        what = "with all that it carries a ball" if others else "a ball"
+        changes.append(f"{link}: mass 0 → {own:.3g} kg, {what} on the axis of {light[link].name}")
+        return pseudo_inertia(body_of(P), at)
+
+    masses = {link: bodies[link].mass for link in groups if link in bodies and bodies[link].mass > 0.0}
     for group, outermost in donors.items():
-        members = [link for link, (other, _) in groups.items() if other == group and _mass(bodies, link) > 0.0]
-        giver = max(members, key=lambda link: _mass(bodies, link), default=None)
-        sizes: dict[str, float] = {}
-        for link, _ in outermost:
-            _weigh(link, carried, sizes)
+        members = [link for link in masses if groups[link][0] == group]
+        giver = max(members, key=masses.__getitem__, default=None)
         total = sum(sizes[link] for link, _ in outermost)
-        unit = _FROM_NOWHERE if giver is None else _GIVEN * bodies[giver].mass / total
-        wholes = {link: _whole(link, at, carried, sizes, unit, bodies, light, changes) for link, at in outermost}
+        unit = _FROM_NOWHERE if giver is None else _GIVEN * masses[giver] / total
+        wholes = {link: whole(link, at, unit) for link, at in outermost}
         if giver is None:
             changes.append(f"{group}: nothing that carries {', '.join(wholes)} has mass; {unit * total:.3g} kg added")
             continue
         P = pseudo_inertia(bodies[giver], groups[giver][1]) - sum(wholes.values())
-        before = bodies[giver].mass
         bodies[giver] = _seen_from(P, groups[giver][1])
-        changes.append(f"{giver}: mass {before:.6g} → {bodies[giver].mass:.6g} kg, the rest given to what it carries")
-
-
-def _weigh(link: str, carried: Mapping[str, list[tuple[str, Origin]]], sizes: dict[str, float]) -> float:
-    """Of a massless link with all that it carries, the mass in units: as much again as that of what it carries."""
-    sizes[link] = max(1.0, 2.0 * sum(_weigh(other, carried, sizes) for other, _ in carried[link]))
-    return sizes[link]
-
-
-def _whole(
-    link: str,
-    at: Origin,
-    carried: Mapping[str, list[tuple[str, Origin]]],
-    sizes: Mapping[str, float],
-    unit: float,
-    bodies: dict[str, Inertial],
-    light: Mapping[str, UrdfJoint],
-    changes: list[str],
-) -> Floats:
-    """The ball that a massless link makes with all that it carries, as pseudo-inertia where it stands at `at`."""
-    others = [_whole(other, place, carried, sizes, unit, bodies, light, changes) for other, place in carried[link]]
-    rest = np.asarray(sum(others, np.zeros((4, 4))))
-    mass = sizes[link] * unit
-    own = mass - rest[3, 3]
-    # Second moments of the whole, such that what is left for the link alone is at least a ball of its own.
-    needed = rest[:3, :3] + np.outer(rest[:3, 3], rest[:3, 3]) / own
-    whole = np.diag([float(np.linalg.eigvalsh(needed)[2]) + _ball_moment(own)] * 3 + [mass])
-    bodies[link] = body_of(whole - rest)
-    what = "with all that it carries a ball" if others else "a ball"
-    changes.append(f"{link}: mass 0 → {own:.3g} kg, {what} on the axis of {light[link].name}")
-    place = Inertial(mass, HERE, tuple(tensor(whole[:3, :3])[np.triu_indices(3)].tolist()))
-    return pseudo_inertia(place, at)
-
-
-def _rigid_groups(tree: UrdfTree) -> dict[str, tuple[str, Origin]]:
-    """Link → the innermost link that fixed joints hold it to, and its place there."""
-    groups = {tree.root: (tree.root, HERE)}
-    for joint in tree.joints:
-        group, place = groups[joint.parent]
-        groups[joint.child] = (group, composed(place, joint.origin)) if joint.kind == "fixed" else (joint.child, HERE)
-    return groups
+        changes.append(
+            f"{giver}: mass {masses[giver]:.6g} → {bodies[giver].mass:.6g} kg, the rest given to what it carries"
+        )
 
 
 def _seen_from(P: Floats, place: Origin) -> Inertial:
@@ -287,10 +258,6 @@ def _ball_moment(mass: float) -> float:
     """Second moment along any direction of a ball of water about its centre, m r²/5."""
     radius = math.pow(3.0 * mass / (4.0 * math.pi * _DENSITY_OF_WATER), 1.0 / 3.0)
     return mass * radius**2 / 5.0
-
-
-def _mass(bodies: Mapping[str, Inertial], link: str) -> float:
-    return bodies[link].mass if link in bodies else 0.0
 
 
 def _principal(inertia: Floats) -> str:

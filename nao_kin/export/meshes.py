@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot import read_mesh
-from nao_kin.robot.urdf import MeshFile, Packages, Rgba, UnreadableShape, UrdfTree
+from nao_kin.robot.urdf import Collision, MeshFile, Packages, Rgba, UnreadableShape, UrdfTree, Visual
 
 MESH_FOLDER = "meshes"
 
@@ -28,6 +28,11 @@ _COMPANIONS = frozenset(
 _OBJ_FILES = re.compile(r"^\s*(?:mtllib|map_\w+|bump|disp|decal|refl)\s+(?:-\S+\s+(?:[-+.\d]+\s+)*)*(\S.*?)\s*$", re.M)
 
 
+def shapes_of(tree: UrdfTree) -> tuple[Visual | Collision, ...]:
+    """The looks of all links, and behind them the shapes that stand for them in contacts."""
+    return (*tree.visuals, *tree.collisions)
+
+
 def mesh_files(tree: UrdfTree) -> dict[str, Path]:
     """Every mesh that the tree names → its file.
 
@@ -36,8 +41,8 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
     """
     found: dict[str, Path] = {}
     packages = tree.packages
-    shapes = (*(visual.geometry for visual in tree.visuals), *(shape.geometry for shape in tree.collisions))
-    for name in dict.fromkeys(shape.filename for shape in shapes if isinstance(shape, MeshFile)):
+    meshes = (shape.geometry for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile))
+    for name in dict.fromkeys(mesh.filename for mesh in meshes):
         path = packages.file(name)
         if path is None:
             raise BadArgument(
@@ -47,40 +52,6 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
         if file.suffix.lower() not in _MESHES or not packages.contain(file):
             scene_of(file, packages)
     return found
-
-
-def mesh_names(tree: UrdfTree) -> tuple[dict[str, str], dict[str, Path], tuple[str, ...]]:
-    """How an export names the meshes, and which files it needs for that.
-
-    The files keep their places beside each other, below the folder that holds them all.
-
-    Args:
-        tree: the robot.
-
-    Returns:
-        Name of a mesh in the tree → its name in the export's folder of meshes; name there → file, with the
-        materials and textures that the meshes name and that are there; and one line for each mesh that names files
-        which the export must not have.
-
-    Raises:
-        BadArgument: a mesh is not there, or is none.
-    """
-    meshes = mesh_files(tree)
-    if not meshes:
-        return {}, {}, ()
-    packages = tree.packages
-    files: dict[Path, None] = {}
-    notes = []
-    for path in meshes.values():
-        left_out: list[str] = []
-        files |= dict.fromkeys((path, *_companions(path, packages, left_out)))
-        notes += left_out_note(path, left_out)
-    top = Path(os.path.commonpath([file.parent for file in files]))
-    return (
-        {name: path.relative_to(top).as_posix() for name, path in meshes.items()},
-        {file.relative_to(top).as_posix(): file for file in files},
-        tuple(dict.fromkeys(notes)),
-    )
 
 
 @dataclass(frozen=True)
@@ -101,6 +72,8 @@ class TakenMeshes:
 def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     """The meshes of a tree by a choice: "none", "relative" copies them, "absolute" names them where they are.
 
+    What is copied has with it the materials and textures that meshes name, that are there and that it may have.
+
     Args:
         tree: the robot.
         meshes: the choice; any other one names them below `package` and copies nothing.
@@ -111,15 +84,23 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     """
     if meshes == "none":
         return TakenMeshes(None)
-    names, files, notes = mesh_names(tree)
-    if meshes == "relative":
-        copied = {f"{MESH_FOLDER}/{name}": path for name, path in files.items()}
-        named = {name: f"{MESH_FOLDER}/{inside}" for name, inside in names.items()}
-        return TakenMeshes(named, read_files(copied), notes)
-    absolute = meshes == "absolute"
-    return TakenMeshes(
-        {name: str(files[inside]) if absolute else f"{package}/{inside}" for name, inside in names.items()}
-    )
+    paths = mesh_files(tree)
+    if meshes == "absolute" or not paths:
+        return TakenMeshes({name: str(path) for name, path in paths.items()})
+    files: dict[Path, None] = {}
+    notes: list[str] = []
+    for path in paths.values():
+        left_out: list[str] = []
+        files |= dict.fromkeys((path, *_companions(path, tree.packages, left_out)))
+        notes += left_out_note(path, left_out)
+    # The files keep their places beside each other, below the folder that holds them all.
+    top = Path(os.path.commonpath([file.parent for file in files]))
+    folder = MESH_FOLDER if meshes == "relative" else package
+    names = {name: f"{folder}/{path.relative_to(top).as_posix()}" for name, path in paths.items()}
+    if meshes != "relative":
+        return TakenMeshes(names)
+    contents = {f"{folder}/{file.relative_to(top).as_posix()}": _content(file) for file in files}
+    return TakenMeshes(names, contents, tuple(dict.fromkeys(notes)))
 
 
 def scene_of(path: Path, packages: Packages) -> Any:
@@ -215,19 +196,26 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def read_files(files: Mapping[str, Path]) -> dict[str, bytes]:
-    """The contents of files.
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {error.strerror or error}") from None
 
-    Raises:
-        BadArgument: one cannot be read.
-    """
-    contents: dict[str, bytes] = {}
-    for name, path in files.items():
-        try:
-            contents[name] = path.read_bytes()
-        except OSError as error:
-            raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {error.strerror or error}") from None
-    return contents
+
+# --- The colours of a robot's looks, each with a name.
+
+# What a visual has for its colour: name of the material, "" for none, and the colour.
+Paint = tuple[str, Rgba]
+
+
+def paint_names(paints: Iterable[Paint]) -> dict[Paint, str]:
+    """Paint → a name that no other one has: that of its material, or a new one where two colours share it."""
+    found: dict[Paint, str] = {}
+    for paint in paints:
+        if paint not in found:
+            found[paint] = fresh_name(paint[0] or "colour", found.values())
+    return found
 
 
 # --- Meshes that carry the colours which a URDF gives them, for tools that take no colour from a URDF for an .obj.
@@ -272,6 +260,7 @@ def coloured(
     changes = (
         [f"{len(painted)} meshes have their colours in {library}, for RViz takes none from a URDF"] if painted else []
     )
+    several = [name.removeprefix(f"{MESH_FOLDER}/") for name in several]
     changes += [f"{name} has several colours in the URDF, and none in RViz" for name in several]
     return made, tuple(changes)
 
@@ -303,41 +292,23 @@ FOLDER = "assets"
 _MOST_IN_STL = 200_000
 
 
-class MeshFiles:
-    """The mesh files of an export, each once.
+def assets(tree: UrdfTree) -> TakenMeshes:
+    """The meshes of a tree as files that MuJoCo reads; their names are those in the folder of meshes.
 
-    Attributes:
-        contents: name of the file → its content.
+    Raises:
+        BadArgument: one of them is not there or cannot be read.
     """
-
-    def __init__(self, tree: UrdfTree) -> None:
-        """Find the files.
-
-        Raises:
-            BadArgument: one of them is not there.
-        """
-        self.contents: dict[str, bytes] = {}
-        self._paths, self._packages = mesh_files(tree), tree.packages
-        self._names: dict[Path, str] = {}
-
-    def add(self, mesh: MeshFile) -> str:
-        """Name of a mesh in the folder of meshes.
-
-        Raises:
-            BadArgument: it cannot be read.
-        """
-        path = self._paths[mesh.filename]
-        if path not in self._names:
-            content, suffix = _readable(path, self._packages)
-            stems = {Path(name).stem for name in self.contents}
-            self._names[path] = name = fresh_name(path.stem, stems) + suffix
-            self.contents[name] = content
-        return self._names[path]
+    paths, names, files = mesh_files(tree), dict[Path, str](), dict[str, bytes]()
+    for path in dict.fromkeys(paths.values()):
+        content, suffix = _readable(path, tree.packages)
+        names[path] = fresh_name(path.stem, {Path(name).stem for name in names.values()}) + suffix
+        files[f"{FOLDER}/{names[path]}"] = content
+    return TakenMeshes({mesh: names[path] for mesh, path in paths.items()}, files)
 
 
 def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
     """Content and suffix of what MuJoCo reads: OBJ, and binary STL that is not too long."""
-    content = read_files({path.name: path})[path.name]
+    content = _content(path)
     suffix = path.suffix.lower()
     if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
         return content, suffix

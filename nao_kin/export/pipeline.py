@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from string import Template
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.files import check_folder, check_replaceable, write_document, write_folder
@@ -70,3 +71,17 @@ def xml_text(root: ET.Element) -> str:
     """Return the document, indented, with its declaration and a newline at its end."""
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def add_texts(element: ET.Element, texts: Mapping[str, str]) -> None:
+    """Add to an element one with a text for each entry."""
+    for tag, text in texts.items():
+        ET.SubElement(element, tag).text = text
+
+
+_TEMPLATES = Path(__file__).resolve().parent / "templates"
+
+
+def filled(template: str, **values: object) -> str:
+    """Return the text of a file in templates/, with values for what stands in it as $name."""
+    return Template((_TEMPLATES / f"{template}.in").read_text(encoding="utf-8")).substitute(values)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -14,8 +14,8 @@ import numpy as np
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadModel
-from nao_kin.export.meshes import MESH_FOLDER, coloured, mesh_names, read_files
-from nao_kin.export.pipeline import Exported, Target, xml_text
+from nao_kin.export.meshes import MESH_FOLDER, coloured, taken_meshes
+from nao_kin.export.pipeline import Exported, Target, add_texts, filled, xml_text
 from nao_kin.export.srdf import srdf_document
 from nao_kin.export.urdf import urdf_document
 from nao_kin.export.variants import Variant, joint_values
@@ -42,153 +42,15 @@ def package_xml(name: str, version: str, description: str, maintainer: tuple[str
         file: name of the file with its text, "" without one.
     """
     root = ET.Element("package", format="3")
-    ET.SubElement(root, "name").text = name
-    ET.SubElement(root, "version").text = version
-    ET.SubElement(root, "description").text = description
+    add_texts(root, {"name": name, "version": version, "description": description})
     ET.SubElement(root, "maintainer", email=maintainer[1]).text = maintainer[0]
     ET.SubElement(root, "license", {"file": file} if file else {}).text = license
-    ET.SubElement(root, "buildtool_depend").text = "ament_cmake"
+    add_texts(root, {"buildtool_depend": "ament_cmake"})
     nodes = ("joint_state_publisher_gui", "robot_state_publisher", "rviz2")
     for needed in ("ament_index_python", *nodes, "launch", "launch_ros"):
-        ET.SubElement(root, "exec_depend").text = needed
-    ET.SubElement(ET.SubElement(root, "export"), "build_type").text = "ament_cmake"
+        add_texts(root, {"exec_depend": needed})
+    add_texts(ET.SubElement(root, "export"), {"build_type": "ament_cmake"})
     return xml_text(root)
-
-
-def cmake_lists(name: str, folders: Iterable[str]) -> str:
-    """How the package is built: its folders are copied to where packages find each other's files."""
-    return f"""cmake_minimum_required(VERSION 3.8)
-project({name} NONE)
-
-find_package(ament_cmake REQUIRED)
-
-install(DIRECTORY {" ".join(folders)}
-  DESTINATION share/${{PROJECT_NAME}})
-
-ament_package()
-"""
-
-
-def display_launch(name: str, urdf: str, rviz: str) -> str:
-    """A launch file: the robot's frames from joint values, sliders for these, and RViz."""
-    return f'''"""Show the robot in RViz, with a slider for each joint."""
-
-from pathlib import Path
-
-from ament_index_python.packages import get_package_share_directory
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
-
-
-def generate_launch_description():
-    """The nodes; sliders:=false leaves /joint_states to somebody else, rviz:=false shows nothing."""
-    share = Path(get_package_share_directory("{name}"))
-    description = (share / "urdf" / "{urdf}").read_text(encoding="utf-8")
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("sliders", default_value="true", description="Publish joint values from sliders."),
-            DeclareLaunchArgument("rviz", default_value="true", description="Open RViz."),
-            Node(
-                package="robot_state_publisher",
-                executable="robot_state_publisher",
-                # Not read as YAML, which an XML text may by chance be.
-                parameters=[{{"robot_description": ParameterValue(description, value_type=str)}}],
-            ),
-            Node(
-                package="joint_state_publisher_gui",
-                executable="joint_state_publisher_gui",
-                parameters=[str(share / "config" / "joint_state_publisher.yaml")],
-                condition=IfCondition(LaunchConfiguration("sliders")),
-            ),
-            Node(
-                package="rviz2",
-                executable="rviz2",
-                arguments=["-d", str(share / "rviz" / "{rviz}")],
-                condition=IfCondition(LaunchConfiguration("rviz")),
-            ),
-        ]
-    )
-'''
-
-
-def rviz_config(root: str, focus: tuple[float, float, float], distance: float) -> str:
-    """A view for RViz: the robot, its frames switched off, a grid, and a camera in front of it.
-
-    Args:
-        root: the frame that stands still.
-        focus: what the camera looks at, in that frame [m].
-        distance: of the camera from it [m].
-    """
-    x, y, z = (f"{value:.4g}" for value in focus)
-    frame = json.dumps(root)
-    return f"""Panels:
-  - Class: rviz_common/Displays
-    Name: Displays
-  - Class: rviz_common/Views
-    Name: Views
-Visualization Manager:
-  Class: ""
-  Displays:
-    - Class: rviz_default_plugins/Grid
-      Name: Grid
-      Cell Size: 0.1
-      Plane Cell Count: 20
-      Reference Frame: <Fixed Frame>
-      Enabled: true
-      Value: true
-    - Class: rviz_default_plugins/RobotModel
-      Name: RobotModel
-      Description Source: Topic
-      Description Topic:
-        Value: /robot_description
-        Durability Policy: Transient Local
-        Reliability Policy: Reliable
-        History Policy: Keep Last
-        Depth: 5
-      Visual Enabled: true
-      Collision Enabled: false
-      Enabled: true
-      Value: true
-    - Class: rviz_default_plugins/TF
-      Name: TF
-      Marker Scale: 0.1
-      Show Names: false
-      Enabled: false
-      Value: false
-  Enabled: true
-  Global Options:
-    Background Color: 48; 48; 48
-    Fixed Frame: {frame}
-    Frame Rate: 30
-  Name: root
-  Tools:
-    - Class: rviz_default_plugins/MoveCamera
-    - Class: rviz_default_plugins/Select
-    - Class: rviz_default_plugins/FocusCamera
-    - Class: rviz_default_plugins/Measure
-  Value: true
-  Views:
-    Current:
-      Class: rviz_default_plugins/Orbit
-      Name: Current View
-      Target Frame: <Fixed Frame>
-      Value: Orbit (rviz)
-      Distance: {distance:.4g}
-      Focal Point:
-        X: {x}
-        Y: {y}
-        Z: {z}
-      Near Clip Distance: 0.01
-      Pitch: 0.3
-      Yaw: 0.5
-Window Geometry:
-  Width: 1200
-  Height: 800
-"""
 
 
 def joint_limits(tree: UrdfTree) -> str:
@@ -216,19 +78,6 @@ def slider_starts(values: Mapping[str, float]) -> str:
     """Where the sliders of joint_state_publisher begin: its parameter `zeros`."""
     lines = ["/**:", "  ros__parameters:", "    zeros:" if values else "    rate: 10"]
     return "\n".join([*lines, *(f"      {json.dumps(name)}: {value!r}" for name, value in values.items())]) + "\n"
-
-
-def readme(name: str, robot: str) -> str:
-    """What to do with the package."""
-    return f"""# {name}
-
-Description of the robot {robot}, written by nao_kin.
-
-    cd ~/ros2_ws && colcon build --packages-select {name} && source install/setup.bash
-    ros2 launch {name} display.launch.py
-
-Needs ament_cmake, joint_state_publisher_gui, robot_state_publisher and rviz2: `rosdep install --from-paths .`
-"""
 
 
 # --- A robot as a ROS 2 package.
@@ -311,38 +160,32 @@ def ros2(
     name = _checked_name(package, tree)
     stem = _plain(tree.name)
 
-    looks: dict[str, bytes] = {}
-    painted: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
-    links: dict[str, str] | None = None
-    if meshes == "package":
-        inside, copied, left_out = mesh_names(tree)
-        looks, painted = coloured(tree, inside, read_files(copied), f"{name}.mtl")
-        links = {mesh: f"package://{name}/{MESH_FOLDER}/{file}" for mesh, file in inside.items()}
+    taken = taken_meshes(tree, "none" if meshes == "none" else "relative")
+    looks, painted = coloured(tree, taken.names, taken.files, f"{name}.mtl") if taken.names else ({}, ())
+    links = None if taken.names is None else {mesh: f"package://{name}/{file}" for mesh, file in taken.names.items()}
     urdf, unsaid = urdf_document(tree, links)
     semantic, unplanned = srdf_document(robot, chosen, samples=samples, seed=seed)
-
+    folders = [folder for folder in FOLDERS if folder != MESH_FOLDER or looks]
+    own = robot.parameters is not None and license is None
+    said = ("BSD-3-Clause" if own else _NO_LICENCE) if license is None else license
+    about = f"Description of the robot {tree.name}: URDF, meshes, SRDF and a view for RViz."
     texts = {
         f"urdf/{stem}.urdf": urdf,
         f"config/{stem}.srdf": semantic,
         "config/joint_limits.yaml": joint_limits(tree),
         "config/joint_state_publisher.yaml": slider_starts(_start(robot, tree, chosen.names)),
-        "launch/display.launch.py": display_launch(name, f"{stem}.urdf", f"{stem}.rviz"),
-        f"rviz/{stem}.rviz": rviz_config(tree.root, *_view(robot)),
-        "README.md": readme(name, tree.name),
+        "launch/display.launch.py": filled("display.launch.py", package=name, urdf=f"{stem}.urdf", rviz=f"{stem}.rviz"),
+        f"rviz/{stem}.rviz": filled("view.rviz", root=json.dumps(tree.root), **_view(robot)),
+        "README.md": filled("README.md", package=name, robot=tree.name),
+        "package.xml": package_xml(name, package_version, about, person, said, "LICENSE" if own else ""),
+        "CMakeLists.txt": filled("CMakeLists.txt", package=name, folders=" ".join(folders)),
     }
-    folders = [folder for folder in FOLDERS if folder != MESH_FOLDER or looks]
-    own = robot.parameters is not None and license is None
-    said = ("BSD-3-Clause" if own else _NO_LICENCE) if license is None else license
-    texts |= {"LICENSE": _license(robot)} if own else {}
-    about = f"Description of the robot {tree.name}: URDF, meshes, SRDF and a view for RViz."
-    texts["package.xml"] = package_xml(name, package_version, about, person, said, "LICENSE" if own else "")
-    texts["CMakeLists.txt"] = cmake_lists(name, folders)
-
+    if own:
+        texts["LICENSE"] = _license(robot)
     files = {file: text.encode() for file, text in sorted(texts.items())}
-    files |= {f"{MESH_FOLDER}/{file}": content for file, content in looks.items()}
-    open_ends = [f"package.xml: fill in the {what}" for what in _open(maintainer, said)]
-    return target.write(files, (*changes, *unsaid, *left_out, *painted, *unplanned, *open_ends))
+    open_ends = {"maintainer": maintainer == NOBODY, "license": said == _NO_LICENCE}
+    to_fill_in = [f"package.xml: fill in the {what}" for what, is_open in open_ends.items() if is_open]
+    return target.write(files | looks, (*changes, *unsaid, *taken.notes, *painted, *unplanned, *to_fill_in))
 
 
 def _checked_name(package: str | None, tree: UrdfTree) -> str:
@@ -369,10 +212,6 @@ def _checked_person(maintainer: str) -> tuple[str, str]:
     return match[1], match[2]
 
 
-def _open(maintainer: str, license: str) -> list[str]:
-    return [what for what, left in (("maintainer", maintainer == NOBODY), ("license", license == _NO_LICENCE)) if left]
-
-
 def _license(robot: RobotModel) -> str:
     """The license of the robot's own files: beside them in a wheel, above them in a checkout."""
     folder = Path(robot.urdf_path).parent
@@ -390,10 +229,10 @@ def _start(robot: RobotModel, tree: UrdfTree, names: str) -> dict[str, float]:
     return {joint.name: float(values[joint.name]) for joint in tree.moving_joints if joint.mimic is None}
 
 
-def _view(robot: RobotModel) -> tuple[tuple[float, float, float], float]:
-    """The middle of the links in the posture that the robot starts in, and a camera distance that shows them all."""
+def _view(robot: RobotModel) -> dict[str, str]:
+    """What RViz looks at, the middle of the robot as it starts, and from how far it sees all links [m]."""
     start = robot.semantics.start
     points = robot.fk(robot.posture(start) if start else robot.neutral())[:, :3, 3]
     low, high = points.min(axis=0), points.max(axis=0)
-    x, y, z = ((low + high) / 2.0).tolist()
-    return (x, y, z), float(max(2.0 * np.linalg.norm(high - low), 0.3))
+    numbers = (*(low + high) / 2.0, max(2.0 * np.linalg.norm(high - low), 0.3))
+    return {name: f"{number:.4g}" for name, number in zip(("x", "y", "z", "distance"), numbers, strict=True)}

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted, with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.inertia import HERE, composed
+from nao_kin.export.inertia import HERE, hosts
 from nao_kin.export.meshes import taken_meshes
-from nao_kin.export.pipeline import Exported, Target, xml_text
+from nao_kin.export.pipeline import Exported, Target, add_texts, xml_text
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import (
@@ -46,36 +45,26 @@ _SEPARATOR = "::"
 _NEXT_TO_NOTHING = Inertial(1e-3, HERE, (1e-7, 0.0, 0.0, 1e-7, 0.0, 1e-7))
 
 
-@dataclass(frozen=True)
-class Frame:
-    """A frame that is no link: its name, the link it is on, and where."""
-
-    name: str
-    link: str
-    origin: Origin
+# Name of a frame that is no link → the link it is on, and where.
+Frames = Mapping[str, tuple[str, Origin]]
 
 
-def frames_of(tree: UrdfTree, bodies: UrdfTree) -> tuple[Frame, ...]:
+def frames_of(tree: UrdfTree, bodies: UrdfTree) -> Frames:
     """The links of a tree that are not among the bodies, as frames on these.
 
     Args:
         tree: the robot with all its links.
         bodies: the same robot with one link for each body.
     """
-    links = set(bodies.links)
-    # A root that has given way to the one link that it holds at its own place.
-    places = {tree.root: (tree.root if tree.root in links else bodies.root, HERE)}
-    for joint in tree.joints:
-        if joint.child in links:
-            places[joint.child] = joint.child, HERE
-        else:
-            host, origin = places[joint.parent]
-            places[joint.child] = host, composed(origin, joint.origin)
-    return tuple(Frame(link, *places[link]) for link in tree.links if link not in links)
+    gone = set(tree.links) - set(bodies.links)
+    places = hosts(tree, gone)
+    if tree.root in gone:  # it has given way to the one link that it holds at its own place
+        places[tree.root] = bodies.root, HERE
+    return {link: places[link] for link in tree.links if link in gone}
 
 
 def sdf_document(
-    bodies: UrdfTree, frames: tuple[Frame, ...], meshes: Mapping[str, str] | None, *, held: bool
+    bodies: UrdfTree, frames: Frames, meshes: Mapping[str, str] | None, *, held: bool
 ) -> tuple[str, tuple[str, ...]]:
     """The SDFormat model.
 
@@ -100,8 +89,7 @@ def sdf_document(
     if held:
         taken = {*new.values(), *(joint.name for joint in bodies.joints)}
         fixed = ET.SubElement(model, "joint", name=with_underscores("world_joint", taken), type="fixed")
-        ET.SubElement(fixed, "parent").text = WORLD
-        ET.SubElement(fixed, "child").text = new[bodies.root]
+        add_texts(fixed, {"parent": WORLD, "child": new[bodies.root]})
     for link in (bodies.root, *(joint.child for joint in bodies.joints)):
         element = ET.SubElement(model, "link", name=new[link])
         if link in above:
@@ -109,21 +97,20 @@ def sdf_document(
         _add_body(element, bodies, link, meshes, changes)
         if link in above:
             _add_joint(model, above[link], new)
-    for frame in frames:
-        element = ET.SubElement(model, "frame", name=new[frame.name], attached_to=new[frame.link])
-        ET.SubElement(element, "pose").text = _pose(frame.origin)
+    for name, (link, origin) in frames.items():
+        frame = ET.SubElement(model, "frame", name=new[name], attached_to=new[link])
+        add_texts(frame, {"pose": _pose(origin)})
     return xml_text(root), tuple(changes)
 
 
-def _fresh_names(bodies: UrdfTree, frames: tuple[Frame, ...], changes: list[str]) -> dict[str, str]:
+def _fresh_names(bodies: UrdfTree, frames: Frames, changes: list[str]) -> dict[str, str]:
     """Link or frame → a name that no joint has: links, joints and frames share one set of names."""
     joints = {joint.name for joint in bodies.joints}
-    places = (*bodies.links, *(frame.name for frame in frames))
+    places = (*bodies.links, *frames)
     for name in (bodies.name, *joints, *(place for place in places if place != WORLD)):
         if _SEPARATOR in name or name in _RESERVED or (name.startswith("__") and name.endswith("__")):
             raise BadArgument(f"SDFormat keeps the name {quoted(name)} for itself")
-    named = [*joints, *(frame.name for frame in frames)]
-    double = sorted({name for name in named if named.count(name) > 1})
+    double = sorted(joints & frames.keys())
     if double:
         raise BadArgument(f"SDFormat gives a name once, and {quoted(double[0])} is a joint and a frame")
     taken = {*joints, *places}
@@ -132,7 +119,7 @@ def _fresh_names(bodies: UrdfTree, frames: tuple[Frame, ...], changes: list[str]
         new[WORLD] = with_underscores(f"{WORLD}_link", taken)
         changes.append(f"link {WORLD} is called {new[WORLD]}: SDFormat keeps that name for itself")
     for link in bodies.links:
-        if link in named:
+        if link in joints:
             new[link] = with_underscores(f"{link}_link", taken)
             changes.append(f"link {link} is called {new[link]}: SDFormat gives a name once, and a joint has it")
     return new
@@ -148,16 +135,11 @@ def _add_body(
         body = _NEXT_TO_NOTHING
         changes.append(f"{link} has no mass: written as {body.mass:g} kg")
     inertial = ET.SubElement(element, "inertial")
-    ET.SubElement(inertial, "pose").text = _pose(body.origin)
-    ET.SubElement(inertial, "mass").text = writing.number(body.mass)
-    tensor = ET.SubElement(inertial, "inertia")
-    for label, value in zip(writing.TENSOR_LABELS, body.inertia, strict=True):
-        ET.SubElement(tensor, label).text = writing.number(value)
-    shapes: tuple[tuple[str, tuple[Visual | Collision, ...]], ...] = (
-        ("visual", tree.visuals),
-        ("collision", tree.collisions),
-    )
-    for tag, several in shapes:
+    add_texts(inertial, {"pose": _pose(body.origin), "mass": writing.number(body.mass)})
+    tensor = zip(writing.TENSOR_LABELS, map(writing.number, body.inertia), strict=True)
+    add_texts(ET.SubElement(inertial, "inertia"), dict(tensor))
+    shapes: Mapping[str, tuple[Visual | Collision, ...]] = {"visual": tree.visuals, "collision": tree.collisions}
+    for tag, several in shapes.items():
         taken: set[str] = set()
         for shape in several:
             if shape.link == link and not (meshes is None and isinstance(shape.geometry, MeshFile)):
@@ -167,53 +149,45 @@ def _add_body(
 
 
 def _add_shape(element: ET.Element, shape: Visual | Collision, meshes: Mapping[str, str]) -> None:
-    ET.SubElement(element, "pose").text = _pose(shape.origin)
-    _add_geometry(ET.SubElement(element, "geometry"), shape.geometry, meshes)
+    add_texts(element, {"pose": _pose(shape.origin)})
+    tag, texts = _geometry(shape.geometry, meshes)
+    add_texts(ET.SubElement(ET.SubElement(element, "geometry"), tag), texts)
     if isinstance(shape, Visual) and shape.rgba is not None:
-        material = ET.SubElement(element, "material")
-        for kind in ("ambient", "diffuse"):
-            ET.SubElement(material, kind).text = writing.numbers(shape.rgba)
+        add_texts(
+            ET.SubElement(element, "material"), dict.fromkeys(("ambient", "diffuse"), writing.numbers(shape.rgba))
+        )
 
 
-def _add_geometry(element: ET.Element, shape: Geometry, meshes: Mapping[str, str]) -> None:
+def _geometry(shape: Geometry, meshes: Mapping[str, str]) -> tuple[str, dict[str, str]]:
+    """The element of a shape, and the texts in it."""
     if isinstance(shape, Box):
-        ET.SubElement(ET.SubElement(element, "box"), "size").text = writing.numbers(shape.size)
-    elif isinstance(shape, Ball):
-        ET.SubElement(ET.SubElement(element, "sphere"), "radius").text = writing.number(shape.radius)
-    elif isinstance(shape, Cylinder):
-        cylinder = ET.SubElement(element, "cylinder")
-        ET.SubElement(cylinder, "radius").text = writing.number(shape.radius)
-        ET.SubElement(cylinder, "length").text = writing.number(shape.length)
-    else:
-        mesh = ET.SubElement(element, "mesh")
-        ET.SubElement(mesh, "uri").text = meshes[shape.filename]
-        ET.SubElement(mesh, "scale").text = writing.numbers(shape.scale)
+        return "box", {"size": writing.numbers(shape.size)}
+    if isinstance(shape, Ball):
+        return "sphere", {"radius": writing.number(shape.radius)}
+    if isinstance(shape, Cylinder):
+        return "cylinder", {"radius": writing.number(shape.radius), "length": writing.number(shape.length)}
+    return "mesh", {"uri": meshes[shape.filename], "scale": writing.numbers(shape.scale)}
 
 
 def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> None:
     endless = joint.kind == "revolute" and not math.isfinite(joint.upper - joint.lower)
     element = ET.SubElement(model, "joint", name=joint.name, type="continuous" if endless else joint.kind)
     ET.SubElement(element, "pose", relative_to=new[joint.parent]).text = _pose(joint.origin)
-    ET.SubElement(element, "parent").text = new[joint.parent]
-    ET.SubElement(element, "child").text = new[joint.child]
+    add_texts(element, {"parent": new[joint.parent], "child": new[joint.child]})
     if joint.kind == "fixed":
         return
     axis = ET.SubElement(element, "axis")
-    ET.SubElement(axis, "xyz").text = writing.numbers(joint.axis)
-    limit = ET.SubElement(axis, "limit")
-    bounds = {"lower": joint.lower, "upper": joint.upper, "effort": joint.effort, "velocity": joint.velocity}
-    for name, value in bounds.items():
-        if math.isfinite(value) and not (endless and name in ("lower", "upper")):
-            ET.SubElement(limit, name).text = writing.number(value)
+    add_texts(axis, {"xyz": writing.numbers(joint.axis)})
+    bounds = {} if endless else {"lower": joint.lower, "upper": joint.upper}
+    bounds |= {"effort": joint.effort, "velocity": joint.velocity}
+    limits = {name: writing.number(value) for name, value in bounds.items() if math.isfinite(value)}
+    add_texts(ET.SubElement(axis, "limit"), limits)
     if joint.damping or joint.friction:
-        dynamics = ET.SubElement(axis, "dynamics")
-        ET.SubElement(dynamics, "damping").text = writing.number(joint.damping)
-        ET.SubElement(dynamics, "friction").text = writing.number(joint.friction)
+        losses = {"damping": writing.number(joint.damping), "friction": writing.number(joint.friction)}
+        add_texts(ET.SubElement(axis, "dynamics"), losses)
     if joint.mimic is not None:
         ratio = {"multiplier": writing.number(joint.mimic.multiplier), "offset": writing.number(joint.mimic.offset)}
-        mimic = ET.SubElement(axis, "mimic", joint=joint.mimic.joint)
-        for name, text in (ratio | {"reference": "0"}).items():
-            ET.SubElement(mimic, name).text = text
+        add_texts(ET.SubElement(axis, "mimic", joint=joint.mimic.joint), ratio | {"reference": "0"})
         # Drake has a word of its own for it.
         ET.SubElement(element, "drake:mimic", {"joint": joint.mimic.joint, **ratio})
 
@@ -282,8 +256,7 @@ def sdf(
 def _config(name: str) -> str:
     """What Gazebo lists of a model."""
     model = ET.Element("model")
-    ET.SubElement(model, "name").text = name
-    ET.SubElement(model, "version").text = "1.0"
+    add_texts(model, {"name": name, "version": "1.0"})
     ET.SubElement(model, "sdf", version=VERSION).text = "model.sdf"
-    ET.SubElement(model, "description").text = f"The robot {name}, written by nao_kin."
+    add_texts(model, {"description": f"The robot {name}, written by nao_kin."})
     return xml_text(model)

@@ -7,7 +7,7 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, whole_number
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import UnknownName
+from nao_kin.export.inertia import hosts
 from nao_kin.export.pipeline import Exported, Target
 from nao_kin.export.variants import Variant, joint_values, name_frames, named_semantics, new_names
 from nao_kin.robot import RobotModel, shape_geometry
@@ -67,65 +68,55 @@ class EndEffector:
     parent_group: str
 
 
-@dataclass(frozen=True)
 class Planning:
-    """Groups and end effectors of a robot, the group of all joints first; and one line for what cannot be said."""
-
-    groups: tuple[Group, ...]
-    end_effectors: tuple[EndEffector, ...]
-    notes: tuple[str, ...]
-
-
-def planning(tree: UrdfTree, semantics: Semantics) -> Planning:
     """Groups and end effectors for a robot.
 
     Each chain is a group of its name. Where the frame of an end effector is moved by all but the last joints of a
     chain, as a hand's frame is by the arm without its gripper, a second group ends in that frame: the inverse
     kinematics of a planner is asked for the last link of a group. What else hangs on the link of the effector is the
     effector's own group: the gripper and its fingers, or the fixed links there.
+
+    Attributes:
+        groups: name → group, that of all joints first.
+        end_effectors: the end effectors.
+        notes: one line for each thing that cannot be said.
     """
-    return _Planner(tree, semantics).planning()
 
-
-class _Planner:
     def __init__(self, tree: UrdfTree, semantics: Semantics) -> None:
-        self.tree, self.semantics = tree, semantics
-        self.above = {joint.child: joint for joint in tree.joints}
-        self.joints = {joint.name: joint for joint in tree.joints}
+        self._tree, self._semantics = tree, semantics
+        self._above = {joint.child: joint for joint in tree.joints}
+        self._joints = {joint.name: joint for joint in tree.joints}
+        self._bodies = hosts(tree, {joint.child for joint in tree.joints if joint.kind == "fixed"})
         self.groups: dict[str, Group] = {}
-        self.effectors: list[EndEffector] = []
+        self.end_effectors: list[EndEffector] = []
+        frames = {self._link(name): name for name in semantics.end_effectors}
         # End effector → the moving joints between the root and it.
-        self.ends: dict[str, tuple[str, ...]] = {}
-        self.notes: list[str] = []
-
-    def planning(self) -> Planning:
-        frames = {self._link(name): name for name in self.semantics.end_effectors}
-        self.ends = {link: self._moving_above(link) for link in frames if link in self.tree.links}
-        lacking = [name for link, name in frames.items() if link not in self.tree.links]
-        self.notes += [f"end effector {name} is left out: the URDF has no such link" for name in lacking]
-        for name, joints in self.semantics.chains.items():
-            moving = tuple(joint for joint in joints if joint in self.joints and self.joints[joint].kind != "fixed")
+        self._ends = {link: self._moving_above(link) for link in frames if link in tree.links}
+        lacking = [name for link, name in frames.items() if link not in tree.links]
+        self.notes = [f"end effector {name} is left out: the URDF has no such link" for name in lacking]
+        for name, joints in semantics.chains.items():
+            moving = tuple(joint for joint in joints if joint in self._joints and self._joints[joint].kind != "fixed")
             if moving:
                 self._chain(name, moving)
             else:
                 self.notes.append(f"chain {name} is left out: none of its joints moves")
-        whole = self._whole() if self.tree.moving_joints else None
-        for link, path in self.ends.items():
+        if tree.moving_joints:
+            whole = self._whole()
+            self.groups = {whole.name: whole, **self.groups}
+        for link, path in self._ends.items():
             self._effector(link, path)
-        groups = (*((whole,) if whole else ()), *self.groups.values())
-        return Planning(groups, tuple(self.effectors), tuple(self.notes))
 
     def _link(self, frame: str) -> str:
         """The link of a frame: of a joint's, the link that it moves."""
-        frame = self.tree.shared_names.get(frame, frame)
-        return self.joints[frame].child if frame in self.joints and frame not in self.tree.links else frame
+        frame = self._tree.shared_names.get(frame, frame)
+        return self._joints[frame].child if frame in self._joints and frame not in self._tree.links else frame
 
     def _path(self, link: str) -> list[UrdfJoint]:
         """The joints from the root to a link."""
         path = []
-        while link in self.above:
-            path.append(self.above[link])
-            link = self.above[link].parent
+        while link in self._above:
+            path.append(self._above[link])
+            link = self._above[link].parent
         return path[::-1]
 
     def _moving_above(self, link: str) -> tuple[str, ...]:
@@ -133,40 +124,40 @@ class _Planner:
 
     def _own(self, joints: Iterable[str]) -> tuple[str, ...]:
         named = set(joints)
-        return tuple(joint.name for joint in self.tree.moving_joints if joint.name in named and joint.mimic is None)
+        return tuple(joint.name for joint in self._tree.moving_joints if joint.name in named and joint.mimic is None)
 
     def _chain(self, name: str, joints: tuple[str, ...]) -> None:
-        base, last = self.joints[joints[0]].parent, self.joints[joints[-1]].child
+        base, last = self._joints[joints[0]].parent, self._joints[joints[-1]].child
         before = self._moving_above(base)
         if self._moving_above(last) != (*before, *joints):
             # Joints beside each other, or with a joint between them that the chain leaves out.
             self.groups[name] = Group(name, joints=joints, own=self._own(joints))
             return
-        tips = [link for link, path in self.ends.items() if path == (*before, *joints)]
+        tips = [link for link, path in self._ends.items() if path == (*before, *joints)]
         self.groups[name] = Group(name, chain=(base, tips[0] if tips else last), own=self._own(joints))
-        for link, path in self.ends.items():
+        for link, path in self._ends.items():
             part = path[len(before) :]
             inside = path[: len(before)] == before and 0 < len(part) < len(joints) and part == joints[: len(part)]
-            if inside and part not in self.semantics.chains.values():
+            if inside and part not in self._semantics.chains.values():
                 within = self._fresh(f"{name}_without_{'_'.join(joints[len(part) :])}")
                 self.groups[within] = Group(within, chain=(base, link), own=self._own(part))
 
     def _whole(self) -> Group:
         """All joints: the chains as groups, and what is in none of them."""
-        chains = tuple(name for name in self.groups if name in self.semantics.chains)
-        inside = {joint for name in chains for joint in self.semantics.chains[name]}
-        rest = tuple(joint.name for joint in self.tree.moving_joints if joint.name not in inside)
-        own = self._own(joint.name for joint in self.tree.moving_joints)
+        chains = tuple(name for name in self.groups if name in self._semantics.chains)
+        inside = {joint for name in chains for joint in self._semantics.chains[name]}
+        rest = tuple(joint.name for joint in self._tree.moving_joints if joint.name not in inside)
+        own = self._own(joint.name for joint in self._tree.moving_joints)
         return Group(self._fresh("whole_body"), joints=rest, groups=chains, own=own)
 
     def _fresh(self, name: str) -> str:
-        return fresh_name(name, {*self.groups, *self.semantics.chains})
+        return fresh_name(name, {*self.groups, *self._semantics.chains})
 
     def _effector(self, link: str, path: tuple[str, ...]) -> None:
         parent, name = link, self._fresh(f"{link}_effector".replace("/", "_"))
         group = self._gripper(link, path, name) or self._fixed_beyond(link, name)
         if group is None:
-            held = self.above.get(link)
+            held = self._above.get(link)
             if held is None or held.kind != "fixed":
                 self.notes.append(f"end effector {link} is left out: nothing is attached to that link")
                 return
@@ -174,44 +165,31 @@ class _Planner:
             group, parent = Group(name, links=(link,)), held.parent
             self.notes.append(f"end effector {link} is attached to {parent}: nothing else is there")
         self.groups[name] = group
-        holding = [g for g in self.groups.values() if g.chain is not None and parent in self._links(g.chain)]
-        fewest = min(holding, key=lambda g: len(g.own), default=None)
-        self.effectors.append(EndEffector(link.replace("/", "_"), parent, name, fewest.name if fewest else ""))
+        holding = [other for other in self.groups.values() if other.chain and self._holds(other.chain, parent)]
+        fewest = min(holding, key=lambda other: len(other.own), default=None)
+        self.end_effectors.append(EndEffector(link.replace("/", "_"), parent, name, fewest.name if fewest else ""))
 
     def _gripper(self, link: str, path: tuple[str, ...], name: str) -> Group | None:
         """The moving joints outwards of the body that an end effector is part of, if they move no other effector."""
-        body = self._body(link)
+        body = {other for other, (host, _) in self._bodies.items() if host == self._bodies[link][0]}
         beyond = tuple(
             joint.name
-            for joint in self.tree.moving_joints
+            for joint in self._tree.moving_joints
             if any(step.parent in body and step.kind != "fixed" for step in self._path(joint.child))
         )
-        others = {joint for end, above in self.ends.items() if end != link for joint in above}
+        others = {joint for end, above in self._ends.items() if end != link for joint in above}
         if not path or not beyond or others & set(beyond):
             return None
         return Group(name, joints=beyond, own=self._own(beyond))
 
     def _fixed_beyond(self, link: str, name: str) -> Group | None:
-        held = tuple(joint.child for joint in self.tree.joints if joint.parent == link and joint.kind == "fixed")
+        held = tuple(joint.child for joint in self._tree.joints if joint.parent == link and joint.kind == "fixed")
         return Group(name, links=held) if held else None
 
-    def _body(self, link: str) -> set[str]:
-        """The links that are fixed to a link."""
-        while link in self.above and self.above[link].kind == "fixed":
-            link = self.above[link].parent
-        body = {link}
-        for joint in self.tree.joints:  # parents come before children
-            if joint.kind == "fixed" and joint.parent in body:
-                body.add(joint.child)
-        return body
-
-    def _links(self, chain: tuple[str, str]) -> set[str]:
-        base, link = chain
-        found = set()
-        while link != base:
-            found.add(link)
-            link = self.above[link].parent
-        return found
+    def _holds(self, chain: tuple[str, str], link: str) -> bool:
+        """Whether a chain moves a link: one behind its base, up to its tip."""
+        base, tip = map(self._path, chain)
+        return link in {joint.child for joint in tip[len(base) :]}
 
 
 # --- Which links of a robot touch each other, found by trying many configurations with the collision library coal.
@@ -232,6 +210,7 @@ class LinkContacts:
 
     Attributes:
         links: the links that have shapes, in the order of the URDF.
+        pairs: every two of them.
         notes: one line for each shape that cannot be read.
     """
 
@@ -254,6 +233,7 @@ class LinkContacts:
             owners.append(collision.link)
             placements.append(collision.origin.matrix)
         self.links = tuple(link for link in tree.links if link in self._shapes)
+        self.pairs: tuple[LinkPair, ...] = tuple(combinations(sorted(self.links), 2))
         self._columns = [self.links.index(link) for link in owners]
         self._T_link_shape = np.array(placements).reshape(-1, 4, 4)
         self._centres = np.array([[*shape.aabb_center, 1.0] for shape in self._geometries]).reshape(-1, 4, 1)
@@ -265,10 +245,6 @@ class LinkContacts:
             for hull, shape in zip(self._hulls, self._geometries, strict=True)
         ]
         self._halves = np.array([(box.max_ - box.min_) / 2.0 for box in boxes]).reshape(-1, 3) + _MARGIN
-
-    def pairs(self) -> Iterator[LinkPair]:
-        """Every two links that have shapes."""
-        yield from combinations(sorted(self.links), 2)
 
     def count(self, q: Floats, pairs: set[LinkPair], *, most: int | None = None) -> dict[LinkPair, int]:
         """In how many of several configurations the links of each pair touch.
@@ -402,8 +378,8 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
         seed: of the random numbers: the same seed gives the same pairs.
     """
     adjacent = adjacent_links(robot.tree, contacts.links)
-    reasons = {pair: ADJACENT for pair in contacts.pairs() if pair in adjacent}
-    unknown = set(contacts.pairs()) - set(reasons)
+    reasons = {pair: ADJACENT for pair in contacts.pairs if pair in adjacent}
+    unknown = set(contacts.pairs) - set(reasons)
     touching = contacts.count(_default(robot)[None], unknown)
     reasons |= {pair: DEFAULT for pair in unknown if touching[pair]}
     unknown -= set(reasons)
@@ -541,9 +517,9 @@ def srdf_document(
         raise UnknownName("base", base, BASES)
     count = whole_number(samples, "samples", 1, _MOST_SAMPLES)
     own, _ = Variant(chosen.frames, coupling=chosen.coupling).tree_of(robot)
-    tree, _ = name_frames(own, chosen.names, robot.semantics)
+    tree = own if chosen.names == "naoqi" else name_frames(own, robot.semantics)[0]
     body = _as_written(robot, own)
-    plan = planning(tree, named_semantics(robot.semantics, chosen.names))
+    plan = Planning(tree, named_semantics(robot.semantics, chosen.names))
     contacts = LinkContacts(body)
     reasons = disabled_collisions(body, contacts, samples=count, seed=whole_number(seed, "seed", 0))
     new = new_names(robot.semantics, chosen.names)
@@ -574,17 +550,22 @@ def _robot(
 ) -> ET.Element:
     root = ET.Element("robot", name=tree.name)
     root.append(ET.Comment(" Written by nao_kin; the URDF of the same name has the links and joints. "))
-    for group in plan.groups:
-        _add_group(root, group)
+    for group in plan.groups.values():
+        element = ET.SubElement(root, "group", name=group.name)
+        if group.chain is not None:
+            ET.SubElement(element, "chain", base_link=group.chain[0], tip_link=group.chain[1])
+        for tag, names in (("joint", group.joints), ("link", group.links), ("group", group.groups)):
+            for name in names:
+                ET.SubElement(element, tag, name=name)
     # Pinocchio keeps the first state of a name: that of all joints.
-    for group in plan.groups:
-        for name, values in states.items():
-            _add_state(root, name, group, values)
+    for group, (name, values) in product(plan.groups.values(), states.items()):
+        if group.own:
+            state = ET.SubElement(root, "group_state", name=name, group=group.name)
+            for joint in group.own:
+                ET.SubElement(state, "joint", name=joint, value=repr(float(values[joint])))
     for effector in plan.end_effectors:
-        element = ET.SubElement(root, "end_effector", name=effector.name, parent_link=effector.parent_link)
-        element.set("group", effector.group)
-        if effector.parent_group:
-            element.set("parent_group", effector.parent_group)
+        written = {name: text for name, text in vars(effector).items() if text}
+        ET.SubElement(root, "end_effector", written)
     virtual = fresh_name("virtual_joint", {joint.name for joint in tree.joints})
     ET.SubElement(root, "virtual_joint", name=virtual, type=held, parent_frame=WORLD, child_link=tree.root)
     for follower in tree.mimics:
@@ -594,29 +575,12 @@ def _robot(
     return root
 
 
-def _add_group(root: ET.Element, group: Group) -> None:
-    element = ET.SubElement(root, "group", name=group.name)
-    if group.chain is not None:
-        ET.SubElement(element, "chain", base_link=group.chain[0], tip_link=group.chain[1])
-    for tag, names in (("joint", group.joints), ("link", group.links), ("group", group.groups)):
-        for name in names:
-            ET.SubElement(element, tag, name=name)
-
-
-def _add_state(root: ET.Element, name: str, group: Group, values: Mapping[str, Floats]) -> None:
-    if group.own:
-        state = ET.SubElement(root, "group_state", name=name, group=group.name)
-        for joint in group.own:
-            ET.SubElement(state, "joint", name=joint, value=repr(float(values[joint])))
-
-
 def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int) -> str:
-    pairs = sum(1 for _ in contacts.pairs())
-    if not pairs:
+    if not contacts.pairs:
         return "no two links have collision shapes: a planner finds no contacts of the robot with itself"
     counts = ", ".join(f"{count} {reason}" for reason, count in sorted(Counter(reasons.values()).items()))
     return (
-        f"{len(reasons)} of {pairs} pairs of links with collision shapes are not checked "
+        f"{len(reasons)} of {len(contacts.pairs)} pairs of links with collision shapes are not checked "
         f"({counts}; {samples} configurations tried)"
     )
 
@@ -629,7 +593,7 @@ def _unsaid(
     if robot.coupled_limits:
         names = ", ".join(dict.fromkeys(table.joint for table in robot.coupled_limits))
         lines.append(f"coupled limits are left out, a planner knows one range for each joint: {names}")
-    checked = set(contacts.pairs()) - unchecked
+    checked = set(contacts.pairs) - unchecked
     for name in robot.posture_names:
         touching = contacts.count(robot.posture(name)[None], checked)
         found = [pair for pair, count in touching.items() if count]
@@ -637,8 +601,8 @@ def _unsaid(
         if pairs:
             lines.append(f"in posture {quoted(name)} shapes touch that are checked, no plan can start there: {pairs}")
     for group in plan.groups:
-        if not _PARAMETER.fullmatch(group.name):
-            lines.append(f"group {quoted(group.name)} is no name for a parameter of ROS: letters, digits and _")
+        if not _PARAMETER.fullmatch(group):
+            lines.append(f"group {quoted(group)} is no name for a parameter of ROS: letters, digits and _")
     joints = [joint.name for joint in robot.tree.moving_joints if _TROUBLESOME.search(joint.name)]
     if joints:
         lines.append(f"MoveIt warns of the characters in {len(joints)} names of joints, first {quoted(joints[0])}")

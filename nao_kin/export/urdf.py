@@ -8,22 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from nao_kin._core.text import fresh_name
 from nao_kin.errors import UnknownName
-from nao_kin.export.meshes import MESH_FOLDER, taken_meshes
+from nao_kin.export.meshes import MESH_FOLDER, Paint, paint_names, shapes_of, taken_meshes
 from nao_kin.export.pipeline import Exported, Target
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, Rgba, UrdfJoint, UrdfTree, Visual
+from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
 from nao_kin.robot.urdf import srdf as writing
 
 # --- A robot's tree as the text of a URDF: the same text every time, its numbers the shortest that read back.
 
 # URDF has no word for "without bound": this stands for it [m, m/s, rad/s, N, N m].
 UNBOUNDED = 1e9
-
-# What a visual has for its colour: name of the material, "" for none, and the colour.
-Paint = tuple[str, Rgba]
 
 
 def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tuple[str, tuple[str, ...]]:
@@ -40,7 +36,7 @@ def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tu
         The document, ending in a newline, and one line for each thing that a URDF cannot say.
     """
     changes: list[str] = []
-    materials = _materials(tree)
+    materials = paint_names((shown.material, shown.rgba) for shown in tree.visuals if shown.rgba is not None)
     robot = ET.Element("robot", name=tree.name)
     for (_, rgba), name in materials.items():
         writing.add_colour(robot, name, rgba)
@@ -50,20 +46,10 @@ def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tu
         robot.append(_link(tree, joint.child, materials, meshes))
         robot.append(_joint(joint, joints, changes))
     if meshes is None:
-        left = {visual.link for visual in tree.visuals if isinstance(visual.geometry, MeshFile)}
-        left |= {shape.link for shape in tree.collisions if isinstance(shape.geometry, MeshFile)}
+        left = {shape.link for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile)}
         if left:
             changes.append(f"the meshes of {len(left)} links are left out")
     return writing.document_text(robot), tuple(changes)
-
-
-def _materials(tree: UrdfTree) -> dict[Paint, str]:
-    """Name and colour of a visual → name of its material: its own, or another one where two colours share a name."""
-    found: dict[Paint, str] = {}
-    for visual in tree.visuals:
-        if visual.rgba is not None and (visual.material, visual.rgba) not in found:
-            found[visual.material, visual.rgba] = fresh_name(visual.material or "colour", found.values())
-    return found
 
 
 def _link(tree: UrdfTree, name: str, materials: Mapping[Paint, str], meshes: Mapping[str, str] | None) -> ET.Element:
@@ -206,10 +192,8 @@ def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     """The tree with a mass of 0 for every link but the root that has no word about its mass."""
     nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     silent = [link for link in tree.links if link not in tree.inertials and link != tree.root]
-    if not silent:
-        return tree, ()
-    inertials = {**tree.inertials, **dict.fromkeys(silent, nothing)}
-    return replace(tree, inertials=inertials), (f"{len(silent)} links without mass are given a mass of 0 in words",)
+    tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(silent, nothing)})
+    return tree, (f"{len(silent)} links without mass are given a mass of 0 in words",) if silent else ()
 
 
 def _package(meshes: object) -> str:

@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats, Vector, choice, flag
 from nao_kin._core.text import with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.inertia import HERE, body_of, composed, make_physical, moved, pseudo_inertia, rpy_of
+from nao_kin.export.inertia import HERE, body_of, composed, hosts, make_physical, moved, pseudo_inertia, rpy_of
 from nao_kin.joints import MultiDofJoint, group_joints
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.semantics import Semantics, meaning
-from nao_kin.robot.urdf import Collision, Inertial, Origin, UrdfJoint, UrdfTree, Visual
+from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import rotation_between
 
-# --- Joint axes: as published, or each along an axis of its joint's frame.
+# A tree and one line for each thing in it that is not as before.
+Changed = tuple[UrdfTree, tuple[str, ...]]
 
-Axes = Literal["published", "aligned"]
-AXES: tuple[Axes, ...] = ("published", "aligned")
+# --- Joint axes, each along an axis of its joint's frame.
 
 _ALONG_AN_AXIS = ("revolute", "prismatic")
 _Z: Vector = (0.0, 0.0, 1.0)
 
 
-def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
+def align_axes(tree: UrdfTree) -> Changed:
     """The tree without oblique axes: every joint axis is plus or minus x, y or z of its joint's frame.
 
     Some tools know joints about the axes of the frame only. In a joint whose axis is oblique, a link without mass is
@@ -35,24 +36,14 @@ def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
     that was carried. Every link of the robot stays where it was in every configuration, and every joint keeps its
     name, its limits and its value.
 
-    Args:
-        tree: the robot.
-        axes: "published" changes nothing, or "aligned".
-
     Returns:
         The tree, and one line for each joint that is turned.
 
-    Raises:
-        UnknownName: no such choice.
-
     Examples:
         >>> from nao_kin.export.variants import align_axes
-        >>> align_axes(nk.load_nao("v6").tree, "aligned")[1][0]
+        >>> align_axes(nk.load_nao("v6").tree)[1][0]
         'LHipYawPitch: its frame is turned until its axis is z; LHipYawPitch_axis stands between torso and LPelvis'
     """
-    choice(axes, AXES, "choice of axes")
-    if axes == "published":
-        return tree, ()
     taken = {*tree.links, *(joint.name for joint in tree.joints)}
     joints, links, changes = list[UrdfJoint](), list(tree.links), list[str]()
     for joint in tree.joints:
@@ -74,14 +65,11 @@ def align_axes(tree: UrdfTree, axes: str) -> tuple[UrdfTree, tuple[str, ...]]:
     return replace(tree, links=tuple(links), joints=tuple(joints)), tuple(changes)
 
 
-# --- Joints that follow another one: kept, fixed together with what drives them, or set free.
-
-Coupling = Literal["mimic", "locked", "independent"]
-COUPLINGS: tuple[Coupling, ...] = ("mimic", "locked", "independent")
+# --- Joints that follow another one: fixed together with what drives them, or set free.
 
 
-def couple(tree: UrdfTree, coupling: str) -> tuple[UrdfTree, tuple[str, ...]]:
-    """The tree with its couplings kept, locked or taken away.
+def couple(tree: UrdfTree, coupling: str) -> Changed:
+    """The tree with its couplings locked or taken away.
 
     A tool that does not know couplings moves each joint alone. "locked" gives it joints that cannot be moved wrongly:
     the driving joint and all that follow it are fixed, where the driving joint is at zero, or at the limit nearest to
@@ -89,13 +77,10 @@ def couple(tree: UrdfTree, coupling: str) -> tuple[UrdfTree, tuple[str, ...]]:
 
     Args:
         tree: the robot.
-        coupling: "mimic" changes nothing, "locked" or "independent".
+        coupling: "locked" or "independent".
 
     Returns:
         The tree, and one line for each group of coupled joints.
-
-    Raises:
-        UnknownName: no such choice.
 
     Examples:
         >>> from nao_kin.export.variants import couple
@@ -105,45 +90,35 @@ def couple(tree: UrdfTree, coupling: str) -> tuple[UrdfTree, tuple[str, ...]]:
         >>> changes[1]
         'RHipYawPitch no longer follows LHipYawPitch: each is moved alone'
     """
-    choice(coupling, COUPLINGS, "coupling")
-    if coupling == "mimic" or not tree.mimics:
-        return tree, ()
-    followers: dict[str, list[str]] = {}
-    for joint in tree.joints:
-        if joint.mimic is not None:
-            followers.setdefault(joint.mimic.joint, []).append(joint.name)
-    changes: list[str] = []
+    followers: defaultdict[str, list[str]] = defaultdict(list)
+    for name, mimic in tree.mimics.items():
+        followers[mimic.joint].append(name)
     if coupling == "independent":
-        for driver, names in followers.items():
-            what = "no longer follows" if len(names) == 1 else "no longer follow"
-            changes.append(f"{', '.join(names)} {what} {driver}: each is moved alone")
-        return replace(tree, joints=tuple(replace(joint, mimic=None) for joint in tree.joints)), tuple(changes)
-    values = {joint.name: _at_rest(joint) for joint in tree.joints if joint.name in followers}
-    for driver, names in followers.items():
-        changes.append(f"{driver} is fixed at {values[driver]:g}, and with it what follows it: {', '.join(names)}")
+        return replace(tree, joints=tuple(replace(joint, mimic=None) for joint in tree.joints)), tuple(
+            f"{', '.join(names)} no longer {'follows' if len(names) == 1 else 'follow'} {driver}: each is moved alone"
+            for driver, names in followers.items()
+        )
+    # Each driver at zero, or at the limit nearest to it.
+    values = {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in tree.joints if joint.name in followers}
+    changes = tuple(
+        f"{driver} is fixed at {values[driver]:g}, and with it what follows it: {', '.join(names)}"
+        for driver, names in followers.items()
+    )
     values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in tree.mimics.items()}
     joints = (_fixed(joint, values[joint.name]) if joint.name in values else joint for joint in tree.joints)
-    return replace(tree, joints=tuple(joints)), tuple(changes)
+    return replace(tree, joints=tuple(joints)), changes
 
 
-def _at_rest(joint: UrdfJoint) -> float:
-    return min(max(0.0, joint.lower), joint.upper)
+def _fixed(joint: UrdfJoint, value: float = 0.0) -> UrdfJoint:
+    return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, moved(joint, value))
 
 
-def _fixed(joint: UrdfJoint, value: float) -> UrdfJoint:
-    origin = moved(joint.origin, joint.kind, joint.axis, value)
-    return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, origin)
-
-
-# --- Which of the links that fixed joints hold stay: all, those that the robot's semantics name, or none.
-
-Frames = Literal["all", "effectors", "none"]
-FRAMES: tuple[Frames, ...] = ("all", "effectors", "none")
+# --- Which of the links that fixed joints hold stay: those that the robot's semantics name, or none.
 
 _MOST_NAMED = 6
 
 
-def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
+def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
     """The tree with fewer of the links that fixed joints hold; the others are merged into the links that carry them.
 
     Mass and shapes of a merged link go to the link that carries it, so that every remaining link moves as before, and
@@ -152,15 +127,12 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> tuple[Urdf
 
     Args:
         tree: the robot.
-        frames: "all" changes nothing; "effectors" leaves the frames that `semantics` names: end effectors, soles,
-            cameras, sensors; "none" leaves one link for each body.
+        frames: "effectors" leaves the frames that `semantics` names: end effectors, soles, cameras, sensors; "none"
+            leaves one link for each body.
         semantics: what the robot means.
 
     Returns:
         The tree, and one line for what has changed.
-
-    Raises:
-        UnknownName: no such choice.
 
     Examples:
         >>> from nao_kin.export.variants import keep_frames
@@ -169,17 +141,19 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> tuple[Urdf
         >>> len(nao.tree.links), len(tree.links), tree.root
         (124, 43, 'torso')
     """
-    choice(frames, FRAMES, "choice of frames")
-    if frames == "all":
-        return tree, ()
     named = set(semantics.frames()) if frames == "effectors" else set[str]()
     named |= {tree.shared_names[name] for name in named if name in tree.shared_names}
-    fixed = [joint for joint in tree.joints if joint.kind == "fixed"]
     changes: list[str] = []
-    bare = _bare_root(tree, fixed)
+    bare = _bare_root(tree)
     if bare is not None:
         changes.append(f"{tree.root} has neither mass nor shapes: {bare} is the root instead of it")
-        tree = _rooted_at(tree, bare)
+        tree = replace(
+            tree,
+            root=bare,
+            links=tuple(name for name in tree.links if name != tree.root),
+            joints=tuple(joint for joint in tree.joints if joint.child != bare),
+            shared_names={old: new for old, new in tree.shared_names.items() if new != tree.root},
+        )
     gone = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.child not in named]
     if gone:
         names = ", ".join(gone[:_MOST_NAMED]) + (", …" if len(gone) > _MOST_NAMED else "")
@@ -190,104 +164,70 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> tuple[Urdf
 def merged(tree: UrdfTree, gone: Collection[str]) -> UrdfTree:
     """The tree without the links `gone`, which fixed joints hold: what they have and carry goes to what holds them."""
     away = set(gone)
-    # Link → the link it is part of, and where in that one's frame.
-    hosts: dict[str, tuple[str, Origin]] = {tree.root: (tree.root, HERE)}
-    joints: list[UrdfJoint] = []
-    for joint in tree.joints:
-        host, place = hosts[joint.parent]
-        place = composed(place, joint.origin)
-        if joint.child in away:
-            hosts[joint.child] = host, place
-        else:
-            hosts[joint.child] = joint.child, HERE
-            joints.append(joint if host == joint.parent else replace(joint, parent=host, origin=place))
+    places = hosts(tree, away)
+
+    def rehung(part: Any, on: str = "link") -> Any:
+        host, place = places[getattr(part, on)]
+        return replace(part, origin=composed(place, part.origin), **{on: host})
+
     return replace(
         tree,
         links=tuple(link for link in tree.links if link not in away),
-        joints=tuple(joints),
-        inertials=_merged_bodies(tree, hosts),
-        visuals=tuple(replace(v, link=hosts[v.link][0], origin=_in_host(v, hosts)) for v in tree.visuals),
-        collisions=tuple(replace(c, link=hosts[c.link][0], origin=_in_host(c, hosts)) for c in tree.collisions),
+        joints=tuple(rehung(joint, on="parent") for joint in tree.joints if joint.child not in away),
+        inertials=_merged_bodies(tree, places),
+        visuals=tuple(map(rehung, tree.visuals)),
+        collisions=tuple(map(rehung, tree.collisions)),
         shared_names={old: new for old, new in tree.shared_names.items() if new not in away},
     )
 
 
-def _in_host(shape: Visual | Collision, hosts: Mapping[str, tuple[str, Origin]]) -> Origin:
-    return composed(hosts[shape.link][1], shape.origin)
-
-
-def _merged_bodies(tree: UrdfTree, hosts: Mapping[str, tuple[str, Origin]]) -> dict[str, Inertial]:
-    parts: dict[str, list[tuple[Inertial, Origin]]] = {}
+def _merged_bodies(tree: UrdfTree, places: Mapping[str, tuple[str, Origin]]) -> dict[str, Inertial]:
+    parts: defaultdict[str, list[tuple[Inertial, Origin]]] = defaultdict(list)
     for link in tree.links:
-        body = tree.inertials.get(link)
-        if body is not None:
-            host, place = hosts[link]
-            parts.setdefault(host, []).append((body, place))
-    bodies = dict[str, Inertial]()
-    for host, several in parts.items():
-        (first, place), *others = several
-        if not others and place == HERE:
-            bodies[host] = first  # with the numbers that the file has
-        else:
-            bodies[host] = body_of(np.sum([pseudo_inertia(body, place) for body, place in several], axis=0))
-    return bodies
+        if link in tree.inertials:
+            host, place = places[link]
+            parts[host].append((tree.inertials[link], place))
+    return {
+        # A body by itself keeps the numbers that the file has.
+        host: bodies[0][0]
+        if len(bodies) == 1 and bodies[0][1] == HERE
+        else body_of(np.sum([pseudo_inertia(body, place) for body, place in bodies], axis=0))
+        for host, bodies in parts.items()
+    }
 
 
-def _bare_root(tree: UrdfTree, fixed: Collection[UrdfJoint]) -> str | None:
+def _bare_root(tree: UrdfTree) -> str | None:
     """The one link that a root without mass and shapes holds at its own place; None where it is not so."""
-    root = tree.root
-    held = [joint for joint in tree.joints if joint.parent == root]
-    shaped = {visual.link for visual in tree.visuals} | {shape.link for shape in tree.collisions}
-    if len(held) != 1 or held[0] not in fixed or held[0].origin != HERE or root in shaped or root in tree.inertials:
+    held = [joint for joint in tree.joints if joint.parent == tree.root]
+    own = {*tree.inertials, *(visual.link for visual in tree.visuals), *(shape.link for shape in tree.collisions)}
+    if len(held) != 1 or held[0].kind != "fixed" or held[0].origin != HERE or tree.root in own:
         return None
     return held[0].child
 
 
-def _rooted_at(tree: UrdfTree, link: str) -> UrdfTree:
-    return replace(
-        tree,
-        root=link,
-        links=tuple(name for name in tree.links if name != tree.root),
-        joints=tuple(joint for joint in tree.joints if joint.child != link),
-        shared_names={old: new for old, new in tree.shared_names.items() if new != tree.root},
-    )
-
-
 # --- The names of a robot's published ROS description instead of those of its URDF here.
 
-Names = Literal["naoqi", "ros"]
-NAMES: tuple[Names, ...] = ("naoqi", "ros")
 
-
-def name_frames(tree: UrdfTree, names: str, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
+def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
     """The tree with the names of the robot's ROS description, `semantics.ros_names`.
 
     Where two links that a fixed joint holds at one place get one name, they become one link. A link and a joint may
     have one name afterwards, as in ros-naoqi's nao_description.
 
-    Args:
-        tree: the robot.
-        names: "naoqi" changes nothing: these are the names of the robot's own file; or "ros".
-        semantics: what the robot means.
-
     Returns:
         The tree, and one line for what has changed.
 
     Raises:
-        UnknownName: no such choice.
         BadArgument: no ROS names are known of this robot, or two links of the tree cannot both have theirs.
 
     Examples:
         >>> from nao_kin.export.variants import name_frames
         >>> nao = nk.load_nao("v5")
-        >>> tree, _ = name_frames(nao.tree, "ros", nao.semantics)
+        >>> tree, _ = name_frames(nao.tree, nao.semantics)
         >>> [joint.child for joint in tree.joints if joint.name in ("LLeg_effector_fixedjoint", "LAnklePitch")]
         ['LAnklePitch', 'l_sole']
     """
-    choice(names, NAMES, "choice of names")
-    if names == "naoqi":
-        return tree, ()
-    new = new_names(semantics, names)
+    new = semantics.ros_names
     if not new:
         raise BadArgument(f"{tree.name}: no ROS names are known of this robot; leave out names='ros' (--names ros)")
     twins = [
@@ -337,28 +277,19 @@ def named_semantics(semantics: Semantics, names: str) -> Semantics:
 
 
 def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:
-    def named(name: str) -> str:
-        return new.get(name, name)
+    def named(part: Any, *fields: str) -> Any:
+        return replace(part, **{field: new.get(getattr(part, field), getattr(part, field)) for field in fields})
 
-    joints = tuple(
-        replace(
-            joint,
-            name=named(joint.name),
-            parent=named(joint.parent),
-            child=named(joint.child),
-            mimic=None if joint.mimic is None else replace(joint.mimic, joint=named(joint.mimic.joint)),
-        )
-        for joint in tree.joints
-    )
+    joints = (named(joint, "name", "parent", "child") for joint in tree.joints)
     return replace(
         tree,
-        name=named(tree.name),
-        root=named(tree.root),
-        links=tuple(map(named, tree.links)),
-        joints=joints,
-        inertials={named(link): body for link, body in tree.inertials.items()},
-        visuals=tuple(replace(visual, link=named(visual.link)) for visual in tree.visuals),
-        collisions=tuple(replace(shape, link=named(shape.link)) for shape in tree.collisions),
+        name=new.get(tree.name, tree.name),
+        root=new.get(tree.root, tree.root),
+        links=tuple(new.get(link, link) for link in tree.links),
+        joints=tuple(replace(joint, mimic=joint.mimic and named(joint.mimic, "joint")) for joint in joints),
+        inertials={new.get(link, link): body for link, body in tree.inertials.items()},
+        visuals=tuple(named(visual, "link") for visual in tree.visuals),
+        collisions=tuple(named(shape, "link") for shape in tree.collisions),
         shared_names={},
     )
 
@@ -368,7 +299,7 @@ def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:
 SPHERICAL = "spherical"
 
 
-def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str, ...]]:
+def merge_balls(tree: UrdfTree) -> Changed:
     """The tree with joints of the kind "spherical" where `nao_kin.joints.group_joints` finds them.
 
     The links between the three axes have no place in a ball: with their mass and all that is fixed to them they stay
@@ -376,15 +307,8 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
     everything else are. A ball has no limits and follows nothing; three joints of which one drives or follows another
     are left as they are.
 
-    Args:
-        tree: the robot.
-        typed: False changes nothing.
-
     Returns:
         The tree, and one line for each spherical joint.
-
-    Raises:
-        BadArgument: `typed` is neither True nor False.
 
     Examples:
         >>> from nao_kin.export.variants import couple
@@ -393,8 +317,6 @@ def merge_balls(tree: UrdfTree, typed: bool = True) -> tuple[UrdfTree, tuple[str
         >>> [joint.name for joint in tree.joints if joint.kind == "spherical"]
         ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
     """
-    if not flag(typed, "typed"):
-        return tree, ()
     changes: list[str] = []
     coupled = tree.mimics.keys() | {mimic.joint for mimic in tree.mimics.values()}
     for group in group_joints(RobotModel(tree)):
@@ -426,8 +348,8 @@ def _merged(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTre
         f"{first.child} and {second.child} stay where they are at zero"
     )
     new = {
-        first.name: UrdfJoint(first.name, "fixed", first.parent, first.child, first.origin),
-        second.name: UrdfJoint(second.name, "fixed", second.parent, second.child, second.origin),
+        first.name: _fixed(first),
+        second.name: _fixed(second),
         third.name: ball,
     }
     return replace(tree, joints=tuple(new.get(joint.name, joint) for joint in tree.joints))
@@ -455,13 +377,24 @@ def joint_values(robot: RobotModel, q: Floats, names: str = "naoqi") -> dict[str
 
 # --- A variant: all choices together.
 
-# A tree and one line for each thing in it that is not as before.
-Changed = tuple[UrdfTree, tuple[str, ...]]
+# Choice → what messages call it, and what it may be: the first changes nothing.
+CHOICES: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "coupling": ("coupling", ("mimic", "locked", "independent")),
+    "frames": ("choice of frames", ("all", "effectors", "none")),
+    "inertia": ("choice of inertias", ("published", "physical")),
+    "names": ("choice of names", ("naoqi", "ros")),
+    "axes": ("choice of axes", ("published", "aligned")),
+}
 
 
 @dataclass(frozen=True)
 class Variant:
-    """The choices that make a variant of a robot, as `nk.export.urdf` describes them."""
+    """The choices that make a variant of a robot, as `nk.export.urdf` describes them.
+
+    Raises:
+        UnknownName: no such choice.
+        BadArgument: `typed` is neither True nor False.
+    """
 
     frames: str = "all"
     names: str = "naoqi"
@@ -470,29 +403,31 @@ class Variant:
     typed: bool = False
     axes: str = "published"
 
+    def __post_init__(self) -> None:
+        for name, (what, valid) in CHOICES.items():
+            choice(getattr(self, name), valid, what)
+        flag(self.typed, "typed")
+
     def tree_of(self, robot: RobotModel) -> Changed:
         """Return the tree of a robot in this variant, and one line for each change.
 
         Raises:
-            UnknownName: no such choice.
-            BadArgument: the robot has no ROS names, or `typed` is neither True nor False.
+            BadArgument: the robot has no ROS names.
         """
-        tree, changes = robot.tree, list[str]()
-        for step in _ORDER:
-            tree, made = step(tree, self, robot.semantics)
-            changes += made
-        return tree, tuple(changes)
-
-
-# What a variant changes, in this order.
-_ORDER: tuple[Callable[[UrdfTree, Variant, Semantics], Changed], ...] = (
-    lambda tree, chosen, _: couple(tree, chosen.coupling),
-    lambda tree, chosen, _: merge_balls(tree, chosen.typed),
-    lambda tree, chosen, semantics: keep_frames(tree, chosen.frames, semantics),
-    lambda tree, chosen, _: make_physical(tree, chosen.inertia),
-    lambda tree, chosen, semantics: name_frames(tree, chosen.names, semantics),
-    lambda tree, chosen, _: align_axes(tree, chosen.axes),
-)
+        tree, changes, semantics = robot.tree, tuple[str, ...](), robot.semantics
+        steps: tuple[tuple[bool, Callable[[UrdfTree], Changed]], ...] = (
+            (self.coupling != "mimic", lambda tree: couple(tree, self.coupling)),
+            (self.typed, merge_balls),
+            (self.frames != "all", lambda tree: keep_frames(tree, self.frames, semantics)),
+            (self.inertia != "published", make_physical),
+            (self.names != "naoqi", lambda tree: name_frames(tree, semantics)),
+            (self.axes != "published", align_axes),
+        )
+        for is_chosen, change in steps:
+            if is_chosen:
+                tree, made = change(tree)
+                changes += made
+        return tree, changes
 
 
 def variant(

@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, Vector, finite_or_none
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._core.arrays import COLD_TO_WARM, Vector, as_floats, choice, finite_or_none
+from nao_kin._core.arrays import colours as scale_colours
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
 from nao_kin.robot import RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.viewer import overlays
-from nao_kin.viewer.messages import Command
-from nao_kin.viewer.scene import (
-    Driver,
-    carriers,
-    drivers_of,
-    link_paths,
-    numbered,
-    robot_drawables,
-    scene_commands,
-    width,
-)
+from nao_kin.viewer.meshes import GROUPS, shape_box
+from nao_kin.viewer.messages import COLOURLESS, Command, packed, panel_message, set_object, set_transform
+from nao_kin.viewer.scene import Driver, carriers, drivers_of, holder, link_paths, numbered, robot_drawables
 
 # Whole-body cameras: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
@@ -36,67 +29,10 @@ _BODY_CAMERAS: Mapping[str, Vector] = {
 }
 
 
-@dataclass(frozen=True)
-class Camera:
-    """Where to look from.
-
-    Attributes:
-        direction: from what is looked at to the camera, in the world.
-        links: look at these links and all they carry; empty for the whole robot.
-    """
-
-    direction: Vector
-    links: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Presets:
-    """What the panel offers for one robot.
-
-    Attributes:
-        cameras: views by name.
-        effectors: frames whose pose is asked for most.
-        chains: title → joints from the trunk outwards.
-        root: what to call the frame that poses are given in.
-        start: the configuration that a viewer opens with, shape (nq,).
-        postures: name → configuration, shape (nq,); none for a robot that has no postures.
-        soles: links with the floor in their xy plane when the robot stands on them.
-        rest: posture → the vertical in the root's frame; postures not named stand on the soles.
-    """
-
-    cameras: Mapping[str, Camera]
-    effectors: tuple[str, ...]
-    chains: Mapping[str, tuple[str, ...]]
-    root: str
-    start: Floats
-    postures: Mapping[str, Floats]
-    soles: tuple[str, ...]
-    rest: Mapping[str, Vector]
-
-
-def presets_of(robot: RobotModel) -> Presets:
-    """What the robot means; what its semantics leave open, from its tree: branches as chains, ends as effectors."""
-    semantics, tree = robot.semantics, robot.tree
-    chains = {**semantics.chains, **_branches(robot)}
-    ends = tuple(dict.fromkeys(joints[-1] for joints in chains.values())) or robot.link_names[:1]
-    child = {joint.name: joint.child for joint in tree.joints}
-    cameras = {name: Camera(direction) for name, direction in _BODY_CAMERAS.items()}
-    for name, view in semantics.views.items():
-        cameras[name] = Camera(view.direction, tuple(child[joint] for joint in view.joints))
-    return Presets(
-        cameras=cameras,
-        effectors=(*semantics.end_effectors, *semantics.cameras) or ends,
-        chains=chains,
-        root=semantics.root or tree.root,
-        start=robot.posture(semantics.start) if semantics.start else robot.clamp(robot.neutral()),
-        postures={name: robot.posture(name) for name in robot.posture_names},
-        soles=semantics.soles,
-        rest={name: posture.up for name, posture in semantics.postures.items() if posture.up is not None},
-    )
-
-
 class SceneRobot:
     """A robot as a scene has it: its shapes and links, and what the panel offers for it.
+
+    What the robot's semantics leave open is taken from its tree: branches as chains, their ends as effectors.
 
     Args:
         robot: any robot.
@@ -104,36 +40,135 @@ class SceneRobot:
 
     Attributes:
         robot: the robot.
+        number: its number.
+        key: what the keys of its messages begin with.
+        ground: path of the node that it stands on, with a slash; "" for the scene itself.
         drawables: its shapes.
         notes: what of its looks cannot be shown, one line each.
-        presets: what the panel offers for it.
         paths: link → path of its node, parents first.
+        cameras: name of a view → the direction from what is looked at to the camera, in the world, and the links that
+            are looked at with all they carry; none for the whole robot.
+        light_names: names of all lights, those of groups first.
+        start: the configuration that a viewer opens with, shape (nq,).
+        rest: posture → the vertical in the root's frame; postures not named stand on the soles.
     """
 
     def __init__(self, robot: RobotModel, number: int = 0) -> None:
-        self.robot, self._number = robot, number
-        self.drawables, self.notes = robot_drawables(robot.tree)
-        self.presets, self.paths = presets_of(robot), link_paths(robot.tree)
+        self.robot, self.number = robot, number
+        self.key, self.ground = (f"robot {number} ", f"ground:{number}/") if number else ("", "")
+        semantics, tree = robot.semantics, robot.tree
+        self.drawables, self.notes = robot_drawables(tree)
+        self.paths = link_paths(tree)
         self._places = {link: index for index, link in enumerate(self.paths)}
-        self._moved = {joint.name: joint.child for joint in robot.tree.moving_joints}
-        self._carriers = carriers(robot.tree, self.drawables)
+        self._moved = {joint.name: joint.child for joint in tree.moving_joints}
+        self._carriers = carriers(tree, self.drawables)
+        child = {joint.name: joint.child for joint in tree.joints}
+        self.cameras: dict[str, tuple[Vector, tuple[str, ...]]] = {
+            name: (direction, ()) for name, direction in _BODY_CAMERAS.items()
+        }
+        for name, view in semantics.views.items():
+            self.cameras[name] = view.direction, tuple(child[joint] for joint in view.joints)
+        names = tuple(drawable.light for drawable in self.drawables if drawable.light)
+        self._light_groups = {group: parts for group, parts in GROUPS.items() if set(parts) <= set(names)}
+        self.light_names = (*self._light_groups, *names)
+        self.start = robot.posture(semantics.start) if semantics.start else robot.clamp(robot.neutral())
+        self.rest = {name: posture.up for name, posture in semantics.postures.items() if posture.up is not None}
 
     @property
     def reaches_aside(self) -> float:
-        """How far to the left or right of its root's frame it reaches as it begins [m]."""
-        return width(self.robot, self.drawables, self.presets.start)
+        """How far to the left or right of its root's frame it reaches with its shapes as it begins [m]."""
+        poses = dict(zip(self.robot.link_names, self.robot.fk(self.start), strict=True))
+        most = 0.0
+        for drawable in self.drawables:
+            T = poses[drawable.link] @ drawable.T_link_shape
+            low, high = shape_box(drawable.shape)
+            middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
+            most = max(most, abs(middle[1]) + half[1])
+        return float(most)
 
     def link_of(self, frame: str) -> str:
         """The link in whose node a frame stands: the link itself, the one that a joint moves, else the root."""
         return frame if frame in self.paths else self._moved.get(frame, self.robot.tree.root)
 
-    def commands(self, *, under: str = "", opacity: float = 1.0) -> Iterator[tuple[str, Command]]:
-        """Key and command of everything that stands still, as `scene_commands`."""
-        return scene_commands(self.robot, self.drawables, under=under, opacity=opacity)
+    def commands(self, under: str, opacity: float = 1.0) -> Iterator[tuple[str, Command]]:
+        """Yield key and command of everything that stands still: placements and shapes.
 
-    def colours(self, values: Mapping[str, float], low: float | None, high: float | None, label: str) -> bytes:
-        """The message that colours its links by a number each."""
-        return overlays.colours(self._places, self._carriers, values, low, high, label, self._number)
+        Placements are those of the model's own forward kinematics: what was calibrated stays calibrated.
+
+        Args:
+            under: path of the node that carries its root's node, with a slash; "" for the scene.
+            opacity: factor for that of every shape.
+        """
+        robot, paths = self.robot, {link: f"{under}{path}" for link, path in self.paths.items()}
+        poses = dict(zip(robot.link_names, robot.fk(robot.neutral()), strict=True))
+        for joint in robot.tree.joints:
+            mimic = robot.mimics.get(joint.name)
+            moved = joint.travel(mimic.offset if mimic is not None else 0.0)
+            path = paths[joint.child] if joint.kind == "fixed" else holder(paths, joint)
+            T_parent_joint = np.linalg.solve(poses[joint.parent], poses[joint.child]) @ np.linalg.inv(moved)
+            yield f"place {path}", set_transform(path, T_parent_joint)
+        for index, drawable in numbered(self.drawables):
+            path = f"{paths[drawable.link]}/visual:{index}"
+            red, green, blue, alpha = drawable.rgba
+            yield f"shape {path}", set_object(path, drawable.shape, (red, green, blue, opacity * alpha))
+            yield f"place {path}", set_transform(path, drawable.T_link_shape)
+
+    def messages(self, name: str = "", opacity: float = 1.0) -> Iterator[tuple[str, bytes]]:
+        """Yield key and message of everything that stands still, and of all that the panel has to know.
+
+        Args:
+            name: what a robot is called that does not lead.
+            opacity: factor for that of every shape.
+        """
+        of = {"robot": self.number}
+        if self.number:  # a page that has another robot of this number, from a program before this one, is to forget it
+            yield f"{self.key}anew", panel_message("robot_removed", of)
+        for key, command in self.commands(self.ground, opacity):
+            yield f"{self.key}{key}", packed(command)
+        if self.number:
+            yield f"{self.key}about", panel_message("robot_added", {**of, "name": name, "about": self.about()})
+        else:
+            yield "robot", panel_message("robot", {"about": self.about()})
+
+    def lights(self, values: Mapping[str, ArrayLike]) -> bytes:
+        """The message that lights it in colours; a light that is named beside its group has its own."""
+        if not isinstance(values, Mapping):
+            raise BadArgument(f"lights are a mapping from names to colours, got {type(values).__name__}")
+        rgb: dict[str, list[float]] = {}
+        for name in sorted(values, key=lambda name: name not in self._light_groups):
+            colour = as_floats(values[choice(name, self.light_names, "light")], (), f"colour of {name}")
+            if colour.shape != (3,):
+                raise WrongShape(f"colour of {name}", "(3,)", colour.shape)
+            if colour.min() < 0.0 or colour.max() > 1.0:
+                raise BadArgument(f"colour of {name} must be red, green and blue from 0 to 1, got {colour.tolist()}")
+            rgb |= dict.fromkeys(self._light_groups.get(name, (name,)), colour.tolist())
+        return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
+
+    def colours(
+        self, values: Mapping[str, float], low: float | None, high: float | None, label: str
+    ) -> tuple[str, bytes]:
+        """Key and message that show its links in the colours of a scale, with its legend.
+
+        A link without a shape gives its colour to the one with a shape that it is fixed to, unless that is named too.
+        """
+        if not isinstance(values, Mapping):
+            raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
+        for name in values:
+            choice(name, self._places, "link")
+        content: dict[str, Any] = {**COLOURLESS, "robot": self.number, "label": str(label)}
+        if values:
+            numbers = {name: overlays.number(value, f"value of {name}") for name, value in values.items()}
+            bottom = min(numbers.values()) if low is None else overlays.number(low, "low")
+            top = max(numbers.values()) if high is None else overlays.number(high, "high")
+            if bottom == top and (low is None or high is None):
+                bottom, top = (bottom - 0.5 if low is None else bottom), (top + 0.5 if high is None else top)
+            if not bottom < top:
+                raise BadArgument(f"the colour scale needs low < high, got {bottom:g} and {top:g}")
+            rgb = {name: scale_colours(value, bottom, top).tolist() for name, value in numbers.items()}
+            own = {self._carriers[name]: rgb[name] for name in numbers if name in self._carriers} | rgb
+            content["links"] = [{"link": self._places[name], "rgb": own[name]} for name in own]
+            content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": COLD_TO_WARM}
+        return f"{self.key}colours", panel_message("colours", content)
 
     def about(self) -> dict[str, Any]:
         """All that the panel has to know: joints, limits, postures, mirror image, frames, masses, cameras, lights.
@@ -142,18 +177,21 @@ class SceneRobot:
         values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry
         none with a coordinate are no part of any pair.
         """
-        robot, presets, place = self.robot, self.presets, self._places
-        moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), robot.semantics.fields_of_view
+        robot, semantics, place = self.robot, self.robot.semantics, self._places
+        moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), semantics.fields_of_view
         child = {joint: place[link] for joint, link in self._moved.items()}
         column = {name: drivers[name].column for name in robot.joint_names}
+        chains = {**semantics.chains, **_branches(robot)}
+        ends = tuple(dict.fromkeys(joints[-1] for joints in chains.values())) or robot.link_names[:1]
+        effectors = (*semantics.end_effectors, *semantics.cameras) or ends
         pairs = {
             part: (joint.pair.name, number) for number, joint in enumerate(group_joints(robot)) for part in joint.joints
         }
         return {
             "name": robot.name,
             "floating": robot.base == "floating",
-            "root": "the world" if robot.base == "floating" else presets.root,
-            "soles": [place[link] for link in presets.soles],
+            "root": "the world" if robot.base == "floating" else semantics.root or robot.tree.root,
+            "soles": [place[link] for link in semantics.soles],
             "notes": list(self.notes),
             "links": [{"name": name, "path": path.split("/")} for name, path in self.paths.items()],
             "joints": [
@@ -163,19 +201,14 @@ class SceneRobot:
                 for joint in moving
             ],
             "coordinates": [
-                {
-                    "joint": name,
-                    "column": column[name],
-                    "lower": finite_or_none(lower),
-                    "upper": finite_or_none(upper),
-                    "velocity": finite_or_none(velocity),
-                    "unit": unit,
-                }
-                for name, lower, upper, velocity, unit in zip(
+                dict(zip(("joint", "column", "lower", "upper", "velocity", "unit"), row, strict=True))
+                for row in zip(
                     robot.joint_names,
-                    robot.lower.tolist(),
-                    robot.upper.tolist(),
-                    robot.velocity_limits.tolist(),
+                    column.values(),
+                    *(
+                        map(finite_or_none, bound.tolist())
+                        for bound in (robot.lower, robot.upper, robot.velocity_limits)
+                    ),
                     robot.joint_units,
                     strict=True,
                 )
@@ -187,18 +220,18 @@ class SceneRobot:
             ],
             "chains": [
                 {"title": title, "joints": [{"name": name, **vars(drivers[name])} for name in names]}
-                for title, names in presets.chains.items()
+                for title, names in chains.items()
             ],
-            "postures": _postures(robot, presets),
+            "postures": self._postures(),
             "mirror": _mirror(robot, drivers),
             "naoqi": _naoqi_order(robot),
             "neutral": robot.neutral().tolist(),
             "frames": [{"name": name, "link": place[self.link_of(name)]} for name in robot.frame_names],
-            "effectors": [name for name in presets.effectors if name in robot.frame_names],
+            "effectors": [name for name in effectors if name in robot.frame_names],
             "bodies": _bodies(robot, child),
             "cameras": [
-                {"name": name, "direction": camera.direction, "links": [place[link] for link in camera.links]}
-                for name, camera in presets.cameras.items()
+                {"name": name, "direction": direction, "links": [place[link] for link in links]}
+                for name, (direction, links) in self.cameras.items()
             ],
             "limbs": limbs(robot),
             "head": next((index for name, index in place.items() if "head" in name.lower()), None),
@@ -215,9 +248,15 @@ class SceneRobot:
             "eyes": [
                 {"name": name, "link": place[self.link_of(name)]}
                 | dict(zip(("horizontal", "vertical"), views.get(name, (None, None)), strict=True))
-                for name in robot.semantics.cameras
+                for name in semantics.cameras
             ],
         }
+
+    def _postures(self) -> list[dict[str, Any]]:
+        """Those of the robot; one without any has all joints at zero, or where their limits come nearest to it."""
+        robot = self.robot
+        postures = {name: robot.posture(name) for name in robot.posture_names} or {"Zero": robot.clamp(robot.neutral())}
+        return [{"name": name, "q": q.tolist(), "up": self.rest.get(name)} for name, q in postures.items()]
 
 
 def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
@@ -225,12 +264,6 @@ def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
     named = {joint for joints in robot.chains.values() for joint in joints}
     branches = (tuple(j for j in chain if j not in named) for chain in topology(robot).chains)
     return {joints[0] if len(joints) == 1 else f"{joints[0]} … {joints[-1]}": joints for joints in branches if joints}
-
-
-def _postures(robot: RobotModel, presets: Presets) -> list[dict[str, Any]]:
-    """Those of the robot; one without any has all joints at zero, or where their limits come nearest to it."""
-    postures = presets.postures or {"Zero": robot.clamp(robot.neutral())}
-    return [{"name": name, "q": q.tolist(), "up": presets.rest.get(name)} for name, q in postures.items()]
 
 
 def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,8 @@ from nao_kin.robot import WORLD, RobotModel, check_robot
 from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import SceneRobot
-from nao_kin.viewer.messages import Command, node_name, packed, set_object, set_transform, typed_array
-from nao_kin.viewer.scene import ROBOT, Driver, drivers_of, motion
+from nao_kin.viewer.messages import Command, node_name, packed, set_animation, set_object, set_transform, track
+from nao_kin.viewer.scene import ROBOT, Driver, drivers_of
 
 # The arrows of a frame: rpy of the cylinder's axis z, and colour.
 _ARROWS = {
@@ -79,9 +80,9 @@ class MeshcatRobot:
         self._frames: list[str] = []
         self._plays = self._deleted = False
         self._send({"type": "delete", "path": f"{under}{ROBOT}"})
-        for _, command in look.commands(under=under):
+        for _, command in look.commands(under):
             self._send(command)
-        self.display(look.presets.start)
+        self.display(look.start)
 
     def display(self, q: ArrayLike) -> None:
         """Show a configuration; ends a clip that `animate` has started.
@@ -105,7 +106,7 @@ class MeshcatRobot:
         for joint in self._joints:
             value = float(joint.driver.values(array))
             if self._is_new(joint.path, (value,)):
-                self._send(set_transform(joint.path, motion(joint.row, value)))
+                self._send(set_transform(joint.path, joint.row.travel(value)))
 
     def animate(
         self,
@@ -148,11 +149,10 @@ class MeshcatRobot:
             if np.ptp(joint.driver.values(array)) > 0.0
         }
         if self.robot.base == "floating":
-            clips[self._paths[self.robot.tree.root]] = _base_tracks(array)
-        animations = [
-            {"path": path, "clip": {"fps": rate, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
-        ]
-        self._send(_set_animation(animations, play=play, repetitions=math.inf if loop else 1.0))
+            # three.js has quaternions in Pinocchio's order, x, y, z, w.
+            base = [track("position", "vector3", array[:, :3]), track("quaternion", "quaternion", array[:, 3:7])]
+            clips[self._paths[self.robot.tree.root]] = base
+        self._send(set_animation(clips, rate, play=play, loop=loop))
         self._plays = True
 
     def show_frames(self, names: Iterable[str], *, size: float = 0.05) -> None:
@@ -215,12 +215,12 @@ class MeshcatRobot:
     def _stop(self) -> None:
         """End the clip: it would go on moving the nodes, and when it ends it puts them where they were before."""
         if self._plays:
-            self._send(_set_animation([], play=False, repetitions=1.0))
+            self._send(set_animation({}, 1.0))
             self._sent.clear()
             self._plays = False
 
     def _send(self, command: Command) -> None:
-        self._window.send(_Lowered(command))
+        self._window.send(SimpleNamespace(lower=lambda: command))  # the form of meshcat's own commands
 
     def _check_shown(self) -> None:
         if self._deleted:
@@ -237,17 +237,6 @@ class _MovingJoint:
     row: UrdfJoint
     driver: Driver
     path: str
-
-
-class _Lowered:
-    """A command in the form that meshcat's client sends."""
-
-    def __init__(self, command: Command) -> None:
-        self._command = command
-
-    def lower(self) -> Command:
-        """The command itself."""
-        return self._command
 
 
 def _window_of(visualizer: Any) -> Any:
@@ -283,30 +272,11 @@ def _path_of(visualizer: Any, path: str) -> str:
 def _joint_track(joint: _MovingJoint, qs: Floats) -> dict[str, Any]:
     """The way of a joint's node through configurations, (n, nq), at the times 0, 1, … n − 1."""
     values = joint.driver.values(qs)
-    times = np.arange(len(values), dtype=np.float64)
     if joint.row.kind == "prismatic":
-        return _track("position", "vector3", times, values[:, None] * joint.row.axis)
+        return track("position", "vector3", values[:, None] * joint.row.axis)
     steps = max(1, math.ceil(np.abs(np.diff(values)).max() / _LARGEST_STEP))
+    times = np.arange(len(values), dtype=np.float64)
     finer = np.linspace(0.0, times[-1], steps * (len(times) - 1) + 1)
     half = np.interp(finer, times, values) / 2.0
     turns = np.column_stack([np.sin(half)[:, None] * joint.row.axis, np.cos(half)])
-    return _track("quaternion", "quaternion", finer, turns)
-
-
-def _base_tracks(qs: Floats) -> list[dict[str, Any]]:
-    """The way of a floating base: three.js has quaternions in Pinocchio's order, x, y, z, w."""
-    times = np.arange(len(qs), dtype=np.float64)
-    return [
-        _track("position", "vector3", times, qs[:, :3]),
-        _track("quaternion", "quaternion", times, qs[:, 3:7]),
-    ]
-
-
-def _track(name: str, kind: str, times: Floats, rows: Floats) -> dict[str, Any]:
-    values = typed_array(rows.astype(np.float32).reshape(-1))
-    return {"name": f".{name}", "type": kind, "times": typed_array(times.astype(np.float32)), "values": values}
-
-
-def _set_animation(animations: list[dict[str, Any]], *, play: bool, repetitions: float) -> Command:
-    options = {"play": play, "repetitions": repetitions, "clampWhenFinished": True}
-    return {"type": "set_animation", "path": "", "animations": animations, "options": options}
+    return track("quaternion", "quaternion", turns, finer)

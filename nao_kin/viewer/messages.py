@@ -7,10 +7,12 @@ are for the panel beside it. Arrays travel as typed arrays, numbers as doubles.
 from __future__ import annotations
 
 import hashlib
+import math
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -45,13 +47,11 @@ class RetainedMessages:
     Attributes:
         scene: keys of what never changes, once `scene_is_complete` has said so.
         scene_tag: a digest of it.
-        blanks: what takes away again what a message under a key shows; for pages that have it from another program.
     """
 
     def __init__(self) -> None:
         self.scene: frozenset[str] = frozenset()
         self.scene_tag = ""
-        self.blanks: dict[str, bytes] = {}
         self._messages: dict[str, bytes] = {}
         self._lock = threading.Lock()
         self._watchers: list[Callable[[str], None]] = []
@@ -111,7 +111,7 @@ def note_last(keys: dict[str, None], key: str) -> None:
 
 
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
-    """A message for the panel."""
+    """A message for the panel, of one of `KINDS`."""
     return packed({"type": "nao_kin", "kind": kind, **content})
 
 
@@ -142,22 +142,28 @@ def set_object(path: str, shape: Shape, rgba: Rgba) -> Command:
 
 
 def set_animation(
-    path: str, values: Floats, fps: float, *, play: bool, repetitions: float, ups: Floats | None = None
+    clips: Mapping[str, list[dict[str, Any]]], fps: float, *, play: bool = False, loop: bool = False
 ) -> Command:
-    """Meshcat's command that loads a clip: the array `joint_values` of one node, (frames, n), one row after another.
+    """Meshcat's command that loads a clip, instead of the one before it; without nodes it ends that one.
 
-    Interpolating joint values keeps coupled joints coupled, and turns of more than half a circle whole; keyed
-    quaternions do neither. `ups`, (frames, 3), go into the node's array `up_values` likewise.
+    Args:
+        clips: path of a node → the tracks of what moves in it, as `track` makes them.
+        fps: of the times in them.
+        play: start at once.
+        loop: play again and again.
     """
-    times = typed_array(np.arange(len(values), dtype=np.float32))
-    tracks = [
-        {"name": name, "type": "number", "times": times, "values": typed_array(rows.astype(np.float32).reshape(-1))}
-        for name, rows in ((".joint_values", values), (".up_values", ups))
-        if rows is not None
+    animations = [
+        {"path": path, "clip": {"fps": fps, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
     ]
-    clip = {"fps": fps, "name": "clip", "tracks": tracks}
-    options = {"play": play, "repetitions": repetitions, "clampWhenFinished": True}
-    return {"type": "set_animation", "path": "", "animations": [{"path": path, "clip": clip}], "options": options}
+    options = {"play": play, "repetitions": math.inf if loop else 1.0, "clampWhenFinished": True}
+    return {"type": "set_animation", "path": "", "animations": animations, "options": options}
+
+
+def track(name: str, kind: str, rows: Floats, times: Floats | None = None) -> dict[str, Any]:
+    """The way of a node's property through rows of numbers, at the times 0, 1, … where none are given."""
+    at = np.arange(len(rows)) if times is None else times
+    values = typed_array(rows.astype(np.float32).reshape(-1))
+    return {"name": f".{name}", "type": kind, "times": typed_array(at.astype(np.float32)), "values": values}
 
 
 def typed_array(array: NDArray[Any]) -> Any:
@@ -170,7 +176,7 @@ def node_name(kind: str, name: str) -> str:
     return f"{kind}:{name.replace('%', '%25').replace('/', '%2F')}"
 
 
-def packed(message: Command) -> bytes:
+def packed(message: Command | str) -> bytes:
     """A command or message as it is sent.
 
     Raises:
@@ -213,3 +219,72 @@ def _matrix(shape: Shape) -> list[float]:
     if isinstance(shape, Cylinder):
         return [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     return [float(entry) for entry in np.eye(4).flat]
+
+
+# --- The messages for the panel, each kind with its fields: what is sent, and what web/src/messages.js takes.
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of message for the panel.
+
+    Attributes:
+        fields: name → type, as TypeScript writes it; with a question mark behind the name of one that may be left out.
+        is_kept: whether pages that open later get the newest one, too; others are sent once, to pages that are open.
+        blank: the fields of the message that takes away what one of this kind shows; None where nothing has to be.
+    """
+
+    fields: Mapping[str, str]
+    is_kept: bool = True
+    blank: Mapping[str, Any] | None = None
+
+
+_SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high": "string"}
+# What shows links in their own colours.
+COLOURLESS: Mapping[str, Any] = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
+
+KINDS: Mapping[str, Kind] = {
+    # The robot that leads.
+    "robot": Kind({"about": "About"}),
+    "joints": Kind({"q": "Float64Array", "up": "Vector | null", "source": "string"}),
+    "still": Kind({}),
+    # The others, each with its number.
+    "robot_added": Kind({"robot": "number", "name": "string", "about": "About"}),
+    "robot_joints": Kind({"robot": "number", "q": "Float64Array", "up": "Vector | null"}),
+    "robot_removed": Kind({"robot": "number"}),
+    "robots": Kind({"robots": "number[]"}, blank={"robots": []}),
+    # What is drawn.
+    "shown": Kind({"shown": "Record<string, boolean>", "source": "string"}),
+    "frames": Kind({"names": "string[]", "size": "number | null"}),
+    "ghosts": Kind(
+        {"qs": "Float64Array", "count": "number", "opacity": "number", "first": "number | null"},
+        blank={"qs": typed_array(np.zeros(0)), "count": 0, "opacity": 1.0, "first": 1},
+    ),
+    "targets": Kind({"targets": "{ name: string; matrix: number[]; point: boolean }[]"}, blank={"targets": []}),
+    "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=COLOURLESS),
+    "edition": Kind({"name": "string"}, blank={"name": ""}),
+    "lights": Kind({"lights": "{ name: string; rgb: Vector }[]"}, blank={"lights": []}),
+    "speech": Kind({"text": "string"}, blank={"text": ""}),
+    "reach": Kind(
+        {"cells": "Uint16Array | null", "values?": "Uint16Array", "frame?": "string", "voxel?": "number"}
+        | {"first?": "Vector", "cut?": '{ axis: "x" | "y" | "z"; place: number } | null'}
+        | {f"{name}?": kind for name, kind in _SCALE.items()},
+        blank={"cells": None},
+    ),
+    "extra": Kind(
+        {"name": "string", "shape": '"points" | "mesh" | "line"', "frame": "string | null", "width?": "number"}
+        | {"positions?": "Float32Array", "size?": "number", "colour?": "Vector", "colours?": "Uint8Array | null"}
+        | {"parts?": "{ geometry: object; colour: Vector; opacity: number }[]"}
+    ),
+    "extras": Kind({"names": "string[]"}, blank={"names": []}),
+    # The picture, and the connection.
+    "camera": Kind({"name": "string"}),
+    "capture": Kind({"id": "string", "camera": "string", "width": "number", "height": "number"}, is_kept=False),
+    "version": Kind({"version": "string"}, is_kept=False),
+    "complete": Kind({}, is_kept=False),
+}
+# Under the key of each message that shows something, the one that takes it away.
+BLANKS: Mapping[str, bytes] = {
+    "clip": panel_message("still", {}),
+    **{name: panel_message(name, kind.blank) for name, kind in KINDS.items() if kind.blank is not None},
+}

@@ -15,6 +15,7 @@ import threading
 import weakref
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -59,11 +60,7 @@ NOT_LIVE = (
 
 def has_bridge() -> bool:
     """Whether anywidget is installed, which the bridge is made of."""
-    try:
-        import anywidget  # noqa: F401
-    except ImportError:
-        return False
-    return True
+    return find_spec("anywidget") is not None
 
 
 class Bridge:

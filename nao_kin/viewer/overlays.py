@@ -5,7 +5,7 @@ Arguments and errors are those of the methods of `Viewer`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import COLD_TO_WARM, Floats, as_floats, as_numbers, as_vectors, choice, unit, whole_number
-from nao_kin._core.arrays import colours as scale_colours
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.motion import Hips, Motion
@@ -22,7 +21,7 @@ from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UnreadableShape
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
-from nao_kin.viewer.messages import mesh_document, panel_message, typed_array
+from nao_kin.viewer.messages import mesh_document, packed, panel_message, typed_array
 
 # What the numbers of a voxel are called in the legend.
 REACH_LABELS = {
@@ -56,28 +55,26 @@ def number(value: ArrayLike, what: str) -> float:
     return float(array)
 
 
-def checked_opacity(opacity: float) -> float:
-    """`opacity`, above 0 and at most 1.
+def up_to(value: ArrayLike, what: str, most: float, unit: str = "") -> float:
+    """`value`, above 0 and at most `most`.
 
     Raises:
         BadArgument, WrongShape, NotFinite: it is none.
     """
-    share = number(opacity, "opacity")
-    if not 0.0 < share <= 1.0:
-        raise BadArgument(f"opacity must be above 0 and at most 1, got {share:g}")
-    return share
+    found = number(value, what)
+    if not 0.0 < found <= most:
+        raise BadArgument(f"{what} must be above 0 and at most {most:g}{unit}, got {found:g}")
+    return found
+
+
+def checked_opacity(opacity: float) -> float:
+    """`opacity`, above 0 and at most 1."""
+    return up_to(opacity, "opacity", 1.0)
 
 
 def checked_length(value: ArrayLike, what: str) -> float:
-    """`value`, a size that can be drawn [m].
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
-    length = number(value, what)
-    if not 0.0 < length <= FARTHEST:
-        raise BadArgument(f"{what} must be above 0 and at most {FARTHEST:g} m, got {length:g}")
-    return length
+    """`value`, a size that can be drawn [m]."""
+    return up_to(value, what, FARTHEST, " m")
 
 
 def direction(value: ArrayLike, what: str) -> list[float]:
@@ -89,7 +86,8 @@ def direction(value: ArrayLike, what: str) -> list[float]:
     vector = as_vectors(value, what)
     if vector.shape != (3,):
         raise WrongShape(what, "(3,)", vector.shape)
-    return [float(component) for component in unit(vector, what)[0]]
+    unit_vector: list[float] = unit(vector, what)[0].tolist()
+    return unit_vector
 
 
 def directions(value: ArrayLike, what: str, count: int) -> Floats:
@@ -102,22 +100,6 @@ def directions(value: ArrayLike, what: str, count: int) -> Floats:
     if vectors.shape not in ((3,), (count, 3)):
         raise WrongShape(what, f"(3,) or ({count}, 3)", vectors.shape)
     return np.broadcast_to(unit(vectors, what)[0], (count, 3))
-
-
-def blanks(robot: RobotModel) -> dict[str, bytes]:
-    """Under the key of each message that draws something, the one that takes it away."""
-    return {
-        "clip": panel_message("still", {}),
-        "ghosts": ghosts(robot, np.zeros((0, robot.nq)), 1.0, 1),
-        "targets": targets({}),
-        "colours": colours({}, {}, {}, None, None, ""),
-        "edition": edition(""),
-        "reach": reach(robot, None, "best", None),
-        "lights": lights((), {}, {}),
-        "speech": speech(""),
-        "robots": panel_message("robots", {"robots": []}),
-        "extras": panel_message("extras", {"names": []}),
-    }
 
 
 def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
@@ -183,11 +165,10 @@ def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
     return [choice(name, robot.frame_names, "frame") for name in chosen]
 
 
-def frames(robot: RobotModel, names: Iterable[str], size: float | None) -> bytes:
+def frames(names: list[str], size: float | None) -> bytes:
     """Triads at frames."""
-    chosen = frame_names(robot, names)
     length = None if size is None else checked_length(size, "size")
-    return panel_message("frames", {"names": chosen, "size": length})
+    return panel_message("frames", {"names": names, "size": length})
 
 
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
@@ -260,23 +241,6 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
     return panel_message("reach", content)
 
 
-def lights(known: Sequence[str], groups: Mapping[str, tuple[str, ...]], values: Mapping[str, ArrayLike]) -> bytes:
-    """Lights in colours of their own; a light that is named beside its group has its own."""
-    if not isinstance(values, Mapping):
-        raise BadArgument(f"lights are a mapping from names to colours, got {type(values).__name__}")
-    rgb: dict[str, list[float]] = {}
-    for name in sorted(values, key=lambda name: name not in groups):
-        if name not in known:
-            raise UnknownName("light", name, known)
-        colour = as_floats(values[name], (), f"colour of {name}")
-        if colour.shape != (3,):
-            raise WrongShape(f"colour of {name}", "(3,)", colour.shape)
-        if colour.min() < 0.0 or colour.max() > 1.0:
-            raise BadArgument(f"colour of {name} must be red, green and blue from 0 to 1, got {colour.tolist()}")
-        rgb |= dict.fromkeys(groups.get(name, (name,)), colour.tolist())
-    return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
-
-
 def edition(name: str) -> bytes:
     """The accents of NAO's shells in the colour of an edition, or for "" in their own."""
     if not isinstance(name, str) or name:
@@ -297,48 +261,8 @@ def _plane(cut: tuple[str, float]) -> dict[str, Any]:
     return {"axis": cut[0], "place": number(cut[1], "cut")}
 
 
-def colours(
-    links: Mapping[str, int],
-    carriers: Mapping[str, str],
-    values: Mapping[str, float],
-    low: float | None,
-    high: float | None,
-    label: str,
-    robot: int = 0,
-) -> bytes:
-    """Links in the colours of a scale, with its legend.
+# --- Points, meshes and lines that are no part of a robot, as the fields of messages.
 
-    `robot` is the number of the robot, 0 for the viewer's own. `links` has the place of every link. `carriers` leads
-    from a link without a shape to the link with one that it is fixed to, which shows its colour unless it has a value
-    of its own.
-    """
-    if not isinstance(values, Mapping):
-        raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
-    for name in values:
-        if name not in links:
-            raise UnknownName("link", name, tuple(links))
-    content: dict[str, Any] = {"robot": robot, "links": [], "label": str(label), "low": "", "high": "", "stops": None}
-    if values:
-        numbers = {name: number(value, f"value of {name}") for name, value in values.items()}
-        bottom = min(numbers.values()) if low is None else number(low, "low")
-        top = max(numbers.values()) if high is None else number(high, "high")
-        if bottom == top and (low is None or high is None):
-            bottom, top = (bottom - 0.5 if low is None else bottom), (top + 0.5 if high is None else top)
-        if not bottom < top:
-            raise BadArgument(f"the colour scale needs low < high, got {bottom:g} and {top:g}")
-        rgb = {name: scale_colours(value, bottom, top).tolist() for name, value in numbers.items()}
-        own = {carriers[name]: rgb[name] for name in numbers if name in carriers} | rgb
-        content["links"] = [{"link": links[name], "rgb": own[name]} for name in own]
-        content |= {"low": f"{bottom:.4g}", "high": f"{top:.4g}", "stops": COLD_TO_WARM}
-    return panel_message("colours", content)
-
-
-# --- Points, meshes and lines that are no part of a robot, as messages: checked here, so that the page can trust
-# them.
-#
-# Arguments and errors are those of the methods of `Viewer`.
-
-MOST = 1000
 MOST_POINTS = 2_000_000
 _MOST_CORNERS = 2_000_000
 _MOST_LINE_POINTS = 100_000
@@ -354,37 +278,28 @@ def checked_name(name: str) -> str:
     """
     if not isinstance(name, str) or not name or len(name) > _LONGEST_NAME:
         raise BadArgument(f"name must be 1 to {_LONGEST_NAME} characters, got {quoted(name)}")
-    panel_message("name", {"name": name})  # refuses what cannot be sent
+    packed(name)  # refuses what cannot be sent
     return name
 
 
-def points(
-    robot: RobotModel, name: str, array: ArrayLike, colours: ArrayLike | None, size: float, frame: str | None
-) -> bytes:
+def points(array: ArrayLike, colours: ArrayLike | None, size: float) -> dict[str, Any]:
     """A cloud of points."""
     rows = _positions(array, "points", MOST_POINTS)
-    content = {"positions": _floats(rows), "size": checked_length(size, "size")}
+    content = {"positions": _floats(rows), "size": checked_length(size, "size"), "colour": _BLUE, "colours": None}
     if colours is None:
-        return _message(robot, name, "points", frame, content | {"colour": _BLUE, "colours": None})
+        return content
     rgb = as_floats(colours, (3,), "colours")
     if rgb.shape not in ((3,), rows.shape):
         raise WrongShape("colours", f"(3,) or {rows.shape}", rgb.shape)
     _check_colours(rgb, "colours")
     if rgb.ndim == 1:
-        return _message(robot, name, "points", frame, content | {"colour": rgb.tolist(), "colours": None})
-    each = typed_array(np.round(255.0 * rgb).astype(np.uint8).reshape(-1))
-    return _message(robot, name, "points", frame, content | {"colour": _BLUE, "colours": each})
+        return content | {"colour": rgb.tolist()}
+    return content | {"colours": typed_array(np.round(255.0 * rgb).astype(np.uint8).reshape(-1))}
 
 
 def mesh(
-    robot: RobotModel,
-    name: str,
-    shape: ArrayLike | Path | str,
-    faces: ArrayLike | None,
-    colour: ArrayLike | None,
-    opacity: float,
-    frame: str | None,
-) -> bytes:
+    shape: ArrayLike | Path | str, faces: ArrayLike | None, colour: ArrayLike | None, opacity: float
+) -> dict[str, Any]:
     """A surface of triangles, from arrays or from a file."""
     if isinstance(shape, (str, Path)):
         if faces is not None:
@@ -400,19 +315,16 @@ def mesh(
         {"geometry": mesh_document(part), "colour": own or (part.colour or (*_BLUE, 1.0))[:3], "opacity": share}
         for part in parts
     ]
-    return _message(robot, name, "mesh", frame, {"parts": documents})
+    return {"parts": documents}
 
 
-def line(
-    robot: RobotModel, name: str, array: ArrayLike, colour: ArrayLike | None, width: float, frame: str | None
-) -> bytes:
+def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, Any]:
     """A line through points, round and with a width."""
     rows = _positions(array, "points", _MOST_LINE_POINTS)
     if len(rows) < 2:
         raise WrongShape("points", "(n, 3) with n ≥ 2", rows.shape)
     rgb = _BLUE if colour is None else one_colour(colour)
-    content = {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
-    return _message(robot, name, "line", frame, content)
+    return {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
 
 
 def one_colour(colour: ArrayLike) -> tuple[float, float, float]:
@@ -471,12 +383,6 @@ def _read(path: Path) -> tuple[Mesh, ...]:
     for part in parts:
         _positions(part.vertices, "vertices", _MOST_CORNERS)
     return parts
-
-
-def _message(robot: RobotModel, name: str, shape: str, frame: str | None, content: dict[str, Any]) -> bytes:
-    if frame is not None:
-        choice(frame, robot.frame_names, "frame")
-    return panel_message("extra", {"name": checked_name(name), "shape": shape, "frame": frame, **content})
 
 
 def _floats(rows: Floats) -> Any:

@@ -7,19 +7,18 @@ be sent.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.arrays import Floats
 from nao_kin._core.text import abbreviated
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import MeshFile, Rgba, UnreadableShape, UrdfJoint, UrdfTree
-from nao_kin.rotations import exp
-from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes, shape_box
-from nao_kin.viewer.messages import Command, node_name, set_object, set_transform
+from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes
+from nao_kin.viewer.messages import node_name
 
 ROBOT = "robot"
 # What the names of our NAO's meshes end in that its editions differ by.
@@ -100,7 +99,7 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
     """Path of every link's node, parents first."""
     paths = {tree.root: f"{ROBOT}/{node_name('link', tree.root)}"}
     for joint in tree.joints:
-        paths[joint.child] = f"{_holder(paths, joint)}/{node_name('link', joint.child)}"
+        paths[joint.child] = f"{holder(paths, joint)}/{node_name('link', joint.child)}"
     return paths
 
 
@@ -135,28 +134,6 @@ def drivers_of(robot: RobotModel) -> dict[str, Driver]:
     }
 
 
-def scene_commands(
-    robot: RobotModel, drawables: tuple[Drawable, ...], *, under: str = "", opacity: float = 1.0
-) -> Iterator[tuple[str, Command]]:
-    """Key and command of everything that stands still: placements and shapes.
-
-    Args:
-        robot: the robot.
-        drawables: its shapes.
-        under: path of the node that carries its root's node, with a slash; "" for the scene.
-        opacity: factor for that of every shape.
-    """
-    paths = {link: f"{under}{path}" for link, path in link_paths(robot.tree).items()}
-    for joint, T_parent_joint in _placements(robot):
-        path = paths[joint.child] if joint.kind == "fixed" else _holder(paths, joint)
-        yield f"place {path}", set_transform(path, T_parent_joint)
-    for index, drawable in numbered(drawables):
-        path = f"{paths[drawable.link]}/visual:{index}"
-        red, green, blue, alpha = drawable.rgba
-        yield f"shape {path}", set_object(path, drawable.shape, (red, green, blue, opacity * alpha))
-        yield f"place {path}", set_transform(path, drawable.T_link_shape)
-
-
 def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
     """Drawables with their numbers among those of their link."""
     count: dict[str, int] = {}
@@ -165,36 +142,7 @@ def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
         yield index, drawable
 
 
-def width(robot: RobotModel, drawables: Iterable[Drawable], q: Floats) -> float:
-    """How far to the left or right of its root's frame a robot reaches with its shapes [m]."""
-    poses = dict(zip(robot.link_names, robot.fk(q), strict=True))
-    most = 0.0
-    for drawable in drawables:
-        T = poses[drawable.link] @ drawable.T_link_shape
-        low, high = shape_box(drawable.shape)
-        middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
-        most = max(most, abs(middle[1]) + half[1])
-    return float(most)
-
-
-def motion(joint: UrdfJoint, value: float) -> Floats:
-    """What a joint value does: the pose of the moved link in the joint's node."""
-    along = value * np.array(joint.axis)
-    if joint.kind == "prismatic":
-        return join_poses(np.eye(3), along)
-    return join_poses(exp(along) if joint.kind == "revolute" else np.eye(3), np.zeros(3))
-
-
-def _holder(paths: dict[str, str], joint: UrdfJoint) -> str:
+def holder(paths: Mapping[str, str], joint: UrdfJoint) -> str:
     """The node that holds the moved link: the joint's own, or for a fixed joint the carrying link itself."""
     parent = paths[joint.parent]
     return parent if joint.kind == "fixed" else f"{parent}/{node_name('joint', joint.name)}"
-
-
-def _placements(robot: RobotModel) -> Iterator[tuple[UrdfJoint, Floats]]:
-    """T_parent_joint of every joint, from the model's own forward kinematics: what was calibrated stays calibrated."""
-    poses = dict(zip(robot.link_names, robot.fk(robot.neutral()), strict=True))
-    for joint in robot.tree.joints:
-        mimic = robot.mimics.get(joint.name)
-        moved = motion(joint, mimic.offset if mimic is not None else 0.0)
-        yield joint, np.linalg.solve(poses[joint.parent], poses[joint.child]) @ np.linalg.inv(moved)

@@ -29,7 +29,7 @@ from nao_kin._core.arrays import whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.viewer.access import Access, Document, Guarded, NotFound, PageHandler, Token
-from nao_kin.viewer.messages import RetainedMessages, note_last, panel_message
+from nao_kin.viewer.messages import BLANKS, RetainedMessages, note_last, panel_message
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
 _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
@@ -242,13 +242,11 @@ class LiveServer:
             kept = messages.scene | {"camera"} if had else frozenset[str]()
             shown = messages.names()
             if had:
-                for key in messages.blanks.keys() - set(shown):
-                    page.send_once(messages.blanks[key])
+                # What it shows from a program before, and this one does not.
+                for key in BLANKS.keys() - set(shown):
+                    page.send_once(BLANKS[key])
             page.refresh(dict.fromkeys(key for key in shown if key not in kept))
             page.send_once(panel_message("complete", {}))
-
-    def _page_closed(self, page: _Page) -> None:
-        self._pages.discard(page)
 
     def _page_answered(self, page: _Page, answer: Answer) -> None:
         if answer.get("kind") == "ready":
@@ -256,9 +254,6 @@ class LiveServer:
             with self._arrival:
                 self._arrival.notify_all()
         self._on_answer(answer)
-
-    def _message(self, key: str) -> bytes | None:
-        return self._messages.get(key)
 
 
 class _Page(Guarded, tornado.websocket.WebSocketHandler):
@@ -299,7 +294,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         self.server._page_opened(self)
 
     def on_close(self) -> None:
-        self.server._page_closed(self)
+        self.server._pages.discard(self)
 
     async def on_message(self, message: str | bytes) -> None:
         answer = None
@@ -329,7 +324,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
             while self._pending or self._once:
                 keys, self._pending = self._pending, {}
                 for key in keys:
-                    message = self.server._message(key)
+                    message = self.server._messages.get(key)
                     if message is not None:
                         await self.write_message(message, binary=True)
                 once, self._once = self._once, []

@@ -40,26 +40,17 @@ class ShownRobot:
     def __init__(
         self,
         messages: RetainedMessages,
+        look: SceneRobot,
         robot: RobotModel | MultiDofModel,
-        number: int,
         name: str,
-        opacity: float,
-        forget: Callable[[int], None],
+        forget: Callable[[SceneRobot], None],
     ) -> None:
         self.name, self.robot = name, robot
         self._typed = robot if isinstance(robot, MultiDofModel) else None
-        self._model = robot.robot if isinstance(robot, MultiDofModel) else robot
-        self._messages, self._number, self._forget = messages, number, forget
-        self._key, self._shown = f"robot {number} ", True
-        self._look = SceneRobot(self._model, number)
-        self.notes, self.reaches_aside = self._look.notes, self._look.reaches_aside
+        self._messages, self._look, self._forget, self._shown = messages, look, forget, True
+        self.notes, self.reaches_aside = look.notes, look.reaches_aside
         self.T_world_ground = np.eye(4)
-        # A page that has another robot of this number, from a program before this one, is to forget it.
-        self._put("anew", "robot_removed", {})
-        for key, command in self._look.commands(under=f"{self._ground}/", opacity=opacity):
-            self._messages.put(f"{self._key}{key}", packed(command))
-        self._put("about", "robot_added", {"name": name, "about": self._look.about()})
-        self._show(self._look.presets.start, None)
+        self._show(look.start, None)
 
     @property
     def q(self) -> Floats:
@@ -89,7 +80,7 @@ class ShownRobot:
             if np.ndim(q) != 1:
                 raise WrongShape("q", f"({self._typed.nq},)", np.shape(q))
             q = self._typed.to_q(q, reference=self._q)
-        array = overlays.one_configuration(self._model, q)
+        array = overlays.one_configuration(self._look.robot, q)
         self._show(array, None if up is None else overlays.direction(up, "up"))
 
     def place(self, T: ArrayLike) -> None:
@@ -112,7 +103,8 @@ class ShownRobot:
         """
         self._check_shown()
         self.T_world_ground = checked_pose(T)
-        self._messages.put(f"{self._key}place", packed(set_transform(self._ground, self.T_world_ground)))
+        command = set_transform(self._look.ground.rstrip("/"), self.T_world_ground)
+        self._messages.put(f"{self._look.key}place", packed(command))
 
     def color_links(
         self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
@@ -129,7 +121,7 @@ class ShownRobot:
             >>> other.color_links({"Head": 0.2, "torso": 0.8}, label="load")
         """
         self._check_shown()
-        self._messages.put(f"{self._key}colours", self._look.colours(values, low, high, label))
+        self._messages.put(*self._look.colours(values, low, high, label))
 
     def remove(self) -> None:
         """Take it out of the scene; does nothing the second time.
@@ -142,19 +134,13 @@ class ShownRobot:
         """
         if self._shown:
             self._shown = False
-            self._messages.drop(self._key)
-            self._forget(self._number)
-
-    @property
-    def _ground(self) -> str:
-        return f"ground:{self._number}"
+            self._messages.drop(self._look.key)
+            self._forget(self._look)
 
     def _show(self, q: Floats, up: list[float] | None) -> None:
         self._q = q
-        self._put("joints", "robot_joints", {"q": typed_array(q), "up": up})
-
-    def _put(self, key: str, kind: str, content: Mapping[str, object]) -> None:
-        self._messages.put(f"{self._key}{key}", panel_message(kind, {"robot": self._number, **content}))
+        message = panel_message("robot_joints", {"robot": self._look.number, "q": typed_array(q), "up": up})
+        self._messages.put(f"{self._look.key}joints", message)
 
     def _check_shown(self) -> None:
         if not self._shown:

@@ -1,31 +1,52 @@
-"""The robot in a browser: live, as one file, or as a picture."""
+"""The robot in a browser: live, as one file, or as a picture.
+
+The methods of a viewer stand here with all that is to be said about them. What they are made of stands beside it: the
+robots of the scene, what is drawn over them, the messages for pages, the server, and what moves the robot.
+"""
 
 from __future__ import annotations
 
+import itertools
 import threading
 import weakref
 import webbrowser
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nao_kin._core import files as atomic
-from nao_kin.errors import NaoKinError, NoBrowser
+from nao_kin._core.arrays import Floats, choice, flag
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.errors import BadArgument, NaoKinError, NoBrowser
+from nao_kin.joints import MultiDofModel
+from nao_kin.motion import HOLD, Hips, Motion
+from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
-from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token, live_page
+from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token, live_page, static_page
 from nao_kin.viewer.browser import Screenshots
+from nao_kin.viewer.description import SceneRobot
+from nao_kin.viewer.drawings import Buttons, Extras
+from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_animation, track, typed_array
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
+from nao_kin.viewer.recording import Recording
+from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
-from nao_kin.viewer.shown_scene import ShownScene
+from nao_kin.viewer.shown_robot import ShownRobot, checked_pose
+from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, OutsideWarnings, Subscription
 
 # A page names itself in what it sends, and is sent it back.
 _MOST_OF_A_SOURCE = 64
+# Between robots that stand beside each other [m]; and how many there may be beside the first.
+_GAP = 0.1
+_MOST_ROBOTS = 32
 
 
-class Viewer(ShownScene):
+class Viewer:
     """A robot on show in a web page, with a panel of joint sliders, postures and read-outs.
 
     The page is meshcat's viewer and a panel beside it. The browser composes the transforms of the robot's links, so
@@ -73,15 +94,601 @@ class Viewer(ShownScene):
         allow_hosts: Iterable[str] = (),
         token: bool | str | None = None,
     ) -> None:
+        # The server, and what ends it. A finalizer that has run holds nothing any more; others would keep every page
+        # ever served.
         self._server: LiveServer | None = None
-        # Ends it. A finalizer that has run holds nothing any more; others would keep every page ever served.
         self._end_server: Callable[[], object] | None = None
         self._starting = threading.Lock()
         self._allow_hosts, self._token = checked_names(allow_hosts), checked_token(token)
-        super().__init__(robot)
         self.host, self._port = host, port
-        self._screenshots = Screenshots()
-        self._bridges: list[Bridge] = []
+        self._screenshots, self._bridges = Screenshots(), list[Bridge]()
+        if not isinstance(robot, RobotModel):
+            raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
+        # The robots of the scene: the first leads.
+        self._look, self._numbers = SceneRobot(robot), itertools.count(1)
+        self._robots, self._edge = [self._look], self._look.reaches_aside
+        self.robot, self.notes, self.light_names = robot, self._look.notes, self._look.light_names
+        self.camera_names = tuple(self._look.cameras)
+        # Held while what is shown and the message that says so change: a page's answers come in another thread.
+        self._messages, self._lock = RetainedMessages(), threading.RLock()
+        self._buttons, self._extras = Buttons(self._messages, self._lock), Extras(self._messages, self._lock)
+        # What moves the robot, and who hears of it.
+        self._lead, self._outside = Lead(), OutsideWarnings(robot)
+        self._changes, self._recordings = Changes(), list[Recording]()
+        for key, message in self._look.messages():
+            self._messages.put(key, message)
+        self._messages.scene_is_complete()
+        self._show_joints(self._look.start, None)
+
+    # --- the configuration ----------------------------------------------------------------------------------------
+
+    @property
+    def q(self) -> Floats:
+        """The configuration on show, shape (nq,): the one last displayed, moved to in a page, or played.
+
+        While a clip plays, or key frames of a page, it is where an open page says that it is, at most thirty times a
+        second; of several pages the one in which somebody pressed play or went to a time last, or else the first.
+        Without an open page a clip stands at its first configuration.
+        """
+        return np.array(self._q)
+
+    def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
+        """Show a configuration.
+
+        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`) unless
+        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside. Values
+        beyond ±1e6 rad or m are refused, from here and from the page: they are no place of a joint, and not wrapped
+        because q would be another one.
+
+        Args:
+            q: one configuration, shape (nq,).
+            up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest gives it,
+                shape (3,): (−1, 0, 0) lies on its belly. None lets the robot stand, sit or lie by itself: on its soles
+                where it is balanced on them, else as the nearest of its postures rests.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.display(nao.posture("Crouch"))
+            >>> np.array_equal(viewer.q, nao.posture("Crouch"))
+            True
+        """
+        array = overlays.one_configuration(self.robot, q)
+        vertical = None if up is None else overlays.direction(up, "up")
+        self._outside.check(array)
+        with self._lock:
+            self._lead.take("")
+            if self._messages.get("clip") is not None:
+                self._messages.put("clip", panel_message("still", {}))
+            self._show_joints(array, vertical)
+
+    def rest(self, posture: str) -> tuple[float, float, float] | None:
+        """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles.
+
+        What is displayed comes to rest so by itself; this is for what asks for it elsewhere, such as an `up`.
+
+        Raises:
+            UnknownName: no such posture.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.rest("Stand") is None
+            True
+        """
+        return self._look.rest.get(choice(posture, self.robot.posture_names, "posture"))
+
+    def animate(
+        self,
+        qs: ArrayLike | Motion,
+        fps: float = 30.0,
+        *,
+        play: bool = True,
+        loop: bool = True,
+        fill: str | ArrayLike = HOLD,
+        hips: Hips = "average",
+        up: ArrayLike | None = None,
+    ) -> None:
+        """Play configurations one after another, as a meshcat clip that the page can pause and scrub.
+
+        Between two of them every joint moves at constant speed, so that joints of one motor stay together.
+
+        Args:
+            qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
+            fps: configurations per second.
+            play: start at once.
+            loop: play again and again.
+            fill: where joints are that a motion does not name, as in `Motion.configurations`.
+            hips: what one motor does that a motion names twice, as there.
+            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None lets the robot stand,
+                sit and lie by itself all along.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
+            ZeroNorm: `up` is no direction.
+            UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))
+            >>> viewer.save_html("down.html").name
+            'down.html'
+        """
+        array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
+        play, loop = flag(play, "play"), flag(loop, "loop")
+        ups = None if up is None else overlays.directions(up, "up", len(array))
+        self._outside.check(array)
+        tracks = [track("joint_values", "number", array), *([] if ups is None else [track("up_values", "number", ups)])]
+        clip = set_animation({ROBOT: tracks}, rate, play=play, loop=loop)
+        with self._lock:
+            self._lead.release()
+            self._show_joints(array[0], None if ups is None else ups[0].tolist())
+            self._messages.put("clip", packed(clip))
+
+    def camera(self, name: str) -> None:
+        """Look at the robot from one of `camera_names`.
+
+        Raises:
+            UnknownName: no such camera.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.camera("front")
+            >>> "front" in viewer.camera_names
+            True
+        """
+        choice(name, self.camera_names, "camera")
+        self._messages.put("camera", panel_message("camera", {"name": name}))
+
+    # --- what pages do, and what is shown meanwhile ---------------------------------------------------------------
+
+    def on_change(self, callback: ChangeCallback) -> Subscription:
+        """Call a function when the robot moves in a page: by sliders, handles, postures, by a clip or key frames.
+
+        It is called in a thread of its own, never twice at once, with a copy of the newest configuration and the names
+        of all joints that changed since it was called last; none where the base or the direction up alone did. It may
+        take its time, and use the viewer. What it raises is logged, by the logger nao_kin.viewer.shown_scene, and
+        changes nothing. `display` does not call it. What is played calls it at most thirty times a second.
+
+        Args:
+            callback: called with q, shape (nq,), and the joints' names.
+
+        Returns:
+            The subscription, whose `remove` ends it.
+
+        Raises:
+            BadArgument: nothing that can be called.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> subscription = viewer.on_change(lambda q, joints: print(joints, nao.fk(q, "LArm")[:3, 3]))
+            >>> subscription.remove()
+        """
+        if not callable(callback):
+            raise BadArgument(f"on_change takes a function of q and joint names, got {quoted(callback)}")
+        return self._changes.add(callback)
+
+    @contextmanager
+    def record(self, fps: float = 30.0) -> Iterator[Recording]:
+        """Record what is shown in a `with` block: what is displayed, dragged, and played in a page.
+
+        Move the robot in the page inside the block, and write `recording.motion` to a file after it.
+
+        Args:
+            fps: configurations kept per second, at most; see `Recording` for how long ones are kept in bounded memory.
+
+        Raises:
+            BadArgument, WrongShape, NotFinite: fps is no positive number.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> with viewer.record() as recording:
+            ...     viewer.display(nao.posture("Crouch"))
+            >>> recording.q.shape[1]
+            25
+        """
+        rate = overlays.up_to(fps, "fps", 1000.0)
+        with self._lock:
+            recording = Recording(self.robot, self._q, rate)
+            self._recordings.append(recording)
+        try:
+            yield recording
+        finally:
+            self._recordings.remove(recording)
+            recording.finish()
+
+    # --- other robots ---------------------------------------------------------------------------------------------
+
+    def add_robot(
+        self,
+        robot: RobotModel | MultiDofModel,
+        *,
+        name: str | None = None,
+        at: ArrayLike | None = None,
+        opacity: float = 1.0,
+    ) -> ShownRobot:
+        """Put another robot into the scene: a second NAO, its typed model, Romeo.
+
+            other = viewer.add_robot(nk.load_robot("romeo"), at=T_world_ground)
+            other.display(q)
+            other.remove()
+
+        Args:
+            robot: any robot, or a typed model of one.
+            name: what it is called, 1 to 200 characters; None for the robot's name.
+            at: pose in the world of the ground that it stands on, shape (4, 4); the viewer's own robot stands at the
+                origin, x ahead, z up. None for beside the others, to their right.
+            opacity: above 0 and at most 1.
+
+        Raises:
+            BadArgument: no robot, no name, no opacity; more than 32 robots.
+            WrongShape, NotFinite, NotARotation: `at` is no pose.
+            BadModel: the robot's URDF can no longer be read.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> T = np.eye(4)
+            >>> T[1, 3] = 0.5  # half a metre to the left
+            >>> other = viewer.add_robot(nao, name="second", at=T)
+            >>> other.name
+            'second'
+        """
+        if not isinstance(robot, (RobotModel, MultiDofModel)):
+            raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
+        model = robot.robot if isinstance(robot, MultiDofModel) else robot
+        called = overlays.checked_name(model.name if name is None else name)
+        share = overlays.checked_opacity(opacity)
+        if len(self._robots) > _MOST_ROBOTS:
+            raise BadArgument(f"at most {_MOST_ROBOTS} robots are added; remove some before {abbreviated(called)}")
+        place = None if at is None else checked_pose(at)
+        look = SceneRobot(model, next(self._numbers))
+        for key, message in look.messages(called, share):
+            self._messages.put(key, message)
+        added = ShownRobot(self._messages, look, robot, called, self._forget)
+        if place is None:
+            place = np.eye(4)
+            place[1, 3] = -(self._edge + _GAP + added.reaches_aside)
+            self._edge += _GAP + 2.0 * added.reaches_aside
+        added.place(place)
+        self._robots.append(look)
+        self._list_robots()
+        return added
+
+    def _forget(self, look: SceneRobot) -> None:
+        self._robots.remove(look)
+        if len(self._robots) == 1:
+            self._edge = self._look.reaches_aside
+        self._list_robots()
+
+    def _list_robots(self) -> None:
+        """Which robots there are: a page forgets all others, whatever it has missed."""
+        self._messages.put("robots", panel_message("robots", {"robots": [look.number for look in self._robots[1:]]}))
+
+    # --- what is drawn over the robot -----------------------------------------------------------------------------
+
+    @property
+    def shown(self) -> Mapping[str, bool]:
+        """What the page's buttons show, by name: frames, axes, com, support, ghosts, handles and what else it has.
+
+        A button pressed in one page is known here and to every other page.
+        """
+        return MappingProxyType(dict(self._buttons.shown))
+
+    def show_frames(self, names: Iterable[str], *, size: float | None = None) -> None:
+        """Draw frames as triads, x red, y green, z blue, with their names; none for none.
+
+        Args:
+            names: frame names.
+            size: length of the arrows [m]; None for a length that suits the robot.
+
+        Raises:
+            UnknownName: no such frame.
+            BadArgument: no names, or a size that is not positive.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_frames(["LArm", "CameraTop"])
+            >>> viewer.shown["frames"]
+            True
+        """
+        chosen = overlays.frame_names(self.robot, names)
+        self._buttons.draw("frames", overlays.frames(chosen, size), on=bool(chosen))
+
+    def show_joint_axes(self, on: bool = True) -> None:
+        """Draw the joint axes as screws, turning or sliding.
+
+        Their colour is that of the joint they belong to, as `nao_kin.joints.group_joints` finds it: revolute,
+        prismatic, universal, spherical …
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_joint_axes()
+            >>> viewer.shown["axes"]
+            True
+        """
+        self._buttons.press("axes", on)
+
+    def show_com(self, on: bool = True) -> None:
+        """Draw the centre of mass and its projection onto the floor.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_com()
+            >>> viewer.shown["com"]
+            True
+        """
+        self._buttons.press("com", on)
+
+    def show_support_polygon(self, on: bool = True) -> None:
+        """Draw the convex hull of what touches the floor: green while the centre of mass is above it, red otherwise.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_support_polygon()
+            >>> viewer.shown["support"]
+            True
+        """
+        self._buttons.press("support", on)
+
+    def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3, first: int = 1) -> None:
+        """Draw the links that other configurations put elsewhere, pale, instead of those before.
+
+            viewer.show_ghosts(nao.posture("StandZero"))
+
+            found = nk.ik.leg(nao, "L", T_torso_foot, reference=q, limits="ignore")
+            viewer.display(found.q)
+            viewer.show_ghosts(found.solutions[1:], first=2)
+
+        Links that are where the robot has them are not drawn twice. One configuration by itself is one to compare with:
+        it is blue, and stays until it is cleared. The rows of several have a colour each, and numbers in the legend of
+        the page; they belong to the configuration shown, and a limb that is dragged in a page removes them there.
+
+        Args:
+            configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; none for none.
+            opacity: of the links, above 0 and at most 1.
+            first: number of the first row in the legend, at least 0; 2 where the robot itself is solution 1.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: no configurations, too many of them, no opacity or no such number.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.show_ghosts(nao.random(rng=0, n=3), opacity=0.2)
+        """
+        self._buttons.draw("ghosts", overlays.ghosts(self.robot, configurations, opacity, first), on=True)
+
+    def clear_ghosts(self) -> None:
+        """Remove what `show_ghosts` has drawn.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.show_ghosts(nao.posture("Sit"))
+            >>> viewer.clear_ghosts()
+        """
+        self.show_ghosts(np.zeros((0, self.robot.nq)))
+
+    def show_targets(self, targets: Mapping[str, ArrayLike]) -> None:
+        """Mark points or poses in the robot's root frame, under any names; an empty mapping removes them.
+
+        Args:
+            targets: name → position, shape (3,) [m], or pose, shape (4, 4).
+
+        Raises:
+            WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_targets({"cup": [0.2, 0.1, 0.1]})
+        """
+        self._messages.put("targets", overlays.targets(targets))
+
+    def color_links(
+        self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
+    ) -> None:
+        """Colour links by a number each, cold to warm, with a legend; an empty mapping gives them their own back.
+
+        A link without a shape colours the one it is fixed to, unless that is named too.
+
+        Args:
+            values: link name → number.
+            low: the number at the cold end; None for the smallest.
+            high: the number at the warm end; None for the largest.
+            label: what the numbers are.
+
+        Raises:
+            UnknownName: no such link.
+            NotFinite, BadArgument: no numbers, or no scale from low to high.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.color_links({"Head": 0.2, "torso": 0.8}, low=0.0, high=1.0, label="load")
+        """
+        self._messages.put(*self._look.colours(values, low, high, label))
+
+    def show_reach(self, reach: ReachMap | None, *, by: str = "best", cut: tuple[str, float] | None = None) -> None:
+        """Draw a reach map as coloured voxels, with a slider that cuts them along an axis; None removes it.
+
+        Where there are more than 40 000 voxels, coarser ones are drawn.
+
+        Args:
+            reach: a map of this robot.
+            by: what colours them: "best", "mean" (manipulability), "count" or "coverage".
+            cut: axis, "x", "y" or "z", and place of the cut in the map's reference frame [m]; what is beyond is not
+                drawn. None for the middle along x.
+
+        Raises:
+            UnknownName: no such number.
+            BadArgument, NotFinite, WrongShape: no map, one of another robot or an empty one; no cut.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.show_reach(nk.reach.workspace(nao, "LArm", 1000, voxel=0.05), by="count")
+        """
+        self._messages.put("reach", overlays.reach(self.robot, reach, by, cut))
+
+    def show_lights(self, colours: Mapping[str, ArrayLike]) -> None:
+        """Light the robot in colours, instead of those before; lights that are not named have their own look.
+
+            viewer.show_lights({"LeftEye": (0, 1, 0), "RightEye": (0, 1, 0), "RightEye0": (1, 0, 0)})
+
+        A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, counted from the top of
+        each eye towards the nose; LeftEye and RightEye are all eight. Black is a light that is off. Lights are the LEDs
+        of this library's own meshes: other robots have none, and for them every name is unknown.
+
+        Args:
+            colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; empty for none.
+
+        Raises:
+            UnknownName: no such light.
+            WrongShape, NotFinite, BadArgument: no colour.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_lights({viewer.light_names[0]: (1.0, 0.0, 0.0)})
+        """
+        self._messages.put("lights", self._look.lights(colours))
+
+    def say(self, text: str) -> None:
+        """Show a speech bubble beside the head, until another text; "" removes it.
+
+        It stands beside the first link with "head" in its name, or beside the whole robot. Screen readers read it. More
+        than 280 characters are cut off in the bubble.
+
+        Raises:
+            BadArgument: no text.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.say("Hello")
+        """
+        self._messages.put("speech", overlays.speech(text))
+
+    def color_edition(self, name: str) -> None:
+        """Give a NAO's shells the colour that they were sold in; for the meshes of this library, others keep theirs.
+
+        Args:
+            name: "orange", "blue", "red" or "grey"; "" for the colours of the URDF.
+
+        Raises:
+            UnknownName: no such edition.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.color_edition("blue")
+        """
+        self._messages.put("edition", overlays.edition(name))
+
+    # --- shapes that are no part of it ----------------------------------------------------------------------------
+
+    def add_points(
+        self,
+        name: str,
+        points: ArrayLike,
+        *,
+        colors: ArrayLike | None = None,
+        size: float = 0.005,
+        frame: str | None = None,
+    ) -> None:
+        """Draw a cloud of points, instead of what bears the same name.
+
+        Args:
+            name: what `remove` calls it, 1 to 200 characters.
+            points: shape (n, 3), up to two million and 10 km away [m].
+            colors: red, green and blue from 0 to 1, shape (3,) for all or (n, 3) for each; None for blue.
+            size: diameter of a point [m].
+            frame: the frame of the robot that they are given in and move with; None for the world, x and y on the floor
+                from under the robot's root, z up.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: no points, no colours, no size; too many shapes.
+            UnknownName: no such frame.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_points("path", [[0.2, 0.1, 0.1], [0.2, 0.1, 0.2]], colors=[1.0, 0.0, 0.0])
+        """
+        self._add(name, "points", frame, overlays.points(points, colors, size))
+
+    def add_mesh(
+        self,
+        name: str,
+        vertices: ArrayLike | Path | str,
+        faces: ArrayLike | None = None,
+        *,
+        color: ArrayLike | None = None,
+        opacity: float = 1.0,
+        frame: str | None = None,
+    ) -> None:
+        """Draw a surface of triangles, instead of what bears the same name.
+
+        Args:
+            name: what `remove` calls it, 1 to 200 characters.
+            vertices: shape (n, 3) [m]; or a file that trimesh reads (STL, OBJ, PLY, GLB …), in metres.
+            faces: places of the triangles' corners in `vertices`, shape (m, 3); not for a file.
+            color: red, green and blue from 0 to 1, shape (3,); None for the file's own, or blue.
+            opacity: above 0 and at most 1.
+            frame: as in `add_points`.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: no mesh, no colour, no opacity; more than two million vertices or faces;
+                a file that cannot be read; too many shapes.
+            UnknownName: no such frame.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_mesh("triangle", [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [[0, 1, 2]], frame="LArm")
+        """
+        self._add(name, "mesh", frame, overlays.mesh(vertices, faces, color, opacity))
+
+    def add_line(
+        self,
+        name: str,
+        points: ArrayLike,
+        *,
+        color: ArrayLike | None = None,
+        width: float = 0.004,
+        frame: str | None = None,
+    ) -> None:
+        """Draw a line through points, round like a wire, instead of what bears the same name.
+
+        Args:
+            name: what `remove` calls it, 1 to 200 characters.
+            points: shape (n, 3) with n ≥ 2, up to 100 000 and 10 km away [m].
+            color: red, green and blue from 0 to 1, shape (3,); None for blue.
+            width: its thickness [m].
+            frame: as in `add_points`.
+
+        Raises:
+            WrongShape, NotFinite, BadArgument: no points, no colour, no width; too many shapes.
+            UnknownName: no such frame.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_line("path", [[0.2, 0.1, 0.1], [0.2, 0.1, 0.2]], width=0.002)
+        """
+        self._add(name, "line", frame, overlays.line(points, color, width))
+
+    def remove(self, name: str) -> None:
+        """Take away the points, the mesh or the line of a name.
+
+        Raises:
+            UnknownName: there is none.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.add_points("path", [[0.2, 0.1, 0.1]])
+            >>> viewer.remove("path")
+        """
+        self._extras.remove(name)
 
     # --- the live page --------------------------------------------------------------------------------------------
 
@@ -146,9 +753,7 @@ class Viewer(ShownScene):
         self._started()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _repr_html_(self) -> str:
@@ -195,7 +800,7 @@ class Viewer(ShownScene):
             NoBrowser: there is none, or it gives no picture in time.
             BadArgument: the file cannot be written, or is named as no PNG; a size out of range; no timeout.
         """
-        self._check_camera(camera)
+        choice(camera, self.camera_names, "camera")
         atomic.check_writable(path, suffix=".png")
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
@@ -205,6 +810,35 @@ class Viewer(ShownScene):
             if not running:
                 self.close()
         atomic.write_bytes(path, picture)
+        return Path(path)
+
+    # --- the file ---------------------------------------------------------------------------------------------------
+
+    def static_html(self) -> str:
+        """The page with all that is on show inside: it needs no server and no network.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.static_html().startswith("<!DOCTYPE html>")
+            True
+        """
+        return static_page(self.robot.name, self._messages.messages())
+
+    def save_html(self, path: Path | str) -> Path:
+        """Write `static_html` to a file, whole or not at all.
+
+        Returns:
+            The file.
+
+        Raises:
+            BadArgument: it cannot be written.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.save_html("nao.html").stat().st_size > 1_000_000
+            True
+        """
+        atomic.write_text(path, self.static_html())
         return Path(path)
 
     # --- inside ---------------------------------------------------------------------------------------------------
@@ -230,7 +864,7 @@ class Viewer(ShownScene):
         if answer.get("kind") == "picture":
             self._screenshots.deliver(answer)
         elif answer.get("kind") == "shown":
-            self._receive_shown(answer, _source_of(answer))
+            self._buttons.receive(answer.get("shown"), _source_of(answer))
         elif answer.get("kind") in ("joints", "clip", "played"):
             self._receive_configuration(answer, _source_of(answer))
 
@@ -253,7 +887,29 @@ class Viewer(ShownScene):
             else:
                 self._show_joints(q, up, source)
             if answer["kind"] == "joints" or not np.array_equal(before, q):
-                self._changes.tell(q, self._changed(before, q))
+                first = self.robot.nq - len(self.robot.joint_names)
+                moved = itertools.compress(self.robot.joint_names, before[first:] != q[first:])
+                self._changes.tell(q, tuple(moved))
+
+    def _add(self, name: str, shape: str, frame: str | None, content: Mapping[str, object]) -> None:
+        if frame is not None:
+            choice(frame, self.robot.frame_names, "frame")
+        known = {"name": overlays.checked_name(name), "shape": shape, "frame": frame}
+        self._extras.add(name, panel_message("extra", {**known, **content}))
+
+    def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
+        # What a page does comes behind the clip that it stops: pages that open later have the clip, and do not play it.
+        behind_clip = source != "" and self._messages.get("clip") is not None
+        if not behind_clip:
+            self._messages.drop("moved")
+        message = panel_message("joints", {"q": typed_array(q), "up": up, "source": source})
+        self._messages.put("moved" if behind_clip else "joints", message)
+        self._note(q)
+
+    def _note(self, q: Floats) -> None:
+        self._q = q
+        for recording in tuple(self._recordings):
+            recording.show(q)
 
     def __repr__(self) -> str:
         # Not the token, for what is printed is logged and shared.

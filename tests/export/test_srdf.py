@@ -20,7 +20,7 @@ from moveit_rules import violations
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.export.srdf import LinkContacts, adjacent_links, disabled_collisions, planning
+from nao_kin.export.srdf import LinkContacts, Planning, adjacent_links, disabled_collisions
 from nao_kin.export.variants import Variant
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere
@@ -121,8 +121,8 @@ def test_the_names_of_the_moveit_configuration_of_ros_naoqi_resolve() -> None:
 
 
 def test_a_planner_is_asked_for_the_frame_of_the_effector_and_not_for_the_opening_hand(nao: nk.NaoModel) -> None:
-    plan = planning(nao.tree, nao.semantics)
-    groups = {group.name: group for group in plan.groups}
+    plan = Planning(nao.tree, nao.semantics)
+    groups = plan.groups
     assert groups["LLeg"].chain == ("torso", "LLeg")
     assert groups["LArm_without_LHand"].chain == ("torso", "LArm")
     assert groups["LArm_without_LHand"].own == nao.chains["LArm"][:-1]
@@ -142,7 +142,7 @@ def test_a_planner_is_asked_for_the_frame_of_the_effector_and_not_for_the_openin
 
 
 def test_a_chain_that_another_one_continues_is_no_second_group() -> None:
-    names = [group.name for group in planning(nk.load_robot("panda").tree, nk.load_robot("panda").semantics).groups]
+    names = list(Planning(nk.load_robot("panda").tree, nk.load_robot("panda").semantics).groups)
     assert names == ["whole_body", "arm", "hand", "arm_and_hand", "panda_hand_tcp_effector"]
 
 
@@ -220,7 +220,7 @@ def test_contacts_are_those_that_pinocchio_finds(nao: nk.NaoModel) -> None:
             if result.isCollision()
         }
         expected.update(pair for pair in touching if pair[0] != pair[1])
-    found = contacts.count(q, set(contacts.pairs()))
+    found = contacts.count(q, set(contacts.pairs))
     assert {pair: count for pair, count in found.items() if count} == dict(expected)
 
 
@@ -242,7 +242,7 @@ def test_contacts_of_hollow_meshes_are_those_of_their_triangles(tmp_path: Path) 
             expected[one, other] += bool(coal.collide(shape, places[one], shape, places[other], request, result))
     assert all(10 < count < 390 for count in expected.values())
     contacts = LinkContacts(robot)
-    assert contacts.count(q, set(contacts.pairs())) == expected
+    assert contacts.count(q, set(contacts.pairs)) == expected
 
 
 def test_a_pair_whose_part_is_known_is_not_looked_at_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -469,13 +469,13 @@ def test_chains_beside_each_other_are_groups_of_joints(tmp_path: Path) -> None:
 def test_an_effector_on_the_trunk_takes_no_arm_for_its_gripper(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("waist"), J("arm"), J("wrist"), J("finger"))
     meaning = Semantics(end_effectors=("base", "waist_l", "wrist_l"))
-    plan = planning(robot.tree, meaning)
+    plan = Planning(robot.tree, meaning)
     assert [(effector.name, effector.group) for effector in plan.end_effectors] == [("wrist_l", "wrist_l_effector")]
-    assert {group.name: group.joints for group in plan.groups}["wrist_l_effector"] == ("finger",)
-    assert plan.notes == (
+    assert plan.groups["wrist_l_effector"].joints == ("finger",)
+    assert plan.notes == [
         "end effector base is left out: nothing is attached to that link",
         "end effector waist_l is left out: nothing is attached to that link",
-    )
+    ]
 
 
 def test_what_an_srdf_cannot_say_is_said(written: nk.export.Exported) -> None:

@@ -25,7 +25,7 @@ VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 def test_links_that_stay_move_as_before(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
     q = nao.random(np.random.default_rng(1), 20)
-    tree, _ = keep_frames(nao.tree, frames, nao.semantics)
+    tree, _ = nk.export.variant(nao, frames=frames)
     robot = nk.RobotModel(tree)
     np.testing.assert_allclose(robot.fk(q, tree.links), nao.fk(q, tree.links), atol=1e-14)
     np.testing.assert_allclose(robot.com(q), nao.com(q), atol=1e-14)
@@ -129,11 +129,11 @@ def test_a_link_that_stands_askew_gives_mass_where_it_stands(tmp_path: Path) -> 
 
 def test_two_places_cannot_have_one_ros_name(tmp_path: Path) -> None:
     tree = made_up(tmp_path, J("a"), J("b", kind="fixed", xyz=(0.0, 0.0, 0.1)), J("c", kind="fixed")).tree
-    named, _ = name_frames(tree, "ros", Semantics(ros_names={"b_l": "hand", "c_l": "hand"}))
+    named, _ = name_frames(tree, Semantics(ros_names={"b_l": "hand", "c_l": "hand"}))
     assert named.links == ("base", "a_l", "hand")
     for other in ("a_l", "base"):
         with pytest.raises(BadArgument, match="made_up: two links would be named hand in ROS"):
-            name_frames(tree, "ros", Semantics(ros_names={"b_l": "hand", other: "hand"}))
+            name_frames(tree, Semantics(ros_names={"b_l": "hand", other: "hand"}))
 
 
 def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
@@ -169,7 +169,7 @@ def test_an_axis_almost_aligned_is_turned_as_exactly(
     axis: tuple[float, float, float], kind: str, tmp_path: Path
 ) -> None:
     robot = made_up(tmp_path, J("a", axis=axis, rpy=(0.3, 0.2, 0.1), kind=kind), J("a_axis", xyz=(0.1, 0.2, 0.3)))
-    tree, changes = align_axes(robot.tree, "aligned")
+    tree, changes = align_axes(robot.tree)
     other, q = nk.RobotModel(tree), np.array([[0.7, -0.4], [-2.0, 1.0]])
     assert len(changes) == (0 if axis == (0.0, 0.0, -1.0) else 1)
     assert len({*tree.links, *(joint.name for joint in tree.joints)}) == len(tree.links) + len(tree.joints)

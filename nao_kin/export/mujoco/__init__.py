@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -11,20 +12,19 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from nao_kin._core.arrays import choice, flag
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadModel
-from nao_kin.export.inertia import InertiaChoice
-from nao_kin.export.meshes import FOLDER, MeshFiles
+from nao_kin.export.meshes import FOLDER, TakenMeshes, assets
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
 from nao_kin.export.mujoco.devices import add_actuators, add_sites
-from nao_kin.export.mujoco.model import Shapes, add_bodies, add_excludes, add_keyframes, on_their_soles
-from nao_kin.export.pipeline import Exported, Target
-from nao_kin.export.variants import FRAMES, Coupling, Frames, Variant
+from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
+from nao_kin.export.pipeline import Exported, Target, filled
+from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import UrdfTree
+from nao_kin.robot.urdf import srdf as writing
 
 __all__ = [
     "mjcf",
@@ -44,45 +44,27 @@ def scene_xml(robot_file: str, model: Any) -> str:
         model: the compiled robot, for its size.
     """
     extent = float(model.stat.extent)
-    return f"""<mujoco model={quoteattr(f"{robot_file.removesuffix('.xml')} on a floor")}>
-  <include file={quoteattr(robot_file)}/>
-
-  <statistic center="0 0 {0.4 * extent:.3g}" extent="{extent:.3g}"/>
-
-  <visual>
-    <headlight diffuse="0.4 0.4 0.4" ambient="0.35 0.35 0.35" specular="0 0 0"/>
-    <global azimuth="150" elevation="-15" offwidth="1280" offheight="960"/>
-    <quality shadowsize="4096"/>
-    <map znear="0.01"/>
-  </visual>
-
-  <asset>
-    <texture name="sky" type="skybox" builtin="gradient" width="256" height="1536"
-      rgb1="0.75 0.82 0.9" rgb2="0.95 0.97 1"/>
-    <texture name="floor" type="2d" builtin="checker" width="300" height="300"
-      rgb1="0.82 0.84 0.86" rgb2="0.74 0.76 0.79"/>
-    <material name="floor" texture="floor" texuniform="true" texrepeat="5 5"/>
-  </asset>
-
-  <worldbody>
-    <light name="sun" pos="0 0 {1.5 * extent:.3g}" dir="0 0 -1" directional="true" diffuse="0.4 0.4 0.4"/>
-    <geom name="floor" type="plane" size="0 0 0.05" material="floor"/>
-  </worldbody>
-</mujoco>
-"""
+    return filled(
+        "scene.xml",
+        title=quoteattr(f"{robot_file.removesuffix('.xml')} on a floor"),
+        file=quoteattr(robot_file),
+        extent=f"{extent:.3g}",
+        centre=f"{0.4 * extent:.3g}",
+        above=f"{1.5 * extent:.3g}",
+    )
 
 
 # --- Full precision in what MuJoCo writes: it writes six digits, by which the feet would be off by some micrometres.
 
-# Element → its attributes, as the specification has them too.
-_ATTRIBUTES = {
-    "body": ("pos", "quat"),
-    "joint": ("axis", "range", "damping", "armature", "frictionloss"),
-    "geom": ("pos", "quat", "size"),
-    "site": ("pos", "quat", "size"),
-    "camera": ("pos", "quat", "fovy"),
-    "general": ("ctrlrange", "forcerange", "gainprm", "biasprm"),
-    "key": ("qpos", "ctrl"),
+# Element → where the specification and the document have such, and their attributes, of one name in both.
+_EXACT = {
+    "body": ("bodies", "worldbody", ("pos", "quat")),
+    "joint": ("joints", "worldbody", ("axis", "range", "damping", "armature", "frictionloss")),
+    "geom": ("geoms", "worldbody", ("pos", "quat", "size")),
+    "site": ("sites", "worldbody", ("pos", "quat", "size")),
+    "camera": ("cameras", "worldbody", ("pos", "quat", "fovy")),
+    "general": ("actuators", "actuator", ("ctrlrange", "forcerange", "gainprm", "biasprm")),
+    "key": ("keys", "keyframe", ("qpos", "ctrl")),
 }
 _DEFAULTS = {"pos": (0.0, 0.0, 0.0), "quat": (1.0, 0.0, 0.0, 0.0)}
 # What MuJoCo has written must be the same number, to its six digits.
@@ -92,64 +74,38 @@ _ROUNDED = 2e-5
 def exact_xml(spec: Any) -> str:
     """The XML of a compiled specification, with the numbers that it holds and not their first six digits."""
     root = ET.fromstring(spec.to_xml())
-    sources = {
-        "body": spec.bodies,
-        "joint": spec.joints,
-        "geom": spec.geoms,
-        "site": spec.sites,
-        "camera": spec.cameras,
-        "general": spec.actuators,
-        "key": spec.keys,
-    }
-    for tag, attributes in _ATTRIBUTES.items():
-        named = {one.name: one for one in sources[tag]}
-        for element in _elements(root, tag):
-            one = named[element.get("name", "")]
+    for tag, (source, part, attributes) in _EXACT.items():
+        for one, element in _pairs(getattr(spec, source), root.iterfind(f"{part}//{tag}")):
             for attribute in attributes:
-                _put(element, attribute, _numbers(getattr(one, attribute)))
-    for body, element in _pairs(spec.bodies, _elements(root, "body")):
+                _put(element, attribute, np.atleast_1d(getattr(one, attribute)))
+    for body, element in _pairs(spec.bodies, root.iterfind("worldbody//body")):
         inertial = element.find("inertial")
         if inertial is not None:
-            inertial.attrib.clear()
-            for attribute in ("pos", "mass", "fullinertia"):
-                value = body.ipos if attribute == "pos" else getattr(body, attribute)
-                inertial.set(attribute, _text(_numbers(value)))
+            values = {"pos": body.ipos, "mass": [body.mass], "fullinertia": body.fullinertia}
+            inertial.attrib = {name: writing.numbers(value) for name, value in values.items()}
     for equality, element in _pairs(spec.equalities, root.iterfind("equality/joint")):
-        element.set("polycoef", _text(_numbers(equality.data)[:5]))
+        element.set("polycoef", writing.numbers(equality.data[:5]))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _elements(root: ET.Element, tag: str) -> Iterator[ET.Element]:
-    """The elements of a kind that have a name; those of a class have none."""
-    part = {"general": "actuator", "key": "keyframe"}.get(tag, "worldbody")
-    return (element for element in root.iterfind(f"{part}//{tag}") if element.get("name"))
-
-
 def _pairs(named: Iterable[Any], elements: Iterable[ET.Element]) -> Iterator[tuple[Any, ET.Element]]:
+    """Each element that has a name, with what the specification has of that name; those of a class have none."""
     by_name = {one.name: one for one in named}
-    return ((by_name[element.get("name", "")], element) for element in elements)
+    return ((by_name[element.get("name", "")], element) for element in elements if element.get("name"))
 
 
-def _put(element: ET.Element, attribute: str, exact: list[float]) -> None:
+def _put(element: ET.Element, attribute: str, exact: Floats) -> None:
     written = element.get(attribute)
     if written is None:
         default = _DEFAULTS.get(attribute)
         if default is not None and tuple(exact) != default and np.allclose(exact, default, atol=_ROUNDED):
-            element.set(attribute, _text(exact))
+            element.set(attribute, writing.numbers(exact))
         return
     rough = [float(word) for word in written.split()]
     exact = exact[: len(rough)]
     if np.allclose(rough, exact, rtol=_ROUNDED, atol=1e-12):
-        element.set(attribute, _text(exact))
-
-
-def _numbers(value: Any) -> list[float]:
-    return [float(number) + 0.0 for number in np.atleast_1d(value)]
-
-
-def _text(numbers: Iterable[float]) -> str:
-    return " ".join(repr(number).removesuffix(".0") for number in numbers)
+        element.set(attribute, writing.numbers(exact))
 
 
 # --- A robot as a folder for MuJoCo: its file, a scene beside it, and its meshes.
@@ -163,9 +119,9 @@ def mjcf(
     folder: Path | str,
     *,
     base: str = "floating",
-    frames: Frames = "all",
-    coupling: Coupling = "mimic",
-    inertia: InertiaChoice = "physical",
+    frames: str = "all",
+    coupling: str = "mimic",
+    inertia: str = "physical",
     meshes: str = "relative",
     typed: bool = False,
     overwrite: bool = False,
@@ -217,20 +173,32 @@ def mjcf(
     target = Target(robot, folder, overwrite=overwrite, folder=True)
     floating = choice(base, _BASES, "base") == "floating"
     choice(meshes, _MESHES, "choice of meshes")
-    choice(frames, FRAMES, "choice of frames")
-    flag(typed, "typed")
+    chosen = Variant(frames, coupling=coupling, inertia=inertia, typed=typed)
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
     # Links on fixed joints become sites, and merged joints are joints of one body.
-    tree, changes = Variant(coupling=coupling, inertia=inertia).tree_of(robot)
+    tree, changes = replace(chosen, frames="all", typed=False).tree_of(robot)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
     if floating and inertia == "physical":
         changes += give_the_root_mass(bodies)
     tree, lowered = on_their_soles(tree, bodies, robot.semantics)
-    files = MeshFiles(tree) if meshes == "relative" else None
+    taken = assets(tree) if meshes == "relative" else TakenMeshes(None)
     spec = mujoco.MjSpec()
-    notes = _fill(spec, robot, tree, bodies, files, frames=frames, floating=floating)
+    spec.modelname = tree.name
+    spec.compiler.degree = False
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    spec.meshdir = FOLDER
+    spec.assets = dict(taken.files)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0  # feet do not creep
+    added = add_bodies(spec, bodies, floating=floating)
+    notes = (
+        *add_shapes(spec, added, bodies, tree, taken.names),
+        *add_sites(spec, added, bodies, tree, robot.semantics, frames),
+        *add_actuators(spec, bodies.joints()),
+    )
     try:
         add_keyframes(spec, robot, bodies, floating=floating)
         apart = add_excludes(spec)
@@ -239,37 +207,8 @@ def mjcf(
         hint = "" if inertia == "physical" else "; inertia='physical' mends what no body can have"
         raise BadModel(f"MuJoCo refuses {tree.name}: {abbreviated(error)}{hint}") from None
     name = _file_name(tree.name)
-    contents = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode()}
-    contents |= {f"{FOLDER}/{mesh}": content for mesh, content in (files.contents if files else {}).items()}
-    return target.write(contents, (*changes, *_merged(bodies, typed), *lowered, *notes, *apart), NAME)
-
-
-def _fill(
-    spec: Any,
-    robot: RobotModel,
-    tree: UrdfTree,
-    bodies: Bodies,
-    files: MeshFiles | None,
-    *,
-    frames: str,
-    floating: bool,
-) -> tuple[str, ...]:
-    """Write the robot into an empty specification; one line for each thing that is not as the robot has it."""
-    import mujoco
-
-    spec.modelname = tree.name
-    spec.compiler.degree = False
-    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-    spec.meshdir = FOLDER
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 10.0  # feet do not creep
-    added = add_bodies(spec, bodies, floating=floating)
-    shapes = Shapes(spec, added, bodies, files).add(tree)
-    if files is not None:
-        spec.assets = {f"{FOLDER}/{name}": content for name, content in files.contents.items()}
-    sites = add_sites(spec, added, bodies, tree, robot.semantics, frames)
-    return (*shapes, *sites, *add_actuators(spec, bodies.joints()))
+    files = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode(), **taken.files}
+    return target.write(files, (*changes, *_merged(bodies, typed), *lowered, *notes, *apart), NAME)
 
 
 def _merged(bodies: Bodies, typed: bool) -> tuple[str, ...]:

@@ -62,9 +62,9 @@ def servo(row: UrdfJoint) -> Servo:
     return Servo(kp, kv, row.damping + slope, armature, effort)
 
 
-def weakest(servos: Iterable[Servo]) -> Servo:
-    """What all of several motors can do: a ball is turned by the weakest of its three."""
-    return min(servos, key=lambda motor: motor.effort)
+def motor_of(joint: BodyJoint) -> Servo:
+    """The motor of a joint; a ball is turned by the weakest of its three, for it can do what all of them can."""
+    return min(map(servo, joint.rows), key=lambda motor: motor.effort)
 
 
 def proper_range(lower: float, upper: float) -> tuple[float, float]:
@@ -83,11 +83,10 @@ def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
     """
     unknown = []
     for joint in joints:
-        motor = weakest(map(servo, joint.rows))
+        motor = motor_of(joint)
         if joint.kind == "ball":
             for place, letter in enumerate("xyz"):
-                gear = [1.0 if column == place else 0.0 for column in range(6)]
-                _add(spec, f"{joint.name}_{letter}", joint.name, motor, (-math.pi, math.pi), gear)
+                _add(spec, f"{joint.name}_{letter}", joint.name, motor, (-math.pi, math.pi), place)
         elif joint.rows[0].mimic is None:
             _add(spec, joint.name, joint.name, motor, (joint.rows[0].lower, joint.rows[0].upper))
         else:
@@ -99,15 +98,12 @@ def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
     return (f"no effort is published for {', '.join(unknown)}: force without bounds, gain {UNKNOWN_GAIN:g}",)
 
 
-def _add(
-    spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, float], gear: list[float] | None = None
-) -> None:
+def _add(spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, float], axis: int = 0) -> None:
     import mujoco
 
     added = spec.add_actuator(name=name, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     added.set_to_position(kp=motor.kp, kv=motor.kv)
-    if gear is not None:
-        added.gear = gear
+    added.gear = np.eye(6)[axis]
     if all(map(math.isfinite, allowed)):
         added.ctrlrange = proper_range(*allowed)
     if motor.effort < math.inf:
@@ -141,8 +137,10 @@ def add_sites(
     Returns:
         One line for each thing that is not as the robot has it.
     """
-    felt = {link_of(tree, name): name for name in semantics.force_sensors}
-    sensing = {link_of(tree, name) for name in (*semantics.accelerometers, *semantics.gyrometers)} | felt.keys()
+    import mujoco
+
+    felt = {link_of(tree, name) for name in semantics.force_sensors}
+    sensing = {link_of(tree, name) for name in (*semantics.accelerometers, *semantics.gyrometers)} | felt
     named = {link_of(tree, name) for name in semantics.frames()}
     wanted = {"all": set(tree.links), "effectors": named | sensing, "none": sensing}[frames]
     for body, one in zip(bodies.bodies, added, strict=True):
@@ -153,7 +151,7 @@ def add_sites(
             site = one.add_site(name=link, group=_SENSOR_GROUP if link in sensing else _FRAME_GROUP, **pos_quat(T))
             site.size = [_DOT] * 3
             if link in sizes:
-                _make_box(site, sizes[link])
+                site.type, site.size = mujoco.mjtGeom.mjGEOM_BOX, sizes[link].tolist()
     _add_sensors(spec, bodies, tree, semantics)
     return _add_cameras(added, bodies, tree, semantics)
 
@@ -173,13 +171,6 @@ def _felt_sizes(places: dict[str, pin.SE3]) -> dict[str, Floats]:
             half[axis] = 0.5 * min(along) if along else 0.1
         sizes[link] = half
     return sizes
-
-
-def _make_box(site: Any, half: Floats) -> None:
-    import mujoco
-
-    site.type = mujoco.mjtGeom.mjGEOM_BOX
-    site.size = half.tolist()
 
 
 def _add_sensors(spec: Any, bodies: Bodies, tree: UrdfTree, semantics: Semantics) -> None:

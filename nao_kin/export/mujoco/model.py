@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.text import fresh_name
-from nao_kin.export.meshes import MeshFiles
+from nao_kin.export.meshes import paint_names, shapes_of
 from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, link_of, pos_quat, pose
-from nao_kin.export.mujoco.devices import proper_range, servo, weakest
+from nao_kin.export.mujoco.devices import motor_of, proper_range
 from nao_kin.export.variants import joint_values
 from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import Semantics
@@ -49,7 +49,7 @@ def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
             _add_joint(one, joint)
         added.append(one)
     if floating:
-        added[0].add_freejoint(name=free_name(bodies))
+        added[0].add_freejoint(name=fresh_name("root_joint", {joint.name for joint in bodies.joints()}))
     for joint in bodies.joints():
         mimic = joint.rows[0].mimic
         if joint.kind != "ball" and mimic is not None:
@@ -67,11 +67,6 @@ def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
     return added
 
 
-def free_name(bodies: Bodies) -> str:
-    """Name of the root's free joint: "root_joint", or the first of its kind that no joint has."""
-    return fresh_name("root_joint", {joint.name for joint in bodies.joints()})
-
-
 def _set_inertia(one: Any, body: Body) -> None:
     if body.inertia.mass == 0.0 and not np.any(body.inertia.inertia) and not body.joints:
         return
@@ -84,27 +79,17 @@ def _set_inertia(one: Any, body: Body) -> None:
 def _add_joint(one: Any, joint: BodyJoint) -> None:
     import mujoco
 
-    motor, row = weakest(map(servo, joint.rows)), joint.rows[0]
-    kind = {"hinge": "HINGE", "slide": "SLIDE", "ball": "BALL"}[joint.kind]
-    added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{kind}"))
+    motor, row = motor_of(joint), joint.rows[0]
+    added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{joint.kind.upper()}"))
     if joint.kind != "ball":
         added.axis = joint.axes[0].tolist()
-    if joint.kind == "ball":
-        _set_passive(added, motor.damping, motor.armature, max(part.friction for part in joint.rows))
-    elif row.mimic is not None:
-        # The driving joint has the motor and the limits of both.
-        _set_passive(added, row.damping, 0.0, row.friction)
-    else:
-        _set_passive(added, motor.damping, motor.armature, row.friction)
-        if math.isfinite(row.lower) and math.isfinite(row.upper):
+        if row.mimic is None and math.isfinite(row.lower) and math.isfinite(row.upper):
             added.range = proper_range(row.lower, row.upper)
-
-
-def _set_passive(added: Any, damping: float, armature: float, friction: float) -> None:
+    # The driving joint has the motor and the limits of all that follow it.
+    damping, added.armature = (motor.damping, motor.armature) if row.mimic is None else (row.damping, 0.0)
     # A polynomial of the speed since MuJoCo 3.10, a number before.
     added.damping = damping if np.ndim(added.damping) == 0 else [damping, 0.0, 0.0]
-    added.armature = armature
-    added.frictionloss = friction
+    added.frictionloss = max(part.friction for part in joint.rows)
 
 
 # --- Visual and collision shapes as MuJoCo's geoms.
@@ -114,96 +99,84 @@ _VISUAL_GROUP, _COLLISION_GROUP = 2, 3
 _GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 
-class Shapes:
-    """Adds geoms to the bodies of a specification; of two classes, that say which touch and in which group they are."""
+def add_shapes(
+    spec: Any, added: list[Any], bodies: Bodies, tree: UrdfTree, meshes: Mapping[str, str] | None
+) -> tuple[str, ...]:
+    """Add all shapes of a tree; of two classes, that say which touch and in which group they are.
 
-    def __init__(self, spec: Any, added: list[Any], bodies: Bodies, files: MeshFiles | None) -> None:
-        """Prepare the two classes.
+    Args:
+        spec: the specification.
+        added: what it has for each body.
+        bodies: of the robot.
+        tree: its tree.
+        meshes: name of a mesh in the tree → its name in the folder of meshes; None leaves out the shapes of meshes.
 
-        Args:
-            spec: the specification.
-            added: what it has for each body.
-            bodies: of the robot.
-            files: where mesh files go; None leaves out the shapes of meshes.
-        """
-        self._spec, self._files = spec, files
-        self._bodies = {
-            link: (one, T) for body, one in zip(bodies.bodies, added, strict=True) for link, T in body.links.items()
-        }
-        self._names: set[str] = set()
-        self._materials: dict[tuple[str, Rgba], str] = {}
-        self._meshes: dict[tuple[str, tuple[float, ...]], str] = {}
-        self._visual = spec.add_default(VISUAL, spec.default)
-        self._visual.geom.group = _VISUAL_GROUP
-        self._visual.geom.contype = self._visual.geom.conaffinity = 0
-        self._collision = spec.add_default(COLLISION, spec.default)
-        self._collision.geom.group = _COLLISION_GROUP
+    Returns:
+        One line for what is left out.
+    """
+    defaults = {kind: spec.add_default(kind, spec.default) for kind in (VISUAL, COLLISION)}
+    defaults[VISUAL].geom.group, defaults[COLLISION].geom.group = _VISUAL_GROUP, _COLLISION_GROUP
+    defaults[VISUAL].geom.contype = defaults[VISUAL].geom.conaffinity = 0
+    everything = shapes_of(tree)
+    shapes = [shape for shape in everything if meshes is not None or not isinstance(shape.geometry, MeshFile)]
+    paints = {
+        shape: (shape.material or "colour", shape.rgba or _GREY)
+        for shape in shapes
+        if isinstance(shape, Visual) and (shape.material or shape.rgba)
+    }
+    materials = paint_names(paints.values())
+    for (_, rgba), name in materials.items():
+        spec.add_material(name=name, rgba=rgba)
+    scaled = _add_meshes(spec, [shape.geometry for shape in shapes], meshes or {})
+    places = {
+        link: (one, T_link)
+        for body, one in zip(bodies.bodies, added, strict=True)
+        for link, T_link in body.links.items()
+    }
+    taken: set[str] = set()
+    for shape in shapes:
+        kind = VISUAL if isinstance(shape, Visual) else COLLISION
+        one, T_link = places[shape.link]
+        name = fresh_name(shape.name or f"{shape.link}_{kind}", taken)
+        taken.add(name)
+        geom = one.add_geom(defaults[kind], name=name, **pos_quat(T_link * pose(shape.origin)))
+        _set_geometry(geom, shape.geometry, scaled)
+        if shape in paints:
+            geom.material = materials[paints[shape]]
+    left = len(everything) - len(shapes)
+    return (f"{left} shapes that are meshes are left out",) if left else ()
 
-    def add(self, tree: UrdfTree) -> tuple[str, ...]:
-        """Add all shapes of a tree.
 
-        Returns:
-            One line for what is left out.
-        """
-        everything: tuple[Visual | Collision, ...] = (*tree.visuals, *tree.collisions)
-        meshes = [shape for shape in everything if isinstance(shape.geometry, MeshFile)]
-        for visual in self._kept(tree.visuals):
-            geom = self._add(visual, self._visual, f"{visual.link}_{VISUAL}")
-            if visual.material or visual.rgba:
-                geom.material = self._material(visual.material or "colour", visual.rgba or _GREY)
-        for collision in self._kept(tree.collisions):
-            self._add(collision, self._collision, f"{collision.link}_{COLLISION}")
-        if self._files is not None:
-            return ()
-        return (f"{len(meshes)} shapes that are meshes are left out",) if meshes else ()
+def _add_meshes(spec: Any, geometries: Iterable[Geometry], meshes: Mapping[str, str]) -> dict[MeshFile, str]:
+    """Add each mesh once in each scale; return the names that the specification has for them."""
+    import mujoco
 
-    def _kept(self, shapes: tuple[Any, ...]) -> Iterator[Any]:
-        return (shape for shape in shapes if self._files is not None or not isinstance(shape.geometry, MeshFile))
+    found: dict[tuple[str, Vector], str] = {}
+    scaled: dict[MeshFile, str] = {}
+    for geometry in geometries:
+        if isinstance(geometry, MeshFile):
+            file = meshes[geometry.filename]
+            if (file, geometry.scale) not in found:
+                found[file, geometry.scale] = name = fresh_name(file.rpartition(".")[0], found.values())
+                # The masses are those of the bodies: a mesh may be open, or flat.
+                shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+                spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
+            scaled[geometry] = found[file, geometry.scale]
+    return scaled
 
-    def _add(self, shape: Visual | Collision, default: Any, name: str) -> Any:
-        one, T_link = self._bodies[shape.link]
-        T_shape = T_link * pose(shape.origin)
-        geom = one.add_geom(default, name=self._free(shape.name or name), **pos_quat(T_shape))
-        self._set_geometry(geom, shape.geometry)
-        return geom
 
-    def _set_geometry(self, geom: Any, geometry: Geometry) -> None:
-        import mujoco
+def _set_geometry(geom: Any, geometry: Geometry, scaled: Mapping[MeshFile, str]) -> None:
+    import mujoco
 
-        kinds = mujoco.mjtGeom
-        if isinstance(geometry, Box):
-            geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * length for length in geometry.size]
-        elif isinstance(geometry, Cylinder):
-            geom.type, geom.size = kinds.mjGEOM_CYLINDER, [geometry.radius, 0.5 * geometry.length, 0.0]
-        elif isinstance(geometry, Sphere):
-            geom.type, geom.size = kinds.mjGEOM_SPHERE, [geometry.radius, 0.0, 0.0]
-        else:
-            geom.type, geom.meshname = kinds.mjGEOM_MESH, self._mesh(geometry)
-
-    def _mesh(self, geometry: MeshFile) -> str:
-        import mujoco
-
-        assert self._files is not None
-        file = self._files.add(geometry)
-        key = file, geometry.scale
-        if key not in self._meshes:
-            stem = file.rpartition(".")[0]
-            self._meshes[key] = name = fresh_name(stem, self._meshes.values())
-            # The masses are those of the bodies: a mesh may be open, or flat.
-            shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-            self._spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
-        return self._meshes[key]
-
-    def _material(self, name: str, rgba: Rgba) -> str:
-        if (name, rgba) not in self._materials:
-            self._materials[name, rgba] = free = fresh_name(name, self._materials.values())
-            self._spec.add_material(name=free, rgba=rgba)
-        return self._materials[name, rgba]
-
-    def _free(self, name: str) -> str:
-        free = fresh_name(name, self._names)
-        self._names.add(free)
-        return free
+    kinds = mujoco.mjtGeom
+    if isinstance(geometry, Box):
+        geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * length for length in geometry.size]
+    elif isinstance(geometry, Cylinder):
+        geom.type, geom.size = kinds.mjGEOM_CYLINDER, [geometry.radius, 0.5 * geometry.length, 0.0]
+    elif isinstance(geometry, Sphere):
+        geom.type, geom.size = kinds.mjGEOM_SPHERE, [geometry.radius, 0.0, 0.0]
+    else:
+        geom.type, geom.meshname = kinds.mjGEOM_MESH, scaled[geometry]
 
 
 # --- Which bodies of a robot do not touch each other.
@@ -308,28 +281,25 @@ def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, f
 
 def lowest_point(model: Any, data: Any) -> float:
     """Least height of all geoms that can touch something; without any, of the bodies' frames [m]."""
-    heights = [_lowest(model, data, geom) for geom in range(model.ngeom) if model.geom_contype[geom]]
-    return min(heights) if heights else float(data.xpos[1:, 2].min())
-
-
-def _lowest(model: Any, data: Any, geom: int) -> float:
     import mujoco
 
     kinds = mujoco.mjtGeom
-    kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom]
-    height, down = data.geom_xpos[geom, 2], data.geom_xmat[geom].reshape(3, 3)[2]
-    if kind == kinds.mjGEOM_SPHERE:
-        reach = size[0]
-    elif kind == kinds.mjGEOM_CYLINDER:
-        reach = abs(down[2]) * size[1] + math.hypot(down[0], down[1]) * size[0]
-    elif kind == kinds.mjGEOM_BOX:
-        reach = np.abs(down) @ size
-    else:
-        mesh = model.geom_dataid[geom]
-        first = model.mesh_vertadr[mesh]
-        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-        reach = -(vertices @ down).min()
-    return float(height - reach)
+    heights = []
+    for geom in np.flatnonzero(model.geom_contype):
+        kind, size = kinds(int(model.geom_type[geom])), model.geom_size[geom]
+        down = data.geom_xmat[geom].reshape(3, 3)[2]
+        if kind == kinds.mjGEOM_SPHERE:
+            reach = size[0]
+        elif kind == kinds.mjGEOM_CYLINDER:
+            reach = abs(down[2]) * size[1] + math.hypot(down[0], down[1]) * size[0]
+        elif kind == kinds.mjGEOM_BOX:
+            reach = np.abs(down) @ size
+        else:
+            mesh = model.geom_dataid[geom]
+            first = model.mesh_vertadr[mesh]
+            reach = -(model.mesh_vert[first : first + model.mesh_vertnum[mesh]] @ down).min()
+        heights.append(float(data.geom_xpos[geom, 2] - reach))
+    return min(heights) if heights else float(data.xpos[1:, 2].min())
 
 
 # --- Postures as key frames: the robot set down on its soles, or as it rests.
@@ -374,7 +344,9 @@ def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) 
     """Coordinates of a joint, and controls that hold it."""
     place = int(model.joint(joint.name).qposadr[0])
     if joint.kind == "ball":
-        R = ball_rotation(joint, values)
+        R = np.eye(3)
+        for row, axis in zip(joint.rows, joint.axes, strict=True):
+            R = R @ matrix_from_natural(axis, values[row.name])
         data.qpos[place : place + 4] = quat_from_matrix(R)
         for letter, value in zip("xyz", log(R), strict=True):
             data.actuator(f"{joint.name}_{letter}").ctrl = value
@@ -382,14 +354,6 @@ def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) 
     value = data.qpos[place] = values[joint.name]
     if joint.rows[0].mimic is None:
         data.actuator(joint.name).ctrl = value
-
-
-def ball_rotation(joint: BodyJoint, values: Mapping[str, Floats]) -> Floats:
-    """The rotation of a ball, as the product of its three turns."""
-    R = np.eye(3)
-    for row, axis in zip(joint.rows, joint.axes, strict=True):
-        R = R @ matrix_from_natural(axis, values[row.name])
-    return R
 
 
 def upright(up: Floats) -> Floats:
