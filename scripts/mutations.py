@@ -612,7 +612,7 @@ _MULTIDOF = (
     *_faults(
         "joints/_assembly.py",
         "test_multidof_model.py::test_a_follower_is_as_fast_as_its_driver_makes_it",
-        ("follower-as-fast-as-its-driver", "speed = abs(reading.mimic.multiplier) * self", "speed = self"),
+        ("follower-as-fast-as-its-driver", "speed = abs(node.coupling.multiplier) * self", "speed = self"),
     ),
     *_faults(
         "joints/_assembly.py",

@@ -84,7 +84,9 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
     # Joint of its own → its id: Pinocchio's "universe" may be the name of a joint of the file too.
     drivers: dict[str, int] = {}
     if base == "floating":
-        joint = model.addJoint(0, pin.JointModelFreeFlyer(), _HERE, _free_name(tree))
+        # Pinocchio's own name for it, or the first of its kind that no joint has.
+        free = fresh_name("root_joint", {row.name for row in tree.joints})
+        joint = model.addJoint(0, pin.JointModelFreeFlyer(), _HERE, free)
         frame = model.addJointFrame(joint)
         model.appendBodyToJoint(joint, _inertia(tree, tree.root), _HERE)
         frame = model.addBodyFrame(tree.root, joint, _HERE, frame)
@@ -111,9 +113,16 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
     return model
 
 
-def _free_name(tree: UrdfTree) -> str:
-    """Name of the free-flyer: "root_joint", as Pinocchio has it, or the first of its kind that no joint has."""
-    return fresh_name("root_joint", {joint.name for joint in tree.joints})
+def joint_rows(model: pin.Model, tree: UrdfTree) -> dict[int, UrdfJoint]:
+    """Pinocchio's id → the joint of the file; the universe and a floating base, which come first, have none.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> nk.robot.joint_rows(nao.model, nao.tree)[1].name
+        'HeadYaw'
+    """
+    moving = tree.moving_joints
+    return dict(enumerate(moving, model.njoints - len(moving)))
 
 
 def _motion(row: UrdfJoint, model: pin.Model, drivers: Mapping[str, int]) -> pin.JointModel:
