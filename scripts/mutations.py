@@ -253,7 +253,7 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/checks.py",
+        "robot/configurations.py",
         "test_configurations.py::test_joints_of_one_motor_agree_to_single_precision",
         ("couplings-compared-to-a-thousandth", "COUPLING_TOLERANCE = 1e-6", "COUPLING_TOLERANCE = 1e-3"),
         (
@@ -268,7 +268,7 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/checks.py",
+        "robot/configurations.py",
         "test_model_details.py test_configurations.py",
         (
             "coupling-of-plain-numbers-compared-in-the-driver",
@@ -392,7 +392,7 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/checks.py",
+        "robot/configurations.py",
         "test_configurations.py test_limits.py",
         (
             "degrees-of-one-configuration-not-noticed",
@@ -408,19 +408,19 @@ _ROBOT = (
         ("degrees-noticed-within-a-turn", "wrong = (np.abs(joints) > TURN) & (", "wrong = ("),
         (
             "degrees-noticed-inside-wide-limits",
-            "(np.abs(joints) > TURN) & ((joints < self._lower) | (joints > self._upper)) & self._bounded",
+            "(np.abs(joints) > TURN) & ((joints < lower) | (joints > upper)) & self._bounded",
             "(np.abs(joints) > TURN) & self._bounded",
         ),
-        ("metres-taken-for-degrees", "np.array(turning, dtype=np.bool_) & np.isfinite", "np.isfinite"),
+        ("metres-taken-for-degrees", "self._bounded = self._turning & np.isfinite", "self._bounded = np.isfinite"),
         (
             "joint-with-a-lower-limit-alone-taken-for-bounded",
-            " & np.isfinite(lower) & np.isfinite(upper)",
-            " & np.isfinite(lower)",
+            " & np.isfinite(limits.lower) & np.isfinite(limits.upper)",
+            " & np.isfinite(limits.lower)",
         ),
         (
             "joint-with-an-upper-limit-alone-taken-for-bounded",
-            " & np.isfinite(lower) & np.isfinite(upper)",
-            " & np.isfinite(upper)",
+            " & np.isfinite(limits.lower) & np.isfinite(limits.upper)",
+            " & np.isfinite(limits.upper)",
         ),
     ),
     *_faults(
@@ -439,7 +439,7 @@ _ROBOT = (
         ),
     ),
     *_faults(
-        "robot/checks.py",
+        "robot/configurations.py",
         "test_limits.py",
         ("floating-base-not-checked-on-the-quick-way", "if one and not self._floating and math", "if one and math"),
         (
@@ -508,7 +508,7 @@ _MEANING = (
         "robot/nao/model.py",
         "test_semantics.py test_model.py::test_body_values_are_those_of_the_joints_on_a_floating_base_too "
         "test_model.py::test_copies_answer_like_the_original",
-        ("body-order-of-a-floating-base-shifted", "self._configurations.joints(q)", "self._checks.checked(q)"),
+        ("body-order-of-a-floating-base-shifted", "self._configurations.joints(q)", "self._configurations.checked(q)"),
         ("vertical-of-resting-postures-forgotten", "REST.get(row.name))", "None)"),
         ("units-of-hands-forgotten", 'if joint.unit == "1"}', "if False}"),
         ("pickled-nao-of-another-version", '"version": self.version}', '"version": "v6"}'),

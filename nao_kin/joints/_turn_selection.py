@@ -286,9 +286,10 @@ class _Assignment:
 
     def broken(self, motor: Motor, drivers: Floats) -> Floats:
         """How many followers disagree with the driver at values (candidates, n)."""
-        return sum(
-            (np.abs(off) > allowed for _, off, allowed in self._excesses(motor, drivers)), np.zeros(drivers.shape)
-        )
+        count = np.zeros(drivers.shape)
+        for _, off, allowed in self._excesses(motor, drivers):
+            count += np.abs(off) > allowed
+        return count
 
     def mismatches(self, motor: Motor) -> list[Mismatch]:
         """A row for each follower of a motor."""

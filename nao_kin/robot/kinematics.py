@@ -6,13 +6,13 @@ import math
 import threading
 from collections.abc import Iterable, Sequence
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, RenamedFrameWarning, UnknownName
@@ -28,8 +28,7 @@ FrameIds = tuple[int, ...]
 
 # The name of the root as a reference, unless the robot has a frame of this name.
 WORLD = "world"
-EXPRESSIONS = ("frame", "root", "mixed")
-POSE_FORMS = ("matrix", "position_quaternion", "position6d")
+POSE_FORMS: tuple[str, ...] = get_args(PoseForm)
 
 # The shape of one frame's pose in each form.
 POSE_SHAPES = {
@@ -60,25 +59,8 @@ class Question(NamedTuple):
         """Shape of the answer for one configuration."""
         if self.kind == "poses":
             return (len(self.frame_ids), *POSE_SHAPES[self.form])
-        if self.kind == "jacobian":
-            return 6, nv
-        if self.kind == "com":
-            return (3,)
-        if self.kind == "com_jacobian":
-            return 3, nv
-        return len(self.frame_ids), 6
-
-
-def check_expression(name: str) -> None:
-    """Refuse what is none of EXPRESSIONS."""
-    if not isinstance(name, str) or name not in EXPRESSIONS:
-        raise UnknownName("expression", name, EXPRESSIONS)
-
-
-def check_pose_form(name: str) -> None:
-    """Refuse what is none of POSE_FORMS."""
-    if not isinstance(name, str) or name not in POSE_FORMS:
-        raise UnknownName("form of a pose", name, POSE_FORMS)
+        shapes = {"jacobian": (6, nv), "com": (3,), "com_jacobian": (3, nv)}
+        return shapes.get(self.kind, (len(self.frame_ids), 6))
 
 
 # --- The one place where configurations become poses, Jacobians and centres of mass.
@@ -96,7 +78,7 @@ _FEW = 10
 _MOST_SELECTIONS = 256
 
 # Where a twist is taken and in whose axes, by the names that methods use for it.
-_EXPRESSIONS = {
+EXPRESSIONS = {
     "frame": pin.ReferenceFrame.LOCAL,
     "root": pin.ReferenceFrame.WORLD,
     "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
@@ -113,8 +95,7 @@ def expression_named(name: str) -> pin.ReferenceFrame:
         >>> nk.robot.expression_named("mixed")
         pinocchio.pinocchio_pywrap_default.ReferenceFrame.LOCAL_WORLD_ALIGNED
     """
-    check_expression(name)
-    return _EXPRESSIONS[name]
+    return EXPRESSIONS[choice(name, EXPRESSIONS, "expression")]
 
 
 class Kinematics:
@@ -142,7 +123,7 @@ class Kinematics:
             poses = self.poses(q, ids) if reference is None else self.relative_poses(q, ids, reference)
             return _in_form(poses, question.form)
         if question.kind == "jacobian":
-            return self.jacobians(q, question.frame_ids[0], _EXPRESSIONS[question.form])
+            return self.jacobians(q, question.frame_ids[0], EXPRESSIONS[question.form])
         if question.kind == "com_jacobian":
             return self.com_jacobians(q)
         if question.kind in ("velocity", "acceleration"):
@@ -270,7 +251,7 @@ class Kinematics:
             >>> nk.robot.Kinematics(nao.model).motions(nao.frame_ids(["LArm"]), "mixed", q, v).shape
             (1, 6)
         """
-        model, data, expression = self.model, self._workspace().data, _EXPRESSIONS[form]
+        model, data, expression = self.model, self._workspace().data, EXPRESSIONS[form]
         motions = np.empty((*q.shape[:-1], len(frame_ids), 6))
         count = math.prod(q.shape[:-1])
         rows = [array.reshape(count, array.shape[-1]) for array in (q, v, *(() if a is None else (a,)))]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
-from nao_kin.robot.checks import Coordinates
+from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.semantics import Semantics, read_semantics
 from nao_kin.robot.urdf import UrdfTree, read_srdf
 
